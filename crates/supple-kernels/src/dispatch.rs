@@ -1,0 +1,114 @@
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use crate::Lanes;
+use crate::lanes::Portable;
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::x86::{Avx2, Avx512, Sse2};
+
+/// Work written once over the lanes, to be run with the machine's best instructions.
+///
+/// `run` and all it calls must be `#[inline(always)]`; a closure made outside does not inherit the instructions.
+pub trait Job {
+    /// Does the work with lanes of type `L`.
+    fn run<L: Lanes>(self);
+}
+
+/// A set of vector instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Level {
+    /// What every machine of this kind has: SSE2 on x86-64, plain arrays elsewhere. No fused multiply-add.
+    Baseline = 1,
+    /// AVX2 and fused multiply-add.
+    Avx2 = 2,
+    /// AVX-512 (F, DQ and VL).
+    Avx512 = 3,
+}
+
+static CHOSEN: AtomicU8 = AtomicU8::new(0);
+
+impl Level {
+    /// Every level, from the least to the most.
+    pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
+
+    /// Whether this machine has the level's instructions.
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_available()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+
+    /// The level in use: the machine's best, unless [`Level::force`] chose another.
+    #[inline]
+    pub fn current() -> Self {
+        match CHOSEN.load(Ordering::Relaxed) {
+            1 => Self::Baseline,
+            2 => Self::Avx2,
+            3 => Self::Avx512,
+            _ => Self::detect(),
+        }
+    }
+
+    #[cold]
+    fn detect() -> Self {
+        let best = Self::ALL.into_iter().rev().find(|level| level.is_available()).unwrap_or(Self::Baseline);
+        CHOSEN.store(best as u8, Ordering::Relaxed);
+        best
+    }
+
+    /// Uses this level from now on, in the whole process; false, and nothing changed, where the machine lacks it.
+    ///
+    /// Levels differ by rounding (fused multiply-add). `Baseline` gives the same bits on every x86-64.
+    pub fn force(self) -> bool {
+        let available = self.is_available();
+        if available {
+            CHOSEN.store(self as u8, Ordering::Relaxed);
+        }
+        available
+    }
+}
+
+/// Runs `job` with the instructions of [`Level::current`]: one branch per call.
+#[inline]
+pub fn dispatch(job: impl Job) {
+    match Level::current() {
+        #[cfg(target_arch = "x86_64")]
+        Level::Baseline => job.run::<Sse2>(),
+        // SAFETY: `current` returns a level only where `is_available` found its instructions.
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx2 => unsafe { run_avx2(job) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512 => unsafe { run_avx512(job) },
+        #[cfg(not(target_arch = "x86_64"))]
+        _ => job.run::<Portable>(),
+    }
+}
+
+/// Runs `job` on plain arrays: the reference that every level is compared with.
+pub fn dispatch_portable(job: impl Job) {
+    job.run::<Portable>();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn run_avx2<J: Job>(job: J) {
+    job.run::<Avx2>();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
+unsafe fn run_avx512<J: Job>(job: J) {
+    job.run::<Avx512>();
+}

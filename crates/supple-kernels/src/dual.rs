@@ -1,0 +1,204 @@
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Scalar;
+use crate::scalar::derive_operators;
+
+/// A value and its derivatives along `K` directions: forward differentiation.
+///
+/// Nested, `Dual<Dual<S, 1>, K>` carries second derivatives: `tangents[i].tangents[0]` is the mixed one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<S, const K: usize> {
+    /// The value.
+    pub value: S,
+    /// Its derivatives along the `K` directions.
+    pub tangents: [S; K],
+}
+
+impl<S: Scalar, const K: usize> Dual<S, K> {
+    /// A value that moves with direction `direction` at rate 1.
+    #[inline(always)]
+    pub fn variable(value: S, direction: usize) -> Self {
+        let mut tangents = [S::zero(); K];
+        tangents[direction] = S::one();
+        Self { value, tangents }
+    }
+
+    /// A value that moves with nothing.
+    #[inline(always)]
+    pub fn fixed(value: S) -> Self {
+        Self { value, tangents: [S::zero(); K] }
+    }
+
+    /// `f(self)`, given the value of `f` there and its slope.
+    #[inline(always)]
+    fn chain(self, value: S, slope: S) -> Self {
+        Self { value, tangents: self.tangents.map(|t| t * slope) }
+    }
+}
+
+impl<S: Scalar, const K: usize> Add for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let tangents = std::array::from_fn(|i| self.tangents[i] + other.tangents[i]);
+        Self { value: self.value + other.value, tangents }
+    }
+}
+
+impl<S: Scalar, const K: usize> Sub for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let tangents = std::array::from_fn(|i| self.tangents[i] - other.tangents[i]);
+        Self { value: self.value - other.value, tangents }
+    }
+}
+
+impl<S: Scalar, const K: usize> Mul for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let tangents = std::array::from_fn(|i| self.tangents[i].mul_add(other.value, self.value * other.tangents[i]));
+        Self { value: self.value * other.value, tangents }
+    }
+}
+
+impl<S: Scalar, const K: usize> Div for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let reciprocal = other.value.recip();
+        let value = self.value * reciprocal;
+        let tangents = std::array::from_fn(|i| (self.tangents[i] - value * other.tangents[i]) * reciprocal);
+        Self { value, tangents }
+    }
+}
+
+impl<S: Scalar, const K: usize> Neg for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { value: -self.value, tangents: self.tangents.map(|t| -t) }
+    }
+}
+
+impl<S: Scalar, const K: usize> Mul<f64> for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        Self { value: self.value * other, tangents: self.tangents.map(|t| t * other) }
+    }
+}
+
+impl<S: Scalar, const K: usize> Div<f64> for Dual<S, K> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: f64) -> Self {
+        Self { value: self.value / other, tangents: self.tangents.map(|t| t / other) }
+    }
+}
+
+derive_operators!([S: Scalar, const K: usize] Dual<S, K>);
+
+impl<S: Scalar, const K: usize> Scalar for Dual<S, K> {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self::fixed(S::constant(value))
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        let tangents = std::array::from_fn(|i| {
+            self.tangents[i].mul_add(factor.value, self.value.mul_add(factor.tangents[i], term.tangents[i]))
+        });
+        Self { value: self.value.mul_add(factor.value, term.value), tangents }
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        let reciprocal = self.value.recip();
+        self.chain(reciprocal, -(reciprocal * reciprocal))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, root.recip() * 0.5)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.value.sin_cos();
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let power = self.value.exp();
+        self.chain(power, power)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.chain(self.value.ln(), self.value.recip())
+    }
+    #[inline(always)]
+    fn select(self, positive: Self, otherwise: Self) -> Self {
+        let pick = |a: S, b: S| self.value.select(a, b);
+        let tangents = std::array::from_fn(|i| pick(positive.tangents[i], otherwise.tangents[i]));
+        Self { value: pick(positive.value, otherwise.value), tangents }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_dual::{Dual3_64, DualNum, third_derivative};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A function through every operation, for our numbers.
+    fn ours<S: Scalar>(x: S) -> S {
+        let (sin, cos) = (x * 0.7).sin_cos();
+        let root = (x * x + 0.3).sqrt();
+        let quotient = (sin + 1.5) / (root + cos * 0.1);
+        let rest = (-x).exp().mul_add(quotient, (x.square() + 1.0).ln()) - root.recip() / 3.0;
+        (x - 0.5).select(rest * x, rest) + x.smooth_positive_part(S::constant(0.01)) - (x - 2.0).abs()
+    }
+
+    /// The same function, for num-dual's.
+    fn oracle(x: Dual3_64) -> Dual3_64 {
+        let (sin, cos) = (x * 0.7).sin_cos();
+        let root = (x * x + 0.3).sqrt();
+        let quotient = (sin + 1.5) / (root + cos * 0.1);
+        let rest = (-x).exp() * quotient + (x * x + 1.0).ln() - root.recip() / 3.0;
+        let chosen = if x.re > 0.5 { rest * x } else { rest };
+        let z = x;
+        let smooth = ((z * z + 1e-4).sqrt() + z) * 0.5;
+        let kink = if x.re > 2.0 { x - 2.0 } else { -(x - 2.0) };
+        chosen + smooth - kink
+    }
+
+    proptest! {
+        #[test]
+        fn three_nested_duals_give_three_derivatives(x in -3.0..3.0f64) {
+            type Nested = Dual<Dual<Dual<f64, 1>, 1>, 1>;
+            let mut seed = Nested::constant(x);
+            seed.value.value.tangents[0] = 1.0;
+            seed.value.tangents[0].value = 1.0;
+            seed.tangents[0].value.value = 1.0;
+            let f = ours(seed);
+            let (value, first, second, third) = third_derivative(oracle, x);
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs()) * 1e3;
+            prop_assert!(close(f.value.value.value, value));
+            prop_assert!(close(f.tangents[0].value.value, first));
+            prop_assert!(close(f.tangents[0].tangents[0].value, second));
+            prop_assert!(close(f.tangents[0].tangents[0].tangents[0], third));
+        }
+    }
+
+    #[test]
+    fn several_tangents_are_one_tangent_each() {
+        let (a, b) = (0.8, -1.3);
+        let f = |x: Dual<f64, 2>, y: Dual<f64, 2>| (x * y).sin() + x / (y.square() + 1.0);
+        let both = f(Dual::variable(a, 0), Dual::variable(b, 1));
+        let step = 1e-6;
+        let at = |x: f64, y: f64| f64::sin(x * y) + x / (y * y + 1.0);
+        assert!((both.tangents[0] - (at(a + step, b) - at(a - step, b)) / (2.0 * step)).abs() < 1e-9);
+        assert!((both.tangents[1] - (at(a, b + step) - at(a, b - step)) / (2.0 * step)).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,307 @@
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Scalar;
+use crate::scalar::derive_operators;
+
+/// How many numbers every [`Lanes`] type holds.
+pub const LANES: usize = 8;
+
+/// Eight numbers worked on at once: eight knots of a trajectory, or eight entries of a padded row.
+pub trait Lanes: Scalar + Mul<f64, Output = Self> {
+    /// The lanes from an array.
+    fn from_array(values: [f64; LANES]) -> Self;
+
+    /// The lanes as an array.
+    fn to_array(self) -> [f64; LANES];
+
+    /// Loads the first eight numbers at `from`.
+    ///
+    /// # Safety
+    /// Eight numbers must be readable at `from`.
+    unsafe fn load(from: *const f64) -> Self;
+
+    /// Stores the eight numbers at `to`.
+    ///
+    /// # Safety
+    /// Eight numbers must be writable at `to`.
+    unsafe fn store(self, to: *mut f64);
+}
+
+/// Eight numbers in a plain array, for machines whose vector instructions are not known here.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Portable([f64; LANES]);
+
+macro_rules! portable_operator {
+    ($($trait:ident, $method:ident, $op:tt;)*) => {$(
+        impl $trait for Portable {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(std::array::from_fn(|i| self.0[i] $op other.0[i]))
+            }
+        }
+    )*};
+}
+portable_operator! { Add, add, +; Sub, sub, -; Mul, mul, *; Div, div, /; }
+
+impl Neg for Portable {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|v| -v))
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn from_array(values: [f64; LANES]) -> Self {
+        Self(values)
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; LANES] {
+        self.0
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f64) -> Self {
+        // SAFETY: the caller's.
+        Self(unsafe { from.cast::<[f64; LANES]>().read_unaligned() })
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f64) {
+        // SAFETY: the caller's.
+        unsafe { to.cast::<[f64; LANES]>().write_unaligned(self.0) }
+    }
+}
+
+impl Scalar for Portable {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self(self.0.map(|v| 1.0 / v))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (Self(self.0.map(f64::sin)), Self(self.0.map(f64::cos)))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.map(f64::exp))
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        Self(self.0.map(f64::ln))
+    }
+    #[inline(always)]
+    fn select(self, positive: Self, otherwise: Self) -> Self {
+        Self(std::array::from_fn(|i| if self.0[i] > 0.0 { positive.0[i] } else { otherwise.0[i] }))
+    }
+}
+
+/// What every lane type has in common, given its operators.
+macro_rules! common {
+    ($name:ty) => {
+        derive_operators!([] $name);
+        impl Mul<f64> for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: f64) -> Self {
+                self * Self::constant(other)
+            }
+        }
+        impl Div<f64> for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: f64) -> Self {
+                self / Self::constant(other)
+            }
+        }
+    };
+}
+common!(Portable);
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod x86 {
+    use std::arch::x86_64::*;
+
+    use super::*;
+
+    /// Eight numbers in `PARTS` vector registers.
+    macro_rules! lanes {
+        ($(#[$doc:meta])* $name:ident, $register:ty, $parts:literal, $width:literal, {
+            $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $splat:ident $load:ident $store:ident
+        }, fma: $fma:expr, negate: $negate:expr, select: $select:expr) => {
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug)]
+            pub struct $name([$register; $parts]);
+
+            lanes!(@operator $name, Add, add, $add);
+            lanes!(@operator $name, Sub, sub, $sub);
+            lanes!(@operator $name, Mul, mul, $mul);
+            lanes!(@operator $name, Div, div, $div);
+
+            impl Neg for $name {
+                type Output = Self;
+                #[inline(always)]
+                fn neg(self) -> Self {
+                    // SAFETY: values of this type are made only where `dispatch` found the instructions.
+                    Self(self.0.map(|v| unsafe { $negate(v) }))
+                }
+            }
+
+            common!($name);
+
+            impl Lanes for $name {
+                #[inline(always)]
+                fn from_array(values: [f64; LANES]) -> Self {
+                    // SAFETY: the array holds eight numbers.
+                    unsafe { Self::load(values.as_ptr()) }
+                }
+                #[inline(always)]
+                fn to_array(self) -> [f64; LANES] {
+                    let mut values = [0.0; LANES];
+                    // SAFETY: the array holds eight numbers.
+                    unsafe { self.store(values.as_mut_ptr()) };
+                    values
+                }
+                #[inline(always)]
+                unsafe fn load(from: *const f64) -> Self {
+                    // SAFETY: the caller's, and instructions as in `neg`.
+                    Self(std::array::from_fn(|i| unsafe { $load(from.add($width * i)) }))
+                }
+                #[inline(always)]
+                unsafe fn store(self, to: *mut f64) {
+                    for (i, part) in self.0.into_iter().enumerate() {
+                        // SAFETY: the caller's, and instructions as in `neg`.
+                        unsafe { $store(to.add($width * i), part) };
+                    }
+                }
+            }
+
+            impl Scalar for $name {
+                #[inline(always)]
+                fn constant(value: f64) -> Self {
+                    // SAFETY: instructions as in `neg`.
+                    Self([unsafe { $splat(value) }; $parts])
+                }
+                #[inline(always)]
+                fn mul_add(self, factor: Self, term: Self) -> Self {
+                    // SAFETY: instructions as in `neg`.
+                    Self(std::array::from_fn(|i| unsafe { $fma(self.0[i], factor.0[i], term.0[i]) }))
+                }
+                #[inline(always)]
+                fn recip(self) -> Self {
+                    Self::constant(1.0) / self
+                }
+                #[inline(always)]
+                fn sqrt(self) -> Self {
+                    // SAFETY: instructions as in `neg`.
+                    Self(self.0.map(|v| unsafe { $sqrt(v) }))
+                }
+                #[inline(always)]
+                fn sin_cos(self) -> (Self, Self) {
+                    let values = self.to_array();
+                    (Self::from_array(values.map(f64::sin)), Self::from_array(values.map(f64::cos)))
+                }
+                #[inline(always)]
+                fn exp(self) -> Self {
+                    Self::from_array(self.to_array().map(f64::exp))
+                }
+                #[inline(always)]
+                fn ln(self) -> Self {
+                    Self::from_array(self.to_array().map(f64::ln))
+                }
+                #[inline(always)]
+                fn select(self, positive: Self, otherwise: Self) -> Self {
+                    // SAFETY: instructions as in `neg`.
+                    Self(std::array::from_fn(|i| unsafe { $select(self.0[i], positive.0[i], otherwise.0[i]) }))
+                }
+            }
+        };
+        (@operator $name:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+            impl $trait for $name {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    // SAFETY: values of this type are made only where `dispatch` found the instructions.
+                    Self(std::array::from_fn(|i| unsafe { $intrinsic(self.0[i], other.0[i]) }))
+                }
+            }
+        };
+    }
+
+    #[inline(always)]
+    unsafe fn fma_sse2(a: __m128d, b: __m128d, c: __m128d) -> __m128d {
+        // SAFETY: SSE2 is part of every x86-64.
+        unsafe { _mm_add_pd(_mm_mul_pd(a, b), c) }
+    }
+    #[inline(always)]
+    unsafe fn negate_sse2(v: __m128d) -> __m128d {
+        // SAFETY: as above.
+        unsafe { _mm_xor_pd(v, _mm_set1_pd(-0.0)) }
+    }
+    #[inline(always)]
+    unsafe fn select_sse2(condition: __m128d, positive: __m128d, otherwise: __m128d) -> __m128d {
+        // SAFETY: as above.
+        unsafe {
+            let mask = _mm_cmpgt_pd(condition, _mm_setzero_pd());
+            _mm_or_pd(_mm_and_pd(mask, positive), _mm_andnot_pd(mask, otherwise))
+        }
+    }
+    #[inline(always)]
+    unsafe fn negate_avx(v: __m256d) -> __m256d {
+        // SAFETY: the caller's level has AVX.
+        unsafe { _mm256_xor_pd(v, _mm256_set1_pd(-0.0)) }
+    }
+    #[inline(always)]
+    unsafe fn select_avx(condition: __m256d, positive: __m256d, otherwise: __m256d) -> __m256d {
+        // SAFETY: the caller's level has AVX.
+        unsafe {
+            let mask = _mm256_cmp_pd::<_CMP_GT_OQ>(condition, _mm256_setzero_pd());
+            _mm256_blendv_pd(otherwise, positive, mask)
+        }
+    }
+    #[inline(always)]
+    unsafe fn negate_avx512(v: __m512d) -> __m512d {
+        // SAFETY: the caller's level has AVX-512 DQ.
+        unsafe { _mm512_xor_pd(v, _mm512_set1_pd(-0.0)) }
+    }
+    #[inline(always)]
+    unsafe fn select_avx512(condition: __m512d, positive: __m512d, otherwise: __m512d) -> __m512d {
+        // SAFETY: the caller's level has AVX-512 F.
+        unsafe {
+            let mask = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(condition, _mm512_setzero_pd());
+            _mm512_mask_blend_pd(mask, otherwise, positive)
+        }
+    }
+
+    lanes!(
+        /// Eight numbers in four SSE2 registers, without fused multiply-add.
+        Sse2, __m128d, 4, 2,
+        { _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_sqrt_pd _mm_set1_pd _mm_loadu_pd _mm_storeu_pd },
+        fma: fma_sse2, negate: negate_sse2, select: select_sse2
+    );
+    lanes!(
+        /// Eight numbers in two AVX2 registers, with fused multiply-add.
+        Avx2, __m256d, 2, 4,
+        { _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd },
+        fma: _mm256_fmadd_pd, negate: negate_avx, select: select_avx
+    );
+    lanes!(
+        /// Eight numbers in one AVX-512 register, with fused multiply-add.
+        Avx512, __m512d, 1, 8,
+        { _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd },
+        fma: _mm512_fmadd_pd, negate: negate_avx512, select: select_avx512
+    );
+}

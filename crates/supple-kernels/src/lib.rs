@@ -1,0 +1,30 @@
+//! Numbers, SIMD lanes and small dense kernels of supple.
+//!
+//! Everything here is independent of control and robotics:
+//!
+//! - [`Scalar`]: what the physics of a model is written over, once;
+//! - [`Dual`]: forward derivatives with several tangents at once, nested for higher orders;
+//! - [`Pattern`]: which variables a value depends on, and to what order;
+//! - [`Lanes`]: eight numbers at once, and [`dispatch`] which picks the machine's best instructions at run time;
+//! - [`Matrices`]: a sequence of equal matrices in one padded, aligned buffer, and the [`rows`] kernels on it;
+//! - [`Scratch`]: memory that kernels reuse, so that sweeps allocate nothing.
+//!
+//! Operations and kernels are `#[inline(always)]`: a function that is not inlined under run-time dispatch falls back
+//! to baseline instructions and runs tens of times slower.
+
+mod dispatch;
+mod dual;
+mod lanes;
+mod matrices;
+mod pattern;
+pub mod rows;
+mod scalar;
+mod scratch;
+
+pub use dispatch::{Job, Level, dispatch, dispatch_portable};
+pub use dual::Dual;
+pub use lanes::{LANES, Lanes};
+pub use matrices::{Matrices, padded};
+pub use pattern::Pattern;
+pub use scalar::Scalar;
+pub use scratch::Scratch;

@@ -1,0 +1,178 @@
+use crate::LANES;
+
+/// The next multiple of [`LANES`] at or above `len`: the stride of a padded row.
+pub const fn padded(len: usize) -> usize {
+    len.next_multiple_of(LANES)
+}
+
+/// A sequence of `count` matrices of one shape, row-major, in one buffer.
+///
+/// Each row is padded with zeros to a multiple of [`LANES`] numbers and starts on a cache line, so that kernels work
+/// on whole rows. Kernels keep the padding zero.
+///
+/// A sequence of one matrix made by [`Matrices::constant`] stands for the same matrix at every index.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Matrices {
+    count: usize,
+    rows: usize,
+    cols: usize,
+    stride: usize,
+    constant: bool,
+    data: Vec<Line>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+struct Line([f64; LANES]);
+
+impl Matrices {
+    /// `count` matrices of `rows` x `cols` zeros.
+    pub fn zeros(count: usize, rows: usize, cols: usize) -> Self {
+        let stride = padded(cols);
+        let data = vec![Line([0.0; LANES]); count * rows * stride / LANES];
+        Self { count, rows, cols, stride, constant: false, data }
+    }
+
+    /// One matrix of `rows` x `cols` zeros that stands at every index.
+    pub fn constant(rows: usize, cols: usize) -> Self {
+        Self { constant: true, ..Self::zeros(1, rows, cols) }
+    }
+
+    /// `count` vectors of length `len`, as matrices of one row.
+    pub fn vectors(count: usize, len: usize) -> Self {
+        Self::zeros(count, 1, len)
+    }
+
+    /// How many matrices there are; 1 where they are constant.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Rows of each.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Columns of each, without the padding.
+    pub fn cols(&self) -> usize {
+        self.cols
+    }
+
+    /// Numbers from one row to the next.
+    #[inline(always)]
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    #[inline(always)]
+    fn start(&self, index: usize) -> usize {
+        if self.constant { 0 } else { index * self.rows * self.stride }
+    }
+
+    /// All numbers, padding included.
+    #[inline(always)]
+    pub fn as_slice(&self) -> &[f64] {
+        // SAFETY: `Line` is `repr(C)` around `[f64; LANES]`, with size 64 and no padding.
+        unsafe { std::slice::from_raw_parts(self.data.as_ptr().cast(), self.data.len() * LANES) }
+    }
+
+    /// All numbers, padding included, to write.
+    #[inline(always)]
+    pub fn as_mut_slice(&mut self) -> &mut [f64] {
+        // SAFETY: as in `as_slice`, and the borrow is exclusive.
+        unsafe { std::slice::from_raw_parts_mut(self.data.as_mut_ptr().cast(), self.data.len() * LANES) }
+    }
+
+    /// Matrix `index` as padded rows.
+    #[inline(always)]
+    pub fn at(&self, index: usize) -> &[f64] {
+        let start = self.start(index);
+        &self.as_slice()[start..start + self.rows * self.stride]
+    }
+
+    /// Matrix `index` as padded rows, to write.
+    #[inline(always)]
+    pub fn at_mut(&mut self, index: usize) -> &mut [f64] {
+        let (start, len) = (self.start(index), self.rows * self.stride);
+        &mut self.as_mut_slice()[start..start + len]
+    }
+
+    /// Matrices `index` and `index + 1`, the second to write.
+    #[inline(always)]
+    pub fn at_and_next_mut(&mut self, index: usize) -> (&[f64], &mut [f64]) {
+        let len = self.rows * self.stride;
+        let (head, tail) = self.as_mut_slice().split_at_mut((index + 1) * len);
+        (&head[index * len..], &mut tail[..len])
+    }
+
+    /// Matrices `index`, to write, and `index + 1`.
+    #[inline(always)]
+    pub fn at_mut_and_next(&mut self, index: usize) -> (&mut [f64], &[f64]) {
+        let len = self.rows * self.stride;
+        let (head, tail) = self.as_mut_slice().split_at_mut((index + 1) * len);
+        (&mut head[index * len..], &tail[..len])
+    }
+
+    /// Matrices `index` and `index + 1`, both to write.
+    #[inline(always)]
+    pub fn at_mut_pair(&mut self, index: usize) -> (&mut [f64], &mut [f64]) {
+        let len = self.rows * self.stride;
+        let (head, tail) = self.as_mut_slice().split_at_mut((index + 1) * len);
+        (&mut head[index * len..], &mut tail[..len])
+    }
+
+    /// The first row of matrix `index` without padding: the vector, in a sequence of vectors.
+    #[inline(always)]
+    pub fn vector(&self, index: usize) -> &[f64] {
+        &self.at(index)[..self.cols]
+    }
+
+    /// The first row of matrix `index` without padding, to write.
+    #[inline(always)]
+    pub fn vector_mut(&mut self, index: usize) -> &mut [f64] {
+        let cols = self.cols;
+        &mut self.at_mut(index)[..cols]
+    }
+
+    /// Entry (`row`, `col`) of matrix `index`.
+    #[inline(always)]
+    pub fn get(&self, index: usize, row: usize, col: usize) -> f64 {
+        self.at(index)[row * self.stride + col]
+    }
+
+    /// Sets entry (`row`, `col`) of matrix `index`.
+    #[inline(always)]
+    pub fn set(&mut self, index: usize, row: usize, col: usize, value: f64) {
+        let stride = self.stride;
+        self.at_mut(index)[row * stride + col] = value;
+    }
+
+    /// Sets every number to 0.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.as_mut_slice().fill(0.0);
+    }
+
+    /// Takes the numbers of `other`, which must have the same shape; allocates nothing.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.as_mut_slice().copy_from_slice(other.as_slice());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_padded_and_aligned() {
+        let mut m = Matrices::zeros(3, 2, 5);
+        m.set(1, 1, 4, 7.0);
+        assert_eq!(m.stride(), 8);
+        assert_eq!(m.at(1)[12], 7.0);
+        assert_eq!(m.at(1).as_ptr() as usize % 64, 0);
+        assert_eq!(m.at_and_next_mut(0).1[12], 7.0);
+        let mut constant = Matrices::constant(1, 1);
+        constant.set(0, 0, 0, 3.0);
+        assert_eq!(constant.get(41, 0, 0), 3.0);
+    }
+}

@@ -1,0 +1,346 @@
+//! Small dense kernels on padded rows, generic over the lanes. Shapes are run-time numbers; widths are padded strides.
+//!
+//! `out`, `right` and every square matrix are row-major with the given stride, a multiple of [`LANES`], and zero
+//! padding; kernels read and write whole rows, so padding stays zero.
+
+use crate::{LANES, Lanes};
+
+/// The left factor of a product: entry `(i, k)` is `data[i * row + k * inner]`, which covers a matrix
+/// (`row = stride, inner = 1`) and its transpose (`row = 1, inner = stride`).
+#[derive(Clone, Copy, Debug)]
+pub struct Left<'a> {
+    data: &'a [f64],
+    row: usize,
+    inner: usize,
+}
+
+impl<'a> Left<'a> {
+    /// The matrix itself.
+    #[inline(always)]
+    pub fn plain(data: &'a [f64], stride: usize) -> Self {
+        Self { data, row: stride, inner: 1 }
+    }
+
+    /// Its transpose.
+    #[inline(always)]
+    pub fn transposed(data: &'a [f64], stride: usize) -> Self {
+        Self { data, row: 1, inner: stride }
+    }
+}
+
+/// What a product does with what `out` held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Into {
+    /// `out = left right`
+    Set,
+    /// `out += left right`
+    Add,
+    /// `out -= left right`
+    Subtract,
+}
+
+/// `out (rows x stride) = left (rows x inner) * right (inner x stride)`, or added to or taken from `out`.
+#[inline(always)]
+pub fn multiply<L: Lanes>(
+    out: &mut [f64],
+    left: Left,
+    right: &[f64],
+    stride: usize,
+    (rows, inner): (usize, usize),
+    into: Into,
+) {
+    if rows == 0 || stride == 0 {
+        return;
+    }
+    assert!(stride.is_multiple_of(LANES) && out.len() >= rows * stride && right.len() >= inner * stride);
+    assert!(inner == 0 || left.data.len() > (rows - 1) * left.row + (inner - 1) * left.inner);
+    let (out, right) = (out.as_mut_ptr(), right.as_ptr());
+    for column in (0..stride).step_by(LANES) {
+        let mut row = 0;
+        // SAFETY: the assertions above cover every row, column and inner index used below.
+        unsafe {
+            while row + 4 <= rows {
+                block::<L, 4>(out.add(row * stride + column), left, row, right.add(column), stride, inner, into);
+                row += 4;
+            }
+            let (out, right) = (out.add(row * stride + column), right.add(column));
+            match rows - row {
+                3 => block::<L, 3>(out, left, row, right, stride, inner, into),
+                2 => block::<L, 2>(out, left, row, right, stride, inner, into),
+                1 => block::<L, 1>(out, left, row, right, stride, inner, into),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// `R` rows and one lane of columns of a product.
+///
+/// # Safety
+/// Rows `row..row + R` of `left` and `out`, and `inner` rows of `right`, must exist.
+#[inline(always)]
+unsafe fn block<L: Lanes, const R: usize>(
+    out: *mut f64,
+    left: Left,
+    row: usize,
+    right: *const f64,
+    stride: usize,
+    inner: usize,
+    into: Into,
+) {
+    // SAFETY: the caller's.
+    unsafe {
+        let mut sums = [L::zero(); R];
+        let left_row = left.data.as_ptr().add(row * left.row);
+        for k in 0..inner {
+            let line = L::load(right.add(k * stride));
+            for (r, sum) in sums.iter_mut().enumerate() {
+                *sum = L::constant(*left_row.add(r * left.row + k * left.inner)).mul_add(line, *sum);
+            }
+        }
+        for (r, sum) in sums.into_iter().enumerate() {
+            let to = out.add(r * stride);
+            match into {
+                Into::Set => sum.store(to),
+                Into::Add => (L::load(to) + sum).store(to),
+                Into::Subtract => (L::load(to) - sum).store(to),
+            }
+        }
+    }
+}
+
+/// `out += factor * row`, over whole padded rows.
+#[inline(always)]
+pub fn add_scaled<L: Lanes>(out: &mut [f64], factor: f64, row: &[f64]) {
+    let len = out.len().min(row.len());
+    let by = L::constant(factor);
+    let (to, from) = (out.as_mut_ptr(), row.as_ptr());
+    for i in (0..len - len % LANES).step_by(LANES) {
+        // SAFETY: `i + LANES <= len`, the length of both.
+        unsafe { by.mul_add(L::load(from.add(i)), L::load(to.add(i))).store(to.add(i)) };
+    }
+    for i in len - len % LANES..len {
+        out[i] += factor * row[i];
+    }
+}
+
+/// `out (cols x rows) = a' ` for `a` of `rows x cols`.
+#[inline(always)]
+pub fn transpose(out: &mut [f64], out_stride: usize, a: &[f64], stride: usize, (rows, cols): (usize, usize)) {
+    if rows == 0 || cols == 0 {
+        return;
+    }
+    assert!(out.len() > (cols - 1) * out_stride + rows - 1 && a.len() > (rows - 1) * stride + cols - 1);
+    for i in 0..rows {
+        for j in 0..cols {
+            // SAFETY: the assertion covers the last entry of both.
+            unsafe { *out.get_unchecked_mut(j * out_stride + i) = *a.get_unchecked(i * stride + j) };
+        }
+    }
+}
+
+/// `a = (a + a') / 2` for a square matrix of order `n`.
+#[inline(always)]
+pub fn symmetrise(a: &mut [f64], n: usize, stride: usize) {
+    if n == 0 {
+        return;
+    }
+    assert!(a.len() > (n - 1) * stride + n - 1);
+    for i in 1..n {
+        for j in 0..i {
+            // SAFETY: the assertion covers the last entry.
+            unsafe {
+                let mean = 0.5 * (a.get_unchecked(i * stride + j) + a.get_unchecked(j * stride + i));
+                *a.get_unchecked_mut(i * stride + j) = mean;
+                *a.get_unchecked_mut(j * stride + i) = mean;
+            }
+        }
+    }
+}
+
+/// The dot product of two vectors of equal length.
+#[inline(always)]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Factors a symmetric positive definite matrix in place: `a = G G'`, `G` lower triangular. Only the lower triangle is
+/// read; the upper one is left as it was. `Err(i)` where the leading minor of order `i + 1` is not positive.
+#[inline(always)]
+pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
+    for j in 0..n {
+        let mut pivot = a[j * stride + j];
+        for k in 0..j {
+            pivot -= a[j * stride + k] * a[j * stride + k];
+        }
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return Err(j);
+        }
+        let root = pivot.sqrt();
+        a[j * stride + j] = root;
+        let reciprocal = 1.0 / root;
+        for i in j + 1..n {
+            let mut sum = a[i * stride + j];
+            for k in 0..j {
+                sum -= a[i * stride + k] * a[j * stride + k];
+            }
+            a[i * stride + j] = sum * reciprocal;
+        }
+    }
+    Ok(())
+}
+
+/// `log |a|` from the factor that [`cholesky`] left.
+#[inline(always)]
+pub fn log_determinant(factor: &[f64], n: usize, stride: usize) -> f64 {
+    2.0 * (0..n).map(|i| factor[i * stride + i].ln()).sum::<f64>()
+}
+
+/// Solves `G G' X = B` in place, the `n` rows of `right` being those of `B`, with the factor that [`cholesky`] left.
+#[inline(always)]
+pub fn cholesky_solve<L: Lanes>(
+    factor: &[f64],
+    factor_stride: usize,
+    right: &mut [f64],
+    right_stride: usize,
+    n: usize,
+) {
+    for i in 0..n {
+        let (done, rest) = right.split_at_mut(i * right_stride);
+        let row = &mut rest[..right_stride];
+        for k in 0..i {
+            add_scaled::<L>(row, -factor[i * factor_stride + k], &done[k * right_stride..(k + 1) * right_stride]);
+        }
+        scale::<L>(row, 1.0 / factor[i * factor_stride + i]);
+    }
+    for i in (0..n).rev() {
+        let (head, below) = right.split_at_mut((i + 1) * right_stride);
+        let row = &mut head[i * right_stride..];
+        for k in i + 1..n {
+            let from = (k - i - 1) * right_stride;
+            add_scaled::<L>(row, -factor[k * factor_stride + i], &below[from..from + right_stride]);
+        }
+        scale::<L>(row, 1.0 / factor[i * factor_stride + i]);
+    }
+}
+
+/// `row *= factor`, over whole padded rows.
+#[inline(always)]
+pub fn scale<L: Lanes>(row: &mut [f64], factor: f64) {
+    let (len, by) = (row.len(), L::constant(factor));
+    let to = row.as_mut_ptr();
+    for i in (0..len - len % LANES).step_by(LANES) {
+        // SAFETY: `i + LANES <= len`.
+        unsafe { (L::load(to.add(i)) * by).store(to.add(i)) };
+    }
+    for value in &mut row[len - len % LANES..] {
+        *value *= factor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Job, Level, Matrices, dispatch};
+
+    struct Product<'a> {
+        out: &'a mut Matrices,
+        left: &'a Matrices,
+        right: &'a Matrices,
+        transposed: bool,
+        into: Into,
+    }
+
+    impl Job for Product<'_> {
+        #[inline(always)]
+        fn run<L: Lanes>(self) {
+            let left = if self.transposed { Left::transposed } else { Left::plain };
+            let shape = (self.out.rows(), self.right.rows());
+            let left = left(self.left.as_slice(), self.left.stride());
+            multiply::<L>(self.out.at_mut(0), left, self.right.at(0), self.right.stride(), shape, self.into);
+        }
+    }
+
+    fn filled(rows: usize, cols: usize, seed: usize) -> Matrices {
+        let mut m = Matrices::zeros(1, rows, cols);
+        for i in 0..rows {
+            for j in 0..cols {
+                m.set(0, i, j, ((seed * 31 + i * 7 + j * 13) % 17) as f64 - 8.0);
+            }
+        }
+        m
+    }
+
+    proptest! {
+        #[test]
+        fn products_equal_plain_loops(
+            rows in 0..19usize, inner in 0..19usize, cols in 1..19usize, seed in 0..100usize,
+            transposed: bool, into in prop::sample::select(vec![Into::Set, Into::Add, Into::Subtract]),
+        ) {
+            let left = if transposed { filled(inner, rows, seed) } else { filled(rows, inner, seed) };
+            let right = filled(inner, cols, seed + 1);
+            let before = filled(rows, cols, seed + 2);
+            for level in Level::ALL {
+                if !level.force() {
+                    continue;
+                }
+                let mut out = before.clone();
+                dispatch(Product { out: &mut out, left: &left, right: &right, transposed, into });
+                for i in 0..rows {
+                    for j in 0..cols {
+                        let sum: f64 = (0..inner)
+                            .map(|k| right.get(0, k, j) * if transposed { left.get(0, k, i) } else { left.get(0, i, k) })
+                            .sum();
+                        let expected = match into {
+                            Into::Set => sum,
+                            Into::Add => before.get(0, i, j) + sum,
+                            Into::Subtract => before.get(0, i, j) - sum,
+                        };
+                        prop_assert_eq!(out.get(0, i, j), expected);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn cholesky_solves(n in 1..12usize, seed in 0..100usize) {
+            struct Solve<'a>(&'a Matrices, &'a mut Matrices);
+            impl Job for Solve<'_> {
+                #[inline(always)]
+                fn run<L: Lanes>(self) {
+                    let (n, stride) = (self.0.rows(), self.0.stride());
+                    cholesky_solve::<L>(self.0.at(0), stride, self.1.at_mut(0), stride, n);
+                }
+            }
+            let root = filled(n, n, seed);
+            let mut a = Matrices::zeros(1, n, n);
+            for i in 0..n {
+                for j in 0..n {
+                    let product: f64 = (0..n).map(|k| root.get(0, i, k) * root.get(0, j, k)).sum();
+                    a.set(0, i, j, product + if i == j { 50.0 } else { 0.0 });
+                }
+            }
+            let (b, mut factor) = (filled(n, n, seed + 3), a.clone());
+            let stride = a.stride();
+            cholesky(factor.at_mut(0), n, stride).unwrap();
+            let mut x = b.clone();
+            dispatch(Solve(&factor, &mut x));
+            for i in 0..n {
+                for j in 0..n {
+                    let product: f64 = (0..n).map(|k| a.get(0, i, k) * x.get(0, k, j)).sum();
+                    prop_assert!((product - b.get(0, i, j)).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cholesky_names_the_minor_that_fails() {
+        let mut a = Matrices::zeros(1, 2, 2);
+        a.set(0, 0, 0, 1.0);
+        let stride = a.stride();
+        assert_eq!(cholesky(a.at_mut(0), 2, stride), Err(1));
+    }
+}

@@ -1,0 +1,169 @@
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// A real number as the physics of a model sees it: a plain `f64`, eight of them in SIMD lanes, a dual number, or a
+/// tracker of dependencies.
+///
+/// Code generic over `Scalar` must not branch on values: use [`Scalar::select`] and what is built on it.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The number `value`, with no dependence on anything.
+    fn constant(value: f64) -> Self;
+
+    /// `self * factor + term`, rounded once where the machine can.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+
+    /// `1 / self`.
+    fn recip(self) -> Self;
+
+    /// Square root. Its derivative at 0 is infinite.
+    fn sqrt(self) -> Self;
+
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// `e` to the power of `self`.
+    fn exp(self) -> Self;
+
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+
+    /// `positive` where `self > 0`, else `otherwise`.
+    fn select(self, positive: Self, otherwise: Self) -> Self;
+
+    /// Zero.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::constant(0.0)
+    }
+
+    /// One.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::constant(1.0)
+    }
+
+    /// `self * self`.
+    #[inline(always)]
+    fn square(self) -> Self {
+        self * self
+    }
+
+    /// Sine of an angle in radians.
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.sin_cos().0
+    }
+
+    /// Cosine of an angle in radians.
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.sin_cos().1
+    }
+
+    /// Absolute value; its derivative at 0 is taken as -1.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.select(self, -self)
+    }
+
+    /// The smooth positive part `(z)_+ = 1/2 (sqrt(z^2 + smoothing^2) + z)` of Tassa et al. 2012.
+    ///
+    /// With `smoothing` a constant 0 this is `max(z, 0)` but for the undefined derivative at `z = 0`; use
+    /// [`Scalar::positive_part`] there.
+    #[inline(always)]
+    fn smooth_positive_part(self, smoothing: Self) -> Self {
+        (self.mul_add(self, smoothing * smoothing).sqrt() + self) * 0.5
+    }
+
+    /// `max(self, 0)`, with derivative 0 at 0.
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        self.select(self, Self::zero())
+    }
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        // Plain: the baseline instruction set has no fused form, and the library call is slow.
+        self * factor + term
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        1.0 / self
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
+    }
+    #[inline(always)]
+    fn select(self, positive: Self, otherwise: Self) -> Self {
+        if self > 0.0 { positive } else { otherwise }
+    }
+}
+
+/// Implements the operators with an `f64` on the right, and the assigning ones, from the operators between two `Self`.
+macro_rules! derive_operators {
+    ([$($generics:tt)*] $name:ty) => {
+        impl<$($generics)*> std::ops::Add<f64> for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: f64) -> Self {
+                self + <Self as $crate::Scalar>::constant(other)
+            }
+        }
+        impl<$($generics)*> std::ops::Sub<f64> for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: f64) -> Self {
+                self - <Self as $crate::Scalar>::constant(other)
+            }
+        }
+        impl<$($generics)*> std::ops::AddAssign for $name {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+        impl<$($generics)*> std::ops::SubAssign for $name {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                *self = *self - other;
+            }
+        }
+    };
+}
+pub(crate) use derive_operators;

@@ -1,0 +1,47 @@
+use crate::Scalar;
+
+/// Memory that grows to what was asked for and is then reused: typed buffers without allocation in the sweeps.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    lines: Vec<Line>,
+    second: Option<Box<Scratch>>,
+}
+
+/// One cache line, aligned for the widest lanes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Line([u8; 64]);
+
+impl Scratch {
+    /// A scratch that has allocated nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A second scratch beside this one, to be [given back](Self::give_back) after use.
+    pub fn take(&mut self) -> Box<Self> {
+        self.second.take().unwrap_or_default()
+    }
+
+    /// Returns what [`Scratch::take`] lent, so that its memory is reused.
+    pub fn give_back(&mut self, second: Box<Self>) {
+        self.second = Some(second);
+    }
+
+    /// A buffer of `len` zeros of type `S`. Allocates only when it is larger than any before.
+    #[inline(always)]
+    pub fn zeros<S: Scalar>(&mut self, len: usize) -> &mut [S] {
+        assert!(align_of::<S>() <= align_of::<Line>(), "a scalar is aligned to at most a cache line");
+        let lines = (len * size_of::<S>()).div_ceil(size_of::<Line>());
+        if self.lines.len() < lines {
+            self.lines.resize(lines, Line([0; 64]));
+        }
+        let start = self.lines.as_mut_ptr().cast::<S>();
+        for i in 0..len {
+            // SAFETY: `lines` covers `len` values of `S`, its start is aligned for `S`, and `S: Copy` needs no drop.
+            unsafe { start.add(i).write(S::zero()) };
+        }
+        // SAFETY: the first `len` values were just written, and the borrow of `self` keeps others away.
+        unsafe { std::slice::from_raw_parts_mut(start, len) }
+    }
+}

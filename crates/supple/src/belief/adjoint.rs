@@ -1,0 +1,230 @@
+use supple_kernels::rows::{self, Into, Left, multiply};
+use supple_kernels::{Job, Lanes, Matrices, dispatch};
+
+use super::Belief;
+use crate::knots::Knots;
+use crate::noise::Noise;
+use crate::system::KnotAdjoints;
+
+/// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
+#[derive(Clone, Copy, Debug)]
+pub struct BeliefSeeds<'a> {
+    /// Weight of the directed information.
+    pub information: f64,
+    /// Weights of the corrected covariances, symmetric n x n, N of them, held fixed; their factor.
+    pub weights: Option<(&'a Matrices, f64)>,
+}
+
+/// Memory of the reverse sweep.
+#[derive(Clone, Debug)]
+pub struct BeliefAdjoint {
+    sigma: Matrices,
+    square: Matrices,
+    other: Matrices,
+    cross: Matrices,
+    inverse: Matrices,
+}
+
+impl BeliefAdjoint {
+    /// Memory for given sizes.
+    pub fn new(states: usize, measurements: usize) -> Self {
+        let (n, p) = (states, measurements);
+        Self {
+            sigma: Matrices::zeros(1, n, n),
+            square: Matrices::zeros(1, n, n),
+            other: Matrices::zeros(1, n, n),
+            cross: Matrices::zeros(1, p, n),
+            inverse: Matrices::zeros(1, p, p),
+        }
+    }
+}
+
+/// One reverse sweep through the Kalman recursion: adjoints of a number by `A`, `C`, `W`, `V` and `X_0` at every knot
+/// (theory, equation G.3). With `M = I - L C` and the adjoints `Sb` of Sigma and `Pb` of P:
+///
+/// ```text
+/// Pb = M' Sb M + i/2 C' (S^y)^-1 C      Cb = i L' - 2 L' Sb Sigma     Vb += L' Sb L + i/2 ((S^y)^-1 - V^-1)
+/// Ab_{t-1} = 2 Pb A Sigma_{t-1}         Wb += Pb                      Sb_{t-1} = A' Pb A + 1/2 weights_{t-1}
+/// ```
+///
+/// with `i` the weight of the information. Overwrites `adjoints.dynamics` (its A part; B has none) and
+/// `adjoints.measurement`; adds to `noise_adjoint`.
+pub fn reverse_kalman(
+    (knots, noise, belief): (&Knots, &Noise, &Belief),
+    seeds: BeliefSeeds,
+    work: &mut BeliefAdjoint,
+    adjoints: &mut KnotAdjoints,
+    noise_adjoint: &mut Noise,
+) {
+    dispatch(Sweep { knots, noise, belief, seeds, work, adjoints, noise_adjoint });
+}
+
+struct Sweep<'a> {
+    knots: &'a Knots,
+    noise: &'a Noise,
+    belief: &'a Belief,
+    seeds: BeliefSeeds<'a>,
+    work: &'a mut BeliefAdjoint,
+    adjoints: &'a mut KnotAdjoints,
+    noise_adjoint: &'a mut Noise,
+}
+
+impl Job for Sweep<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let steps = self.knots.steps();
+        self.work.sigma.clear();
+        for t in (0..=steps).rev() {
+            self.correct::<L>(t);
+            if t > 0 {
+                self.predict::<L>(t);
+            }
+        }
+        let predicted = self.work.other.at(0);
+        let to = self.noise_adjoint.initial.at_mut(0);
+        rows::add_scaled::<L>(to, 1.0, predicted);
+        if self.seeds.information != 0.0 {
+            self.subtract_noise_information();
+        }
+    }
+}
+
+impl Sweep<'_> {
+    /// From the adjoint of Sigma_t in `sigma` to that of P_t in `other`.
+    #[inline(always)]
+    fn correct<L: Lanes>(&mut self, t: usize) {
+        let Self { knots, belief, seeds, work, adjoints, noise_adjoint, .. } = self;
+        let (n, p) = (knots.dimensions.states, knots.dimensions.measurements);
+        let BeliefAdjoint { sigma, square, other, cross, inverse } = &mut **work;
+        let (stride, small) = (sigma.stride(), inverse.stride());
+        let (sigma, square, predicted) = (sigma.at(0), square.at_mut(0), other.at_mut(0));
+        let (cross, inverse) = (cross.at_mut(0), inverse.at_mut(0));
+        let (c, gain) = (knots.measurement.at(t), belief.gain_transposed.at(t));
+        let information = seeds.information;
+
+        // cross = L' Sb; Cb = i L' - 2 cross Sigma.
+        multiply::<L>(cross, Left::plain(gain, stride), sigma, stride, (p, n), Into::Set);
+        let measurement = adjoints.measurement.at_mut(t);
+        multiply::<L>(
+            measurement,
+            Left::plain(cross, stride),
+            belief.corrected.at(t),
+            stride,
+            (p, n),
+            Into::Set,
+        );
+        rows::scale::<L>(measurement, -2.0);
+        rows::add_scaled::<L>(measurement, information, gain);
+
+        // (S^y)^-1, and Vb += L' Sb L + i/2 (S^y)^-1.
+        inverse.fill(0.0);
+        for i in 0..p {
+            inverse[i * small + i] = 1.0;
+        }
+        rows::cholesky_solve::<L>(belief.innovation_factor.at(t), small, inverse, small, p);
+        let v = noise_adjoint.measurement.at_mut(0);
+        for i in 0..p {
+            for j in 0..p {
+                let through = rows::dot(&cross[i * stride..i * stride + n], &gain[j * stride..j * stride + n]);
+                v[i * small + j] += through + 0.5 * information * inverse[i * small + j];
+            }
+        }
+
+        // square = Sb M = Sb - (Sb L) C; Pb = M' square = square - C' (L' square) + i/2 C' (S^y)^-1 C.
+        square.copy_from_slice(sigma);
+        multiply::<L>(square, Left::transposed(cross, stride), c, stride, (n, p), Into::Subtract);
+        multiply::<L>(cross, Left::plain(gain, stride), square, stride, (p, n), Into::Set);
+        for i in 0..p {
+            for j in 0..p {
+                let factor = -0.5 * information * inverse[i * small + j];
+                rows::add_scaled::<L>(
+                    &mut cross[i * stride..(i + 1) * stride],
+                    factor,
+                    &c[j * stride..(j + 1) * stride],
+                );
+            }
+        }
+        predicted.copy_from_slice(square);
+        multiply::<L>(predicted, Left::transposed(c, stride), cross, stride, (n, p), Into::Subtract);
+        rows::symmetrise(predicted, n, stride);
+    }
+
+    /// From the adjoint of P_t in `other` to that of Sigma_{t-1} in `sigma`.
+    #[inline(always)]
+    fn predict<L: Lanes>(&mut self, t: usize) {
+        let Self { knots, belief, seeds, work, adjoints, noise_adjoint, .. } = self;
+        let n = knots.dimensions.states;
+        let BeliefAdjoint { sigma, square, other, .. } = &mut **work;
+        let (stride, wide) = (sigma.stride(), knots.dynamics.stride());
+        let (sigma, square, predicted) = (sigma.at_mut(0), square.at_mut(0), other.at(0));
+        let f = knots.dynamics.at(t - 1);
+
+        rows::add_scaled::<L>(noise_adjoint.process.at_mut(0), 1.0, predicted);
+        // square = Pb A: by rows of A, cut off the control's columns.
+        square.fill(0.0);
+        for i in 0..n {
+            let row = &mut square[i * stride..(i + 1) * stride];
+            for k in 0..n {
+                rows::add_scaled::<L>(row, predicted[i * stride + k], &f[k * wide..k * wide + stride]);
+            }
+            row[n..].fill(0.0);
+        }
+        let a = adjoints.dynamics.at_mut(t - 1);
+        for i in 0..n {
+            a[i * wide..(i + 1) * wide].fill(0.0);
+            let row = &mut a[i * wide..i * wide + stride];
+            for k in 0..n {
+                rows::add_scaled::<L>(
+                    row,
+                    2.0 * square[i * stride + k],
+                    &belief.corrected.at(t - 1)[k * stride..(k + 1) * stride],
+                );
+            }
+        }
+        multiply::<L>(sigma, Left::transposed(f, wide), square, stride, (n, n), Into::Set);
+        rows::symmetrise(sigma, n, stride);
+        if let Some((weights, factor)) = seeds.weights {
+            rows::add_scaled::<L>(sigma, 0.5 * factor, weights.at(t - 1));
+        }
+    }
+
+    /// `Vb -= i (N + 1)/2 V^-1`.
+    #[inline(always)]
+    fn subtract_noise_information(&mut self) {
+        let Self { knots, noise, seeds, noise_adjoint, work, .. } = self;
+        let p = knots.dimensions.measurements;
+        let small = work.inverse.stride();
+        let factor = &mut noise.measurement.clone();
+        if rows::cholesky(factor.at_mut(0), p, small).is_err() {
+            return;
+        }
+        let total = seeds.information * 0.5 * (knots.steps() + 1) as f64;
+        for j in 0..p {
+            let column = &mut work.inverse.at_mut(0)[..p];
+            column.fill(0.0);
+            column[j] = 1.0;
+            solve_column(factor.at(0), small, column);
+            for (i, value) in column.iter().enumerate() {
+                let to = noise_adjoint.measurement.at_mut(0);
+                to[i * small + j] -= total * value;
+            }
+        }
+    }
+}
+
+/// Solves `G G' x = b` in place for one column.
+fn solve_column(factor: &[f64], stride: usize, x: &mut [f64]) {
+    let n = x.len();
+    for i in 0..n {
+        for k in 0..i {
+            x[i] -= factor[i * stride + k] * x[k];
+        }
+        x[i] /= factor[i * stride + i];
+    }
+    for i in (0..n).rev() {
+        for k in i + 1..n {
+            x[i] -= factor[k * stride + i] * x[k];
+        }
+        x[i] /= factor[i * stride + i];
+    }
+}

@@ -1,0 +1,137 @@
+use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch};
+
+use super::Belief;
+use super::kalman::{correct, predict};
+use crate::knots::Knots;
+use crate::noise::Noise;
+use crate::system::{Points, System};
+use crate::{Dimensions, Error};
+
+/// Extended Kalman filters of a batch of samples in step with one another; each linearises at its own estimate.
+///
+/// Matrices and vectors are indexed by sample.
+#[derive(Clone, Debug)]
+pub struct FilterBatch {
+    /// Estimates `mu`, length n.
+    pub means: Matrices,
+    /// Covariances, in the corrected and predicted matrices of a belief.
+    pub belief: Belief,
+    knots: Knots,
+    expected: Vec<f64>,
+}
+
+/// What a filter needs to know of the world.
+#[derive(Clone, Copy)]
+pub struct ExtendedKalman<'a> {
+    /// The system.
+    pub system: &'a dyn System,
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// The noise.
+    pub noise: &'a Noise,
+}
+
+impl FilterBatch {
+    /// Room for `count` samples.
+    pub fn new(dimensions: Dimensions, count: usize) -> Self {
+        Self {
+            means: Matrices::vectors(count, dimensions.states),
+            belief: Belief::zeros(dimensions.states, dimensions.measurements, count - 1),
+            knots: Knots::zeros(dimensions, count),
+            expected: vec![0.0; dimensions.measurements],
+        }
+    }
+
+    /// How many samples there are.
+    pub fn count(&self) -> usize {
+        self.means.count()
+    }
+
+    /// Sets all filters to the first state's mean and covariance.
+    pub fn start(&mut self, mean: &[f64], noise: &Noise) {
+        for sample in 0..self.count() {
+            self.means.vector_mut(sample).copy_from_slice(mean);
+            self.belief.predicted.at_mut(sample).copy_from_slice(noise.initial.at(0));
+        }
+    }
+}
+
+impl ExtendedKalman<'_> {
+    /// Takes in measurements, one per sample.
+    ///
+    /// # Errors
+    /// Where an innovation covariance is not positive definite; the step is that of the sample.
+    pub fn correct(&self, measured: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) -> Result<(), Error> {
+        let FilterBatch { means, belief, knots, expected } = batch;
+        let count = means.count();
+        // Points of the filters; their controls do not matter to the measurement.
+        let at = Points { states: means, controls: means, stages: count, has_end: false };
+        self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
+        let mut failed = None;
+        dispatch(CorrectAll { count, knots, noise: self.noise, belief, failed: &mut failed });
+        if let Some(step) = failed {
+            return Err(Error::NotPositiveDefinite { what: "the innovation covariance of a filter", step });
+        }
+        for sample in 0..count {
+            let mean = means.vector_mut(sample);
+            self.system.observe(mean, self.phi, expected);
+            let gain = belief.gain_transposed.at(sample);
+            let stride = belief.gain_transposed.stride();
+            for (k, (y, expected)) in measured.vector(sample).iter().zip(expected.iter()).enumerate() {
+                for (mean, gain) in mean.iter_mut().zip(&gain[k * stride..]) {
+                    *mean += gain * (y - expected);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves all filters one step on under their controls.
+    pub fn predict(&self, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch, next: &mut [f64]) {
+        let FilterBatch { means, belief, knots, .. } = batch;
+        let count = means.count();
+        let at = Points { states: means, controls, stages: count, has_end: false };
+        self.system.dynamics_jacobians(at, self.phi, &mut knots.dynamics, scratch);
+        dispatch(PredictAll { count, knots, noise: self.noise, belief });
+        for sample in 0..count {
+            self.system.step(means.vector(sample), controls.vector(sample), self.phi, next);
+            means.vector_mut(sample).copy_from_slice(next);
+        }
+    }
+}
+
+struct CorrectAll<'a> {
+    count: usize,
+    knots: &'a Knots,
+    noise: &'a Noise,
+    belief: &'a mut Belief,
+    failed: &'a mut Option<usize>,
+}
+
+impl Job for CorrectAll<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for sample in 0..self.count {
+            if correct::<L>(sample, self.knots, self.noise, self.belief).is_err() {
+                *self.failed = Some(sample);
+                return;
+            }
+        }
+    }
+}
+
+struct PredictAll<'a> {
+    count: usize,
+    knots: &'a Knots,
+    noise: &'a Noise,
+    belief: &'a mut Belief,
+}
+
+impl Job for PredictAll<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for sample in 0..self.count {
+            predict::<L>((sample, sample), self.knots, self.noise, self.belief);
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Belief: the covariance of the state given the measurements, along a trajectory, and the filter in the loop.
+
+mod adjoint;
+mod ekf;
+mod guard;
+mod kalman;
+
+pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
+pub use ekf::{ExtendedKalman, FilterBatch};
+pub use kalman::{Belief, kalman};

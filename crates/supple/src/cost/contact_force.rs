@@ -1,0 +1,56 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use crate::{Point, Value};
+
+/// The force of a contact, kept from pulling, against a target: `target - 1/2 (sqrt(F^2 + smoothing^2) + F)`, in N.
+#[derive(Clone, Debug)]
+pub struct ContactForce {
+    signal: usize,
+    target: Value,
+    smoothing: Value,
+}
+
+/// A contact's force against a target.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct File {
+    /// Force to reach, N.
+    target: Value,
+    /// Force gamma over which pulling is cut off, N.
+    smoothing: Value,
+    /// Weight in every stage, 1/N^2 (with the quadratic norm).
+    weight: Value,
+    /// Weight in the final cost; as `weight` where left out.
+    final_weight: Option<Value>,
+    /// How the residual becomes a cost.
+    #[serde(default)]
+    norm: Norm,
+}
+
+impl CostFile for ContactForce {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
+        let signal = vocabulary.signal("contact_force")?;
+        Ok(Cost {
+            kind: CostKind::ContactForce(Self { signal, target: file.target, smoothing: file.smoothing }),
+            norm: file.norm,
+            stage: Weights::Equal(file.weight),
+            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
+        })
+    }
+}
+
+impl Residual for ContactForce {
+    fn len(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
+        let force = signals[self.signal];
+        out[0] = at.value(self.target) - force.smooth_positive_part(at.value(self.smoothing));
+    }
+}

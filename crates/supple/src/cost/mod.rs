@@ -1,0 +1,219 @@
+//! Costs: `l(x, u) = sum of terms`, each a weight times a norm of a residual.
+//!
+//! A new kind is one file with its residual, and one line in the table at the end of this file.
+
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use crate::{Point, Value};
+
+mod contact_force;
+mod control;
+mod penetration;
+mod quadratic;
+mod state;
+
+pub use contact_force::ContactForce;
+pub use control::Control;
+pub use penetration::Penetration;
+pub use quadratic::Quadratic;
+pub use state::State;
+
+/// What a cost may refer to: the names and sizes of the model.
+#[derive(Clone, Debug)]
+pub struct Vocabulary {
+    /// Names of the states.
+    pub states: Vec<String>,
+    /// How many controls there are.
+    pub controls: usize,
+    /// Names of the model's signals.
+    pub signals: Vec<String>,
+}
+
+impl Vocabulary {
+    /// The place of the signal `name`.
+    pub fn signal(&self, name: &'static str) -> Result<usize, CostError> {
+        self.signals.iter().position(|signal| signal == name).ok_or_else(|| {
+            let has = match self.signals.as_slice() {
+                [] => "it has no signals".to_owned(),
+                signals => format!("it has {}", crate::value::quoted(signals)),
+            };
+            CostError { key: "kind", message: format!("the model has no signal `{name}`: {has}") }
+        })
+    }
+}
+
+/// A cost that does not fit its model: the key that is wrong, and what is valid.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{key}: {message}")]
+pub struct CostError {
+    /// Key in the cost's table.
+    pub key: &'static str,
+    /// What was found and what is valid.
+    pub message: String,
+}
+
+/// How the residual `r` becomes a number.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Norm {
+    /// `r^2`
+    #[default]
+    Quadratic,
+    /// `sqrt(r^2 + s^2) - s`: about `|r|` beyond `s`
+    Absolute {
+        /// `s`, in the residual's unit, above 0.
+        smoothing: Value,
+    },
+}
+
+/// The weights of a residual's entries in a stage or in the final cost.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Weights {
+    /// One weight for all entries.
+    Equal(Value),
+    /// A weight matrix `M`: `r' M r`, whole for every norm but used with the quadratic one only.
+    Matrix(Vec<Vec<Value>>),
+}
+
+impl Weights {
+    /// Whether every weight is the number 0.
+    pub fn are_zero(&self) -> bool {
+        match self {
+            Self::Equal(weight) => weight.is_zero(),
+            Self::Matrix(rows) => rows.iter().flatten().all(|weight| weight.is_zero()),
+        }
+    }
+}
+
+/// The part of a cost that its kind defines: the residual.
+pub trait Residual {
+    /// How many entries the residual has.
+    fn len(&self) -> usize;
+
+    /// Whether the residual has no entries.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The residual at a point, given the model's signals there.
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]);
+}
+
+/// One term of a task's cost.
+#[derive(Clone, Debug)]
+pub struct Cost {
+    /// The residual.
+    pub kind: CostKind,
+    /// How it becomes a number.
+    pub norm: Norm,
+    /// Weights at steps 0 to N - 1.
+    pub stage: Weights,
+    /// Weights at step N.
+    pub last: Weights,
+}
+
+impl Cost {
+    /// The weights of a stage or of the end.
+    #[inline(always)]
+    pub fn weights(&self, last: bool) -> &Weights {
+        if last { &self.last } else { &self.stage }
+    }
+
+    /// The cost of a residual.
+    #[inline(always)]
+    pub fn of_residual<S: Scalar>(&self, r: &[S], phi: &[S], last: bool) -> S {
+        let mut sum = S::zero();
+        match (self.weights(last), self.norm) {
+            (Weights::Equal(weight), Norm::Quadratic) => {
+                for &r in r {
+                    sum = r.mul_add(r, sum);
+                }
+                weight.resolve(phi) * sum
+            }
+            (Weights::Equal(weight), Norm::Absolute { smoothing }) => {
+                let s: S = smoothing.resolve(phi);
+                for &r in r {
+                    sum += r.mul_add(r, s * s).sqrt() - s;
+                }
+                weight.resolve(phi) * sum
+            }
+            (Weights::Matrix(rows), _) => {
+                for (row, &left) in rows.iter().zip(r) {
+                    for (&weight, &right) in row.iter().zip(r) {
+                        if !weight.is_zero() {
+                            sum = (weight.resolve(phi) * left).mul_add(right, sum);
+                        }
+                    }
+                }
+                sum
+            }
+        }
+    }
+}
+
+/// The table of all kinds of cost: name in the file, type, file.
+macro_rules! cost_kinds {
+    ($($(#[$doc:meta])* $name:literal => $kind:ident,)*) => {
+        /// The residual of a cost, by kind.
+        #[derive(Clone, Debug)]
+        pub enum CostKind {
+            $($(#[$doc])* $kind($kind),)*
+        }
+
+        impl Residual for CostKind {
+            #[inline(always)]
+            fn len(&self) -> usize {
+                match self { $(Self::$kind(kind) => kind.len(),)* }
+            }
+            #[inline(always)]
+            fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
+                match self { $(Self::$kind(kind) => kind.evaluate(at, signals, out),)* }
+            }
+        }
+
+        impl CostKind {
+            /// The names of all kinds, as files write them.
+            pub const NAMES: &[&str] = &[$($name),*];
+        }
+
+        /// Reads the cost of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
+        pub fn read<'de, D: serde::Deserializer<'de>>(
+            kind: &str,
+            table: D,
+            vocabulary: &Vocabulary,
+        ) -> Option<Result<Result<Cost, CostError>, D::Error>> {
+            match kind {
+                $($name => Some(<$kind as CostFile>::File::deserialize(table).map(|file| $kind::build(file, vocabulary))),)*
+                _ => None,
+            }
+        }
+
+        /// The schema of each kind's table, by name.
+        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+            vec![$(($name, generator.subschema_for::<<$kind as CostFile>::File>()),)*]
+        }
+    };
+}
+
+/// How a kind of cost is read from a task file.
+pub trait CostFile: Sized {
+    /// The keys of its table, but for `kind`.
+    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+
+    /// The cost, or what does not fit the model.
+    fn build(file: Self::File, vocabulary: &Vocabulary) -> Result<Cost, CostError>;
+}
+
+cost_kinds! {
+    /// Force of a contact against a target.
+    "contact_force" => ContactForce,
+    /// All controls.
+    "control" => Control,
+    /// Signed depth of a contact.
+    "penetration" => Penetration,
+    /// `x'Qx + u'Ru`.
+    "quadratic" => Quadratic,
+    /// Selected states against targets.
+    "state" => State,
+}

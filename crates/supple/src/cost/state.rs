@@ -1,0 +1,73 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use crate::value::quoted;
+use crate::{Point, Value};
+
+/// Selected states against targets.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Place of each selected state, and its target.
+    selected: Vec<(usize, Value)>,
+}
+
+/// Selected states against targets.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct File {
+    /// Names of the states.
+    select: Vec<String>,
+    /// One target per selected state; 0 where left out.
+    target: Option<Vec<Value>>,
+    /// Weight in every stage.
+    weight: Value,
+    /// Weight in the final cost; as `weight` where left out.
+    final_weight: Option<Value>,
+    /// How the residual becomes a cost.
+    #[serde(default)]
+    norm: Norm,
+}
+
+impl CostFile for State {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
+        if file.select.is_empty() {
+            return Err(CostError { key: "select", message: "name at least one state".into() });
+        }
+        let targets = file.target.unwrap_or_else(|| vec![Value::Number(0.0); file.select.len()]);
+        if targets.len() != file.select.len() {
+            let message = format!("{} targets for {} selected states: give one each", targets.len(), file.select.len());
+            return Err(CostError { key: "target", message });
+        }
+        let selected = file.select.iter().zip(targets).map(|(name, target)| {
+            match vocabulary.states.iter().position(|state| state == name) {
+                Some(index) => Ok((index, target)),
+                None => {
+                    let message = format!("the model has no state `{name}`: it has {}", quoted(&vocabulary.states));
+                    Err(CostError { key: "select", message })
+                }
+            }
+        });
+        Ok(Cost {
+            kind: CostKind::State(Self { selected: selected.collect::<Result<_, _>>()? }),
+            norm: file.norm,
+            stage: Weights::Equal(file.weight),
+            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
+        })
+    }
+}
+
+impl Residual for State {
+    fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    #[inline(always)]
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &[S], out: &mut [S]) {
+        for (out, &(index, target)) in out.iter_mut().zip(&self.selected) {
+            *out = at.x[index] - at.value(target);
+        }
+    }
+}

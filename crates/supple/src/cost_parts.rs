@@ -1,0 +1,43 @@
+use serde::Serialize;
+use supple_kernels::{Matrices, rows};
+
+use crate::belief::Belief;
+use crate::noise::Noise;
+use crate::plan::Plan;
+
+/// The expected cost of a task in its four parts (theory, equation J.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CostParts {
+    /// `sum l_t(xbar, ubar) + l_N(xbar_N)`
+    pub nominal: f64,
+    /// `1/2 sum_{t<N} Tr(Xi_t Sigma_t)`: the price of an uncertain belief
+    pub belief: f64,
+    /// `1/2 sum_{t<N} Tr(S_{t+1} W_t)`: the price of process noise
+    pub process: f64,
+    /// `1/2 Tr(S_0 X_0)`: the price of the unknown start
+    pub initial: f64,
+}
+
+impl CostParts {
+    /// The expected cost `J`: the sum of the parts.
+    pub fn expected(&self) -> f64 {
+        self.nominal + self.belief + self.process + self.initial
+    }
+}
+
+/// The expected cost of a plan under a belief and its noise.
+pub fn cost_parts(plan: &Plan, belief: &Belief, noise: &Noise) -> CostParts {
+    let steps = plan.trajectory.steps();
+    let (xi, s) = (&plan.policy.value_of_information, &plan.policy.curvature);
+    CostParts {
+        nominal: plan.nominal_cost,
+        belief: 0.5 * (0..steps).map(|t| trace_of_product(xi, &belief.corrected, (t, t))).sum::<f64>(),
+        process: 0.5 * (0..steps).map(|t| trace_of_product(s, &noise.process, (t + 1, t))).sum::<f64>(),
+        initial: 0.5 * trace_of_product(s, &noise.initial, (0, 0)),
+    }
+}
+
+/// `Tr(a_i b_j)` of symmetric matrices, by their padded rows.
+fn trace_of_product(a: &Matrices, b: &Matrices, (i, j): (usize, usize)) -> f64 {
+    rows::dot(a.at(i), b.at(j))
+}

@@ -1,0 +1,4 @@
+//! Design.
+/// Settings.
+#[derive(Clone, Debug, Default)]
+pub struct DesignSettings;

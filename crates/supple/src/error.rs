@@ -1,0 +1,52 @@
+/// Why something could not be computed.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum Error {
+    /// A matrix that must be positive definite is not.
+    #[error("{what} is not positive definite at step {step}")]
+    NotPositiveDefinite {
+        /// Which matrix.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// A number became infinite or not a number.
+    #[error("{what} is not finite at step {step}")]
+    NotFinite {
+        /// Which number.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// Something has the wrong shape.
+    #[error("{what} has length {found}, not {expected}")]
+    Shape {
+        /// Which thing.
+        what: String,
+        /// Its length.
+        found: usize,
+        /// The right length.
+        expected: usize,
+    },
+    /// A name that is not there.
+    #[error("no {what} `{name}`: there is {valid}")]
+    Unknown {
+        /// What kind of thing.
+        what: &'static str,
+        /// The name that was given.
+        name: String,
+        /// The names that are there.
+        valid: String,
+    },
+    /// A parameter outside its bounds or not finite.
+    #[error("parameter `{name}` = {value} is outside [{lower}, {upper}]")]
+    OutOfBounds {
+        /// The parameter.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+}

@@ -1,0 +1,44 @@
+use supple_kernels::Scratch;
+
+use super::total::GradientWorkspace;
+use crate::belief::{Belief, BeliefSeeds, reverse_kalman};
+use crate::noise::{Noise, NoiseModel};
+use crate::plan::Plan;
+use crate::system::System;
+
+/// Gradients by the parameters with trajectory, `K` and `Xi` held fixed, as in the paper (theory, equation G.1).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrozenGradient {
+    /// Of the directed information, nats.
+    pub information: Vec<f64>,
+    /// Of the belief's part of the expected cost.
+    pub belief_cost: Vec<f64>,
+}
+
+/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` move.
+pub fn frozen_gradient(
+    (system, phi, noise_model): (&dyn System, &[f64], &NoiseModel),
+    (plan, belief, noise): (&Plan, &Belief, &Noise),
+    work: &mut GradientWorkspace,
+    scratch: &mut Scratch,
+    out: &mut FrozenGradient,
+) {
+    let information = BeliefSeeds { information: 1.0, weights: None };
+    let cost = BeliefSeeds { information: 0.0, weights: Some((&plan.policy.value_of_information, 1.0)) };
+    for (seeds, gradient) in [(information, &mut out.information), (cost, &mut out.belief_cost)] {
+        gradient.clear();
+        gradient.resize(phi.len(), 0.0);
+        work.noise.clear();
+        work.adjoints.has_cost = false;
+        reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+        system.contract(
+            plan.trajectory.points(),
+            phi,
+            &work.adjoints,
+            &mut work.hessian,
+            gradient,
+            scratch,
+        );
+        noise_model.add_gradient(&work.noise, gradient);
+    }
+}

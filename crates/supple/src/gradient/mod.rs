@@ -1,0 +1,9 @@
+//! Gradients of directed information and expected cost by adjoints (theory, section G).
+
+mod frozen;
+mod riccati_adjoint;
+mod total;
+
+pub use frozen::{FrozenGradient, frozen_gradient};
+pub use total::{Functional, GradientWorkspace, TotalGradient, total_gradient};
+pub(crate) use riccati_adjoint::reverse_riccati;

@@ -1,0 +1,189 @@
+use supple_kernels::{Matrices, Scratch};
+
+use super::reverse_riccati;
+use super::riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds};
+use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
+use crate::noise::{Noise, NoiseModel};
+use crate::plan::{Plan, Policy, Regularisation, solve_lq, solve_riccati};
+use crate::system::{KnotAdjoints, System, Variation};
+use crate::{Dimensions, Error, Value};
+
+/// A number that depends on the knots: a weighted sum of the directed information and of the noise's parts of the
+/// expected cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Functional {
+    /// Weight of the directed information, nats.
+    pub information: f64,
+    /// Weight of the belief's part.
+    pub belief: f64,
+    /// Weight of the process noise's part.
+    pub process: f64,
+    /// Weight of the unknown start's part.
+    pub initial: f64,
+}
+
+impl Functional {
+    /// The directed information.
+    pub const INFORMATION: Self = Self { information: 1.0, belief: 0.0, process: 0.0, initial: 0.0 };
+    /// The belief's part of the expected cost.
+    pub const BELIEF: Self = Self { information: 0.0, belief: 1.0, process: 0.0, initial: 0.0 };
+    /// The process noise's part of the expected cost.
+    pub const PROCESS: Self = Self { information: 0.0, belief: 0.0, process: 1.0, initial: 0.0 };
+    /// The unknown start's part of the expected cost.
+    pub const INITIAL: Self = Self { information: 0.0, belief: 0.0, process: 0.0, initial: 1.0 };
+    /// All of the noise's parts of the expected cost.
+    pub const NOISE: Self = Self { information: 0.0, belief: 1.0, process: 1.0, initial: 1.0 };
+
+    fn depends_on_plan(&self) -> bool {
+        self.belief != 0.0 || self.process != 0.0 || self.initial != 0.0
+    }
+}
+
+/// Memory of the gradients.
+#[derive(Clone, Debug)]
+pub struct GradientWorkspace {
+    pub(super) belief: BeliefAdjoint,
+    pub(super) adjoints: KnotAdjoints,
+    pub(super) noise: Noise,
+    /// `[H | h]`: the Hessian of the Lagrangian, and the functional's gradient by the trajectory.
+    pub(super) hessian: Matrices,
+    riccati: RiccatiAdjoint,
+    policy: Policy,
+    variation: Matrices,
+    costates: Matrices,
+}
+
+impl GradientWorkspace {
+    /// Memory for `steps` steps.
+    pub fn new(dimensions: Dimensions, steps: usize) -> Self {
+        let Dimensions { states, measurements, .. } = dimensions;
+        let joint = dimensions.joint();
+        Self {
+            belief: BeliefAdjoint::new(states, measurements),
+            adjoints: KnotAdjoints::zeros(dimensions, steps),
+            noise: Noise::zeros(states, measurements),
+            hessian: Matrices::zeros(steps + 1, joint, joint + 1),
+            riccati: RiccatiAdjoint::new(states, joint),
+            policy: Policy::zeros(dimensions, steps),
+            variation: Matrices::vectors(steps + 1, joint),
+            costates: Matrices::vectors(steps + 1, states),
+        }
+    }
+
+    fn clear_linear_term(&mut self) {
+        let (joint, stride) = (self.hessian.rows(), self.hessian.stride());
+        for row in self.hessian.as_mut_slice().chunks_exact_mut(stride) {
+            row[joint] = 0.0;
+        }
+    }
+}
+
+/// One task at one design, as far as gradients need it.
+#[derive(Clone, Copy)]
+pub struct TotalGradient<'a> {
+    /// The system.
+    pub system: &'a dyn System,
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// Where noise depends on parameters.
+    pub noise_model: &'a NoiseModel,
+    /// Where the first state depends on parameters.
+    pub initial_state: &'a [Value],
+    /// The plan: converged.
+    pub plan: &'a Plan,
+    /// The belief along it.
+    pub belief: &'a Belief,
+    /// The noise.
+    pub noise: &'a Noise,
+}
+
+impl TotalGradient<'_> {
+    /// The gradient of the nominal cost, by the envelope theorem (theory, equation G.2):
+    /// `sum l_phi + lambda_{t+1}' f_phi + lambda_0' dx_0/dphi`.
+    pub fn nominal(&self, scratch: &mut Scratch, out: &mut Vec<f64>) {
+        out.clear();
+        out.resize(self.phi.len(), 0.0);
+        let (at, costates) = (self.plan.trajectory.points(), &self.plan.costates);
+        self.system.add_parameter_gradient(at, self.phi, costates, None, out, scratch);
+        add_initial_state(self.initial_state, costates.vector(0), out);
+    }
+}
+
+fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) {
+    for (value, costate) in initial_state.iter().zip(costate) {
+        if let Some(parameter) = value.parameter() {
+            out[parameter] += costate;
+        }
+    }
+}
+
+/// The total gradient of a functional by all parameters, everything moving (theory, equations G.3 to G.6):
+///
+/// 1. reverse sweeps give the adjoints of the knots;
+/// 2. these contracted with the derivatives of the knots give the functional's gradient `h` by the trajectory, and
+///    its direct one by the parameters;
+/// 3. the trajectory moves with the parameters so that it stays optimal: one LQ problem with the exact Hessians
+///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
+///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
+///
+/// The cost does not grow with the number of parameters but for the derivative evaluations.
+///
+/// # Errors
+/// Where the trajectory is no strict local optimum, so that it has no derivative.
+pub fn total_gradient(
+    task: &TotalGradient,
+    functional: Functional,
+    work: &mut GradientWorkspace,
+    scratch: &mut Scratch,
+    out: &mut Vec<f64>,
+) -> Result<(), Error> {
+    let &TotalGradient { system, phi, noise_model, initial_state, plan, belief, noise } = task;
+    let at = plan.trajectory.points();
+    out.clear();
+    out.resize(phi.len(), 0.0);
+
+    work.noise.clear();
+    work.adjoints.has_cost = false;
+    let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
+    let seeds = BeliefSeeds { information: functional.information, weights };
+    reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+    if functional.depends_on_plan() {
+        let Functional { belief: belief_weight, process, initial, .. } = functional;
+        let seeds = RiccatiSeeds { belief: belief_weight, process, initial };
+        let given = (&plan.knots, &plan.policy, belief, noise);
+        reverse_riccati(given, seeds, &mut work.riccati, &mut work.adjoints);
+        add_direct_noise(plan, functional, &mut work.noise);
+    }
+
+    work.hessian.copy_from(&plan.knots.cost);
+    work.clear_linear_term();
+    system.contract(at, phi, &work.adjoints, &mut work.hessian, out, scratch);
+    noise_model.add_gradient(&work.noise, out);
+
+    system.add_dynamics_curvature(at, phi, &plan.costates, &mut work.hessian, scratch);
+    solve_riccati(&plan.knots.dynamics, &work.hessian, Regularisation::default(), &mut work.policy)
+        .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
+    solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
+    let variation = Variation { joint: &work.variation, costates: &work.costates };
+    system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);
+    add_initial_state(initial_state, work.costates.vector(0), out);
+    Ok(())
+}
+
+/// The direct dependence of the cost's parts on the noise: `1/2 sum S_{t+1}` by W, `1/2 S_0` by X_0.
+fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
+    let s = &plan.policy.curvature;
+    let mut add = |to: &mut Matrices, factor: f64, t: usize| {
+        for (to, s) in to.at_mut(0).iter_mut().zip(s.at(t)) {
+            *to += 0.5 * factor * s;
+        }
+    };
+    if functional.process != 0.0 {
+        for t in 1..s.count() {
+            add(&mut noise.process, functional.process, t);
+        }
+    }
+    if functional.initial != 0.0 {
+        add(&mut noise.initial, functional.initial, 0);
+    }
+}

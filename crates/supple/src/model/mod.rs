@@ -1,0 +1,103 @@
+//! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
+
+use supple_kernels::Scalar;
+
+use crate::Value;
+
+mod linear;
+mod two_mass;
+
+pub use linear::Linear;
+pub use two_mass::TwoMass;
+
+/// How many numbers a model's vectors have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dimensions {
+    /// Length of the state `x`.
+    pub states: usize,
+    /// Length of the control `u`.
+    pub controls: usize,
+    /// Length of the measurement `y`.
+    pub measurements: usize,
+}
+
+impl Dimensions {
+    /// Length of `z = (x, u)`.
+    pub fn joint(self) -> usize {
+        self.states + self.controls
+    }
+}
+
+/// Where a model is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct Point<'a, S> {
+    /// State.
+    pub x: &'a [S],
+    /// Control. In measurements and final costs it is zero and must not matter.
+    pub u: &'a [S],
+    /// All parameters, in the order in which they were declared.
+    pub phi: &'a [S],
+    /// Time step, s.
+    pub time_step: S,
+}
+
+impl<S: Scalar> Point<'_, S> {
+    /// A value of the model's at this point: a number, or the parameter that it names.
+    #[inline(always)]
+    pub fn value(&self, value: Value) -> S {
+        value.resolve(self.phi)
+    }
+}
+
+/// A robot and its environment in discrete time: `x+ = f(x, u; phi) + w`, `y = g(x; phi) + v`.
+///
+/// One `impl` with the physics is all a new model needs; derivatives of every order come from it. Mark the methods
+/// `#[inline(always)]`: they run in SIMD lanes, and a call that is not inlined loses the vector instructions. Use no
+/// branch on values but [`Scalar::select`].
+///
+/// ```
+/// use supple::{Dimensions, Model, Point, Scalar, Value};
+///
+/// /// A pendulum with a torque at its joint; its angle is measured.
+/// struct Pendulum { length: Value }
+///
+/// impl Model for Pendulum {
+///     fn dimensions(&self) -> Dimensions {
+///         Dimensions { states: 2, controls: 1, measurements: 1 }
+///     }
+///     #[inline(always)]
+///     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+///         let (angle, rate) = (at.x[0], at.x[1]);
+///         next[0] = angle + at.time_step * rate;
+///         next[1] = rate + at.time_step * (at.u[0] - angle.sin() * 9.81 / at.value(self.length));
+///     }
+///     #[inline(always)]
+///     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+///         y[0] = at.x[0];
+///     }
+/// }
+/// ```
+pub trait Model: Send + Sync + 'static {
+    /// Lengths of state, control and measurement.
+    fn dimensions(&self) -> Dimensions;
+
+    /// The next state `f(x, u; phi)`, without noise.
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]);
+
+    /// The measurement `g(x; phi)`, without noise.
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]);
+
+    /// Names of the signals that costs may use beside state and control, such as a contact's penetration.
+    fn signals(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The signals, in the order of their names.
+    #[inline(always)]
+    fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
+
+    /// Names of the states, by which tasks select them: `x1`, `x2`... unless said otherwise.
+    fn state_names(&self) -> Vec<String> {
+        (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()
+    }
+}

@@ -1,0 +1,83 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Dimensions, Model, Point};
+use crate::Value;
+
+/// Two masses on a line, coupled by a spring; the second meets a wall of uncertain position.
+///
+/// A flexible joint with joint-torque sensing that comes into contact (paper, section V-A). State
+/// `[x1, v1, x2, v2, xw]` (m, m/s, m, m/s, m), control `u` (N) on the first mass, explicit Euler:
+///
+/// ```text
+/// x1+ = x1 + dt v1    v1+ = v1 + dt/m1 (u - b1 v1 - k1 (x1 - x2))
+/// x2+ = x2 + dt v2    v2+ = v2 + dt/m2 (-b2 v2 + k1 (x1 - x2) - k2 (x2 - xw)_+)    xw+ = xw
+/// y   = [x1, k1 (x2 - x1)]
+/// ```
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TwoMass {
+    /// Masses m1 and m2, kg.
+    pub mass: [Value; 2],
+    /// Damping b1 and b2 to the ground, N s/m.
+    pub damping: [Value; 2],
+    /// Stiffness k1 of the joint, and k2 of end-effector and wall in series, N/m.
+    pub stiffness: [Value; 2],
+    /// Length eps over which contact sets in, m: `(z)_+ = 1/2 (sqrt(z^2 + eps^2) + z)`. 0 is the hard switch.
+    #[serde(default)]
+    pub contact_smoothing: Value,
+}
+
+impl TwoMass {
+    #[inline(always)]
+    fn penetration<S: Scalar>(at: &Point<S>) -> S {
+        at.x[2] - at.x[4]
+    }
+}
+
+impl Model for TwoMass {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 5, controls: 1, measurements: 2 }
+    }
+
+    #[inline(always)]
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+        let &[x1, v1, x2, v2, xw] = at.x else { return };
+        let ([m1, m2], [b1, b2], [k1, k2]) = (self.mass, self.damping, self.stiffness);
+        let depth = Self::penetration(at);
+        let pressed = if self.contact_smoothing.is_zero() {
+            depth.positive_part()
+        } else {
+            depth.smooth_positive_part(at.value(self.contact_smoothing))
+        };
+        let coupling = at.value(k1) * (x1 - x2);
+        let contact = at.value(k2) * pressed;
+        let dt = at.time_step;
+        next[0] = x1 + dt * v1;
+        next[1] = v1 + dt / at.value(m1) * (at.u[0] - at.value(b1) * v1 - coupling);
+        next[2] = x2 + dt * v2;
+        next[3] = v2 + dt / at.value(m2) * (coupling - at.value(b2) * v2 - contact);
+        next[4] = xw;
+    }
+
+    #[inline(always)]
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+        y[0] = at.x[0];
+        y[1] = at.value(self.stiffness[0]) * (at.x[2] - at.x[0]);
+    }
+
+    fn signals(&self) -> Vec<String> {
+        ["contact_force", "penetration"].map(String::from).to_vec()
+    }
+
+    #[inline(always)]
+    fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
+        let depth = Self::penetration(at);
+        out[0] = at.value(self.stiffness[1]) * depth;
+        out[1] = depth;
+    }
+
+    fn state_names(&self) -> Vec<String> {
+        ["x1", "v1", "x2", "v2", "xw"].map(String::from).to_vec()
+    }
+}

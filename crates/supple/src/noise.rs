@@ -1,0 +1,163 @@
+use supple_kernels::{Matrices, rows};
+
+use crate::{Error, Value};
+
+/// A covariance matrix whose entries are values: its diagonal, or all of it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Covariance {
+    /// Variances, the rest being 0.
+    Diagonal(Vec<Value>),
+    /// All entries, symmetric.
+    Full(Vec<Vec<Value>>),
+}
+
+impl Covariance {
+    /// Its order.
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Diagonal(entries) => entries.len(),
+            Self::Full(rows) => rows.len(),
+        }
+    }
+
+    /// Every entry that is not the number 0: row, column, value.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, Value)> + '_ {
+        let diagonal = match self {
+            Self::Diagonal(entries) => entries.as_slice(),
+            Self::Full(_) => &[],
+        };
+        let full = match self {
+            Self::Diagonal(_) => [].as_slice(),
+            Self::Full(rows) => rows.as_slice(),
+        };
+        let diagonal = diagonal.iter().enumerate().map(|(i, &value)| (i, i, value));
+        let full =
+            full.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().map(move |(j, &value)| (i, j, value)));
+        diagonal.chain(full).filter(|(_, _, value)| !value.is_zero())
+    }
+
+    /// Writes the matrix at given parameters.
+    pub fn resolve(&self, phi: &[f64], out: &mut Matrices) {
+        out.clear();
+        for (i, j, value) in self.entries() {
+            out.set(0, i, j, value.resolve(phi));
+        }
+    }
+
+    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`.
+    pub fn add_gradient(&self, adjoint: &Matrices, parameters: &mut [f64]) {
+        for (i, j, value) in self.entries() {
+            if let Some(parameter) = value.parameter() {
+                parameters[parameter] += adjoint.get(0, i, j);
+            }
+        }
+    }
+}
+
+/// The noise of a task.
+#[derive(Clone, Debug)]
+pub struct NoiseModel {
+    /// `X_0`, n x n: of the first state.
+    pub initial: Covariance,
+    /// `W`, n x n: of the process, per step; may be singular.
+    pub process: Covariance,
+    /// `V`, p x p: of the measurement; positive definite.
+    pub measurement: Covariance,
+}
+
+/// The noise of a task at given parameters: covariance matrices that hold at every step.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// `X_0`, n x n.
+    pub initial: Matrices,
+    /// `W`, n x n.
+    pub process: Matrices,
+    /// `V`, p x p.
+    pub measurement: Matrices,
+}
+
+impl Noise {
+    /// Zeros of the right shapes.
+    pub fn zeros(states: usize, measurements: usize) -> Self {
+        Self {
+            initial: Matrices::constant(states, states),
+            process: Matrices::constant(states, states),
+            measurement: Matrices::constant(measurements, measurements),
+        }
+    }
+
+    /// Sets everything to 0.
+    pub fn clear(&mut self) {
+        self.initial.clear();
+        self.process.clear();
+        self.measurement.clear();
+    }
+}
+
+impl NoiseModel {
+    /// Writes the covariances at given parameters.
+    ///
+    /// # Errors
+    /// Where a variance is negative or not finite.
+    pub fn resolve(&self, phi: &[f64], out: &mut Noise) -> Result<(), Error> {
+        let parts = [
+            (&self.initial, &mut out.initial, "the covariance of the first state"),
+            (&self.process, &mut out.process, "the process covariance"),
+            (&self.measurement, &mut out.measurement, "the measurement covariance"),
+        ];
+        for (covariance, out, what) in parts {
+            covariance.resolve(phi, out);
+            for i in 0..out.rows() {
+                let variance = out.get(0, i, i);
+                if !variance.is_finite() {
+                    return Err(Error::NotFinite { what, step: 0 });
+                }
+                if variance < 0.0 {
+                    return Err(Error::NotPositiveDefinite { what, step: 0 });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint`.
+    pub fn add_gradient(&self, adjoint: &Noise, parameters: &mut [f64]) {
+        self.initial.add_gradient(&adjoint.initial, parameters);
+        self.process.add_gradient(&adjoint.process, parameters);
+        self.measurement.add_gradient(&adjoint.measurement, parameters);
+    }
+
+    /// Whether any entry names `parameter`.
+    pub fn depends_on(&self, parameter: usize) -> bool {
+        [&self.initial, &self.process, &self.measurement]
+            .iter()
+            .any(|covariance| covariance.entries().any(|(_, _, value)| value == Value::Parameter(parameter)))
+    }
+}
+
+/// A factor `G` with `covariance = G G'`, also for a singular covariance: Cholesky with zero columns where the pivot
+/// vanishes. Row-major, order x order. `None` where the matrix is indefinite.
+pub(crate) fn semidefinite_factor(covariance: &Matrices) -> Option<Vec<f64>> {
+    let n = covariance.rows();
+    let mut factor = vec![0.0; n * n];
+    let largest = (0..n).map(|i| covariance.get(0, i, i).abs()).fold(0.0, f64::max);
+    for j in 0..n {
+        let (above, row) = factor.split_at_mut(j * n);
+        for k in 0..j {
+            let other = &above[k * n..];
+            let rest = covariance.get(0, j, k) - rows::dot(&row[..k], &other[..k]);
+            let pivot = other[k];
+            row[k] = if pivot > 0.0 { rest / pivot } else { 0.0 };
+            if pivot == 0.0 && rest.abs() > 1e-7 * largest {
+                return None;
+            }
+        }
+        let scale = covariance.get(0, j, j);
+        let pivot = scale - rows::dot(&row[..j], &row[..j]);
+        if pivot < -1e-10 * largest || !pivot.is_finite() {
+            return None;
+        }
+        row[j] = if pivot > 1e-14 * scale { pivot.sqrt() } else { 0.0 };
+    }
+    Some(factor)
+}

@@ -1,0 +1,118 @@
+//! The whole chain, from a task at one design to its information, cost and gradients. The first file to read.
+//!
+//! ```text
+//! task -> plan (iLQG) -> knots -> belief (Kalman) -> information and cost -> gradient
+//! ```
+
+use supple_kernels::{Matrices, Scratch};
+
+use crate::Error;
+use crate::belief::{Belief, kalman};
+use crate::cost_parts::{CostParts, cost_parts};
+use crate::gradient::{
+    FrozenGradient, Functional, GradientWorkspace, TotalGradient, frozen_gradient, total_gradient,
+};
+use crate::information::{Information, information};
+use crate::noise::Noise;
+use crate::plan::{Plan, PlanSettings, PlanWorkspace, plan};
+use crate::problem::Task;
+
+/// Everything known of one task at one design, and the memory to find it.
+pub struct TaskState {
+    /// The plan.
+    pub plan: Plan,
+    /// The noise.
+    pub noise: Noise,
+    /// The belief along the plan.
+    pub belief: Belief,
+    /// Its directed information.
+    pub information: Information,
+    /// Its expected cost in parts.
+    pub cost: CostParts,
+    plan_work: PlanWorkspace,
+    gradient_work: GradientWorkspace,
+    scratch: Scratch,
+}
+
+impl TaskState {
+    /// Memory for a task.
+    pub fn new(task: &Task) -> Self {
+        let size = task.system.dimensions();
+        let steps = task.steps;
+        Self {
+            plan: Plan::zeros(size, steps),
+            noise: Noise::zeros(size.states, size.measurements),
+            belief: Belief::zeros(size.states, size.measurements, steps),
+            information: Information::default(),
+            cost: CostParts::default(),
+            plan_work: PlanWorkspace::new(size, steps),
+            gradient_work: GradientWorkspace::new(size, steps),
+            scratch: Scratch::new(),
+        }
+    }
+
+    /// Plans a task at a design and finds its information and cost: from the task's own first guess, or from the
+    /// given controls.
+    ///
+    /// # Errors
+    /// Where something is not finite or a covariance is indefinite. How the plan ended is in its status.
+    pub fn evaluate(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        settings: &PlanSettings,
+        controls: Option<&Matrices>,
+    ) -> Result<(), Error> {
+        task.noise.resolve(phi, &mut self.noise)?;
+        task.write_guess(phi, controls, &mut self.plan.trajectory);
+        plan(&*task.system, phi, settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)?;
+        kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
+        information(&self.belief, &self.noise, &mut self.information)?;
+        self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
+        Ok(())
+    }
+
+    fn gradient_task<'a>(
+        task: &'a Task,
+        phi: &'a [f64],
+        (plan, belief, noise): (&'a Plan, &'a Belief, &'a Noise),
+    ) -> TotalGradient<'a> {
+        TotalGradient {
+            system: &*task.system,
+            phi,
+            noise_model: &task.noise,
+            initial_state: &task.initial_state,
+            plan,
+            belief,
+            noise,
+        }
+    }
+
+    /// The total gradient of a functional at the evaluated design.
+    ///
+    /// # Errors
+    /// Where the plan is no strict local optimum.
+    pub fn total_gradient(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        functional: Functional,
+        out: &mut Vec<f64>,
+    ) -> Result<(), Error> {
+        let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
+        let given = Self::gradient_task(task, phi, (plan, belief, noise));
+        total_gradient(&given, functional, gradient_work, scratch, out)
+    }
+
+    /// The total gradient of the nominal cost at the evaluated design.
+    pub fn nominal_gradient(&mut self, task: &Task, phi: &[f64], out: &mut Vec<f64>) {
+        let Self { plan, belief, noise, scratch, .. } = self;
+        Self::gradient_task(task, phi, (plan, belief, noise)).nominal(scratch, out);
+    }
+
+    /// The frozen gradient at the evaluated design.
+    pub fn frozen_gradient(&mut self, task: &Task, phi: &[f64], out: &mut FrozenGradient) {
+        let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
+        frozen_gradient((&*task.system, phi, &task.noise), (plan, belief, noise), gradient_work, scratch, out);
+    }
+}

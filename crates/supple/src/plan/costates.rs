@@ -1,0 +1,45 @@
+use supple_kernels::Matrices;
+
+/// How far a trajectory is from stationary.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stationarity {
+    /// The largest `|l_u + B' lambda_{t+1}|`.
+    pub residual: f64,
+    /// The largest `|l_u|`, the scale of the residual.
+    pub scale: f64,
+}
+
+/// The costates `lambda_t = l_x + A' lambda_{t+1}`, `lambda_N = l_{N,x}` (theory, equation P.4), and how far the
+/// controls are from stationary. `cost` is `[l_zz | l_z]`.
+pub(crate) fn sweep_costates(dynamics: &Matrices, cost: &Matrices, costates: &mut Matrices) -> Stationarity {
+    let (steps, n, joint) = (dynamics.count(), dynamics.rows(), dynamics.cols());
+    let (stride, wide) = (dynamics.stride(), cost.stride());
+    let slope = |t: usize, i: usize| cost.at(t)[i * wide + joint];
+    let mut result = Stationarity::default();
+    for i in 0..n {
+        costates.vector_mut(steps)[i] = slope(steps, i);
+    }
+    for t in (0..steps).rev() {
+        let f = dynamics.at(t);
+        let (now, next) = costates.at_mut_and_next(t);
+        for (i, now) in now[..n].iter_mut().enumerate() {
+            *now = slope(t, i);
+        }
+        for (row, &next) in f.chunks_exact(stride).zip(next) {
+            for (now, f) in now[..n].iter_mut().zip(row) {
+                *now += next * f;
+            }
+        }
+        for j in n..joint {
+            let own = slope(t, j);
+            let through: f64 = (0..n).map(|k| f[k * stride + j] * next[k]).sum();
+            let residual = (own + through).abs();
+            // Written so that a residual that is not a number is kept.
+            if !(residual <= result.residual) {
+                result.residual = residual;
+            }
+            result.scale = result.scale.max(own.abs());
+        }
+    }
+    result
+}

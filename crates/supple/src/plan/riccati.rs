@@ -1,0 +1,247 @@
+use supple_kernels::rows::{self, Into, Left, multiply};
+use supple_kernels::{Job, Lanes, Matrices, dispatch};
+
+use crate::Dimensions;
+
+/// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
+#[derive(Clone, Debug)]
+pub struct Policy {
+    /// Feedback `K`, m x n, N of them.
+    pub feedback: Matrices,
+    /// Feedforward `k`, length m, N of them.
+    pub feedforward: Matrices,
+    /// Curvature of the cost-to-go `S = J_xx`, n x n, N + 1 of them.
+    pub curvature: Matrices,
+    /// Slope of the cost-to-go `J_x`, length n, N + 1 of them.
+    pub slope: Matrices,
+    /// Value of information `Xi = K' Q_uu K`, n x n, N of them.
+    pub value_of_information: Matrices,
+    q: Matrices,
+    gain: Matrices,
+    product: Matrices,
+    factor: Matrices,
+}
+
+impl Policy {
+    /// Zeros for `steps` steps.
+    pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
+        let (n, m, joint) = (dimensions.states, dimensions.controls, dimensions.joint());
+        Self {
+            feedback: Matrices::zeros(steps, m, n),
+            feedforward: Matrices::vectors(steps, m),
+            curvature: Matrices::zeros(steps + 1, n, n),
+            slope: Matrices::vectors(steps + 1, n),
+            value_of_information: Matrices::zeros(steps, n, n),
+            q: Matrices::zeros(1, joint, joint + 1),
+            gain: Matrices::zeros(1, m, joint + 1),
+            product: Matrices::zeros(1, n.max(m), joint + 1),
+            factor: Matrices::zeros(1, m, m),
+        }
+    }
+}
+
+/// Levenberg-Marquardt terms: `mu I` on `Q_uu`, and `mu_x I` on `S_{t+1}` in the gains (Tassa 2012).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Regularisation {
+    /// `mu`.
+    pub control: f64,
+    /// `mu_x`.
+    pub state: f64,
+}
+
+/// What a step `alpha` along the search direction should change the cost by: `alpha linear + alpha^2 quadratic`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Decrease {
+    /// `sum k' Q_u`, negative.
+    pub linear: f64,
+    /// `1/2 sum k' Q_uu k`.
+    pub quadratic: f64,
+}
+
+/// The Riccati sweep over knots (theory, equation P.2), joint in `z = (x, u)` with `F = [A B]`:
+///
+/// ```text
+/// Q = l_zz + F' S_{t+1} F     Q_z = l_z + F' J_x,{t+1}     k = -Q_uu^-1 Q_u     K = -Q_uu^-1 Q_ux
+/// S = [I K'] Q [I; K]         J_x = [I K'] (Q [0; k] + Q_z)         Xi = K' Q_uu K
+/// ```
+///
+/// `cost` is `[l_zz | l_z]`, (n + m) x (n + m + 1). Only the gains see the regularisation.
+///
+/// # Errors
+/// The step at which `Q_uu` is not positive definite.
+pub fn solve_riccati(
+    dynamics: &Matrices,
+    cost: &Matrices,
+    regularisation: Regularisation,
+    policy: &mut Policy,
+) -> Result<Decrease, usize> {
+    let mut result = Ok(Decrease::default());
+    dispatch(Sweep { dynamics, cost, regularisation, policy, result: &mut result });
+    result
+}
+
+struct Sweep<'a> {
+    dynamics: &'a Matrices,
+    cost: &'a Matrices,
+    regularisation: Regularisation,
+    policy: &'a mut Policy,
+    result: &'a mut Result<Decrease, usize>,
+}
+
+impl Job for Sweep<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { dynamics, cost, regularisation, policy, result } = self;
+        let steps = dynamics.count();
+        let (n, joint) = (dynamics.rows(), dynamics.cols());
+        let end = cost.at(steps);
+        let stride = cost.stride();
+        for i in 0..n {
+            for j in 0..n {
+                policy.curvature.set(steps, i, j, end[i * stride + j]);
+            }
+            policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
+        }
+        let mut total = Decrease::default();
+        for t in (0..steps).rev() {
+            match step::<L>(t, dynamics, cost, regularisation, policy) {
+                Ok(decrease) => {
+                    total.linear += decrease.linear;
+                    total.quadratic += decrease.quadratic;
+                }
+                Err(()) => {
+                    *result = Err(t);
+                    return;
+                }
+            }
+        }
+        *result = Ok(total);
+    }
+}
+
+#[inline(always)]
+fn step<L: Lanes>(
+    t: usize,
+    dynamics: &Matrices,
+    cost: &Matrices,
+    regularisation: Regularisation,
+    policy: &mut Policy,
+) -> Result<Decrease, ()> {
+    let (n, joint) = (dynamics.rows(), dynamics.cols());
+    let (m, stride, wide) = (joint - n, dynamics.stride(), cost.stride());
+    let Policy { feedback, feedforward, curvature, slope, value_of_information, q, gain, product, factor } = policy;
+    let narrow = curvature.stride();
+    let (q, gain, product, factor_rows) = (q.at_mut(0), gain.at_mut(0), product.at_mut(0), factor.at_mut(0));
+    let small = m.next_multiple_of(supple_kernels::LANES);
+    let f = dynamics.at(t);
+
+    // Q = [l_zz | l_z] + F' [S F | J_x].
+    let next = curvature.at(t + 1);
+    let next_slope = slope.vector(t + 1);
+    if stride == wide {
+        multiply::<L>(product, Left::plain(next, narrow), f, wide, (n, n), Into::Set);
+    } else {
+        for i in 0..n {
+            let row = &mut product[i * wide..(i + 1) * wide];
+            row.fill(0.0);
+            for k in 0..n {
+                rows::add_scaled::<L>(&mut row[..stride], next[i * narrow + k], &f[k * stride..(k + 1) * stride]);
+            }
+        }
+    }
+    for i in 0..n {
+        product[i * wide + joint] = next_slope[i];
+    }
+    q.copy_from_slice(cost.at(t));
+    multiply::<L>(q, Left::transposed(f, stride), product, wide, (joint, n), Into::Add);
+
+    // Gains from the regularised lower rows [Q_ux Q_uu | Q_u].
+    gain.copy_from_slice(&q[n * wide..]);
+    if regularisation.state > 0.0 {
+        for a in 0..m {
+            for k in 0..n {
+                let factor = regularisation.state * f[k * stride + n + a];
+                rows::add_scaled::<L>(&mut gain[a * wide..a * wide + stride], factor, &f[k * stride..(k + 1) * stride]);
+            }
+        }
+        // F has no gradient column; where strides agree its padding is zero, so the gradient is untouched.
+    }
+    for a in 0..m {
+        for b in 0..=a {
+            factor_rows[a * small + b] = gain[a * wide + n + b];
+        }
+        factor_rows[a * small + a] += regularisation.control;
+    }
+    rows::cholesky(factor_rows, m, small).map_err(drop)?;
+    rows::cholesky_solve::<L>(factor_rows, small, gain, wide, m);
+    let (feedback, feedforward) = (feedback.at_mut(t), feedforward.vector_mut(t));
+    let mut decrease = Decrease::default();
+    for a in 0..m {
+        for (to, from) in feedback[a * narrow..a * narrow + n].iter_mut().zip(&gain[a * wide..]) {
+            *to = -from;
+        }
+        feedforward[a] = -gain[a * wide + joint];
+    }
+    for a in 0..m {
+        let lower = &q[(n + a) * wide..];
+        decrease.linear += feedforward[a] * lower[joint];
+        decrease.quadratic += 0.5 * feedforward[a] * rows::dot(&lower[n..joint], feedforward);
+    }
+
+    // Xi = K' Q_uu K, by rows of Q_uu K.
+    let xi = value_of_information.at_mut(t);
+    xi.fill(0.0);
+    let quu_k = &mut product[..m * narrow];
+    multiply::<L>(quu_k, Left::plain(&q[n * wide + n..], wide), feedback, narrow, (m, m), Into::Set);
+    multiply::<L>(xi, Left::transposed(feedback, narrow), quu_k, narrow, (n, m), Into::Set);
+    rows::symmetrise(xi, n, narrow);
+
+    // T = [I K'] Q, then [S | J_x] = T [I; K | k].
+    let (upper, lower) = q.split_at_mut(n * wide);
+    multiply::<L>(upper, Left::transposed(feedback, narrow), lower, wide, (n, m), Into::Add);
+    let slope = slope.vector_mut(t);
+    let curvature = curvature.at_mut(t);
+    for i in 0..n {
+        let row = &upper[i * wide..(i + 1) * wide];
+        let to = &mut curvature[i * narrow..(i + 1) * narrow];
+        to[..n].copy_from_slice(&row[..n]);
+        for a in 0..m {
+            rows::add_scaled::<L>(to, row[n + a], &feedback[a * narrow..(a + 1) * narrow]);
+        }
+        slope[i] = row[joint] + rows::dot(&row[n..joint], feedforward);
+    }
+    rows::symmetrise(curvature, n, narrow);
+    Ok(decrease)
+}
+
+/// The minimiser of `sum 1/2 dz' H dz + h' dz` over `dx+ = F dz`, `dx_0 = 0`, with its costates, from a sweep over
+/// `[H | h]`: `du = k + K dx`, `dlambda = S dx + J_x`.
+///
+/// `joint` receives `dz` (its control part 0 at the end), `costates` receives `dlambda`.
+pub(crate) fn solve_lq(dynamics: &Matrices, policy: &Policy, joint: &mut Matrices, costates: &mut Matrices) {
+    let (steps, n) = (dynamics.count(), dynamics.rows());
+    let stride = policy.feedback.stride();
+    joint.vector_mut(0)[..n].fill(0.0);
+    for t in 0..=steps {
+        let (now, next) = if t < steps { joint.at_mut_pair(t) } else { (joint.at_mut(t), [].as_mut_slice()) };
+        let (dx, du) = now.split_at_mut(n);
+        let curvature = policy.curvature.at(t);
+        for (i, costate) in costates.vector_mut(t).iter_mut().enumerate() {
+            *costate = policy.slope.vector(t)[i] + rows::dot(&curvature[i * stride..i * stride + n], dx);
+        }
+        if t == steps {
+            du.fill(0.0);
+            continue;
+        }
+        let (feedback, feedforward) = (policy.feedback.at(t), policy.feedforward.vector(t));
+        for (a, du) in du.iter_mut().take(feedforward.len()).enumerate() {
+            *du = feedforward[a] + rows::dot(&feedback[a * stride..a * stride + n], dx);
+        }
+        let f = dynamics.at(t);
+        let width = dynamics.stride();
+        let used = dynamics.cols();
+        for i in 0..n {
+            next[i] = rows::dot(&f[i * width..i * width + used], &now[..used]);
+        }
+    }
+}

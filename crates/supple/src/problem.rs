@@ -1,0 +1,83 @@
+use supple_kernels::Matrices;
+
+use crate::design::DesignSettings;
+use crate::noise::NoiseModel;
+use crate::parameters::Parameters;
+use crate::plan::PlanSettings;
+use crate::system::System;
+use crate::trajectory::Trajectory;
+use crate::{Error, Value};
+
+/// A robot, its tasks and the parameters to design.
+pub struct Problem {
+    /// What it is, for people.
+    pub title: String,
+    /// All parameters.
+    pub parameters: Parameters,
+    /// The tasks, which share the parameters.
+    pub tasks: Vec<Task>,
+    /// How plans are searched for.
+    pub planning: PlanSettings,
+    /// How designs are searched for.
+    pub design: DesignSettings,
+}
+
+/// One task: a system with its costs, start, noise and bound.
+pub struct Task {
+    /// Its name.
+    pub name: String,
+    /// How many steps it lasts, N.
+    pub steps: usize,
+    /// Time step, s.
+    pub time_step: Value,
+    /// The expected cost may be at most this, D; without a bound any cost will do.
+    pub bound: Option<Value>,
+    /// Weight of its information in the objective.
+    pub information_weight: f64,
+    /// Mean of the first state, n.
+    pub initial_state: Vec<Value>,
+    /// First guess of the controls: one row for all steps, or one per step; each of length m.
+    pub initial_control: Vec<Vec<f64>>,
+    /// Its noise.
+    pub noise: NoiseModel,
+    /// Model and costs, differentiated.
+    pub system: Box<dyn System>,
+}
+
+impl Task {
+    /// The first guess: the first state at `phi`, and the controls to start from.
+    pub fn write_guess(&self, phi: &[f64], controls: Option<&Matrices>, trajectory: &mut Trajectory) {
+        for (x, value) in trajectory.states.vector_mut(0).iter_mut().zip(&self.initial_state) {
+            *x = value.resolve(phi);
+        }
+        match controls {
+            Some(controls) => trajectory.controls.copy_from(controls),
+            None => {
+                for t in 0..self.steps {
+                    let row = &self.initial_control[t.min(self.initial_control.len() - 1)];
+                    trajectory.controls.vector_mut(t).copy_from_slice(row);
+                }
+            }
+        }
+    }
+
+    /// Checks that everything has the lengths that the system asks for.
+    ///
+    /// # Errors
+    /// The first thing of a wrong length.
+    pub fn check_shapes(&self) -> Result<(), Error> {
+        let size = self.system.dimensions();
+        let check = |what: &str, found: usize, expected: usize| {
+            let what = format!("{what} of task `{}`", self.name);
+            if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
+        };
+        check("initial_state", self.initial_state.len(), size.states)?;
+        check("the initial covariance", self.noise.initial.order(), size.states)?;
+        check("the process covariance", self.noise.process.order(), size.states)?;
+        check("the measurement covariance", self.noise.measurement.order(), size.measurements)?;
+        if self.initial_control.len() != 1 {
+            check("initial_control", self.initial_control.len(), self.steps)?;
+        }
+        self.initial_control.iter().try_for_each(|row| check("a row of initial_control", row.len(), size.controls))
+    }
+}

@@ -1,0 +1,233 @@
+use supple_kernels::{Dual, Job, Lanes, Matrices, Scalar, Scratch};
+
+use super::block::{Block, Seeds, carve};
+use super::{Authored, Points};
+use crate::Model;
+
+/// Tangents carried at once in first derivatives.
+pub(super) const FIRST: usize = 4;
+/// Tangents carried at once at each level of higher derivatives.
+pub(super) const HIGHER: usize = 2;
+
+/// A scalar with first derivatives.
+pub(super) type First<L> = Dual<L, FIRST>;
+/// A scalar with second derivatives: `tangents[i].tangents[j]` by direction i of the outer and j of the inner set.
+pub(super) type Second<L> = Dual<Dual<L, HIGHER>, HIGHER>;
+
+/// `[A B]` at every stage.
+pub(super) struct DynamicsJacobians<'a, M> {
+    pub system: &'a Authored<M>,
+    pub at: Points<'a>,
+    pub phi: &'a [f64],
+    pub out: &'a mut Matrices,
+    pub scratch: &'a mut Scratch,
+}
+
+impl<M: Model> Job for DynamicsJacobians<'_, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { system, at, phi, out, scratch } = self;
+        let (n, joint) = (system.size.states, system.size.joint());
+        let mut buffer = scratch.zeros::<First<L>>(joint + phi.len() + n);
+        let mut seeds = Seeds::carve(&mut buffer, joint, phi.len());
+        let next = carve(&mut buffer, n);
+        fix_parameters(&mut seeds, phi);
+        let stride = out.stride();
+        for block in Block::stages(&at) {
+            gather(&block, &at, &mut seeds);
+            for chunk in system.structure.dynamics_variables.chunks(FIRST) {
+                seed(&mut seeds, chunk);
+                system.model.step(&seeds.point(n, system.time_step), next);
+                unseed(&mut seeds, chunk);
+                scatter(&block, out, stride, chunk, next, &system.structure.dynamics);
+            }
+        }
+    }
+}
+
+/// `C` at every state.
+pub(super) struct MeasurementJacobians<'a, M> {
+    pub system: &'a Authored<M>,
+    pub at: Points<'a>,
+    pub phi: &'a [f64],
+    pub out: &'a mut Matrices,
+    pub scratch: &'a mut Scratch,
+}
+
+impl<M: Model> Job for MeasurementJacobians<'_, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { system, at, phi, out, scratch } = self;
+        let (n, joint, p) = (system.size.states, system.size.joint(), system.size.measurements);
+        let mut buffer = scratch.zeros::<First<L>>(joint + phi.len() + p);
+        let mut seeds = Seeds::carve(&mut buffer, joint, phi.len());
+        let y = carve(&mut buffer, p);
+        fix_parameters(&mut seeds, phi);
+        let stride = out.stride();
+        for block in Block::all(&at) {
+            gather(&block, &at, &mut seeds);
+            for chunk in system.structure.measurement_variables.chunks(FIRST) {
+                seed(&mut seeds, chunk);
+                system.model.observe(&seeds.point(n, system.time_step), y);
+                unseed(&mut seeds, chunk);
+                scatter(&block, out, stride, chunk, y, &system.structure.measurement);
+            }
+        }
+    }
+}
+
+/// Adds `sum_i lambda_i d2f_i/dz dz` at every stage.
+pub(super) struct DynamicsCurvature<'a, M> {
+    pub system: &'a Authored<M>,
+    pub at: Points<'a>,
+    pub phi: &'a [f64],
+    pub costates: &'a Matrices,
+    pub out: &'a mut Matrices,
+    pub scratch: &'a mut Scratch,
+}
+
+impl<M: Model> Job for DynamicsCurvature<'_, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { system, at, phi, costates, out, scratch } = self;
+        let (n, joint) = (system.size.states, system.size.joint());
+        let mut buffer = scratch.zeros::<Second<L>>(joint + phi.len() + n);
+        let mut seeds = Seeds::carve(&mut buffer, joint, phi.len());
+        let next = carve(&mut buffer, n);
+        fix_parameters(&mut seeds, phi);
+        let stride = out.stride();
+        for block in Block::stages(&at) {
+            gather(&block, &at, &mut seeds);
+            let after = Block { first: block.first + 1, ..block };
+            for_pairs(&mut seeds, &system.structure.dynamics_curved, |seeds, outer, inner| {
+                system.model.step(&seeds.point(n, system.time_step), next);
+                for (a, &row) in outer.iter().enumerate() {
+                    for (b, &col) in inner.iter().enumerate().filter(|(_, col)| **col <= row) {
+                        let mut sum = L::zero();
+                        for (i, next) in next.iter().enumerate() {
+                            sum = after.load::<L>(costates, i).mul_add(next.tangents[a].tangents[b], sum);
+                        }
+                        block.add(out, row * stride + col, sum);
+                        if row != col {
+                            block.add(out, col * stride + row, sum);
+                        }
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// Visits all pairs of chunks of `variables`, the second at or before the first, with their tangents seeded.
+#[inline(always)]
+pub(super) fn for_pairs<L: Lanes>(
+    seeds: &mut Seeds<Second<L>>,
+    variables: &[usize],
+    mut visit: impl FnMut(&mut Seeds<Second<L>>, &[usize], &[usize]),
+) {
+    for (index, outer) in variables.chunks(HIGHER).enumerate() {
+        for (a, &variable) in outer.iter().enumerate() {
+            seeds.variable(variable).tangents[a].value = L::one();
+        }
+        for inner in variables.chunks(HIGHER).take(index + 1) {
+            for (b, &variable) in inner.iter().enumerate() {
+                seeds.variable(variable).value.tangents[b] = L::one();
+            }
+            visit(seeds, outer, inner);
+            for (b, &variable) in inner.iter().enumerate() {
+                seeds.variable(variable).value.tangents[b] = L::zero();
+            }
+        }
+        for (a, &variable) in outer.iter().enumerate() {
+            seeds.variable(variable).tangents[a].value = L::zero();
+        }
+    }
+}
+
+/// A scalar that carries eight plain numbers at its core.
+pub(super) trait Carrier<L: Lanes>: Scalar {
+    /// A fixed value.
+    fn carry(value: L) -> Self;
+}
+
+impl<L: Lanes> Carrier<L> for L {
+    #[inline(always)]
+    fn carry(value: L) -> Self {
+        value
+    }
+}
+
+impl<L: Lanes, const K: usize> Carrier<L> for Dual<L, K> {
+    #[inline(always)]
+    fn carry(value: L) -> Self {
+        Self::fixed(value)
+    }
+}
+
+impl<L: Lanes, const K: usize, const J: usize> Carrier<L> for Dual<Dual<L, K>, J> {
+    #[inline(always)]
+    fn carry(value: L) -> Self {
+        Self::fixed(Dual::fixed(value))
+    }
+}
+
+impl<L: Lanes, const K: usize, const J: usize, const I: usize> Carrier<L> for Dual<Dual<Dual<L, K>, J>, I> {
+    #[inline(always)]
+    fn carry(value: L) -> Self {
+        Self::fixed(Dual::fixed(Dual::fixed(value)))
+    }
+}
+
+/// Sets the parameters, moving with nothing.
+#[inline(always)]
+pub(super) fn fix_parameters<S: Scalar>(seeds: &mut Seeds<S>, phi: &[f64]) {
+    for (seed, &value) in seeds.phi.iter_mut().zip(phi) {
+        *seed = S::constant(value);
+    }
+}
+
+/// Sets state and control to those of a block, moving with nothing; the control is zero at the end.
+#[inline(always)]
+pub(super) fn gather<L: Lanes, S: Carrier<L>>(block: &Block, at: &Points, seeds: &mut Seeds<S>) {
+    let n = at.states.cols();
+    let (x, u) = seeds.z.split_at_mut(n);
+    for (i, x) in x.iter_mut().enumerate() {
+        *x = S::carry(block.load(at.states, i));
+    }
+    for (i, u) in u.iter_mut().enumerate() {
+        *u = S::carry(if block.last { L::zero() } else { block.load(at.controls, i) });
+    }
+}
+
+#[inline(always)]
+pub(super) fn seed<L: Lanes>(seeds: &mut Seeds<First<L>>, chunk: &[usize]) {
+    for (k, &variable) in chunk.iter().enumerate() {
+        seeds.variable(variable).tangents[k] = L::one();
+    }
+}
+
+#[inline(always)]
+pub(super) fn unseed<L: Lanes>(seeds: &mut Seeds<First<L>>, chunk: &[usize]) {
+    for &variable in chunk {
+        seeds.variable(variable).tangents = [L::zero(); FIRST];
+    }
+}
+
+/// Writes the derivatives of `values` by the variables of `chunk` where they can be non-zero.
+#[inline(always)]
+fn scatter<L: Lanes>(
+    block: &Block,
+    out: &mut Matrices,
+    stride: usize,
+    chunk: &[usize],
+    values: &[First<L>],
+    structure: &[Vec<usize>],
+) {
+    for (i, (value, variables)) in values.iter().zip(structure).enumerate() {
+        for (k, variable) in chunk.iter().enumerate() {
+            if variables.contains(variable) {
+                block.store(out, i * stride + variable, value.tangents[k]);
+            }
+        }
+    }
+}
