@@ -1,3 +1,6 @@
+// Loops over `0..K`, not closures: a closure does not inherit the instructions of run-time dispatch.
+#![allow(clippy::needless_range_loop)]
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::Scalar;
@@ -31,8 +34,12 @@ impl<S: Scalar, const K: usize> Dual<S, K> {
 
     /// `f(self)`, given the value of `f` there and its slope.
     #[inline(always)]
-    fn chain(self, value: S, slope: S) -> Self {
-        Self { value, tangents: self.tangents.map(|t| t * slope) }
+    fn chain(mut self, value: S, slope: S) -> Self {
+        self.value = value;
+        for i in 0..K {
+            self.tangents[i] = self.tangents[i] * slope;
+        }
+        self
     }
 }
 
@@ -40,7 +47,10 @@ impl<S: Scalar, const K: usize> Add for Dual<S, K> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let tangents = std::array::from_fn(|i| self.tangents[i] + other.tangents[i]);
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = self.tangents[i] + other.tangents[i];
+        }
         Self { value: self.value + other.value, tangents }
     }
 }
@@ -49,7 +59,10 @@ impl<S: Scalar, const K: usize> Sub for Dual<S, K> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        let tangents = std::array::from_fn(|i| self.tangents[i] - other.tangents[i]);
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = self.tangents[i] - other.tangents[i];
+        }
         Self { value: self.value - other.value, tangents }
     }
 }
@@ -58,7 +71,10 @@ impl<S: Scalar, const K: usize> Mul for Dual<S, K> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let tangents = std::array::from_fn(|i| self.tangents[i].mul_add(other.value, self.value * other.tangents[i]));
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = self.tangents[i].mul_add(other.value, self.value * other.tangents[i]);
+        }
         Self { value: self.value * other.value, tangents }
     }
 }
@@ -69,7 +85,10 @@ impl<S: Scalar, const K: usize> Div for Dual<S, K> {
     fn div(self, other: Self) -> Self {
         let reciprocal = other.value.recip();
         let value = self.value * reciprocal;
-        let tangents = std::array::from_fn(|i| (self.tangents[i] - value * other.tangents[i]) * reciprocal);
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = (self.tangents[i] - value * other.tangents[i]) * reciprocal;
+        }
         Self { value, tangents }
     }
 }
@@ -78,7 +97,11 @@ impl<S: Scalar, const K: usize> Neg for Dual<S, K> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { value: -self.value, tangents: self.tangents.map(|t| -t) }
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = -tangents[i];
+        }
+        Self { value: -self.value, tangents }
     }
 }
 
@@ -86,7 +109,11 @@ impl<S: Scalar, const K: usize> Mul<f64> for Dual<S, K> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        Self { value: self.value * other, tangents: self.tangents.map(|t| t * other) }
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = tangents[i] * other;
+        }
+        Self { value: self.value * other, tangents }
     }
 }
 
@@ -94,7 +121,11 @@ impl<S: Scalar, const K: usize> Div<f64> for Dual<S, K> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: f64) -> Self {
-        Self { value: self.value / other, tangents: self.tangents.map(|t| t / other) }
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = tangents[i] / other;
+        }
+        Self { value: self.value / other, tangents }
     }
 }
 
@@ -107,9 +138,10 @@ impl<S: Scalar, const K: usize> Scalar for Dual<S, K> {
     }
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
-        let tangents = std::array::from_fn(|i| {
-            self.tangents[i].mul_add(factor.value, self.value.mul_add(factor.tangents[i], term.tangents[i]))
-        });
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = self.tangents[i].mul_add(factor.value, self.value.mul_add(factor.tangents[i], term.tangents[i]));
+        }
         Self { value: self.value.mul_add(factor.value, term.value), tangents }
     }
     #[inline(always)]
@@ -138,9 +170,11 @@ impl<S: Scalar, const K: usize> Scalar for Dual<S, K> {
     }
     #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
-        let pick = |a: S, b: S| self.value.select(a, b);
-        let tangents = std::array::from_fn(|i| pick(positive.tangents[i], otherwise.tangents[i]));
-        Self { value: pick(positive.value, otherwise.value), tangents }
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = self.value.select(positive.tangents[i], otherwise.tangents[i]);
+        }
+        Self { value: self.value.select(positive.value, otherwise.value), tangents }
     }
 }
 

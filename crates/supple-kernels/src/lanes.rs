@@ -156,7 +156,7 @@ pub(crate) mod x86 {
                 #[inline(always)]
                 fn neg(self) -> Self {
                     // SAFETY: values of this type are made only where `dispatch` found the instructions.
-                    Self(self.0.map(|v| unsafe { $negate(v) }))
+                    lanes!(@each self, i => unsafe { $negate(self.0[i]) })
                 }
             }
 
@@ -177,14 +177,18 @@ pub(crate) mod x86 {
                 }
                 #[inline(always)]
                 unsafe fn load(from: *const f64) -> Self {
-                    // SAFETY: the caller's, and instructions as in `neg`.
-                    Self(std::array::from_fn(|i| unsafe { $load(from.add($width * i)) }))
+                    let mut parts = Self::constant(0.0);
+                    for i in 0..$parts {
+                        // SAFETY: the caller's, and instructions as in `neg`.
+                        parts.0[i] = unsafe { $load(from.add($width * i)) };
+                    }
+                    parts
                 }
                 #[inline(always)]
                 unsafe fn store(self, to: *mut f64) {
-                    for (i, part) in self.0.into_iter().enumerate() {
+                    for i in 0..$parts {
                         // SAFETY: the caller's, and instructions as in `neg`.
-                        unsafe { $store(to.add($width * i), part) };
+                        unsafe { $store(to.add($width * i), self.0[i]) };
                     }
                 }
             }
@@ -198,7 +202,7 @@ pub(crate) mod x86 {
                 #[inline(always)]
                 fn mul_add(self, factor: Self, term: Self) -> Self {
                     // SAFETY: instructions as in `neg`.
-                    Self(std::array::from_fn(|i| unsafe { $fma(self.0[i], factor.0[i], term.0[i]) }))
+                    lanes!(@each self, i => unsafe { $fma(self.0[i], factor.0[i], term.0[i]) })
                 }
                 #[inline(always)]
                 fn recip(self) -> Self {
@@ -207,7 +211,7 @@ pub(crate) mod x86 {
                 #[inline(always)]
                 fn sqrt(self) -> Self {
                     // SAFETY: instructions as in `neg`.
-                    Self(self.0.map(|v| unsafe { $sqrt(v) }))
+                    lanes!(@each self, i => unsafe { $sqrt(self.0[i]) })
                 }
                 #[inline(always)]
                 fn sin_cos(self) -> (Self, Self) {
@@ -225,17 +229,26 @@ pub(crate) mod x86 {
                 #[inline(always)]
                 fn select(self, positive: Self, otherwise: Self) -> Self {
                     // SAFETY: instructions as in `neg`.
-                    Self(std::array::from_fn(|i| unsafe { $select(self.0[i], positive.0[i], otherwise.0[i]) }))
+                    lanes!(@each self, i => unsafe { $select(self.0[i], positive.0[i], otherwise.0[i]) })
                 }
             }
         };
+        // A loop, not a closure: a closure does not inherit the instructions of run-time dispatch.
+        (@each $self:ident, $i:ident => $part:expr) => {{
+            let mut parts = $self;
+            #[allow(clippy::needless_range_loop)]
+            for $i in 0..$self.0.len() {
+                parts.0[$i] = $part;
+            }
+            parts
+        }};
         (@operator $name:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
             impl $trait for $name {
                 type Output = Self;
                 #[inline(always)]
                 fn $method(self, other: Self) -> Self {
                     // SAFETY: values of this type are made only where `dispatch` found the instructions.
-                    Self(std::array::from_fn(|i| unsafe { $intrinsic(self.0[i], other.0[i]) }))
+                    lanes!(@each self, i => unsafe { $intrinsic(self.0[i], other.0[i]) })
                 }
             }
         };

@@ -35,7 +35,11 @@ impl Block {
     #[inline(always)]
     pub fn load<L: Lanes>(&self, from: &Matrices, offset: usize) -> L {
         let (data, size) = (from.as_slice(), from.rows() * from.stride());
-        L::from_array(std::array::from_fn(|lane| data[(self.first + lane.min(self.count - 1)) * size + offset]))
+        let mut values = [0.0; LANES];
+        for (lane, value) in values.iter_mut().enumerate() {
+            *value = data[(self.first + lane.min(self.count - 1)) * size + offset];
+        }
+        L::from_array(values)
     }
 
     /// Writes lanes to entry `offset` of the matrices of all points.

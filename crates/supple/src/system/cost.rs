@@ -1,7 +1,7 @@
 use supple_kernels::{Job, Lanes, Matrices, Scalar, Scratch};
 
 use super::block::{Block, Seeds, carve};
-use super::jacobians::{FIRST, First, Second, fix_parameters, for_pairs, gather, seed, unseed};
+use super::jacobians::{FIRST, First, Pairs, Second, fix_parameters, gather, seed, unseed};
 use super::{Authored, Curvature, Points};
 use crate::Model;
 use crate::cost::{Cost, Norm, Residual, Weights};
@@ -215,16 +215,20 @@ impl<M: Model, L: Lanes> Run<'_, M, L> {
         let residuals = carve(&mut buffer, system.residuals);
         fix_parameters(&mut seeds, self.phi);
         gather(block, &self.at, &mut seeds);
-        for_pairs(&mut seeds, curved, |seeds, outer, inner| {
-            evaluate(system, seeds, signals, residuals);
+        let mut pairs = Pairs::new(curved);
+        while let Some((outer, inner)) = pairs.next(&mut seeds) {
+            evaluate(system, &seeds, signals, residuals);
             for (a, &row) in outer.iter().enumerate() {
-                for (b, &col) in inner.iter().enumerate().filter(|(_, col)| **col <= row) {
+                for (b, &col) in inner.iter().enumerate() {
+                    if col > row {
+                        continue;
+                    }
                     let sum = &mut sums.hessian[row * joint + col];
                     for (slope, r) in sums.slope.iter().zip(residuals.iter()) {
                         *sum = slope.mul_add(r.tangents[a].tangents[b], *sum);
                     }
                 }
             }
-        });
+        }
     }
 }

@@ -99,10 +99,14 @@ impl<M: Model> Job for DynamicsCurvature<'_, M> {
         for block in Block::stages(&at) {
             gather(&block, &at, &mut seeds);
             let after = Block { first: block.first + 1, ..block };
-            for_pairs(&mut seeds, &system.structure.dynamics_curved, |seeds, outer, inner| {
+            let mut pairs = Pairs::new(&system.structure.dynamics_curved);
+            while let Some((outer, inner)) = pairs.next(&mut seeds) {
                 system.model.step(&seeds.point(n, system.time_step), next);
                 for (a, &row) in outer.iter().enumerate() {
-                    for (b, &col) in inner.iter().enumerate().filter(|(_, col)| **col <= row) {
+                    for (b, &col) in inner.iter().enumerate() {
+                        if col > row {
+                            continue;
+                        }
                         let mut sum = L::zero();
                         for (i, next) in next.iter().enumerate() {
                             sum = after.load::<L>(costates, i).mul_add(next.tangents[a].tangents[b], sum);
@@ -113,34 +117,60 @@ impl<M: Model> Job for DynamicsCurvature<'_, M> {
                         }
                     }
                 }
-            });
+            }
         }
     }
 }
 
-/// Visits all pairs of chunks of `variables`, the second at or before the first, with their tangents seeded.
-#[inline(always)]
-pub(super) fn for_pairs<L: Lanes>(
-    seeds: &mut Seeds<Second<L>>,
-    variables: &[usize],
-    mut visit: impl FnMut(&mut Seeds<Second<L>>, &[usize], &[usize]),
-) {
-    for (index, outer) in variables.chunks(HIGHER).enumerate() {
-        for (a, &variable) in outer.iter().enumerate() {
-            seeds.variable(variable).tangents[a].value = L::one();
-        }
-        for inner in variables.chunks(HIGHER).take(index + 1) {
-            for (b, &variable) in inner.iter().enumerate() {
-                seeds.variable(variable).value.tangents[b] = L::one();
+/// Walks all pairs of chunks of variables, the second at or before the first, seeding their tangents.
+pub(super) struct Pairs<'a> {
+    variables: &'a [usize],
+    outer: usize,
+    inner: usize,
+}
+
+impl<'a> Pairs<'a> {
+    #[inline(always)]
+    pub fn new(variables: &'a [usize]) -> Self {
+        Self { variables, outer: 0, inner: 0 }
+    }
+
+    #[inline(always)]
+    fn chunk(&self, start: usize) -> &'a [usize] {
+        &self.variables[start..self.variables.len().min(start + HIGHER)]
+    }
+
+    /// The next pair, with the seeds of the last one taken back.
+    #[inline(always)]
+    pub fn next<L: Lanes>(&mut self, seeds: &mut Seeds<Second<L>>) -> Option<(&'a [usize], &'a [usize])> {
+        if self.inner > 0 {
+            for &variable in self.chunk(self.inner - HIGHER) {
+                seeds.variable(variable).value.tangents = [L::zero(); HIGHER];
             }
-            visit(seeds, outer, inner);
-            for (b, &variable) in inner.iter().enumerate() {
-                seeds.variable(variable).value.tangents[b] = L::zero();
+        }
+        if self.inner > self.outer {
+            for &variable in self.chunk(self.outer) {
+                for a in 0..HIGHER {
+                    seeds.variable(variable).tangents[a].value = L::zero();
+                }
+            }
+            self.inner = 0;
+            self.outer += HIGHER;
+        }
+        if self.outer >= self.variables.len() {
+            return None;
+        }
+        let (outer, inner) = (self.chunk(self.outer), self.chunk(self.inner));
+        if self.inner == 0 {
+            for (a, &variable) in outer.iter().enumerate() {
+                seeds.variable(variable).tangents[a].value = L::one();
             }
         }
-        for (a, &variable) in outer.iter().enumerate() {
-            seeds.variable(variable).tangents[a].value = L::zero();
+        for (b, &variable) in inner.iter().enumerate() {
+            seeds.variable(variable).value.tangents[b] = L::one();
         }
+        self.inner += HIGHER;
+        Some((outer, inner))
     }
 }
 
