@@ -1,40 +1,11 @@
-use supple::cost::*;
-use supple::noise::*;
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
-use supple::system::Authored;
 use supple::*;
 use supple::gradient::*;
 
 pub fn task(small: bool) -> Task {
-    let v = |x: f64| Value::Number(x);
-    let (mass, damping) = if small { ([0.2, 0.11], [9.8, 5.6]) } else { ([0.8, 0.4], [60.0, 35.0]) };
-    let model = TwoMass {
-        mass: mass.map(v), damping: damping.map(v),
-        stiffness: [Value::Parameter(0), Value::Parameter(1)],
-        contact_smoothing: v(0.01),
-    };
-    let eq = |w: f64| Weights::Equal(v(w));
-    let vocabulary = Vocabulary { states: model.state_names(), controls: 1, signals: model.signals() };
-    let toml = if small { [
-        ("contact_force", "target=3.0\nsmoothing=5.0\nweight=0.05"),
-        ("state", "select=['v1','v2']\nweight=0.1"),
-        ("control", "weight=1e-8"),
-        ("penetration", "weight=0.05") ].to_vec() } else { [
-        ("contact_force", "target=10.0\nsmoothing=0.1\nweight=0.05"),
-        ("state", "select=['v1','v2']\nweight=0.1"),
-        ("control", "weight=1e-4") ].to_vec() };
-    let costs = toml.into_iter().map(|(k, s)| {
-        let d = toml::Deserializer::parse(s).unwrap();
-        supple::cost::read(k, d, &vocabulary).unwrap().unwrap().unwrap()
-    }).collect();
-    let _ = eq;
-    let diag = |x: &[f64]| Covariance::Diagonal(x.iter().map(|&x| v(x)).collect());
-    let noise = if small { NoiseModel { initial: diag(&[3e-4,3e-4,3e-4,3e-4,1e-4]), process: diag(&[1e-7,1e-2,1e-7,4e-2,0.0]), measurement: diag(&[5e-3,5e-2]) } }
-    else { NoiseModel { initial: diag(&[1e-3,1e-3,1e-3,1e-3,1e-4]), process: diag(&[1e-7,5e-3,1e-7,1e-2,0.0]), measurement: diag(&[1e-3,1e-2]) } };
-    Task { name: "press".into(), steps: 125, time_step: v(0.02), bound: Some(v(250.0)), information_weight: 1.0,
-        initial_state: [0.0,0.0,0.0,0.0,0.75].map(v).to_vec(), initial_control: vec![vec![if small {10.0} else {57.0}]], noise,
-        system: Box::new(Authored::new(model, costs, v(0.02), 2)) }
+    let name = if small { "tasks/two_mass_small.toml" } else { "tasks/two_mass.toml" };
+    Problem::load(name).unwrap_or_else(|e| panic!("{e}")).tasks.remove(0)
 }
 
 fn main() {

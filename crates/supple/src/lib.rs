@@ -4,6 +4,7 @@ mod cost_parts;
 pub mod cost;
 pub mod design;
 mod error;
+pub mod file;
 pub mod gradient;
 pub mod information;
 pub mod knots;
@@ -19,6 +20,7 @@ mod value;
 
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
+pub use file::FileError;
 pub use problem::{Problem, Task};
 pub use model::{Dimensions, Linear, Model, Point, TwoMass};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+use crate::{Error, Value};
 use crate::value::quoted;
 
 /// A named number that tasks and designs may change.
@@ -97,6 +97,15 @@ impl Parameters {
     /// Indices of those that the design search may change.
     pub fn design(&self) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.0[i].role == Role::Design).collect()
+    }
+
+    /// The least a value can be: the number itself, or its parameter's lower bound. `None` for a parameter that is
+    /// not of these.
+    pub fn least(&self, value: Value) -> Option<f64> {
+        match value {
+            Value::Number(number) => Some(number),
+            Value::Parameter(index) => self.0.get(index).map(|parameter| parameter.bounds[0]),
+        }
     }
 
     /// Sets one parameter in a vector of all, checking its bounds.

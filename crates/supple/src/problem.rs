@@ -37,7 +37,7 @@ pub struct Task {
     /// Mean of the first state, n.
     pub initial_state: Vec<Value>,
     /// First guess of the controls: one row for all steps, or one per step; each of length m.
-    pub initial_control: Vec<Vec<f64>>,
+    pub initial_control: Vec<Vec<Value>>,
     /// Its noise.
     pub noise: NoiseModel,
     /// Model and costs, differentiated.
@@ -55,7 +55,9 @@ impl Task {
             None => {
                 for t in 0..self.steps {
                     let row = &self.initial_control[t.min(self.initial_control.len() - 1)];
-                    trajectory.controls.vector_mut(t).copy_from_slice(row);
+                    for (u, value) in trajectory.controls.vector_mut(t).iter_mut().zip(row) {
+                        *u = value.resolve(phi);
+                    }
                 }
             }
         }

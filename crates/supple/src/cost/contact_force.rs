@@ -2,6 +2,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use crate::parameters::Parameters;
 use crate::{Point, Value};
 
 /// The force of a contact, kept from pulling, against a target: `target - 1/2 (sqrt(F^2 + smoothing^2) + F)`, in N.
@@ -15,7 +16,7 @@ pub struct ContactForce {
 /// A contact's force against a target.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct File {
+pub(crate) struct File {
     /// Force to reach, N.
     target: Value,
     /// Force gamma over which pulling is cut off, N.
@@ -46,6 +47,13 @@ impl CostFile for ContactForce {
 impl Residual for ContactForce {
     fn len(&self) -> usize {
         1
+    }
+
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        match parameters.least(self.smoothing) {
+            Some(least) if least < 0.0 => Err(("smoothing", format!("must be at least 0 N; found {least}"))),
+            _ => Ok(()),
+        }
     }
 
     #[inline(always)]

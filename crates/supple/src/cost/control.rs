@@ -13,7 +13,7 @@ pub struct Control {
 /// All controls, in every stage.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct File {
+pub(crate) struct File {
     /// Weight in every stage, above 0.
     weight: Value,
     /// How the residual becomes a cost.

@@ -3,9 +3,13 @@
 //! A new kind is one file with its residual, and one line in the table at the end of this file.
 
 use serde::Deserialize;
+use serde::de::IntoDeserializer;
 use supple_kernels::Scalar;
+use toml::Spanned;
+use toml::de::DeValue;
 
-use crate::{Point, Value};
+use crate::parameters::Parameters;
+use crate::{Model, Point, Value};
 
 mod contact_force;
 mod control;
@@ -31,6 +35,11 @@ pub struct Vocabulary {
 }
 
 impl Vocabulary {
+    /// The names and sizes of a model.
+    pub fn of<M: Model>(model: &M) -> Self {
+        Self { states: model.state_names(), controls: model.dimensions().controls, signals: model.signals() }
+    }
+
     /// The place of the signal `name`.
     pub fn signal(&self, name: &'static str) -> Result<usize, CostError> {
         self.signals.iter().position(|signal| signal == name).ok_or_else(|| {
@@ -96,6 +105,11 @@ pub trait Residual {
         self.len() == 0
     }
 
+    /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
+    fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
+
     /// The residual at a point, given the model's signals there.
     fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]);
 }
@@ -118,6 +132,23 @@ impl Cost {
     #[inline(always)]
     pub fn weights(&self, last: bool) -> &Weights {
         if last { &self.last } else { &self.stage }
+    }
+
+    /// What is wrong with the weights or the norm, given the parameters' bounds: the key, and what is valid.
+    pub(crate) fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        for (key, weights) in [("weight", &self.stage), ("final_weight", &self.last)] {
+            if let Weights::Equal(weight) = weights
+                && let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0)
+            {
+                return Err((key, format!("a weight must be at least 0; found {least}")));
+            }
+        }
+        if let Norm::Absolute { smoothing } = self.norm
+            && let Some(least) = parameters.least(smoothing).filter(|&least| least <= 0.0)
+        {
+            return Err(("norm", format!("the smoothing must be above 0; found {least}")));
+        }
+        self.kind.check(parameters)
     }
 
     /// The cost of a residual.
@@ -166,6 +197,9 @@ macro_rules! cost_kinds {
             fn len(&self) -> usize {
                 match self { $(Self::$kind(kind) => kind.len(),)* }
             }
+            fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+                match self { $(Self::$kind(kind) => kind.check(parameters),)* }
+            }
             #[inline(always)]
             fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
                 match self { $(Self::$kind(kind) => kind.evaluate(at, signals, out),)* }
@@ -178,11 +212,12 @@ macro_rules! cost_kinds {
         }
 
         /// Reads the cost of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
-        pub fn read<'de, D: serde::Deserializer<'de>>(
+        pub(crate) fn read(
             kind: &str,
-            table: D,
+            table: Spanned<DeValue>,
             vocabulary: &Vocabulary,
-        ) -> Option<Result<Result<Cost, CostError>, D::Error>> {
+        ) -> Option<Result<Result<Cost, CostError>, toml::de::Error>> {
+            let table = table.into_deserializer();
             match kind {
                 $($name => Some(<$kind as CostFile>::File::deserialize(table).map(|file| $kind::build(file, vocabulary))),)*
                 _ => None,
@@ -191,13 +226,13 @@ macro_rules! cost_kinds {
 
         /// The schema of each kind's table, by name.
         pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
-            vec![$(($name, generator.subschema_for::<<$kind as CostFile>::File>()),)*]
+            vec![$(($name, <<$kind as CostFile>::File as schemars::JsonSchema>::json_schema(generator)),)*]
         }
     };
 }
 
 /// How a kind of cost is read from a task file.
-pub trait CostFile: Sized {
+pub(crate) trait CostFile: Sized {
     /// The keys of its table, but for `kind`.
     type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
 

@@ -14,7 +14,7 @@ pub struct Penetration {
 /// A contact's signed depth against a target.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct File {
+pub(crate) struct File {
     /// Depth to reach, m.
     #[serde(default)]
     target: Value,

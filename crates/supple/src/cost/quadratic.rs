@@ -14,7 +14,7 @@ pub struct Quadratic {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
-pub struct File {
+pub(crate) struct File {
     /// Weight of the state, n x n.
     Q: Vec<Vec<Value>>,
     /// Weight of the control, m x m.

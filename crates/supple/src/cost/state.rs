@@ -15,7 +15,7 @@ pub struct State {
 /// Selected states against targets.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct File {
+pub(crate) struct File {
     /// Names of the states.
     select: Vec<String>,
     /// One target per selected state; 0 where left out.

@@ -173,7 +173,7 @@ pub fn total_gradient(
 /// The direct dependence of the cost's parts on the noise: `1/2 sum S_{t+1}` by W, `1/2 S_0` by X_0.
 fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
     let s = &plan.policy.curvature;
-    let mut add = |to: &mut Matrices, factor: f64, t: usize| {
+    let add = |to: &mut Matrices, factor: f64, t: usize| {
         for (to, s) in to.at_mut(0).iter_mut().zip(s.at(t)) {
             *to += 0.5 * factor * s;
         }

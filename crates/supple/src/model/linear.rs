@@ -1,8 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Dimensions, Model, Point};
+use super::{Dimensions, Model, ModelFile, Point};
 use crate::Value;
+use crate::parameters::Parameters;
 
 /// A linear time-invariant model: `x+ = A x + B u`, `y = C x`, already in discrete time.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
@@ -15,39 +16,6 @@ pub struct Linear {
     pub B: Vec<Vec<Value>>,
     /// Measurement, p x n.
     pub C: Vec<Vec<Value>>,
-}
-
-impl Linear {
-    /// What is wrong with the shapes: the key, and what it should be.
-    pub(crate) fn shape_error(&self) -> Option<(&'static str, String)> {
-        let n = self.A.len();
-        let wrong = |rows: &[Vec<Value>], cols: usize| rows.iter().position(|row| row.len() != cols);
-        if n == 0 {
-            return Some(("A", "A needs at least one row".into()));
-        }
-        if let Some(row) = wrong(&self.A, n) {
-            let found = self.A[row].len();
-            return Some(("A", format!("A must be square: it has {n} rows, but its row {} has {found} entries", row + 1)));
-        }
-        if self.B.len() != n {
-            return Some(("B", format!("B must have one row per state: {n}, not {}", self.B.len())));
-        }
-        let m = self.B[0].len();
-        if m == 0 {
-            return Some(("B", "B needs at least one column".into()));
-        }
-        if let Some(row) = wrong(&self.B, m) {
-            return Some(("B", format!("rows of B differ in length: {m} and {} (row {})", self.B[row].len(), row + 1)));
-        }
-        if self.C.is_empty() {
-            return Some(("C", "C needs at least one row".into()));
-        }
-        if let Some(row) = wrong(&self.C, n) {
-            let found = self.C[row].len();
-            return Some(("C", format!("C must have one column per state: {n}, but its row {} has {found}", row + 1)));
-        }
-        None
-    }
 }
 
 /// Row `row` of a matrix times a vector, added to `sum`.
@@ -82,5 +50,37 @@ impl Model for Linear {
         for (y, c) in y.iter_mut().zip(&self.C) {
             *y = row_times(at, c, at.x, S::zero());
         }
+    }
+}
+
+impl ModelFile for Linear {
+    fn check(&self, _: &Parameters) -> Result<(), (&'static str, String)> {
+        let n = self.A.len();
+        let wrong = |rows: &[Vec<Value>], cols: usize| rows.iter().position(|row| row.len() != cols);
+        if n == 0 {
+            return Err(("A", "A needs at least one row".into()));
+        }
+        if let Some(row) = wrong(&self.A, n) {
+            let found = self.A[row].len();
+            return Err(("A", format!("A must be square: it has {n} rows, but its row {} has {found} entries", row + 1)));
+        }
+        if self.B.len() != n {
+            return Err(("B", format!("B must have one row per state: {n}, not {}", self.B.len())));
+        }
+        let m = self.B[0].len();
+        if m == 0 {
+            return Err(("B", "B needs at least one column".into()));
+        }
+        if let Some(row) = wrong(&self.B, m) {
+            return Err(("B", format!("rows of B differ in length: {m} and {} (row {})", self.B[row].len(), row + 1)));
+        }
+        if self.C.is_empty() {
+            return Err(("C", "C needs at least one row".into()));
+        }
+        if let Some(row) = wrong(&self.C, n) {
+            let found = self.C[row].len();
+            return Err(("C", format!("C must have one column per state: {n}, but its row {} has {found}", row + 1)));
+        }
+        Ok(())
     }
 }

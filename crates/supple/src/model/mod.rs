@@ -1,7 +1,14 @@
 //! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
 
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
 use supple_kernels::Scalar;
+use toml::Spanned;
+use toml::de::DeValue;
 
+use crate::cost::{Cost, Vocabulary};
+use crate::parameters::Parameters;
+use crate::system::{Authored, System};
 use crate::Value;
 
 mod linear;
@@ -100,4 +107,66 @@ pub trait Model: Send + Sync + 'static {
     fn state_names(&self) -> Vec<String> {
         (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()
     }
+}
+
+/// How a model is read from a task file.
+pub(crate) trait ModelFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
+    /// What is wrong with its numbers or shapes, given the parameters' bounds: the key, and what is valid.
+    fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
+}
+
+/// A model read from a file, of whatever kind.
+pub(crate) trait AnyModel {
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
+    fn dimensions(&self) -> Dimensions;
+    fn vocabulary(&self) -> Vocabulary;
+    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System>;
+}
+
+impl<M: ModelFile> AnyModel for M {
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        ModelFile::check(self, parameters)
+    }
+    fn dimensions(&self) -> Dimensions {
+        Model::dimensions(self)
+    }
+    fn vocabulary(&self) -> Vocabulary {
+        Vocabulary::of(self)
+    }
+    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System> {
+        Box::new(Authored::new(self.clone(), costs, time_step, parameters))
+    }
+}
+
+/// The table of all kinds of model: name in the file, type.
+macro_rules! model_kinds {
+    ($($name:literal => $kind:ty,)*) => {
+        /// The names of all kinds, as files write them.
+        pub(crate) const KINDS: &[&str] = &[$($name),*];
+
+        /// Reads the model of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
+        pub(crate) fn read(
+            kind: &str,
+            table: Spanned<DeValue>,
+        ) -> Option<Result<Box<dyn AnyModel>, toml::de::Error>> {
+            match kind {
+                $($name => Some(
+                    <$kind>::deserialize(table.into_deserializer()).map(|model| Box::new(model) as Box<dyn AnyModel>),
+                ),)*
+                _ => None,
+            }
+        }
+
+        /// The schema of each kind's table, by name.
+        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+            vec![$(($name, <$kind as schemars::JsonSchema>::json_schema(generator)),)*]
+        }
+    };
+}
+
+model_kinds! {
+    "linear" => Linear,
+    "two_mass" => TwoMass,
 }

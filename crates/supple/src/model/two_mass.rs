@@ -1,8 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Dimensions, Model, Point};
+use super::{Dimensions, Model, ModelFile, Point};
 use crate::Value;
+use crate::parameters::Parameters;
 
 /// Two masses on a line, coupled by a spring; the second meets a wall of uncertain position.
 ///
@@ -79,5 +80,24 @@ impl Model for TwoMass {
 
     fn state_names(&self) -> Vec<String> {
         ["x1", "v1", "x2", "v2", "xw"].map(String::from).to_vec()
+    }
+}
+
+impl ModelFile for TwoMass {
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        let least = |values: &[Value]| values.iter().filter_map(|&v| parameters.least(v)).fold(f64::INFINITY, f64::min);
+        let mass = least(&self.mass);
+        if mass <= 0.0 {
+            return Err(("mass", format!("masses must be above 0 kg; found {mass}")));
+        }
+        let others = [
+            ("damping", least(&self.damping), "damping must be at least 0 N s/m"),
+            ("stiffness", least(&self.stiffness), "stiffnesses must be at least 0 N/m"),
+            ("contact_smoothing", least(&[self.contact_smoothing]), "must be at least 0 m"),
+        ];
+        match others.into_iter().find(|&(_, least, _)| least < 0.0) {
+            Some((key, least, valid)) => Err((key, format!("{valid}; found {least}"))),
+            None => Ok(()),
+        }
     }
 }

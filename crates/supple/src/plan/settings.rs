@@ -24,6 +24,22 @@ impl Default for PlanSettings {
     }
 }
 
+impl PlanSettings {
+    /// What is wrong with the settings: the key, and what is valid.
+    pub(crate) fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.max_iterations == 0 {
+            return Err(("max_iterations", "must be at least 1; found 0".into()));
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));
+        }
+        if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
+            return Err(("sufficient_decrease", format!("must be between 0 and 1; found {}", self.sufficient_decrease)));
+        }
+        Ok(())
+    }
+}
+
 /// How planning ended.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -1,0 +1,96 @@
+//! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
+
+mod document;
+mod parameters;
+mod schema;
+mod tasks;
+
+use std::path::Path;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+pub use document::FileError;
+use document::{Document, Place};
+pub use schema::json_schema;
+
+use crate::design::DesignSettings;
+use crate::model::{self, AnyModel};
+use crate::plan::PlanSettings;
+use crate::problem::Problem;
+use crate::value::{quoted, with_names};
+
+/// The top of a task file. Sections whose shape depends on a `kind` are read by their own readers.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(dead_code)]
+struct Top {
+    #[serde(default)]
+    title: String,
+    model: IgnoredAny,
+    #[serde(default)]
+    parameters: IgnoredAny,
+    tasks: IgnoredAny,
+    #[serde(default)]
+    planning: PlanSettings,
+    #[serde(default)]
+    design: DesignSettings,
+}
+
+impl Problem {
+    /// Reads a problem from a task file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, or anything in it is wrong.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let source = std::fs::read_to_string(path).map_err(|error| FileError::unreadable(&name, &error))?;
+        Self::parse(&source, &name)
+    }
+
+    /// Reads a problem from the text of a task file; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// Where anything in it is wrong.
+    pub fn parse(source: &str, name: &str) -> Result<Self, FileError> {
+        let document = Document::parse(source, name)?;
+        let top: Top = document.read(&[])?;
+        top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
+        top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
+        let parameters = parameters::read(&document)?;
+        let (read, used) = with_names(&parameters.names(), || {
+            let model = read_model(&document, &parameters)?;
+            tasks::read(&document, &*model, &parameters)
+        });
+        let tasks = read?;
+        if let Some(unused) = used.iter().position(|used| !used) {
+            let name = &parameters.get(unused).name;
+            let place = ["parameters".into(), Place::Key(name)];
+            let message = format!("parameter `{name}` is declared but never used");
+            return Err(document
+                .error_at_key(&place, message)
+                .with_help("write its name in place of a number, or delete its table"));
+        }
+        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design })
+    }
+}
+
+/// Reads `[model]`: its `kind` decides the rest.
+fn read_model(
+    document: &Document,
+    parameters: &crate::parameters::Parameters,
+) -> Result<Box<dyn AnyModel>, FileError> {
+    let at = ["model".into()];
+    let (kind, table) = document.table_with_kind(&at, model::KINDS)?;
+    let model = model::read(&kind, table)
+        .ok_or_else(|| document.error(&["model".into(), "kind".into()], unknown_kind("model", &kind, model::KINDS)))?
+        .map_err(|error| document.serde_error(error))?;
+    model.check(parameters).map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
+    Ok(model)
+}
+
+/// What to say of a kind that does not exist.
+fn unknown_kind(what: &str, kind: &str, kinds: &[&str]) -> String {
+    format!("there is no {what} of kind `{kind}`: there is {}", quoted(kinds))
+}

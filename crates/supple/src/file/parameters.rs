@@ -1,0 +1,65 @@
+use serde::Deserialize;
+use toml::de::DeValue;
+
+use super::document::{Document, FileError, Place};
+use crate::parameters::{Parameter, Parameters, Role, Scale};
+
+/// A parameter, by its name: `[parameters.NAME]`.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParameterFile {
+    /// The value it starts from.
+    initial: f64,
+    /// Least and greatest value.
+    bounds: [f64; 2],
+    /// How the design search moves it: by differences, or by ratios.
+    #[serde(default)]
+    scale: Scale,
+    /// Its unit, for people.
+    #[serde(default)]
+    unit: String,
+    /// Who may change it: the design search, or only the user.
+    #[serde(default)]
+    role: Role,
+}
+
+/// Reads `[parameters]` in the order of the file.
+pub(super) fn read(document: &Document) -> Result<Parameters, FileError> {
+    let Some(value) = document.get(&["parameters".into()]) else {
+        return Ok(Parameters::default());
+    };
+    let DeValue::Table(table) = value.get_ref() else {
+        return Err(document.error(&["parameters".into()], "must hold one table per parameter: [parameters.NAME]"));
+    };
+    let mut names: Vec<_> = table.keys().collect();
+    names.sort_by_key(|name| name.span().start);
+    let list = names.into_iter().map(|name| read_one(document, name.get_ref()));
+    Ok(Parameters::new(list.collect::<Result<_, _>>()?))
+}
+
+fn read_one(document: &Document, name: &str) -> Result<Parameter, FileError> {
+    let at = ["parameters".into(), Place::Key(name)];
+    let key = |key: &'static str| ["parameters".into(), Place::Key(name), key.into()];
+    if name.is_empty() || name.contains(['=', ',', ' ', ':']) {
+        let message = format!("`{name}` cannot name a parameter: use letters, digits, `_`, `-` and `.`");
+        return Err(document.error_at_key(&at, message));
+    }
+    let ParameterFile { initial, bounds, scale, unit, role } = document.read(&at)?;
+    let [lower, upper] = bounds;
+    if !(lower.is_finite() && upper.is_finite()) {
+        return Err(document.error(&key("bounds"), "must be two finite numbers"));
+    }
+    if lower >= upper {
+        let message = format!("are the wrong way round: [{lower}, {upper}]; the lower one comes first");
+        return Err(document.error(&key("bounds"), message));
+    }
+    if scale == Scale::Log && lower <= 0.0 {
+        let message = format!("must be above 0 with scale = \"log\"; the lower one is {lower}");
+        return Err(document.error(&key("bounds"), message));
+    }
+    if !(lower..=upper).contains(&initial) {
+        let message = format!("{initial} is outside the bounds [{lower}, {upper}]");
+        return Err(document.error(&key("initial"), message));
+    }
+    Ok(Parameter { name: name.to_owned(), initial, bounds, scale, unit, role })
+}

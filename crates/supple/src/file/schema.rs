@@ -1,0 +1,65 @@
+use schemars::SchemaGenerator;
+use serde_json::{Value as Json, json};
+
+use super::parameters::ParameterFile;
+use super::tasks::TaskFile;
+use crate::design::DesignSettings;
+use crate::plan::PlanSettings;
+use crate::{cost, model};
+
+/// The JSON schema of task files.
+pub fn json_schema() -> Json {
+    let mut generator = SchemaGenerator::default();
+    let models = one_of(model::schemas(&mut generator));
+    let costs = one_of(cost::schemas(&mut generator));
+    let parameter = generator.subschema_for::<ParameterFile>();
+    let planning = generator.subschema_for::<PlanSettings>();
+    let design = generator.subschema_for::<DesignSettings>();
+    let _ = generator.subschema_for::<TaskFile>();
+    let mut definitions = generator.take_definitions(true);
+    if let Some(task) = definitions.get_mut("TaskFile") {
+        task["properties"]["costs"] = json!({
+            "description": "What it costs",
+            "type": "array",
+            "minItems": 1,
+            "items": costs
+        });
+        if let Some(required) = task["required"].as_array_mut().filter(|list| !list.contains(&json!("costs"))) {
+            required.push(json!("costs"));
+        }
+    }
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "supple task file",
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["model", "tasks"],
+        "properties": {
+            "title": { "type": "string", "description": "What the problem is, for people" },
+            "model": models,
+            "parameters": {
+                "description": "Named numbers that designs and studies may change",
+                "type": "object",
+                "additionalProperties": parameter
+            },
+            "tasks": { "type": "array", "minItems": 1, "items": { "$ref": "#/$defs/TaskFile" } },
+            "planning": planning,
+            "design": design
+        },
+        "$defs": definitions
+    })
+}
+
+/// One of several tables, told apart by `kind`.
+fn one_of(kinds: Vec<(&'static str, schemars::Schema)>) -> Json {
+    let tables = kinds.into_iter().map(|(kind, schema)| {
+        let mut table = schema.to_value();
+        table["properties"]["kind"] = json!({ "const": kind });
+        match table["required"].as_array_mut() {
+            Some(required) => required.insert(0, json!("kind")),
+            None => table["required"] = json!(["kind"]),
+        }
+        table
+    });
+    json!({ "oneOf": tables.collect::<Vec<_>>() })
+}

@@ -1,0 +1,358 @@
+use serde::Deserialize;
+use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
+use supple_kernels::{Matrices, rows};
+use toml::de::DeValue;
+
+use super::document::{Document, FileError, Place};
+use super::unknown_kind;
+use crate::cost::{self, Cost, CostKind};
+use crate::model::AnyModel;
+use crate::noise::{Covariance, NoiseModel, semidefinite_factor};
+use crate::parameters::Parameters;
+use crate::problem::Task;
+use crate::{Dimensions, Value};
+
+/// One of `[[tasks]]`. Its costs are read by kind.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TaskFile {
+    /// Its name, unlike that of any other task.
+    name: String,
+    /// How many steps it lasts, at least 1.
+    #[schemars(range(min = 1))]
+    steps: usize,
+    /// Time step, s.
+    time_step: Value,
+    /// The expected cost may be at most this. Without it any cost will do.
+    bound: Option<Value>,
+    /// Weight of its information in the objective; 1 where left out.
+    #[serde(default = "one")]
+    information_weight: f64,
+    /// Mean of the first state, one number per state.
+    initial_state: Vec<Value>,
+    /// First guess of the controls: one row for all steps, or one row per step.
+    initial_control: Guess,
+    /// Its noise.
+    noise: NoiseFile,
+    /// What it costs: a list of tables, each with a `kind`.
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    costs: IgnoredAny,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// The noise of a task, per step: variances, or full symmetric matrices.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct NoiseFile {
+    /// Of the first state, n.
+    initial: Covariance,
+    /// Of the process, n; may be singular.
+    process: Covariance,
+    /// Of the measurement, p; positive definite.
+    measurement: Covariance,
+}
+
+/// A list of numbers, or a list of rows of numbers.
+#[derive(Debug)]
+enum Rows {
+    Flat(Vec<Value>),
+    Nested(Vec<Vec<Value>>),
+}
+
+impl<'de> Deserialize<'de> for Rows {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entries;
+
+        impl<'de> Visitor<'de> for Entries {
+            type Value = Rows;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a list of numbers, or a list of rows of numbers")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Rows, A::Error> {
+                let (mut flat, mut nested) = (Vec::new(), Vec::new());
+                while let Some(entry) = list.next_element::<Entry>()? {
+                    match entry {
+                        Entry::Number(value) => flat.push(value),
+                        Entry::Row(row) => nested.push(row),
+                    }
+                }
+                match (flat.is_empty(), nested.is_empty()) {
+                    (_, true) => Ok(Rows::Flat(flat)),
+                    (true, false) => Ok(Rows::Nested(nested)),
+                    (false, false) => Err(de::Error::custom("numbers and rows of numbers must not be mixed")),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(Entries)
+    }
+}
+
+/// A number or a row of numbers.
+enum Entry {
+    Number(Value),
+    Row(Vec<Value>),
+}
+
+impl<'de> Deserialize<'de> for Entry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = Entry;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number, the name of a parameter, or a row of them")
+            }
+            fn visit_f64<E: de::Error>(self, number: f64) -> Result<Entry, E> {
+                Value::deserialize(de::value::F64Deserializer::new(number)).map(Entry::Number)
+            }
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Entry, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Entry, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<Entry, E> {
+                Value::deserialize(de::value::StrDeserializer::new(name)).map(Entry::Number)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Entry, A::Error> {
+                Vec::deserialize(de::value::SeqAccessDeserializer::new(list)).map(Entry::Row)
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl<'de> Deserialize<'de> for Covariance {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match Rows::deserialize(deserializer)? {
+            Rows::Flat(variances) => Self::Diagonal(variances),
+            Rows::Nested(rows) => Self::Full(rows),
+        })
+    }
+}
+
+/// A first guess of the controls.
+#[derive(Debug)]
+struct Guess(Rows);
+
+impl<'de> Deserialize<'de> for Guess {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Rows::deserialize(deserializer).map(Self)
+    }
+}
+
+fn rows_schema(generator: &mut schemars::SchemaGenerator, about: &str) -> schemars::Schema {
+    let value = generator.subschema_for::<Value>();
+    schemars::json_schema!({
+        "description": about,
+        "anyOf": [
+            { "type": "array", "items": value },
+            { "type": "array", "items": { "type": "array", "items": value } }
+        ]
+    })
+}
+
+impl schemars::JsonSchema for Covariance {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Covariance".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        rows_schema(generator, "Variances, or the rows of a full symmetric matrix")
+    }
+}
+
+impl schemars::JsonSchema for Guess {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Guess".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        rows_schema(generator, "One row of controls for all steps, or one row per step")
+    }
+}
+
+/// Reads `[[tasks]]`.
+pub(super) fn read(
+    document: &Document,
+    model: &dyn AnyModel,
+    parameters: &Parameters,
+) -> Result<Vec<Task>, FileError> {
+    let at = ["tasks".into()];
+    let count = match document.get(&at).map(|value| value.get_ref()) {
+        Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
+        _ => return Err(document.error(&at, "needs at least one task: [[tasks]]")),
+    };
+    let mut tasks: Vec<Task> = Vec::with_capacity(count);
+    for index in 0..count {
+        let task = Reader { document, index, parameters }.read(model)?;
+        if tasks.iter().any(|other| other.name == task.name) {
+            let at = ["tasks".into(), index.into(), "name".into()];
+            return Err(document.error(&at, format!("`{}` names two tasks", task.name)));
+        }
+        tasks.push(task);
+    }
+    Ok(tasks)
+}
+
+/// Reads one task.
+struct Reader<'a> {
+    document: &'a Document<'a>,
+    index: usize,
+    parameters: &'a Parameters,
+}
+
+impl Reader<'_> {
+    fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
+        let at: Vec<Place> = ["tasks".into(), self.index.into()].into_iter().chain(keys.iter().copied()).collect();
+        self.document.error(&at, message)
+    }
+
+    fn read(&self, model: &dyn AnyModel) -> Result<Task, FileError> {
+        let size = model.dimensions();
+        let file: TaskFile = self.document.read(&["tasks".into(), self.index.into()])?;
+        if file.name.is_empty() {
+            return Err(self.error(&["name".into()], "must not be empty"));
+        }
+        if file.steps == 0 {
+            return Err(self.error(&["steps".into()], "must be at least 1; found 0"));
+        }
+        if !(file.information_weight >= 0.0 && file.information_weight.is_finite()) {
+            let message = format!("must be a number of at least 0; found {}", file.information_weight);
+            return Err(self.error(&["information_weight".into()], message));
+        }
+        if let Some(least) = self.parameters.least(file.time_step).filter(|&least| least <= 0.0) {
+            return Err(self.error(&["time_step".into()], format!("must be above 0; found {least}")));
+        }
+        if file.initial_state.len() != size.states {
+            let found = file.initial_state.len();
+            let names = crate::value::quoted(&model.vocabulary().states);
+            let message = format!("must have {} entries ({names}); found {found}", size.states);
+            return Err(self.error(&["initial_state".into()], message));
+        }
+        let noise = self.noise(file.noise, size)?;
+        let costs = self.costs(model)?;
+        let initial_control = self.guess(file.initial_control, size, file.steps)?;
+        Ok(Task {
+            name: file.name,
+            steps: file.steps,
+            time_step: file.time_step,
+            bound: file.bound,
+            information_weight: file.information_weight,
+            initial_state: file.initial_state,
+            initial_control,
+            noise,
+            system: model.system(costs, file.time_step, self.parameters.len()),
+        })
+    }
+
+    fn guess(&self, guess: Guess, size: Dimensions, steps: usize) -> Result<Vec<Vec<Value>>, FileError> {
+        let m = size.controls;
+        let valid = format!("one row of {m} numbers, or {steps} such rows");
+        match guess.0 {
+            Rows::Flat(row) if row.len() == m => Ok(vec![row]),
+            Rows::Flat(column) if m == 1 && column.len() == steps => {
+                Ok(column.into_iter().map(|value| vec![value]).collect())
+            }
+            Rows::Flat(row) => {
+                let message = format!("must be {valid}; found {} numbers", row.len());
+                Err(self.error(&["initial_control".into()], message))
+            }
+            Rows::Nested(rows) => {
+                if let Some(row) = rows.iter().position(|row| row.len() != m) {
+                    let message = format!("must be {valid}; this row has {} numbers", rows[row].len());
+                    return Err(self.error(&["initial_control".into(), row.into()], message));
+                }
+                if rows.len() != 1 && rows.len() != steps {
+                    let message = format!("must be {valid}; found {} rows", rows.len());
+                    return Err(self.error(&["initial_control".into()], message));
+                }
+                Ok(rows)
+            }
+        }
+    }
+
+    fn costs(&self, model: &dyn AnyModel) -> Result<Vec<Cost>, FileError> {
+        let at = ["tasks".into(), self.index.into(), "costs".into()];
+        let count = match self.document.get(&at).map(|value| value.get_ref()) {
+            Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
+            _ => return Err(self.error(&["costs".into()], "needs at least one cost: [[tasks.costs]]")),
+        };
+        let vocabulary = model.vocabulary();
+        let read = |number: usize| {
+            let at = ["tasks".into(), self.index.into(), "costs".into(), number.into()];
+            let here = |key: &'static str| ["costs".into(), number.into(), key.into()];
+            let (kind, table) = self.document.table_with_kind(&at, CostKind::NAMES)?;
+            let cost = cost::read(&kind, table, &vocabulary)
+                .ok_or_else(|| self.error(&here("kind"), unknown_kind("cost", &kind, CostKind::NAMES)))?
+                .map_err(|error| self.document.serde_error(error))?
+                .map_err(|error| self.error(&here(error.key), error.message))?;
+            cost.check(self.parameters).map_err(|(key, message)| self.error(&here(key), message))?;
+            Ok(cost)
+        };
+        (0..count).map(read).collect()
+    }
+
+    fn noise(&self, file: NoiseFile, size: Dimensions) -> Result<NoiseModel, FileError> {
+        self.covariance("initial", &file.initial, size.states)?;
+        self.covariance("process", &file.process, size.states)?;
+        self.covariance("measurement", &file.measurement, size.measurements)?;
+        let v = self.at_start(&file.measurement);
+        let stride = v.stride();
+        if let Err(minor) = rows::cholesky(&mut v.at(0).to_vec(), size.measurements, stride) {
+            let message = format!(
+                "must be positive definite, as every sensor has some noise; its leading {} x {0} part is not",
+                minor + 1
+            );
+            return Err(self.error(&["noise".into(), "measurement".into()], message));
+        }
+        Ok(NoiseModel { initial: file.initial, process: file.process, measurement: file.measurement })
+    }
+
+    /// A covariance at the parameters' initial values.
+    fn at_start(&self, covariance: &Covariance) -> Matrices {
+        let mut matrix = Matrices::constant(covariance.order(), covariance.order());
+        covariance.resolve(&self.parameters.initial(), &mut matrix);
+        matrix
+    }
+
+    fn covariance(&self, key: &'static str, covariance: &Covariance, order: usize) -> Result<(), FileError> {
+        let error = |places: &[Place], message: String| {
+            let at: Vec<Place> = ["noise".into(), key.into()].into_iter().chain(places.iter().copied()).collect();
+            Err(self.error(&at, message))
+        };
+        match covariance {
+            Covariance::Diagonal(variances) => {
+                if variances.len() != order {
+                    return error(&[], format!("must have {order} variances; found {}", variances.len()));
+                }
+                for (i, &variance) in variances.iter().enumerate() {
+                    if let Some(least) = self.parameters.least(variance).filter(|&least| least < 0.0) {
+                        return error(&[i.into()], format!("a variance must be at least 0; found {least}"));
+                    }
+                }
+            }
+            Covariance::Full(rows) => {
+                if rows.len() != order || rows.iter().any(|row| row.len() != order) {
+                    let widths: Vec<_> = rows.iter().map(Vec::len).collect();
+                    return error(&[], format!("must be {order} x {order}; found rows of {widths:?} numbers"));
+                }
+                for (i, row) in rows.iter().enumerate() {
+                    if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
+                        return error(&[i.into(), j.into()], "must be symmetric: it differs from its mirror".into());
+                    }
+                }
+            }
+        }
+        if semidefinite_factor(&self.at_start(covariance)).is_none() {
+            return error(&[], "must be positive semidefinite".into());
+        }
+        Ok(())
+    }
+}
