@@ -63,9 +63,31 @@ impl TaskState {
         settings: &PlanSettings,
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
-        task.noise.resolve(phi, &mut self.noise)?;
+        self.plan_only(task, phi, settings, controls)?;
+        self.assess(task, phi)
+    }
+
+    /// The first half of [`evaluate`](Self::evaluate): the plan.
+    ///
+    /// # Errors
+    /// Where something is not finite.
+    pub fn plan_only(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        settings: &PlanSettings,
+        controls: Option<&Matrices>,
+    ) -> Result<(), Error> {
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        plan(&*task.system, phi, settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)?;
+        plan(&*task.system, phi, settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
+    }
+
+    /// The second half: belief, information and cost of the plan.
+    ///
+    /// # Errors
+    /// Where a covariance is indefinite.
+    pub fn assess(&mut self, task: &Task, phi: &[f64]) -> Result<(), Error> {
+        task.noise.resolve(phi, &mut self.noise)?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);

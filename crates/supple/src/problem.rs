@@ -45,21 +45,26 @@ pub struct Task {
 }
 
 impl Task {
-    /// The first guess: the first state at `phi`, and the controls to start from.
+    /// The first guess of the controls at `phi`, times a factor.
+    pub fn guess(&self, phi: &[f64], factor: f64) -> Matrices {
+        let mut controls = Matrices::vectors(self.steps, self.system.dimensions().controls);
+        for t in 0..self.steps {
+            let row = &self.initial_control[t.min(self.initial_control.len() - 1)];
+            for (u, value) in controls.vector_mut(t).iter_mut().zip(row) {
+                *u = factor * value.resolve(phi);
+            }
+        }
+        controls
+    }
+
+    /// Writes the first state at `phi`, and the controls to start from: those given, or else the first guess.
     pub fn write_guess(&self, phi: &[f64], controls: Option<&Matrices>, trajectory: &mut Trajectory) {
         for (x, value) in trajectory.states.vector_mut(0).iter_mut().zip(&self.initial_state) {
             *x = value.resolve(phi);
         }
         match controls {
             Some(controls) => trajectory.controls.copy_from(controls),
-            None => {
-                for t in 0..self.steps {
-                    let row = &self.initial_control[t.min(self.initial_control.len() - 1)];
-                    for (u, value) in trajectory.controls.vector_mut(t).iter_mut().zip(row) {
-                        *u = value.resolve(phi);
-                    }
-                }
-            }
+            None => trajectory.controls = self.guess(phi, 1.0),
         }
     }
 

@@ -1,7 +1,18 @@
-//! Design.
-use serde::{Deserialize, Serialize};
-/// Settings.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct DesignSettings {}
-impl DesignSettings { pub(crate) fn check(&self) -> Result<(), (&'static str, String)> { Ok(()) } }
+//! Design: the least information at which every task meets its bound (theory, section D).
+//!
+//! A new optimiser is one file with a function from [`Search`] to [`Ending`], and one line in [`Method`] and
+//! [`Search::run`].
+
+mod barrier;
+mod branches;
+mod search;
+mod settings;
+mod sqp;
+mod start;
+mod visit;
+
+pub use search::{Control, Event, NoObserver, Observer};
+pub use settings::{DesignSettings, GradientKind, Method};
+pub use start::{Design, DesignStatus, StartSummary, design};
+pub(crate) use branches::{best_of_guesses, search_branches};
+pub(crate) use search::{Ending, Search};

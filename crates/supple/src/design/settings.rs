@@ -1,0 +1,108 @@
+use serde::{Deserialize, Serialize};
+
+/// How a design is searched for.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DesignSettings {
+    /// The optimiser.
+    pub method: Method,
+    /// Which gradient it follows.
+    pub gradient: GradientKind,
+    /// How many starts: the parameters' initial values, then seeded random ones.
+    pub starts: usize,
+    /// Seed of random starts, branch searches and roll-outs.
+    pub seed: u64,
+    /// Evaluations at most, per start and round.
+    pub max_evaluations: usize,
+    /// Relative change of information at which the search stops.
+    pub tolerance: f64,
+    /// How far above its bound an expected cost may end, relative to the bound.
+    pub feasibility: f64,
+    /// Attempts per search for other local minima of the nominal problem (contact bounces); 0 stays on the branch of
+    /// the first plan.
+    pub branch_attempts: usize,
+    /// Rounds of optimiser and branch search at most.
+    pub rounds: usize,
+    /// The barrier's weight beta.
+    pub barrier_weight: f64,
+    /// The barrier's margin gamma, in units of cost.
+    pub barrier_margin: f64,
+}
+
+impl Default for DesignSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            gradient: GradientKind::default(),
+            starts: 4,
+            seed: 0,
+            max_evaluations: 200,
+            tolerance: 1e-9,
+            feasibility: 1e-6,
+            branch_attempts: 48,
+            rounds: 6,
+            barrier_weight: 1e4,
+            barrier_margin: 0.01,
+        }
+    }
+}
+
+impl DesignSettings {
+    /// What is wrong with the settings: the key, and what is valid.
+    pub(crate) fn check(&self) -> Result<(), (&'static str, String)> {
+        let counts =
+            [("starts", self.starts), ("max_evaluations", self.max_evaluations), ("rounds", self.rounds)];
+        if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
+            return Err((key, "must be at least 1; found 0".into()));
+        }
+        let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
+        if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
+            return Err((key, format!("must be between 0 and 1; found {found}")));
+        }
+        let positive = [("barrier_weight", self.barrier_weight), ("barrier_margin", self.barrier_margin)];
+        match positive.into_iter().find(|&(_, value)| !(value > 0.0 && value.is_finite())) {
+            Some((key, found)) => Err((key, format!("must be above 0; found {found}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// An optimiser.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Sequential quadratic programming (SLSQP).
+    #[default]
+    Sqp,
+    /// The paper's barrier descent, its signs mended (theory, equation D.4).
+    Barrier,
+}
+
+/// A gradient to optimise with.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientKind {
+    /// Everything moves with the design: the true gradient.
+    #[default]
+    Total,
+    /// Trajectory, gains and value of information held fixed, as in the paper; of the cost, only the belief's part.
+    Frozen,
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Sqp => "sqp",
+            Self::Barrier => "barrier",
+        })
+    }
+}
+
+impl std::fmt::Display for GradientKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Total => "total",
+            Self::Frozen => "frozen",
+        })
+    }
+}
