@@ -1,1 +1,49 @@
-fn main() {}
+//! `supple`: design compliant robots that need little information to be controlled.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod arguments;
+mod commands;
+mod failure;
+mod output;
+mod progress;
+mod tables;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use failure::Failure;
+
+/// How a command that computed something ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// As asked.
+    Success,
+    /// Computed, but something did not converge or a bound is not met.
+    Shortfall,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match run(arguments) {
+        Ok(Outcome::Success) => ExitCode::SUCCESS,
+        Ok(Outcome::Shortfall) => ExitCode::from(1),
+        Err(failure) => {
+            failure.report();
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<Outcome, Failure> {
+    arguments.common.apply()?;
+    match arguments.command {
+        Command::Design(options) => commands::design(&options),
+        Command::Evaluate(options) => commands::evaluate(&options),
+        Command::Check(options) => commands::check(&options),
+        Command::Schema => commands::schema(),
+        Command::New(options) => commands::new(&options),
+        Command::Completions { shell } => commands::completions(shell),
+    }
+}

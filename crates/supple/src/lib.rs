@@ -1,9 +1,11 @@
 //! Design compliant robots that need little information to be controlled.
 pub mod belief;
+pub mod check;
 mod cost_parts;
 pub mod cost;
 pub mod design;
 mod error;
+mod evaluation;
 pub mod file;
 pub mod gradient;
 pub mod information;
@@ -14,12 +16,17 @@ pub mod parameters;
 pub mod pipeline;
 pub mod plan;
 mod problem;
+pub mod simulate;
 pub mod system;
 mod trajectory;
 mod value;
 
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
+pub use evaluation::{
+    CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport, GradientReport, InformationReport, Named,
+    Objective, TaskEvaluation, TotalReport, TrajectoryReport, VALID_STATIONARITY,
+};
 pub use file::FileError;
 pub use problem::{Problem, Task};
 pub use model::{Dimensions, Linear, Model, Point, TwoMass};

@@ -14,7 +14,7 @@ use crate::gradient::{
 };
 use crate::information::{Information, information};
 use crate::noise::Noise;
-use crate::plan::{Plan, PlanSettings, PlanWorkspace, plan};
+use crate::plan::{Plan, PlanMode, PlanSettings, PlanWorkspace, plan, plan_sampled};
 use crate::problem::Task;
 
 /// Everything known of one task at one design, and the memory to find it.
@@ -79,7 +79,15 @@ impl TaskState {
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        plan(&*task.system, phi, settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
+        match settings.mode {
+            PlanMode::Nominal => {
+                plan(&*task.system, phi, settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
+            }
+            PlanMode::Sampled => {
+                task.noise.resolve(phi, &mut self.noise)?;
+                plan_sampled((task, phi), &self.noise, settings, &mut self.plan, &mut self.scratch)
+            }
+        }
     }
 
     /// The second half: belief, information and cost of the plan.

@@ -14,7 +14,7 @@ use crate::problem::{Problem, Task};
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 
 /// Plans a task from its first guess, and where that is one constant row, from multiples of it too; keeps the
-/// converged plan of least nominal cost. Leaves it in `state`.
+/// converged plan of least nominal cost. Leaves it in `state`, with the iterations of all of them.
 ///
 /// # Errors
 /// Where no guess leads to a finite plan.
@@ -28,12 +28,14 @@ pub(crate) fn best_of_guesses(
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut best: Option<(bool, f64, Matrices)> = None;
     let mut first_error = None;
+    let mut iterations = 0;
     for &factor in factors {
         let guess = task.guess(phi, factor);
         if let Err(error) = state.plan_only(task, phi, &problem.planning, Some(&guess)) {
             first_error.get_or_insert(error);
             continue;
         }
+        iterations += state.plan.iterations;
         let found = (!state.plan.status.is_converged(), state.plan.nominal_cost);
         if best.as_ref().is_none_or(|(unconverged, cost, _)| found < (*unconverged, *cost)) {
             best = Some((found.0, found.1, state.plan.trajectory.controls.clone()));
@@ -42,6 +44,7 @@ pub(crate) fn best_of_guesses(
     match (best, first_error) {
         (Some((.., controls)), _) => {
             state.plan_only(task, phi, &problem.planning, Some(&controls))?;
+            state.plan.iterations += iterations;
             state.assess(task, phi)
         }
         (None, Some(error)) => Err(error),

@@ -14,5 +14,5 @@ mod visit;
 pub use search::{Control, Event, NoObserver, Observer};
 pub use settings::{DesignSettings, GradientKind, Method};
 pub use start::{Design, DesignStatus, StartSummary, design};
-pub(crate) use branches::{best_of_guesses, search_branches};
+pub(crate) use branches::{best_of_guesses, search_branches, uniform};
 pub(crate) use search::{Ending, Search};

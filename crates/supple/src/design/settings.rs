@@ -49,7 +49,7 @@ impl Default for DesignSettings {
 
 impl DesignSettings {
     /// What is wrong with the settings: the key, and what is valid.
-    pub(crate) fn check(&self) -> Result<(), (&'static str, String)> {
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
         let counts =
             [("starts", self.starts), ("max_evaluations", self.max_evaluations), ("rounds", self.rounds)];
         if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {

@@ -90,7 +90,7 @@ enum Outcome {
     /// No step lowered the cost.
     Rejected,
     /// The curvature is not positive.
-    Indefinite(usize),
+    Indefinite,
     /// The predicted decrease is below what the cost can resolve.
     Resolved,
 }
@@ -118,7 +118,41 @@ pub fn plan(
     }
     let mut search = Search { system, phi, settings, plan, work, scratch, mu: 0.0, close: false };
     let status = search.run();
-    search.finish(status)
+    finish(system, phi, search.plan, status, search.scratch)
+}
+
+/// Linearises dynamics and cost at the plan's trajectory, and finds its costates and stationarity.
+pub(super) fn linearise(
+    system: &dyn System,
+    phi: &[f64],
+    plan: &mut Plan,
+    curvature: Curvature,
+    scratch: &mut Scratch,
+) {
+    plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
+    let Stationarity { residual, scale } =
+        super::sweep_costates(&plan.knots.dynamics, &plan.knots.cost, &mut plan.costates);
+    plan.stationarity = residual;
+    plan.relative_stationarity = residual / (1.0 + scale);
+}
+
+/// The final sweep: exact curvature of the cost, no second derivatives of the dynamics, no regularisation.
+pub(super) fn finish(
+    system: &dyn System,
+    phi: &[f64],
+    plan: &mut Plan,
+    status: PlanStatus,
+    scratch: &mut Scratch,
+) -> Result<(), Error> {
+    linearise(system, phi, plan, Curvature::Exact, scratch);
+    plan.knots.linearise_measurement(system, plan.trajectory.points(), phi, scratch);
+    plan.knots.check_finite()?;
+    plan.status = status;
+    let swept = solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy);
+    if swept.is_err() {
+        plan.status = PlanStatus::Indefinite;
+    }
+    Ok(())
 }
 
 impl Search<'_> {
@@ -146,11 +180,11 @@ impl Search<'_> {
                         return self.stalled(PlanStatus::LineSearchStalled);
                     }
                 }
-                Outcome::Rejected | Outcome::Indefinite(_) => {
+                Outcome::Rejected | Outcome::Indefinite => {
                     self.plan.regularised += 1;
                     self.mu = (self.mu * 10.0).max(LEAST_MU);
                     if self.mu > MOST_MU {
-                        let indefinite = matches!(outcome, Outcome::Indefinite(_));
+                        let indefinite = matches!(outcome, Outcome::Indefinite);
                         let status =
                             if indefinite { PlanStatus::Indefinite } else { PlanStatus::LineSearchStalled };
                         return self.stalled(status);
@@ -169,13 +203,7 @@ impl Search<'_> {
     }
 
     fn linearise(&mut self, curvature: Curvature) {
-        let Self { system, phi, plan, scratch, .. } = self;
-        let at = plan.trajectory.points();
-        plan.knots.linearise_plan(*system, at, phi, curvature, scratch);
-        let Stationarity { residual, scale } =
-            super::sweep_costates(&plan.knots.dynamics, &plan.knots.cost, &mut plan.costates);
-        plan.stationarity = residual;
-        plan.relative_stationarity = residual / (1.0 + scale);
+        linearise(self.system, self.phi, self.plan, curvature, self.scratch);
     }
 
     fn is_stationary(&self) -> bool {
@@ -195,7 +223,7 @@ impl Search<'_> {
         };
         let decrease = match swept {
             Ok(decrease) => decrease,
-            Err(step) => return Outcome::Indefinite(step),
+            Err(_) => return Outcome::Indefinite,
         };
         let resolution = 1e-14 * (1.0 + plan.nominal_cost.abs());
         let mut step = 1.0;
@@ -222,20 +250,5 @@ impl Search<'_> {
             step *= 0.5;
         }
         Outcome::Rejected
-    }
-
-    /// The final sweep: exact curvature of the cost, no second derivatives of the dynamics, no regularisation.
-    fn finish(mut self, status: PlanStatus) -> Result<(), Error> {
-        self.linearise(Curvature::Exact);
-        let Self { system, phi, plan, scratch, .. } = self;
-        plan.knots.linearise_measurement(system, plan.trajectory.points(), phi, scratch);
-        plan.knots.check_finite()?;
-        plan.status = status;
-        let swept =
-            solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy);
-        if swept.is_err() {
-            plan.status = PlanStatus::Indefinite;
-        }
-        Ok(())
     }
 }

@@ -1,9 +1,13 @@
 use serde::{Deserialize, Serialize};
 
-/// How the nominal plan is searched for.
+/// How plans are searched for.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanSettings {
+    /// How the reference trajectory is chosen.
+    pub mode: PlanMode,
+    /// Settings of the sampled mode.
+    pub sampled: SampledSettings,
     /// Iterations at most. Raise it when a plan ends as `max_iterations` while its cost still falls.
     pub max_iterations: usize,
     /// The plan is converged when the control's gradient of the Hamiltonian is at most this, relative to 1 plus the
@@ -20,13 +24,52 @@ pub struct PlanSettings {
 
 impl Default for PlanSettings {
     fn default() -> Self {
-        Self { max_iterations: 1000, tolerance: 1e-12, newton: true, max_halvings: 12, sufficient_decrease: 1e-4 }
+        Self {
+            mode: PlanMode::default(),
+            sampled: SampledSettings::default(),
+            max_iterations: 1000,
+            tolerance: 1e-12,
+            newton: true,
+            max_halvings: 12,
+            sufficient_decrease: 1e-4,
+        }
+    }
+}
+
+/// How the reference trajectory is chosen.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanMode {
+    /// Without noise, by line search, to a tight tolerance: information and cost are smooth in the design.
+    #[default]
+    Nominal,
+    /// As in the paper: an average of runs with noise and a filter in the loop.
+    Sampled,
+}
+
+/// Settings of the sampled mode.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SampledSettings {
+    /// Iterations at most.
+    pub iterations: usize,
+    /// The share alpha by which a run moves the reference, in (0, 1].
+    pub averaging: f64,
+    /// Converged when a run moves the controls by less than this, relative to their size.
+    pub tolerance: f64,
+    /// Seed of the runs' noise.
+    pub seed: u64,
+}
+
+impl Default for SampledSettings {
+    fn default() -> Self {
+        Self { iterations: 300, averaging: 0.1, tolerance: 1e-4, seed: 0 }
     }
 }
 
 impl PlanSettings {
     /// What is wrong with the settings: the key, and what is valid.
-    pub(crate) fn check(&self) -> Result<(), (&'static str, String)> {
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
         if self.max_iterations == 0 {
             return Err(("max_iterations", "must be at least 1; found 0".into()));
         }
@@ -35,6 +78,9 @@ impl PlanSettings {
         }
         if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
             return Err(("sufficient_decrease", format!("must be between 0 and 1; found {}", self.sufficient_decrease)));
+        }
+        if !(self.sampled.averaging > 0.0 && self.sampled.averaging <= 1.0) {
+            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {}", self.sampled.averaging)));
         }
         Ok(())
     }

@@ -1,0 +1,208 @@
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use supple::design::{GradientKind, Method};
+use supple::{Level, Problem};
+
+use crate::failure::Failure;
+
+/// Design compliant robots that need little information to be controlled.
+#[derive(Debug, Parser)]
+#[command(name = "supple", version, propagate_version = true, arg_required_else_help = true)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub common: Common,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every command.
+#[derive(Args, Debug)]
+pub struct Common {
+    /// Threads to use; all cores where left out. Results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+    /// Vector instructions to use; the machine's best where left out. `baseline` gives the same bits on every x86-64
+    #[arg(long, global = true, value_enum)]
+    instructions: Option<Instructions>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Instructions {
+    Baseline,
+    Avx2,
+    Avx512,
+}
+
+impl Common {
+    pub fn apply(&self) -> Result<(), Failure> {
+        if let Some(instructions) = self.instructions {
+            let level = match instructions {
+                Instructions::Baseline => Level::Baseline,
+                Instructions::Avx2 => Level::Avx2,
+                Instructions::Avx512 => Level::Avx512,
+            };
+            if !level.force() {
+                return Err(Failure::usage(format!("this machine has no {instructions:?} instructions")));
+            }
+        }
+        if let Some(threads) = self.threads {
+            if threads == 0 {
+                return Err(Failure::usage("--threads must be at least 1".into()));
+            }
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+            pool.map_err(|error| Failure::usage(format!("--threads {threads}: {error}")))?;
+        }
+        Ok(())
+    }
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Find the design that needs the least information while every task meets its bound
+    Design(DesignOptions),
+    /// Plan the tasks at one design and measure information, cost and gradients
+    Evaluate(EvaluateOptions),
+    /// Validate a task file and compare every derivative with finite differences
+    Check(CheckOptions),
+    /// Print the JSON schema of task files
+    Schema,
+    /// Write a commented task file that runs
+    New(NewOptions),
+    /// Print a script that completes commands in a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// A task file, and values to set in it.
+#[derive(Args, Debug)]
+pub struct TaskArguments {
+    /// Task file
+    pub task: PathBuf,
+    /// Set a parameter; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl TaskArguments {
+    /// The problem, and its parameters as set.
+    pub fn load(&self) -> Result<(Problem, Vec<f64>), Failure> {
+        let problem = Problem::load(&self.task)?;
+        let mut phi = problem.parameters.initial();
+        for setting in &self.set {
+            let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
+            let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write NAME=VALUE"))?;
+            let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
+            problem.parameters.set(&mut phi, name.trim(), value).map_err(|error| wrong(&error.to_string()))?;
+        }
+        Ok((problem, phi))
+    }
+}
+
+#[derive(Args, Debug)]
+pub struct DesignOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Optimiser
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArgument>,
+    /// Gradient to follow
+    #[arg(long, value_enum)]
+    pub gradient: Option<GradientArgument>,
+    /// Starts: the initial values, then seeded random ones
+    #[arg(long, value_name = "N")]
+    pub starts: Option<usize>,
+    /// Seed of everything random
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Folder to write result.json to
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum MethodArgument {
+    /// Sequential quadratic programming
+    Sqp,
+    /// The paper's barrier descent, its signs mended
+    Barrier,
+}
+
+impl From<MethodArgument> for Method {
+    fn from(method: MethodArgument) -> Self {
+        match method {
+            MethodArgument::Sqp => Self::Sqp,
+            MethodArgument::Barrier => Self::Barrier,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum GradientArgument {
+    /// Everything moves with the design
+    Total,
+    /// Trajectory and gains held fixed, as in the paper
+    Frozen,
+}
+
+impl From<GradientArgument> for GradientKind {
+    fn from(gradient: GradientArgument) -> Self {
+        match gradient {
+            GradientArgument::Total => Self::Total,
+            GradientArgument::Frozen => Self::Frozen,
+        }
+    }
+}
+
+#[derive(Args, Debug)]
+pub struct EvaluateOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Gradients to print
+    #[arg(long, value_enum, default_value_t = GradientChoice::None)]
+    pub gradient: GradientChoice,
+    /// Closed-loop roll-outs with noise and an extended Kalman filter
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub rollouts: usize,
+    /// Attempts to find a cheaper plan on another branch of local minima
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub branches: usize,
+    /// Seed of roll-outs and branch searches
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GradientChoice {
+    /// Everything moves with the design
+    Total,
+    /// Trajectory and gains held fixed, as in the paper
+    Frozen,
+    /// Both
+    Both,
+    /// None
+    None,
+}
+
+#[derive(Args, Debug)]
+pub struct CheckOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct NewOptions {
+    /// Name of the task; the file is NAME.toml
+    pub name: String,
+}

@@ -1,0 +1,32 @@
+//! One file per command.
+
+mod check;
+mod design;
+mod evaluate;
+mod new;
+
+pub use check::check;
+pub use design::{DesignReport, design};
+pub use evaluate::evaluate;
+pub use new::new;
+
+use clap::CommandFactory;
+
+use crate::Outcome;
+use crate::arguments::Arguments;
+use crate::failure::Failure;
+use crate::output::{print_json, print_text};
+
+/// `supple schema`
+pub fn schema() -> Result<Outcome, Failure> {
+    print_json(&supple::file::json_schema())?;
+    Ok(Outcome::Success)
+}
+
+/// `supple completions SHELL`
+pub fn completions(shell: clap_complete::Shell) -> Result<Outcome, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "supple", &mut script);
+    print_text(&String::from_utf8_lossy(&script))?;
+    Ok(Outcome::Success)
+}

@@ -1,0 +1,71 @@
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use supple::design::{Event, Observer};
+
+/// Set by Ctrl-C: long work stops soon and keeps what it found. A second Ctrl-C ends the program at once.
+pub static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Listens for Ctrl-C from now on.
+pub fn listen() {
+    let handler = || {
+        if STOP.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    };
+    // Where signals cannot be listened for, Ctrl-C ends the program as usual.
+    let _ = ctrlc::set_handler(handler);
+}
+
+/// A progress line on standard error, where that is a terminal.
+pub struct Progress {
+    bar: ProgressBar,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    evaluations: usize,
+    ended: usize,
+    of: usize,
+    best: Option<f64>,
+}
+
+impl Progress {
+    pub fn new() -> Self {
+        let bar = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(100));
+        Self { bar, state: Mutex::default() }
+    }
+
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Observer for Progress {
+    fn observe(&self, event: Event) {
+        let Ok(mut state) = self.state.lock() else { return };
+        match event {
+            Event::StartBegan { of, .. } => state.of = of,
+            Event::StartEnded { .. } => state.ended += 1,
+            Event::Evaluated { information, violation, .. } => {
+                state.evaluations += 1;
+                if violation <= supple::FEASIBILITY && state.best.is_none_or(|best| information < best) {
+                    state.best = Some(information);
+                }
+            }
+            Event::SearchingBranches { .. } => {}
+        }
+        let best = state
+            .best
+            .map_or_else(|| "none feasible yet".to_owned(), |nats| format!("{:.2} bits", nats / std::f64::consts::LN_2));
+        let State { evaluations, ended, of, .. } = &*state;
+        self.bar.set_message(format!("{ended} of {of} starts, {evaluations} designs, best {best}"));
+    }
+}

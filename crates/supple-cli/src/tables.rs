@@ -1,0 +1,258 @@
+//! Pages of text that a designer reads at a glance.
+
+use std::fmt::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+use supple::check::CheckReport;
+use supple::design::DesignStatus;
+use supple::{Evaluation, Problem, TaskEvaluation};
+
+use crate::commands::DesignReport;
+
+/// A number with about six significant digits.
+fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let digits = value.abs().log10().floor() as i32;
+    match digits {
+        _ if !value.is_finite() => value.to_string(),
+        -3..=5 => {
+            let text = format!("{value:.*}", (5 - digits).clamp(0, 8) as usize);
+            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+        }
+        _ => format!("{value:.4e}"),
+    }
+}
+
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_header(header);
+    table
+}
+
+fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
+fn percent(from: f64, to: f64) -> String {
+    format!("{:+.1} %", 100.0 * (to - from) / from.abs())
+}
+
+fn heading(problem: &Problem) -> String {
+    if problem.title.is_empty() { String::new() } else { format!("{}\n\n", problem.title) }
+}
+
+/// The page of `supple design`.
+pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
+    let (start, optimum) = (&report.start, &report.optimum);
+    let mut page = heading(problem);
+    let mut parameters = table(&["parameter", "from", "to", "unit", "information, per +1 %", "costs, per +1 %"]);
+    for (index, parameter) in problem.parameters.iter().enumerate() {
+        let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
+        let mut row = vec![parameter.name.clone(), number(from), number(to), parameter.unit.clone()];
+        row.extend(sensitivities(problem, optimum, index, to));
+        parameters.add_row(row);
+    }
+    align_right(&mut parameters, 1..3);
+    align_right(&mut parameters, 4..6);
+    let _ = writeln!(page, "{parameters}\n");
+
+    let mut results = table(&["", "from", "to", "change", "bound", ""]);
+    let bits = |e: &Evaluation| e.objective.information_bits;
+    let rate = |e: &Evaluation| e.tasks.iter().map(|t| t.information.bits_per_second).sum::<f64>();
+    for (name, of) in [("information, bits", &bits as &dyn Fn(&Evaluation) -> f64), ("information, bits/s", &rate)] {
+        let (from, to) = (of(start), of(optimum));
+        results.add_row([name.into(), number(from), number(to), percent(from, to), String::new(), String::new()]);
+    }
+    for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
+        let (from, to) = (before.cost.expected, after.cost.expected);
+        let note = match report.bound_prices.get(index).filter(|price| price.nats_per_unit > 0.0) {
+            Some(price) => {
+                format!("active: one more would save {} bits", number(price.nats_per_unit / std::f64::consts::LN_2))
+            }
+            None => String::new(),
+        };
+        let bound = after.cost.bound.map_or_else(|| "none".into(), number);
+        results.add_row([format!("cost of {}", after.name), number(from), number(to), percent(from, to), bound, note]);
+    }
+    align_right(&mut results, 1..5);
+    let _ = writeln!(page, "{results}\n");
+
+    let at_box: Vec<String> = problem.parameters.iter().enumerate().filter_map(|(index, parameter)| {
+        let [lower, upper] = parameter.bounds;
+        let value = optimum.parameters.0[index].1;
+        let near = 1e-6 * (upper - lower);
+        let side = if value - lower < near { "lower" } else if upper - value < near { "upper" } else { return None };
+        problem.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
+    }).collect();
+    if !at_box.is_empty() {
+        let _ = writeln!(page, "{}.\n", at_box.join("; "));
+    }
+    let _ = writeln!(page, "{}", verdict(problem, report));
+    page
+}
+
+fn sensitivities(problem: &Problem, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
+    let gradients = at.tasks.iter().filter_map(|task| task.gradient.as_ref()?.total.as_ref());
+    let (mut bits, mut costs) = (0.0, Vec::new());
+    for (task, gradient) in problem.tasks.iter().zip(gradients) {
+        bits += task.information_weight * gradient.information_nats.0[index].1 / std::f64::consts::LN_2;
+        costs.push(format!("{:+.3}", gradient.expected_cost.0[index].1 * value * 0.01));
+    }
+    [format!("{:+.3} bits", bits * value * 0.01), costs.join(", ")]
+}
+
+fn verdict(problem: &Problem, report: &DesignReport) -> String {
+    let best = report.starts.iter().map(|start| start.information_nats).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
+    let same = report.starts.iter().filter(|start| {
+        start.status == DesignStatus::Converged && (start.information_nats - best).abs() <= 1e-4 * best.abs()
+    });
+    let how = match report.status {
+        DesignStatus::Converged => format!(
+            "Optimum found from {} of {} starts; {} local minima of the plan seen.",
+            same.count(),
+            report.starts.len(),
+            report.branches
+        ),
+        DesignStatus::NotOptimal => "Not an optimum: the method came to rest, but the total gradient is not zero.".into(),
+        DesignStatus::NotConverged => "Not converged: the best design found meets every bound.".into(),
+        DesignStatus::Stopped => "Stopped: the best design until then.".into(),
+        DesignStatus::BoundViolated => {
+            let over = |(task, at): (&supple::Task, &TaskEvaluation)| {
+                let bound = at.cost.bound?;
+                (at.cost.expected > bound).then(|| {
+                    let (over, share) = (at.cost.expected - bound, (at.cost.expected - bound) / bound.abs());
+                    format!("{} by {} ({:.3} %)", task.name, number(over), 100.0 * share)
+                })
+            };
+            let list: Vec<_> = problem.tasks.iter().zip(&report.optimum.tasks).filter_map(over).collect();
+            format!("No design that meets every bound was found. The closest misses the bound of {}.", list.join(", "))
+        }
+    };
+    format!("{how}\n{} designs evaluated in {:.2} s, method {}, gradient {}, seed {}.",
+        report.evaluations, report.seconds, report.method, report.gradient, report.seed)
+}
+
+/// The page of `supple evaluate`.
+pub fn evaluation_page(problem: &Problem, at: &Evaluation) -> String {
+    let mut page = heading(problem);
+    let values = problem.parameters.iter().zip(&at.parameters.0);
+    let values: Vec<_> = values.map(|(p, (name, value))| format!("{name} = {} {}", number(*value), p.unit)).collect();
+    if !values.is_empty() {
+        let _ = writeln!(page, "{}\n", values.join("   ").trim_end());
+    }
+    for task in &at.tasks {
+        let information = &task.information;
+        let _ = writeln!(
+            page,
+            "{}: {} after {} iterations, stationarity {:.1e}",
+            task.name, task.status, task.iterations, task.stationarity
+        );
+        if let Some(branches) = task.branches {
+            let _ = writeln!(page, "  {branches} local minima of the plan seen; this is the cheapest");
+        }
+        let mut rows = table(&["", "", ""]);
+        rows.add_row(["information", &number(information.total_bits), "bits"]);
+        rows.add_row(["", &number(information.bits_per_step), "bits per step"]);
+        rows.add_row(["", &number(information.bits_per_second), "bits/s"]);
+        rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(task)]);
+        let parts = task.cost.parts;
+        let names = ["  nominal", "  belief", "  process noise", "  unknown start"];
+        for (name, part) in names.into_iter().zip([parts.nominal, parts.belief, parts.process, parts.initial]) {
+            rows.add_row([name, &number(part), ""]);
+        }
+        if let Some(sampled) = &task.monte_carlo {
+            let note = format!(
+                "+- {} over {} roll-outs, {:+.4} from the expected",
+                number(sampled.cost_standard_error),
+                sampled.rollouts,
+                sampled.difference
+            );
+            rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
+        }
+        align_right(&mut rows, 1..2);
+        let body = rows.to_string();
+        let _ = writeln!(page, "{}\n", body.trim_start_matches(|c: char| c.is_whitespace() && c != ' ').trim_end());
+        page.push_str(&gradient_tables(task));
+    }
+    if at.tasks.len() > 1 {
+        let _ = writeln!(page, "all tasks: {} bits", number(at.objective.information_bits));
+    }
+    page
+}
+
+fn bound_note(task: &TaskEvaluation) -> String {
+    match task.cost.bound {
+        None => String::new(),
+        Some(bound) => {
+            let over = task.cost.expected - bound;
+            let share = 100.0 * over / bound.abs();
+            if over > supple::FEASIBILITY * bound.abs() {
+                format!("misses the bound {} by {} ({share:.2} %)", number(bound), number(over))
+            } else {
+                format!("meets the bound {}", number(bound))
+            }
+        }
+    }
+}
+
+fn gradient_tables(task: &TaskEvaluation) -> String {
+    let mut page = String::new();
+    let Some(gradient) = &task.gradient else { return page };
+    if let Some(total) = &gradient.total {
+        let mut rows = table(&["total gradient", "information, nats", "expected cost", "nominal", "belief", "process", "initial"]);
+        for (index, (name, value)) in total.information_nats.0.iter().enumerate() {
+            let parts = [&total.expected_cost, &total.nominal_cost, &total.belief_cost, &total.process_cost, &total.initial_cost];
+            let parts = parts.iter().map(|part| format!("{:.4e}", part.0[index].1));
+            rows.add_row([name.clone(), format!("{value:.4e}")].into_iter().chain(parts));
+        }
+        align_right(&mut rows, 1..7);
+        let note = if total.valid { "" } else { "The plan is not stationary enough for these gradients to hold.\n" };
+        let _ = writeln!(page, "{rows}\n{note}");
+    }
+    if let Some(frozen) = &gradient.frozen {
+        let mut rows = table(&["frozen gradient", "information, nats", "belief cost"]);
+        for (index, (name, value)) in frozen.information_nats.0.iter().enumerate() {
+            rows.add_row([name.clone(), format!("{value:.4e}"), format!("{:.4e}", frozen.belief_cost.0[index].1)]);
+        }
+        align_right(&mut rows, 1..3);
+        let radius = frozen.recursion_spectral_radius;
+        let radius = radius.map_or_else(|| "none: a covariance is singular".into(), |radius| format!("{radius:.6}"));
+        let _ = writeln!(page, "{rows}\nspectral radius of the paper's recursion: {radius}\n");
+    }
+    page
+}
+
+/// The page of `supple check`.
+pub fn check_page(problem: &Problem, report: &CheckReport) -> String {
+    let mut page = heading(problem);
+    for task in &report.tasks {
+        let _ = writeln!(page, "{}: plan {}, stationarity {:.1e}\n", task.name, task.status, task.stationarity);
+        let mut rows = table(&["derivative", "worst error", "tolerance", "at", "analytic", "finite difference", ""]);
+        for row in &task.rows {
+            rows.add_row([
+                row.name.clone(),
+                format!("{:.1e}", row.error),
+                format!("{:.0e}", row.tolerance),
+                row.place.clone(),
+                format!("{:.6e}", row.analytic),
+                format!("{:.6e}", row.numeric),
+                if row.passed { String::new() } else { "FAILS".into() },
+            ]);
+        }
+        align_right(&mut rows, 1..3);
+        let _ = writeln!(page, "{rows}\n");
+        let mut facts = table(&["knots", "", ""]);
+        for fact in &task.facts {
+            facts.add_row([fact.name.clone(), number(fact.value), fact.note.clone()]);
+        }
+        let _ = writeln!(page, "{facts}\n");
+    }
+    page.push_str(if report.passed { "All derivatives agree.\n" } else { "Some derivatives do not agree.\n" });
+    page
+}

@@ -1,0 +1,79 @@
+use nalgebra::DMatrix;
+use serde::Serialize;
+use supple_kernels::Matrices;
+
+use crate::noise::Noise;
+use crate::plan::Plan;
+use crate::problem::Task;
+
+/// Something about the knots that decides how well the numbers can be trusted.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fact {
+    /// What it is.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// What it means here.
+    pub note: String,
+}
+
+/// Conditioning and observability of the knots of a plan.
+pub(super) fn facts(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
+    let n = plan.knots.dimensions.states;
+    let radius = (0..plan.trajectory.steps())
+        .map(|t| part(&plan.knots.dynamics, t, n).complex_eigenvalues().iter().map(|v| v.norm()).fold(0.0, f64::max))
+        .fold(0.0, f64::max);
+    let note = if radius > 1.0 + 1e-9 {
+        "above 1: unstable at some step; if the robot is not, the time step is too long"
+    } else {
+        "at most 1: no step is unstable"
+    };
+    let mut facts =
+        vec![Fact { name: "largest spectral radius of A".into(), value: radius, note: note.into() }];
+    facts.extend(observability(task, plan, noise));
+    facts
+}
+
+/// The n x n part of matrix t on the left.
+fn part(matrices: &Matrices, t: usize, cols: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(matrices.rows(), cols, |i, j| matrices.get(t, i, j))
+}
+
+/// Eigenvalues of the observability Gramian `sum Phi_t' C' V^-1 C Phi_t`, `Phi_t = A_{t-1}...A_0`, each state scaled
+/// by its standard deviation at the start where that is not 0.
+fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
+    let size = plan.knots.dimensions;
+    let (n, p) = (size.states, size.measurements);
+    let Some(v) = part(&noise.measurement, 0, p).cholesky() else { return Vec::new() };
+    let mut phi = DMatrix::from_fn(n, n, |i, j| {
+        let deviation = noise.initial.get(0, i, i).max(0.0).sqrt();
+        if i == j { if deviation > 0.0 { deviation } else { 1.0 } } else { 0.0 }
+    });
+    let mut gramian = DMatrix::zeros(n, n);
+    for t in 0..=plan.trajectory.steps() {
+        let seen = part(&plan.knots.measurement, t, n) * &phi;
+        gramian += seen.transpose() * v.solve(&seen);
+        if t < plan.trajectory.steps() {
+            phi = part(&plan.knots.dynamics, t, n) * phi;
+        }
+    }
+    let eigen = gramian.symmetric_eigen();
+    let largest = eigen.eigenvalues.max();
+    let (weakest, smallest) = eigen.eigenvalues.argmin();
+    let rank = eigen.eigenvalues.iter().filter(|&&value| value > 1e-12 * largest).count();
+    let direction = eigen.eigenvectors.column(weakest).iamax();
+    let state = task.system.state_names().get(direction).cloned().unwrap_or_default();
+    let rank_note = if rank == n {
+        "every state shows in the measurements".to_owned()
+    } else {
+        format!("of {n}: {} directions never show in the measurements", n - rank)
+    };
+    vec![
+        Fact { name: "observable directions of the first state".into(), value: rank as f64, note: rank_note },
+        Fact {
+            name: "condition of the observability Gramian".into(),
+            value: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
+            note: format!("seen worst: mostly {state}"),
+        },
+    ]
+}

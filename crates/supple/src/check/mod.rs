@@ -1,0 +1,64 @@
+//! Compares every derivative of a problem with finite differences, and looks at its knots.
+
+mod compare;
+mod facts;
+mod gradients;
+mod system;
+
+use serde::Serialize;
+
+pub use compare::Row;
+pub use facts::Fact;
+
+use crate::Error;
+use crate::design::best_of_guesses;
+use crate::pipeline::TaskState;
+use crate::plan::PlanStatus;
+use crate::problem::{Problem, Task};
+
+/// What a check found.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckReport {
+    /// Whether every derivative agrees.
+    pub passed: bool,
+    /// Each task.
+    pub tasks: Vec<TaskCheck>,
+}
+
+/// What the check of one task found.
+#[derive(Clone, Debug, Serialize)]
+pub struct TaskCheck {
+    /// Its name.
+    pub name: String,
+    /// How its plan ended.
+    pub status: PlanStatus,
+    /// The largest gradient of the Hamiltonian by a control.
+    pub stationarity: f64,
+    /// One row per derivative, with its worst entry.
+    pub rows: Vec<Row>,
+    /// Conditioning and observability of its knots.
+    pub facts: Vec<Fact>,
+}
+
+/// Checks all tasks of a problem at a design: every derivative along the plan against finite differences.
+///
+/// # Errors
+/// Where the design cannot be evaluated.
+pub fn check(problem: &Problem, phi: &[f64]) -> Result<CheckReport, Error> {
+    let tasks = problem.tasks.iter().map(|task| check_task(problem, task, phi)).collect::<Result<Vec<_>, _>>()?;
+    Ok(CheckReport { passed: tasks.iter().all(|task| task.rows.iter().all(|row| row.passed)), tasks })
+}
+
+fn check_task(problem: &Problem, task: &Task, phi: &[f64]) -> Result<TaskCheck, Error> {
+    let mut state = TaskState::new(task);
+    best_of_guesses(problem, task, phi, &mut state)?;
+    let mut rows = system::rows(task, phi, &state.plan);
+    rows.extend(gradients::rows(problem, task, phi, &mut state)?);
+    Ok(TaskCheck {
+        name: task.name.clone(),
+        status: state.plan.status,
+        stationarity: state.plan.stationarity,
+        rows,
+        facts: facts::facts(task, &state.plan, &state.noise),
+    })
+}

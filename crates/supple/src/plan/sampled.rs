@@ -1,0 +1,95 @@
+use supple_kernels::Scratch;
+
+use super::nominal::{Plan, finish, linearise};
+use super::{PlanSettings, PlanStatus, Regularisation, simulate_controls, solve_riccati};
+use crate::Error;
+use crate::noise::Noise;
+use crate::problem::Task;
+use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors};
+use crate::system::Curvature;
+use crate::trajectory::Trajectory;
+
+/// Finds a plan as the paper does (theory, equation P.6): each iteration rolls out once with noise and an extended
+/// Kalman filter in the loop, and moves the reference by the share alpha towards estimates and controls of that run:
+///
+/// ```text
+/// xbar <- alpha mu + (1 - alpha) xbar      ubar <- alpha u + (1 - alpha) ubar
+/// ```
+///
+/// Iteration i draws from stream i of the seed. The reference ends as an average of noisy runs: close to a local
+/// optimum, never stationary to a tight tolerance.
+///
+/// # Errors
+/// Where something is not finite or a covariance is indefinite.
+pub(crate) fn plan_sampled(
+    (task, phi): (&Task, &[f64]),
+    noise: &Noise,
+    settings: &PlanSettings,
+    plan: &mut Plan,
+    scratch: &mut Scratch,
+) -> Result<(), Error> {
+    let system = &*task.system;
+    let sampled = &settings.sampled;
+    plan.nominal_cost = simulate_controls(system, phi, &mut plan.trajectory, scratch);
+    plan.iterations = 0;
+    plan.regularised = 0;
+    if !plan.nominal_cost.is_finite() {
+        return Err(Error::NotFinite { what: "the cost of the first guess", step: 0 });
+    }
+    let factors = NoiseFactors::of(noise)?;
+    let mut closed = ClosedLoop::new(system.dimensions(), 1);
+    let mut run = Trajectory::zeros(system.dimensions(), task.steps);
+    let mut mu: f64 = 0.0;
+    let mut status = PlanStatus::MaxIterations;
+    while plan.iterations < sampled.iterations {
+        linearise(system, phi, plan, Curvature::GaussNewton, scratch);
+        plan.iterations += 1;
+        let regularisation = Regularisation { control: mu, state: 0.0 };
+        if solve_riccati(&plan.knots.dynamics, &plan.knots.cost, regularisation, &mut plan.policy).is_err() {
+            plan.regularised += 1;
+            mu = (10.0 * mu).max(1e-9);
+            if mu > 1e12 {
+                status = PlanStatus::Indefinite;
+                break;
+            }
+            continue;
+        }
+        mu *= 0.5;
+        let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
+        closed.run(setting, (sampled.seed, plan.iterations as u64), Some(&mut run))?;
+        let change = average(&mut plan.trajectory, &run, sampled.averaging);
+        if !change.is_finite() {
+            return Err(Error::NotFinite { what: "the reference trajectory", step: 0 });
+        }
+        if change <= sampled.tolerance {
+            status = PlanStatus::Converged;
+            break;
+        }
+    }
+    plan.nominal_cost = cost_of(task, phi, &plan.trajectory, scratch);
+    finish(system, phi, plan, status, scratch)
+}
+
+/// Moves the reference by a share towards a run; the relative change of the controls (root mean square).
+fn average(reference: &mut Trajectory, run: &Trajectory, share: f64) -> f64 {
+    let (mut moved, mut size) = (0.0, 0.0);
+    for (ubar, u) in reference.controls.as_mut_slice().iter_mut().zip(run.controls.as_slice()) {
+        let step = share * (u - *ubar);
+        *ubar += step;
+        moved += step * step;
+        size += *ubar * *ubar;
+    }
+    for (xbar, x) in reference.states.as_mut_slice().iter_mut().zip(run.states.as_slice()) {
+        *xbar += share * (x - *xbar);
+    }
+    (moved / size.max(1e-300)).sqrt()
+}
+
+/// The cost of a reference as it stands, which need not obey the dynamics.
+fn cost_of(task: &Task, phi: &[f64], reference: &Trajectory, scratch: &mut Scratch) -> f64 {
+    let stages = (0..task.steps).map(|t| {
+        task.system.stage_cost(reference.states.vector(t), reference.controls.vector(t), phi, scratch)
+    });
+    let stages: f64 = stages.sum();
+    stages + task.system.final_cost(reference.states.vector(task.steps), phi, scratch)
+}

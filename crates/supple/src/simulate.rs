@@ -1,0 +1,225 @@
+//! Closed-loop simulation: roll-outs with noise and an extended Kalman filter in the loop.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::Serialize;
+use supple_kernels::{Matrices, Scratch};
+
+use crate::belief::{ExtendedKalman, FilterBatch};
+use crate::noise::{Noise, semidefinite_factor};
+use crate::plan::Plan;
+use crate::problem::Task;
+use crate::trajectory::Trajectory;
+use crate::{Dimensions, Error};
+
+/// The sampled cost of a task in closed loop.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MonteCarlo {
+    /// How many roll-outs.
+    pub rollouts: usize,
+    /// Their seed.
+    pub seed: u64,
+    /// Mean cost.
+    pub cost_mean: f64,
+    /// Standard error of the mean.
+    pub cost_standard_error: f64,
+    /// Mean cost less the predicted expected cost.
+    pub difference: f64,
+    /// Cost of every roll-out.
+    #[serde(skip)]
+    pub costs: Vec<f64>,
+}
+
+/// How samples are drawn: factors of the covariances.
+#[derive(Clone, Debug)]
+pub(crate) struct NoiseFactors {
+    initial: Factor,
+    process: Factor,
+    measurement: Factor,
+}
+
+/// `G` of a covariance `G G'`, row-major, order x order.
+#[derive(Clone, Debug)]
+struct Factor {
+    order: usize,
+    entries: Vec<f64>,
+}
+
+impl Factor {
+    fn of(covariance: &Matrices, what: &'static str) -> Result<Self, Error> {
+        let entries = semidefinite_factor(covariance).ok_or(Error::NotPositiveDefinite { what, step: 0 })?;
+        Ok(Self { order: covariance.rows(), entries })
+    }
+
+    /// `out += G n` with standard normal `n`; draws as many numbers as the order.
+    fn add_sample(&self, random: &mut ChaCha8Rng, out: &mut [f64]) {
+        for column in 0..self.order {
+            let normal: f64 = StandardNormal.sample(random);
+            for (row, out) in out.iter_mut().enumerate().skip(column) {
+                *out += self.entries[row * self.order + column] * normal;
+            }
+        }
+    }
+}
+
+impl NoiseFactors {
+    pub fn of(noise: &Noise) -> Result<Self, Error> {
+        Ok(Self {
+            initial: Factor::of(&noise.initial, "the covariance of the first state")?,
+            process: Factor::of(&noise.process, "the process covariance")?,
+            measurement: Factor::of(&noise.measurement, "the measurement covariance")?,
+        })
+    }
+}
+
+/// Samples that run in step with one another.
+pub(crate) struct ClosedLoop {
+    filters: FilterBatch,
+    states: Matrices,
+    controls: Matrices,
+    measured: Matrices,
+    random: Vec<ChaCha8Rng>,
+    /// Cost so far of each sample.
+    pub costs: Vec<f64>,
+    next: Vec<f64>,
+    scratch: Scratch,
+}
+
+/// What a closed-loop run needs.
+#[derive(Clone, Copy)]
+pub(crate) struct LoopSetting<'a> {
+    pub task: &'a Task,
+    pub phi: &'a [f64],
+    pub plan: &'a Plan,
+    pub noise: &'a Noise,
+    pub factors: &'a NoiseFactors,
+}
+
+impl ClosedLoop {
+    pub fn new(dimensions: Dimensions, count: usize) -> Self {
+        Self {
+            filters: FilterBatch::new(dimensions, count),
+            states: Matrices::vectors(count, dimensions.states),
+            controls: Matrices::vectors(count, dimensions.controls),
+            measured: Matrices::vectors(count, dimensions.measurements),
+            random: Vec::new(),
+            costs: vec![0.0; count],
+            next: vec![0.0; dimensions.states],
+            scratch: Scratch::new(),
+        }
+    }
+
+    /// Runs all samples under `u = ubar + k + K (mu - xbar)`; sample `i` draws from stream `first + i` of the seed.
+    ///
+    /// Where `record` is given, it receives the estimates and controls of the first sample.
+    pub fn run(
+        &mut self,
+        setting: LoopSetting,
+        (seed, first): (u64, u64),
+        mut record: Option<&mut Trajectory>,
+    ) -> Result<(), Error> {
+        let LoopSetting { task, phi, plan, noise, factors } = setting;
+        let Self { filters, states, controls, measured, random, costs, next, scratch } = self;
+        let count = costs.len();
+        let filter = ExtendedKalman { system: &*task.system, phi, noise };
+        let reference = &plan.trajectory;
+        random.clear();
+        for sample in 0..count {
+            let mut generator = ChaCha8Rng::seed_from_u64(seed);
+            generator.set_stream(first + sample as u64);
+            let x = states.vector_mut(sample);
+            for (x, value) in x.iter_mut().zip(&task.initial_state) {
+                *x = value.resolve(phi);
+            }
+            factors.initial.add_sample(&mut generator, x);
+            random.push(generator);
+        }
+        costs.fill(0.0);
+        for (next, value) in next.iter_mut().zip(&task.initial_state) {
+            *next = value.resolve(phi);
+        }
+        filters.start(next, noise);
+
+        let stride = plan.policy.feedback.stride();
+        for t in 0..=task.steps {
+            for sample in 0..count {
+                let y = measured.vector_mut(sample);
+                task.system.observe(states.vector(sample), phi, y);
+                factors.measurement.add_sample(&mut random[sample], y);
+            }
+            filter.correct(measured, filters, scratch)?;
+            if let Some(record) = record.as_deref_mut() {
+                record.states.vector_mut(t).copy_from_slice(filters.means.vector(0));
+            }
+            if t == task.steps {
+                break;
+            }
+            let (feedback, feedforward) = (plan.policy.feedback.at(t), plan.policy.feedforward.vector(t));
+            let (xbar, ubar) = (reference.states.vector(t), reference.controls.vector(t));
+            for sample in 0..count {
+                let mean = filters.means.vector(sample);
+                let u = controls.vector_mut(sample);
+                for (a, u) in u.iter_mut().enumerate() {
+                    let gains = &feedback[a * stride..];
+                    let deviation: f64 = gains.iter().zip(mean).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum();
+                    *u = ubar[a] + feedforward[a] + deviation;
+                }
+                let x = states.vector_mut(sample);
+                costs[sample] += task.system.stage_cost(x, u, phi, scratch);
+                task.system.step(x, u, phi, next);
+                x.copy_from_slice(next);
+                factors.process.add_sample(&mut random[sample], x);
+            }
+            if let Some(record) = record.as_deref_mut() {
+                record.controls.vector_mut(t).copy_from_slice(controls.vector(0));
+            }
+            filter.predict(controls, filters, scratch, next);
+        }
+        for (sample, cost) in costs.iter_mut().enumerate() {
+            *cost += task.system.final_cost(states.vector(sample), phi, scratch);
+        }
+        Ok(())
+    }
+}
+
+/// Samples that share a batch.
+const BATCH: usize = 32;
+
+/// Rolls a plan out `rollouts` times in closed loop with an extended Kalman filter, on all threads.
+///
+/// Sample i draws from stream i of the seed: the same seed gives the same bits on any number of threads.
+///
+/// # Errors
+/// Where a covariance is indefinite.
+pub fn monte_carlo(
+    task: &Task,
+    phi: &[f64],
+    (plan, noise): (&Plan, &Noise),
+    predicted: f64,
+    (rollouts, seed): (usize, u64),
+) -> Result<MonteCarlo, Error> {
+    let factors = NoiseFactors::of(noise)?;
+    let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
+    let size = task.system.dimensions();
+    let batch = |number: usize| {
+        let first = number * BATCH;
+        let mut closed = ClosedLoop::new(size, BATCH.min(rollouts - first));
+        closed.run(setting, (seed, first as u64), None).map(|()| closed.costs)
+    };
+    let batches = (0..rollouts.div_ceil(BATCH)).into_par_iter().map(batch).collect::<Result<Vec<_>, _>>()?;
+    let costs = batches.concat();
+    let count = costs.len() as f64;
+    let cost_mean = costs.iter().sum::<f64>() / count;
+    let squares: f64 = costs.iter().map(|cost| (cost - cost_mean).powi(2)).sum();
+    let cost_standard_error = if rollouts > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
+    Ok(MonteCarlo {
+        rollouts,
+        seed,
+        cost_mean,
+        cost_standard_error,
+        difference: cost_mean - predicted,
+        costs,
+    })
+}
