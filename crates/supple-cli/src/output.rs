@@ -14,9 +14,7 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
 /// Prints text on standard output; a reader that hung up is no failure.
 pub fn print_text(text: &str) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::write("standard output", error))
-        }
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::write("standard output", error)),
         _ => Ok(()),
     }
 }

@@ -62,9 +62,10 @@ impl Observer for Progress {
             }
             Event::SearchingBranches { .. } => {}
         }
-        let best = state
-            .best
-            .map_or_else(|| "none feasible yet".to_owned(), |nats| format!("{:.2} bits", nats / std::f64::consts::LN_2));
+        let best = state.best.map_or_else(
+            || "none feasible yet".to_owned(),
+            |nats| format!("{:.2} bits", nats / std::f64::consts::LN_2),
+        );
         let State { evaluations, ended, of, .. } = &*state;
         self.bar.set_message(format!("{ended} of {of} starts, {evaluations} designs, best {best}"));
     }

@@ -83,13 +83,24 @@ pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
     align_right(&mut results, 1..5);
     let _ = writeln!(page, "{results}\n");
 
-    let at_box: Vec<String> = problem.parameters.iter().enumerate().filter_map(|(index, parameter)| {
-        let [lower, upper] = parameter.bounds;
-        let value = optimum.parameters.0[index].1;
-        let near = 1e-6 * (upper - lower);
-        let side = if value - lower < near { "lower" } else if upper - value < near { "upper" } else { return None };
-        problem.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
-    }).collect();
+    let at_box: Vec<String> = problem
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(index, parameter)| {
+            let [lower, upper] = parameter.bounds;
+            let value = optimum.parameters.0[index].1;
+            let near = 1e-6 * (upper - lower);
+            let side = if value - lower < near {
+                "lower"
+            } else if upper - value < near {
+                "upper"
+            } else {
+                return None;
+            };
+            problem.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
+        })
+        .collect();
     if !at_box.is_empty() {
         let _ = writeln!(page, "{}.\n", at_box.join("; "));
     }
@@ -108,7 +119,8 @@ fn sensitivities(problem: &Problem, at: &Evaluation, index: usize, value: f64) -
 }
 
 fn verdict(problem: &Problem, report: &DesignReport) -> String {
-    let best = report.starts.iter().map(|start| start.information_nats).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
+    let best =
+        report.starts.iter().map(|start| start.information_nats).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
     let same = report.starts.iter().filter(|start| {
         start.status == DesignStatus::Converged && (start.information_nats - best).abs() <= 1e-4 * best.abs()
     });
@@ -119,7 +131,9 @@ fn verdict(problem: &Problem, report: &DesignReport) -> String {
             report.starts.len(),
             report.branches
         ),
-        DesignStatus::NotOptimal => "Not an optimum: the method came to rest, but the total gradient is not zero.".into(),
+        DesignStatus::NotOptimal => {
+            "Not an optimum: the method came to rest, but the total gradient is not zero.".into()
+        }
         DesignStatus::NotConverged => "Not converged: the best design found meets every bound.".into(),
         DesignStatus::Stopped => "Stopped: the best design until then.".into(),
         DesignStatus::BoundViolated => {
@@ -134,8 +148,10 @@ fn verdict(problem: &Problem, report: &DesignReport) -> String {
             format!("No design that meets every bound was found. The closest misses the bound of {}.", list.join(", "))
         }
     };
-    format!("{how}\n{} designs evaluated in {:.2} s, method {}, gradient {}, seed {}.",
-        report.evaluations, report.seconds, report.method, report.gradient, report.seed)
+    format!(
+        "{how}\n{} designs evaluated in {:.2} s, method {}, gradient {}, seed {}.",
+        report.evaluations, report.seconds, report.method, report.gradient, report.seed
+    )
 }
 
 /// The page of `supple evaluate`.
@@ -205,9 +221,16 @@ fn gradient_tables(task: &TaskEvaluation) -> String {
     let mut page = String::new();
     let Some(gradient) = &task.gradient else { return page };
     if let Some(total) = &gradient.total {
-        let mut rows = table(&["total gradient", "information, nats", "expected cost", "nominal", "belief", "process", "initial"]);
+        let mut rows =
+            table(&["total gradient", "information, nats", "expected cost", "nominal", "belief", "process", "initial"]);
         for (index, (name, value)) in total.information_nats.0.iter().enumerate() {
-            let parts = [&total.expected_cost, &total.nominal_cost, &total.belief_cost, &total.process_cost, &total.initial_cost];
+            let parts = [
+                &total.expected_cost,
+                &total.nominal_cost,
+                &total.belief_cost,
+                &total.process_cost,
+                &total.initial_cost,
+            ];
             let parts = parts.iter().map(|part| format!("{:.4e}", part.0[index].1));
             rows.add_row([name.clone(), format!("{value:.4e}")].into_iter().chain(parts));
         }

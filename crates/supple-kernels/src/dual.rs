@@ -140,7 +140,8 @@ impl<S: Scalar, const K: usize> Scalar for Dual<S, K> {
     fn mul_add(self, factor: Self, term: Self) -> Self {
         let mut tangents = self.tangents;
         for i in 0..K {
-            tangents[i] = self.tangents[i].mul_add(factor.value, self.value.mul_add(factor.tangents[i], term.tangents[i]));
+            tangents[i] =
+                self.tangents[i].mul_add(factor.value, self.value.mul_add(factor.tangents[i], term.tangents[i]));
         }
         Self { value: self.value.mul_add(factor.value, term.value), tangents }
     }

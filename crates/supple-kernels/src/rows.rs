@@ -29,14 +29,18 @@ impl<'a> Left<'a> {
 }
 
 /// What a product does with what `out` held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Into {
+#[derive(Clone, Copy, Debug)]
+pub enum Into<'a> {
     /// `out = left right`
     Set,
     /// `out += left right`
     Add,
     /// `out -= left right`
     Subtract,
+    /// `out = base + left right`; `base` has the stride of `out`.
+    AddTo(&'a [f64]),
+    /// `out = base - left right`; `base` has the stride of `out`.
+    SubtractFrom(&'a [f64]),
 }
 
 /// `out (rows x stride) = left (rows x inner) * right (inner x stride)`, or added to or taken from `out`.
@@ -53,6 +57,9 @@ pub fn multiply<L: Lanes>(
         return;
     }
     assert!(stride.is_multiple_of(LANES) && out.len() >= rows * stride && right.len() >= inner * stride);
+    if let Into::AddTo(base) | Into::SubtractFrom(base) = into {
+        assert!(base.len() >= rows * stride);
+    }
     assert!(inner == 0 || left.data.len() > (rows - 1) * left.row + (inner - 1) * left.inner);
     let (out, right) = (out.as_mut_ptr(), right.as_ptr());
     for column in (0..stride).step_by(LANES) {
@@ -60,25 +67,27 @@ pub fn multiply<L: Lanes>(
         // SAFETY: the assertions above cover every row, column and inner index used below.
         unsafe {
             while row + 4 <= rows {
-                block::<L, 4>(out.add(row * stride + column), left, row, right.add(column), stride, inner, into);
+                let to = out.add(row * stride + column);
+                block::<L, 4>(to, left, row, right.add(column), stride, inner, into, column);
                 row += 4;
             }
             let (out, right) = (out.add(row * stride + column), right.add(column));
             match rows - row {
-                3 => block::<L, 3>(out, left, row, right, stride, inner, into),
-                2 => block::<L, 2>(out, left, row, right, stride, inner, into),
-                1 => block::<L, 1>(out, left, row, right, stride, inner, into),
+                3 => block::<L, 3>(out, left, row, right, stride, inner, into, column),
+                2 => block::<L, 2>(out, left, row, right, stride, inner, into, column),
+                1 => block::<L, 1>(out, left, row, right, stride, inner, into, column),
                 _ => {}
             }
         }
     }
 }
 
-/// `R` rows and one lane of columns of a product.
+/// `R` rows and one lane of columns of a product, from `column` on.
 ///
 /// # Safety
-/// Rows `row..row + R` of `left` and `out`, and `inner` rows of `right`, must exist.
+/// Rows `row..row + R` of `left`, `out` and the base, and `inner` rows of `right`, must exist.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 unsafe fn block<L: Lanes, const R: usize>(
     out: *mut f64,
     left: Left,
@@ -87,6 +96,7 @@ unsafe fn block<L: Lanes, const R: usize>(
     stride: usize,
     inner: usize,
     into: Into,
+    column: usize,
 ) {
     // SAFETY: the caller's.
     unsafe {
@@ -104,7 +114,62 @@ unsafe fn block<L: Lanes, const R: usize>(
                 Into::Set => sum.store(to),
                 Into::Add => (L::load(to) + sum).store(to),
                 Into::Subtract => (L::load(to) - sum).store(to),
+                Into::AddTo(base) => (L::load(base.as_ptr().add((row + r) * stride + column)) + sum).store(to),
+                Into::SubtractFrom(base) => {
+                    (L::load(base.as_ptr().add((row + r) * stride + column)) - sum).store(to);
+                }
             }
+        }
+    }
+}
+
+/// `out (rows x stride) = left (rows x inner) * right`, the rows of `right` being the first `stride` numbers of rows
+/// that are `right_stride` apart.
+#[inline(always)]
+pub fn multiply_strided<L: Lanes>(
+    out: &mut [f64],
+    left: Left,
+    (right, right_stride): (&[f64], usize),
+    stride: usize,
+    (rows, inner): (usize, usize),
+) {
+    if stride == right_stride {
+        return multiply::<L>(out, left, right, stride, (rows, inner), Into::Set);
+    }
+    for i in 0..rows {
+        let row = &mut out[i * stride..(i + 1) * stride];
+        row.fill(0.0);
+        for k in 0..inner {
+            let factor = left.data[i * left.row + k * left.inner];
+            add_scaled::<L>(row, factor, &right[k * right_stride..k * right_stride + stride]);
+        }
+    }
+}
+
+/// `out = factor * left (rows x inner) * right (inner x stride)`, into the first `stride` numbers of rows that are
+/// `out_stride` apart.
+#[inline(always)]
+pub fn multiply_into_strided<L: Lanes>(
+    (out, out_stride): (&mut [f64], usize),
+    left: Left,
+    right: &[f64],
+    stride: usize,
+    (rows, inner): (usize, usize),
+    factor: f64,
+) {
+    for i in 0..rows {
+        let row = &mut out[i * out_stride..i * out_stride + stride];
+        for column in (0..stride).step_by(LANES) {
+            let mut sum = L::zero();
+            for k in 0..inner {
+                let line = &right[k * stride + column..k * stride + column + LANES];
+                // SAFETY: the slice holds eight numbers.
+                let line = unsafe { L::load(line.as_ptr()) };
+                sum = L::constant(left.data[i * left.row + k * left.inner]).mul_add(line, sum);
+            }
+            let to = &mut row[column..column + LANES];
+            // SAFETY: the slice holds eight numbers.
+            unsafe { (sum * L::constant(factor)).store(to.as_mut_ptr()) };
         }
     }
 }
@@ -224,6 +289,29 @@ pub fn cholesky_solve<L: Lanes>(
     }
 }
 
+/// As [`cholesky_solve`], with the rows of `B` in `right` and the solution in `out`.
+#[inline(always)]
+pub fn cholesky_solve_from<L: Lanes>(
+    factor: &[f64],
+    factor_stride: usize,
+    right: &[f64],
+    out: &mut [f64],
+    stride: usize,
+    n: usize,
+) {
+    assert!(out.len() >= n * stride && right.len() >= n * stride);
+    for i in 0..n {
+        for column in (0..stride).step_by(LANES) {
+            // SAFETY: row i and this column are inside both.
+            unsafe {
+                let at = i * stride + column;
+                L::load(right.as_ptr().add(at)).store(out.as_mut_ptr().add(at));
+            }
+        }
+    }
+    cholesky_solve::<L>(factor, factor_stride, out, stride, n);
+}
+
 /// `row *= factor`, over whole padded rows.
 #[inline(always)]
 pub fn scale<L: Lanes>(row: &mut [f64], factor: f64) {
@@ -250,7 +338,7 @@ mod tests {
         left: &'a Matrices,
         right: &'a Matrices,
         transposed: bool,
-        into: Into,
+        into: Into<'a>,
     }
 
     impl Job for Product<'_> {
@@ -277,7 +365,7 @@ mod tests {
         #[test]
         fn products_equal_plain_loops(
             rows in 0..19usize, inner in 0..19usize, cols in 1..19usize, seed in 0..100usize,
-            transposed: bool, into in prop::sample::select(vec![Into::Set, Into::Add, Into::Subtract]),
+            transposed: bool, which in 0..5usize,
         ) {
             let left = if transposed { filled(inner, rows, seed) } else { filled(rows, inner, seed) };
             let right = filled(inner, cols, seed + 1);
@@ -286,7 +374,17 @@ mod tests {
                 if !level.force() {
                     continue;
                 }
+                let into = [
+                    Into::Set,
+                    Into::Add,
+                    Into::Subtract,
+                    Into::AddTo(before.at(0)),
+                    Into::SubtractFrom(before.at(0)),
+                ][which];
                 let mut out = before.clone();
+                if which > 2 {
+                    out.clear();
+                }
                 dispatch(Product { out: &mut out, left: &left, right: &right, transposed, into });
                 for i in 0..rows {
                     for j in 0..cols {
@@ -295,8 +393,8 @@ mod tests {
                             .sum();
                         let expected = match into {
                             Into::Set => sum,
-                            Into::Add => before.get(0, i, j) + sum,
-                            Into::Subtract => before.get(0, i, j) - sum,
+                            Into::Add | Into::AddTo(_) => before.get(0, i, j) + sum,
+                            Into::Subtract | Into::SubtractFrom(_) => before.get(0, i, j) - sum,
                         };
                         prop_assert_eq!(out.get(0, i, j), expected);
                     }

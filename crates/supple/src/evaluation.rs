@@ -228,7 +228,8 @@ impl Problem {
             evaluate_task((self, task), phi, options, controls, &mut state)
         });
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
-        let nats: f64 = tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * e.information.total_nats).sum();
+        let nats: f64 =
+            tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * e.information.total_nats).sum();
         let meets = |task: &TaskEvaluation| {
             let bound = task.cost.bound.unwrap_or(f64::INFINITY);
             task.status.is_converged() && task.cost.expected <= bound + FEASIBILITY * bound.abs()
@@ -299,15 +300,13 @@ fn gradients(
     let mut report = GradientReport::default();
     if options.total_gradient {
         let mut parts = [const { Vec::new() }; 5];
-        let functionals =
-            [Functional::INFORMATION, Functional::BELIEF, Functional::PROCESS, Functional::INITIAL];
+        let functionals = [Functional::INFORMATION, Functional::BELIEF, Functional::PROCESS, Functional::INITIAL];
         for (functional, out) in functionals.into_iter().zip(&mut parts) {
             state.total_gradient(task, phi, functional, out)?;
         }
         state.nominal_gradient(task, phi, &mut parts[4]);
         let [information, belief, process, initial, nominal] = parts;
-        let expected: Vec<f64> =
-            (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
+        let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
         report.total = Some(TotalReport {
             valid: state.plan.relative_stationarity <= VALID_STATIONARITY,
             information_nats: named(&information),

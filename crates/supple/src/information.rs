@@ -1,3 +1,5 @@
+//! Directed information from state to measurements.
+
 use serde::Serialize;
 use supple_kernels::{Matrices, rows};
 
@@ -36,7 +38,8 @@ pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Res
 ///
 /// `None` where a covariance is singular, as it is when a state is known exactly.
 pub fn entropy_form(belief: &Belief) -> Option<f64> {
-    let logs = |matrices: &Matrices| (0..matrices.count()).map(|t| log_determinant_at(matrices, t)).sum::<Option<f64>>();
+    let logs =
+        |matrices: &Matrices| (0..matrices.count()).map(|t| log_determinant_at(matrices, t)).sum::<Option<f64>>();
     Some(0.5 * (logs(&belief.predicted)? - logs(&belief.corrected)?))
 }
 

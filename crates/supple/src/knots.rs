@@ -1,3 +1,5 @@
+//! Knots: the linearisation of a trajectory.
+
 use supple_kernels::{Matrices, Scratch};
 
 use crate::system::{Curvature, Points, System};

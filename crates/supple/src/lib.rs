@@ -1,8 +1,8 @@
 //! Design compliant robots that need little information to be controlled.
 pub mod belief;
 pub mod check;
-mod cost_parts;
 pub mod cost;
+mod cost_parts;
 pub mod design;
 mod error;
 mod evaluation;
@@ -16,6 +16,7 @@ pub mod parameters;
 pub mod pipeline;
 pub mod plan;
 mod problem;
+mod shape;
 pub mod simulate;
 pub mod system;
 mod trajectory;
@@ -28,8 +29,8 @@ pub use evaluation::{
     Objective, TaskEvaluation, TotalReport, TrajectoryReport, VALID_STATIONARITY,
 };
 pub use file::FileError;
-pub use problem::{Problem, Task};
 pub use model::{Dimensions, Linear, Model, Point, TwoMass};
+pub use problem::{Problem, Task};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};
 pub use trajectory::Trajectory;
 pub use value::Value;

@@ -1,3 +1,5 @@
+//! Noise: covariances whose entries may be parameters.
+
 use supple_kernels::{Matrices, rows};
 
 use crate::{Error, Value};

@@ -1,7 +1,9 @@
+//! Parameters: named numbers that designs and studies change.
+
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Value};
 use crate::value::quoted;
+use crate::{Error, Value};
 
 /// A named number that tasks and designs may change.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,9 +9,7 @@ use supple_kernels::{Matrices, Scratch};
 use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::cost_parts::{CostParts, cost_parts};
-use crate::gradient::{
-    FrozenGradient, Functional, GradientWorkspace, TotalGradient, frozen_gradient, total_gradient,
-};
+use crate::gradient::{FrozenGradient, Functional, GradientWorkspace, TotalGradient, frozen_gradient, total_gradient};
 use crate::information::{Information, information};
 use crate::noise::Noise;
 use crate::plan::{Plan, PlanMode, PlanSettings, PlanWorkspace, plan, plan_sampled};

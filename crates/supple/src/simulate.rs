@@ -214,12 +214,5 @@ pub fn monte_carlo(
     let cost_mean = costs.iter().sum::<f64>() / count;
     let squares: f64 = costs.iter().map(|cost| (cost - cost_mean).powi(2)).sum();
     let cost_standard_error = if rollouts > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-    Ok(MonteCarlo {
-        rollouts,
-        seed,
-        cost_mean,
-        cost_standard_error,
-        difference: cost_mean - predicted,
-        costs,
-    })
+    Ok(MonteCarlo { rollouts, seed, cost_mean, cost_standard_error, difference: cost_mean - predicted, costs })
 }

@@ -1,5 +1,7 @@
 use serde::Serialize;
-use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design as search};
+use supple::design::{
+    Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design as search,
+};
 use supple::{EvaluateOptions, Evaluation, Named, Problem};
 
 use crate::Outcome;
@@ -72,7 +74,9 @@ pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     let settings = settings(options, &problem)?;
     if problem.parameters.design().is_empty() {
         let task = options.task.task.display();
-        return Err(Failure::usage(format!("{task} has no parameter with role = \"design\": there is nothing to design")));
+        return Err(Failure::usage(format!(
+            "{task} has no parameter with role = \"design\": there is nothing to design"
+        )));
     }
     listen();
     let progress = Progress::new();

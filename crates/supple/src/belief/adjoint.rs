@@ -4,6 +4,7 @@ use supple_kernels::{Job, Lanes, Matrices, dispatch};
 use super::Belief;
 use crate::knots::Knots;
 use crate::noise::Noise;
+use crate::shape::{Shape, with_shape};
 use crate::system::KnotAdjoints;
 
 /// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
@@ -72,31 +73,34 @@ struct Sweep<'a> {
 impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        let steps = self.knots.steps();
-        self.work.sigma.clear();
-        for t in (0..=steps).rev() {
-            self.correct::<L>(t);
-            if t > 0 {
-                self.predict::<L>(t);
-            }
-        }
-        let predicted = self.work.other.at(0);
-        let to = self.noise_adjoint.initial.at_mut(0);
-        rows::add_scaled::<L>(to, 1.0, predicted);
-        if self.seeds.information != 0.0 {
-            self.subtract_noise_information();
-        }
+        with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
     }
 }
 
 impl Sweep<'_> {
+    #[inline(always)]
+    fn sweep<L: Lanes>(&mut self, shape: Shape) {
+        let steps = self.knots.steps();
+        self.work.sigma.clear();
+        for t in (0..=steps).rev() {
+            self.correct::<L>(shape, t);
+            if t > 0 {
+                self.predict::<L>(shape, t);
+            }
+        }
+        let predicted = self.work.other.at(0);
+        rows::add_scaled::<L>(self.noise_adjoint.initial.at_mut(0), 1.0, predicted);
+        if self.seeds.information != 0.0 {
+            self.subtract_noise_information();
+        }
+    }
+
     /// From the adjoint of Sigma_t in `sigma` to that of P_t in `other`.
     #[inline(always)]
-    fn correct<L: Lanes>(&mut self, t: usize) {
+    fn correct<L: Lanes>(&mut self, shape: Shape, t: usize) {
         let Self { knots, belief, seeds, work, adjoints, noise_adjoint, .. } = self;
-        let (n, p) = (knots.dimensions.states, knots.dimensions.measurements);
+        let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
         let BeliefAdjoint { sigma, square, other, cross, inverse } = &mut **work;
-        let (stride, small) = (sigma.stride(), inverse.stride());
         let (sigma, square, predicted) = (sigma.at(0), square.at_mut(0), other.at_mut(0));
         let (cross, inverse) = (cross.at_mut(0), inverse.at_mut(0));
         let (c, gain) = (knots.measurement.at(t), belief.gain_transposed.at(t));
@@ -105,21 +109,19 @@ impl Sweep<'_> {
         // cross = L' Sb; Cb = i L' - 2 cross Sigma.
         multiply::<L>(cross, Left::plain(gain, stride), sigma, stride, (p, n), Into::Set);
         let measurement = adjoints.measurement.at_mut(t);
-        multiply::<L>(
-            measurement,
-            Left::plain(cross, stride),
-            belief.corrected.at(t),
-            stride,
-            (p, n),
-            Into::Set,
-        );
-        rows::scale::<L>(measurement, -2.0);
-        rows::add_scaled::<L>(measurement, information, gain);
+        let corrected = belief.corrected.at(t);
+        multiply::<L>(measurement, Left::plain(cross, stride), corrected, stride, (p, n), Into::Set);
+        for i in 0..p {
+            let row = &mut measurement[i * stride..(i + 1) * stride];
+            rows::scale::<L>(row, -2.0);
+            rows::add_scaled::<L>(row, information, &gain[i * stride..(i + 1) * stride]);
+        }
 
         // (S^y)^-1, and Vb += L' Sb L + i/2 (S^y)^-1.
-        inverse.fill(0.0);
         for i in 0..p {
-            inverse[i * small + i] = 1.0;
+            for j in 0..p {
+                inverse[i * small + j] = f64::from(u8::from(i == j));
+            }
         }
         rows::cholesky_solve::<L>(belief.innovation_factor.at(t), small, inverse, small, p);
         let v = noise_adjoint.measurement.at_mut(0);
@@ -130,57 +132,48 @@ impl Sweep<'_> {
             }
         }
 
-        // square = Sb M = Sb - (Sb L) C; Pb = M' square = square - C' (L' square) + i/2 C' (S^y)^-1 C.
-        square.copy_from_slice(sigma);
-        multiply::<L>(square, Left::transposed(cross, stride), c, stride, (n, p), Into::Subtract);
+        // square = Sb M = Sb - (Sb L) C; Pb = M' square = square - C' (L' square - i/2 (S^y)^-1 C).
+        let base = Into::SubtractFrom(sigma);
+        multiply::<L>(square, Left::transposed(cross, stride), c, stride, (n, p), base);
         multiply::<L>(cross, Left::plain(gain, stride), square, stride, (p, n), Into::Set);
         for i in 0..p {
+            let row = &mut cross[i * stride..(i + 1) * stride];
             for j in 0..p {
                 let factor = -0.5 * information * inverse[i * small + j];
-                rows::add_scaled::<L>(
-                    &mut cross[i * stride..(i + 1) * stride],
-                    factor,
-                    &c[j * stride..(j + 1) * stride],
-                );
+                rows::add_scaled::<L>(row, factor, &c[j * stride..(j + 1) * stride]);
             }
         }
-        predicted.copy_from_slice(square);
-        multiply::<L>(predicted, Left::transposed(c, stride), cross, stride, (n, p), Into::Subtract);
+        let base = Into::SubtractFrom(square);
+        multiply::<L>(predicted, Left::transposed(c, stride), cross, stride, (n, p), base);
         rows::symmetrise(predicted, n, stride);
     }
 
     /// From the adjoint of P_t in `other` to that of Sigma_{t-1} in `sigma`.
     #[inline(always)]
-    fn predict<L: Lanes>(&mut self, t: usize) {
+    fn predict<L: Lanes>(&mut self, shape: Shape, t: usize) {
         let Self { knots, belief, seeds, work, adjoints, noise_adjoint, .. } = self;
-        let n = knots.dimensions.states;
+        let (n, stride, wide) = (shape.n, shape.narrow(), shape.wide());
         let BeliefAdjoint { sigma, square, other, .. } = &mut **work;
-        let (stride, wide) = (sigma.stride(), knots.dynamics.stride());
         let (sigma, square, predicted) = (sigma.at_mut(0), square.at_mut(0), other.at(0));
         let f = knots.dynamics.at(t - 1);
 
-        rows::add_scaled::<L>(noise_adjoint.process.at_mut(0), 1.0, predicted);
-        // square = Pb A: by rows of A, cut off the control's columns.
-        square.fill(0.0);
+        let process = noise_adjoint.process.at_mut(0);
         for i in 0..n {
-            let row = &mut square[i * stride..(i + 1) * stride];
-            for k in 0..n {
-                rows::add_scaled::<L>(row, predicted[i * stride + k], &f[k * wide..k * wide + stride]);
-            }
-            row[n..].fill(0.0);
+            let range = i * stride..(i + 1) * stride;
+            rows::add_scaled::<L>(&mut process[range.clone()], 1.0, &predicted[range]);
         }
-        let a = adjoints.dynamics.at_mut(t - 1);
+        // square = Pb A, by rows of A cut off the control's columns.
+        rows::multiply_strided::<L>(square, Left::plain(predicted, stride), (f, wide), stride, (n, n));
         for i in 0..n {
-            a[i * wide..(i + 1) * wide].fill(0.0);
-            let row = &mut a[i * wide..i * wide + stride];
-            for k in 0..n {
-                rows::add_scaled::<L>(
-                    row,
-                    2.0 * square[i * stride + k],
-                    &belief.corrected.at(t - 1)[k * stride..(k + 1) * stride],
-                );
-            }
+            square[i * stride + n..(i + 1) * stride].fill(0.0);
         }
+        // Ab = 2 Pb A Sigma; B has no part in the belief.
+        let (a, corrected) = (adjoints.dynamics.at_mut(t - 1), belief.corrected.at(t - 1));
+        if wide != stride {
+            a.fill(0.0);
+        }
+        rows::multiply_into_strided::<L>((a, wide), Left::plain(square, stride), corrected, stride, (n, n), 2.0);
+
         multiply::<L>(sigma, Left::transposed(f, wide), square, stride, (n, n), Into::Set);
         rows::symmetrise(sigma, n, stride);
         if let Some((weights, factor)) = seeds.weights {

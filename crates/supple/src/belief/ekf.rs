@@ -4,6 +4,7 @@ use super::Belief;
 use super::kalman::{correct, predict};
 use crate::knots::Knots;
 use crate::noise::Noise;
+use crate::shape::Shape;
 use crate::system::{Points, System};
 use crate::{Dimensions, Error};
 
@@ -18,6 +19,8 @@ pub struct FilterBatch {
     pub belief: Belief,
     knots: Knots,
     expected: Vec<f64>,
+    /// Controls where they do not matter.
+    idle: Matrices,
 }
 
 /// What a filter needs to know of the world.
@@ -39,6 +42,7 @@ impl FilterBatch {
             belief: Belief::zeros(dimensions.states, dimensions.measurements, count - 1),
             knots: Knots::zeros(dimensions, count),
             expected: vec![0.0; dimensions.measurements],
+            idle: Matrices::vectors(count, dimensions.controls),
         }
     }
 
@@ -62,10 +66,9 @@ impl ExtendedKalman<'_> {
     /// # Errors
     /// Where an innovation covariance is not positive definite; the step is that of the sample.
     pub fn correct(&self, measured: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) -> Result<(), Error> {
-        let FilterBatch { means, belief, knots, expected } = batch;
+        let FilterBatch { means, belief, knots, expected, idle } = batch;
         let count = means.count();
-        // Points of the filters; their controls do not matter to the measurement.
-        let at = Points { states: means, controls: means, stages: count, has_end: false };
+        let at = Points { states: means, controls: idle, stages: count, has_end: false };
         self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
         let mut failed = None;
         dispatch(CorrectAll { count, knots, noise: self.noise, belief, failed: &mut failed });
@@ -111,8 +114,9 @@ struct CorrectAll<'a> {
 impl Job for CorrectAll<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        let shape = Shape::of(self.knots.dimensions);
         for sample in 0..self.count {
-            if correct::<L>(sample, self.knots, self.noise, self.belief).is_err() {
+            if correct::<L>(shape, sample, self.knots, self.noise, self.belief).is_err() {
                 *self.failed = Some(sample);
                 return;
             }
@@ -130,8 +134,9 @@ struct PredictAll<'a> {
 impl Job for PredictAll<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        let shape = Shape::of(self.knots.dimensions);
         for sample in 0..self.count {
-            predict::<L>((sample, sample), self.knots, self.noise, self.belief);
+            predict::<L>(shape, (sample, sample), self.knots, self.noise, self.belief);
         }
     }
 }

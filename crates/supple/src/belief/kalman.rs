@@ -5,6 +5,7 @@ use super::guard;
 use crate::Error;
 use crate::knots::Knots;
 use crate::noise::Noise;
+use crate::shape::{Shape, with_shape};
 
 /// What is known of the state along a trajectory.
 #[derive(Clone, Debug)]
@@ -85,46 +86,59 @@ impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { knots, noise, belief, result } = self;
-        let steps = knots.steps();
-        belief.repairs = 0;
-        belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
-        for t in 0..=steps {
-            if t > 0 {
-                predict::<L>((t - 1, t), knots, noise, belief);
-            }
-            if correct::<L>(t, knots, noise, belief).is_err() {
-                *result = Err(Error::NotPositiveDefinite { what: "the innovation covariance", step: t });
-                return;
-            }
-            if t % GUARD_INTERVAL == 0 || t == steps {
-                let (n, stride) = (knots.dimensions.states, belief.corrected.stride());
-                belief.repairs += usize::from(guard::mend(belief.corrected.at_mut(t), n, stride));
-            }
-        }
+        with_shape!(Shape::of(knots.dimensions), |shape| *result = sweep::<L>(shape, knots, noise, belief));
     }
 }
 
-/// `P_to = A_from Sigma_from A_from' + W`.
 #[inline(always)]
-pub(super) fn predict<L: Lanes>((from, to): (usize, usize), knots: &Knots, noise: &Noise, belief: &mut Belief) {
-    let n = knots.dimensions.states;
-    let (stride, wide) = (belief.corrected.stride(), knots.dynamics.stride());
+fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
+    let steps = knots.steps();
+    belief.repairs = 0;
+    belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
+    for t in 0..=steps {
+        if t > 0 {
+            predict::<L>(shape, (t - 1, t), knots, noise, belief);
+        }
+        correct::<L>(shape, t, knots, noise, belief)
+            .map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?;
+        if t % GUARD_INTERVAL == 0 || t == steps {
+            belief.repairs += usize::from(guard::mend(belief.corrected.at_mut(t), shape.n, shape.narrow()));
+        }
+    }
+    Ok(())
+}
+
+/// `P_to = A_from Sigma_from A_from' + W_from`.
+#[inline(always)]
+pub(super) fn predict<L: Lanes>(
+    shape: Shape,
+    (from, to): (usize, usize),
+    knots: &Knots,
+    noise: &Noise,
+    belief: &mut Belief,
+) {
+    let (n, stride, wide) = (shape.n, shape.narrow(), shape.wide());
     let f = knots.dynamics.at(from);
     let Work { square, transposed, .. } = &mut belief.work;
     let (a_sigma, transposed) = (square.at_mut(0), transposed.at_mut(0));
     multiply::<L>(a_sigma, Left::plain(f, wide), belief.corrected.at(from), stride, (n, n), Into::Set);
     rows::transpose(transposed, stride, f, wide, (n, n));
     let predicted = belief.predicted.at_mut(to);
-    predicted.copy_from_slice(noise.process.at(to));
-    multiply::<L>(predicted, Left::plain(a_sigma, stride), transposed, stride, (n, n), Into::Add);
+    let base = Into::AddTo(noise.process.at(from));
+    multiply::<L>(predicted, Left::plain(a_sigma, stride), transposed, stride, (n, n), base);
     rows::symmetrise(predicted, n, stride);
 }
 
 /// From `P_t` to `Sigma_t`.
 #[inline(always)]
-pub(super) fn correct<L: Lanes>(t: usize, knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), usize> {
-    let (n, p) = (knots.dimensions.states, knots.dimensions.measurements);
-    let (stride, small) = (belief.corrected.stride(), belief.innovation_factor.stride());
+pub(super) fn correct<L: Lanes>(
+    shape: Shape,
+    t: usize,
+    knots: &Knots,
+    noise: &Noise,
+    belief: &mut Belief,
+) -> Result<(), usize> {
+    let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
     let (c, v) = (knots.measurement.at(t), noise.measurement.at(t));
     let predicted = belief.predicted.at(t);
     let Work { cross, defect, .. } = &mut belief.work;
@@ -140,20 +154,15 @@ pub(super) fn correct<L: Lanes>(t: usize, knots: &Knots, noise: &Noise, belief: 
     }
     rows::cholesky(factor, p, small)?;
     let gain = belief.gain_transposed.at_mut(t);
-    gain.copy_from_slice(cross);
-    rows::cholesky_solve::<L>(factor, small, gain, stride, p);
+    rows::cholesky_solve_from::<L>(factor, small, cross, gain, stride, p);
 
-    // T = P - L (C P), kept in `corrected`; then Sigma = T - D L'.
+    // T = P - L (C P), symmetric but for rounding; D' = C T - V L'; Sigma = T - D L'.
     let corrected = belief.corrected.at_mut(t);
-    corrected.copy_from_slice(predicted);
-    multiply::<L>(corrected, Left::transposed(gain, stride), cross, stride, (n, p), Into::Subtract);
-    for k in 0..p {
-        let c = &c[k * stride..k * stride + n];
-        for i in 0..n {
-            let noise: f64 = (0..p).map(|j| gain[j * stride + i] * v[j * small + k]).sum();
-            defect[k * stride + i] = rows::dot(&corrected[i * stride..i * stride + n], c) - noise;
-        }
-    }
+    let base = Into::SubtractFrom(predicted);
+    multiply::<L>(corrected, Left::transposed(gain, stride), cross, stride, (n, p), base);
+    rows::symmetrise(corrected, n, stride);
+    multiply::<L>(defect, Left::plain(c, stride), corrected, stride, (p, n), Into::Set);
+    multiply::<L>(defect, Left::plain(v, small), gain, stride, (p, p), Into::Subtract);
     multiply::<L>(corrected, Left::transposed(defect, stride), gain, stride, (n, p), Into::Subtract);
     rows::symmetrise(corrected, n, stride);
     Ok(())

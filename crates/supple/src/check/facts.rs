@@ -28,8 +28,7 @@ pub(super) fn facts(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     } else {
         "at most 1: no step is unstable"
     };
-    let mut facts =
-        vec![Fact { name: "largest spectral radius of A".into(), value: radius, note: note.into() }];
+    let mut facts = vec![Fact { name: "largest spectral radius of A".into(), value: radius, note: note.into() }];
     facts.extend(observability(task, plan, noise));
     facts
 }

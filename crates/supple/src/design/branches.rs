@@ -18,12 +18,7 @@ const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 ///
 /// # Errors
 /// Where no guess leads to a finite plan.
-pub(crate) fn best_of_guesses(
-    problem: &Problem,
-    task: &Task,
-    phi: &[f64],
-    state: &mut TaskState,
-) -> Result<(), Error> {
+pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
     let constant = task.initial_control.len() == 1 && task.steps > 1;
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut best: Option<(bool, f64, Matrices)> = None;
@@ -114,11 +109,8 @@ fn attempt_branch(
     state: &mut TaskState,
 ) -> Result<Option<(f64, Matrices)>, Error> {
     // A design within a third of the box around this one, in scaled coordinates.
-    let source: Vec<f64> = scaling
-        .scaled(phi)
-        .iter()
-        .map(|s| (s + (uniform(random) - 0.5) * 2.0 / 3.0).clamp(0.0, 1.0))
-        .collect();
+    let source: Vec<f64> =
+        scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / 3.0).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
     let factor = (uniform(random) * 1.8).exp();
     let guess = task.guess(&source, factor);

@@ -11,8 +11,8 @@ mod sqp;
 mod start;
 mod visit;
 
+pub(crate) use branches::{best_of_guesses, search_branches, uniform};
 pub use search::{Control, Event, NoObserver, Observer};
+pub(crate) use search::{Ending, Search};
 pub use settings::{DesignSettings, GradientKind, Method};
 pub use start::{Design, DesignStatus, StartSummary, design};
-pub(crate) use branches::{best_of_guesses, search_branches, uniform};
-pub(crate) use search::{Ending, Search};

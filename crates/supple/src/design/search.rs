@@ -134,8 +134,7 @@ pub(crate) const OPTIMAL: f64 = 1e-4;
 /// of the objective's gradient on those of the active constraints, over coordinates off their bounds.
 pub(crate) fn optimality(at: &Visit, problem: &Problem, scaling: &Scaling, feasibility: f64) -> (f64, Vec<f64>) {
     let objective = scaling.gradient(&at.phi, &at.information_gradient(problem));
-    let gradients: Vec<Vec<f64>> =
-        at.tasks.iter().map(|task| scaling.gradient(&at.phi, &task.cost_gradient)).collect();
+    let gradients: Vec<Vec<f64>> = at.tasks.iter().map(|task| scaling.gradient(&at.phi, &task.cost_gradient)).collect();
     let near = 100.0 * feasibility;
     let is_active = |task: usize| at.tasks[task].violation().is_some_and(|violation| violation > -near);
     let mut multipliers = vec![0.0; at.tasks.len()];

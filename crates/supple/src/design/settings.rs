@@ -50,8 +50,7 @@ impl Default for DesignSettings {
 impl DesignSettings {
     /// What is wrong with the settings: the key, and what is valid.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let counts =
-            [("starts", self.starts), ("max_evaluations", self.max_evaluations), ("rounds", self.rounds)];
+        let counts = [("starts", self.starts), ("max_evaluations", self.max_evaluations), ("rounds", self.rounds)];
         if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
             return Err((key, "must be at least 1; found 0".into()));
         }

@@ -89,15 +89,11 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
         .collect();
     let constraints: Vec<&dyn Func<()>> = constraints.iter().map(|constraint| constraint as &dyn Func<()>).collect();
     let dimension = first.scaled.len();
-    let tolerances = StopTols {
-        ftol_rel: settings.tolerance,
-        xtol_abs: vec![settings.tolerance; dimension],
-        ..StopTols::default()
-    };
+    let tolerances =
+        StopTols { ftol_rel: settings.tolerance, xtol_abs: vec![settings.tolerance; dimension], ..StopTols::default() };
     let bounds = vec![(0.0, 1.0); dimension];
     let evaluations = settings.max_evaluations;
-    let outcome =
-        slsqp::minimize(objective, &first.scaled, &bounds, &constraints, (), evaluations, Some(tolerances));
+    let outcome = slsqp::minimize(objective, &first.scaled, &bounds, &constraints, (), evaluations, Some(tolerances));
 
     let Shared { search, error, .. } = shared.into_inner();
     if let Some(error) = error {

@@ -92,12 +92,7 @@ pub struct Design {
 ///
 /// # Errors
 /// Where not even the first start can be evaluated.
-pub fn design(
-    problem: &Problem,
-    phi: &[f64],
-    settings: &DesignSettings,
-    control: Control,
-) -> Result<Design, Error> {
+pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
     let clock = Instant::now();
     let scaling = Scaling::of(&problem.parameters);
     let run = |start: usize| {

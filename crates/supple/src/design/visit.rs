@@ -212,8 +212,7 @@ impl<'a> Visitor<'a> {
         if let Some(known) = self.visits.iter().position(|visit| visit.scaled == scaled) {
             return Ok(&self.visits[known]);
         }
-        let distance =
-            |visit: &Visit| visit.scaled.iter().zip(scaled).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        let distance = |visit: &Visit| visit.scaled.iter().zip(scaled).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         // Of equally near ones the latest, whose plan is on the branch in use.
         let Some(nearest) = self.visits.iter().rev().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
             return Err(Error::NotFinite { what: "the first design", step: 0 });

@@ -116,11 +116,7 @@ impl<'a> Document<'a> {
     }
 
     /// The table at a place without its key `kind`, and that kind.
-    pub fn table_with_kind(
-        &self,
-        at: &[Place],
-        kinds: &[&str],
-    ) -> Result<(String, Spanned<DeValue<'a>>), FileError> {
+    pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(String, Spanned<DeValue<'a>>), FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
         let DeValue::Table(table) = value.get_ref() else {
             let found = value.get_ref().type_str();

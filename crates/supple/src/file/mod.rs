@@ -77,10 +77,7 @@ impl Problem {
 }
 
 /// Reads `[model]`: its `kind` decides the rest.
-fn read_model(
-    document: &Document,
-    parameters: &crate::parameters::Parameters,
-) -> Result<Box<dyn AnyModel>, FileError> {
+fn read_model(document: &Document, parameters: &crate::parameters::Parameters) -> Result<Box<dyn AnyModel>, FileError> {
     let at = ["model".into()];
     let (kind, table) = document.table_with_kind(&at, model::KINDS)?;
     let model = model::read(&kind, table)

@@ -179,11 +179,7 @@ impl schemars::JsonSchema for Guess {
 }
 
 /// Reads `[[tasks]]`.
-pub(super) fn read(
-    document: &Document,
-    model: &dyn AnyModel,
-    parameters: &Parameters,
-) -> Result<Vec<Task>, FileError> {
+pub(super) fn read(document: &Document, model: &dyn AnyModel, parameters: &Parameters) -> Result<Vec<Task>, FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
         Some(DeValue::Array(list)) if !list.is_empty() => list.len(),

@@ -31,14 +31,7 @@ pub fn frozen_gradient(
         work.noise.clear();
         work.adjoints.has_cost = false;
         reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
-        system.contract(
-            plan.trajectory.points(),
-            phi,
-            &work.adjoints,
-            &mut work.hessian,
-            gradient,
-            scratch,
-        );
+        system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, gradient, scratch);
         noise_model.add_gradient(&work.noise, gradient);
     }
 }

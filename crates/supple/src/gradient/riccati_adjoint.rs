@@ -5,6 +5,7 @@ use crate::belief::Belief;
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::plan::Policy;
+use crate::shape::{Shape, with_shape};
 use crate::system::KnotAdjoints;
 
 /// Weights of the parts of the expected cost that depend on the Riccati recursion.
@@ -41,11 +42,11 @@ impl RiccatiAdjoint {
 }
 
 /// The sweep through the Riccati recursion, forwards in time: adjoints by `[A B]` and the cost's second derivatives,
-/// added to `adjoints` (theory, equation G.4). With the adjoint `Sb` of S_t and `Xb = belief/2 Sigma_t` of Xi_t, as
+/// the first added to `adjoints`, the second written over (theory, equation G.4). With the adjoint `Sb` of S_t and `Xb = belief/2 Sigma_t` of Xi_t, as
 /// `S` is the least of `[I K'] Q [I; K]` over K, and `Xi = Q_xx - S`:
 ///
 /// ```text
-/// Qb = [I; K] (Sb - Xb) [I K'] + blkdiag(Xb, 0)      l_zz,b += Qb
+/// Qb = [I; K] (Sb - Xb) [I K'] + blkdiag(Xb, 0)      l_zz,b = Qb
 /// Fb += 2 S_{t+1} F Qb                               Sb_{t+1} = F Qb F' + process/2 W
 /// ```
 pub(crate) fn reverse_riccati(
@@ -71,10 +72,17 @@ struct Sweep<'a> {
 impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
+    }
+}
+
+impl Sweep<'_> {
+    #[inline(always)]
+    fn sweep<L: Lanes>(self, shape: Shape) {
         let Self { knots, policy, belief, noise, seeds, work, adjoints } = self;
         let RiccatiAdjoint { s, q, product, closed, transposed } = work;
-        let (steps, n, joint) = (knots.steps(), knots.dimensions.states, knots.dimensions.joint());
-        let (narrow, wide, full) = (s.stride(), q.stride(), adjoints.cost.stride());
+        let (steps, n, joint) = (knots.steps(), shape.n, shape.joint());
+        let (narrow, wide, full) = (shape.narrow(), shape.wide(), shape.full());
         let (s, q, product) = (s.at_mut(0), q.at_mut(0), product.at_mut(0));
         let (closed, transposed) = (closed.at_mut(0), transposed.at_mut(0));
         s.fill(0.0);
@@ -120,14 +128,7 @@ impl Job for Sweep<'_> {
             rows::add_scaled::<L>(s, 0.5 * seeds.process, noise.process.at(t));
             rows::scale::<L>(product, 2.0);
             let next = policy.curvature.at(t + 1);
-            multiply::<L>(
-                adjoints.dynamics.at_mut(t),
-                Left::plain(next, narrow),
-                product,
-                wide,
-                (n, n),
-                Into::Add,
-            );
+            multiply::<L>(adjoints.dynamics.at_mut(t), Left::plain(next, narrow), product, wide, (n, n), Into::Add);
         }
         let to = adjoints.cost.at_mut(steps);
         to.fill(0.0);

@@ -31,11 +31,7 @@ fn row_times<S: Scalar>(at: &Point<S>, row: &[Value], vector: &[S], mut sum: S) 
 
 impl Model for Linear {
     fn dimensions(&self) -> Dimensions {
-        Dimensions {
-            states: self.A.len(),
-            controls: self.B.first().map_or(0, Vec::len),
-            measurements: self.C.len(),
-        }
+        Dimensions { states: self.A.len(), controls: self.B.first().map_or(0, Vec::len), measurements: self.C.len() }
     }
 
     #[inline(always)]
@@ -62,7 +58,10 @@ impl ModelFile for Linear {
         }
         if let Some(row) = wrong(&self.A, n) {
             let found = self.A[row].len();
-            return Err(("A", format!("A must be square: it has {n} rows, but its row {} has {found} entries", row + 1)));
+            return Err((
+                "A",
+                format!("A must be square: it has {n} rows, but its row {} has {found} entries", row + 1),
+            ));
         }
         if self.B.len() != n {
             return Err(("B", format!("B must have one row per state: {n}, not {}", self.B.len())));

@@ -6,10 +6,10 @@ use supple_kernels::Scalar;
 use toml::Spanned;
 use toml::de::DeValue;
 
+use crate::Value;
 use crate::cost::{Cost, Vocabulary};
 use crate::parameters::Parameters;
 use crate::system::{Authored, System};
-use crate::Value;
 
 mod linear;
 mod two_mass;

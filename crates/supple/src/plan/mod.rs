@@ -7,10 +7,10 @@ mod rollout;
 mod sampled;
 mod settings;
 
+pub(crate) use costates::sweep_costates;
 pub use nominal::{Plan, PlanWorkspace, plan};
+pub(crate) use riccati::solve_lq;
 pub use riccati::{Policy, Regularisation, solve_riccati};
 pub use rollout::{rollout, simulate_controls};
-pub use settings::{PlanMode, PlanSettings, PlanStatus, SampledSettings};
-pub(crate) use costates::sweep_costates;
-pub(crate) use riccati::solve_lq;
 pub(crate) use sampled::plan_sampled;
+pub use settings::{PlanMode, PlanSettings, PlanStatus, SampledSettings};

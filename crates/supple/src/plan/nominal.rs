@@ -61,10 +61,7 @@ impl PlanWorkspace {
     /// Memory for `steps` steps.
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let joint = dimensions.joint();
-        Self {
-            candidate: Trajectory::zeros(dimensions, steps),
-            hessian: Matrices::zeros(steps + 1, joint, joint + 1),
-        }
+        Self { candidate: Trajectory::zeros(dimensions, steps), hessian: Matrices::zeros(steps + 1, joint, joint + 1) }
     }
 }
 
@@ -185,8 +182,7 @@ impl Search<'_> {
                     self.mu = (self.mu * 10.0).max(LEAST_MU);
                     if self.mu > MOST_MU {
                         let indefinite = matches!(outcome, Outcome::Indefinite);
-                        let status =
-                            if indefinite { PlanStatus::Indefinite } else { PlanStatus::LineSearchStalled };
+                        let status = if indefinite { PlanStatus::Indefinite } else { PlanStatus::LineSearchStalled };
                         return self.stalled(status);
                     }
                 }

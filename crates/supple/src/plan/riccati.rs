@@ -1,7 +1,8 @@
 use supple_kernels::rows::{self, Into, Left, multiply};
-use supple_kernels::{Job, Lanes, Matrices, dispatch};
+use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 
 use crate::Dimensions;
+use crate::shape::{Shape, with_shape};
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
 #[derive(Clone, Debug)]
@@ -20,6 +21,7 @@ pub struct Policy {
     gain: Matrices,
     product: Matrices,
     factor: Matrices,
+    measurements: usize,
 }
 
 impl Policy {
@@ -36,6 +38,7 @@ impl Policy {
             gain: Matrices::zeros(1, m, joint + 1),
             product: Matrices::zeros(1, n.max(m), joint + 1),
             factor: Matrices::zeros(1, m, m),
+            measurements: dimensions.measurements,
         }
     }
 }
@@ -92,47 +95,52 @@ impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { dynamics, cost, regularisation, policy, result } = self;
-        let steps = dynamics.count();
-        let (n, joint) = (dynamics.rows(), dynamics.cols());
-        let end = cost.at(steps);
-        let stride = cost.stride();
-        for i in 0..n {
-            for j in 0..n {
-                policy.curvature.set(steps, i, j, end[i * stride + j]);
-            }
-            policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
-        }
-        let mut total = Decrease::default();
-        for t in (0..steps).rev() {
-            match step::<L>(t, dynamics, cost, regularisation, policy) {
-                Ok(decrease) => {
-                    total.linear += decrease.linear;
-                    total.quadratic += decrease.quadratic;
-                }
-                Err(()) => {
-                    *result = Err(t);
-                    return;
-                }
-            }
-        }
-        *result = Ok(total);
+        let n = dynamics.rows();
+        let shape = Shape { n, m: dynamics.cols() - n, p: policy.measurements };
+        with_shape!(shape, |shape| *result = sweep::<L>(shape, dynamics, cost, regularisation, policy));
     }
 }
 
 #[inline(always)]
+fn sweep<L: Lanes>(
+    shape: Shape,
+    dynamics: &Matrices,
+    cost: &Matrices,
+    regularisation: Regularisation,
+    policy: &mut Policy,
+) -> Result<Decrease, usize> {
+    let steps = dynamics.count();
+    let (n, joint, stride) = (shape.n, shape.joint(), shape.full());
+    let end = cost.at(steps);
+    for i in 0..n {
+        for j in 0..n {
+            policy.curvature.set(steps, i, j, end[i * stride + j]);
+        }
+        policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
+    }
+    let mut total = Decrease::default();
+    for t in (0..steps).rev() {
+        let decrease = step::<L>(shape, t, dynamics, cost, regularisation, policy).map_err(|()| t)?;
+        total.linear += decrease.linear;
+        total.quadratic += decrease.quadratic;
+    }
+    Ok(total)
+}
+
+#[inline(always)]
 fn step<L: Lanes>(
+    shape: Shape,
     t: usize,
     dynamics: &Matrices,
     cost: &Matrices,
     regularisation: Regularisation,
     policy: &mut Policy,
 ) -> Result<Decrease, ()> {
-    let (n, joint) = (dynamics.rows(), dynamics.cols());
-    let (m, stride, wide) = (joint - n, dynamics.stride(), cost.stride());
-    let Policy { feedback, feedforward, curvature, slope, value_of_information, q, gain, product, factor } = policy;
-    let narrow = curvature.stride();
+    let Shape { n, m, .. } = shape;
+    let (joint, narrow, stride, wide) = (shape.joint(), shape.narrow(), shape.wide(), shape.full());
+    let small = padded(m);
+    let Policy { feedback, feedforward, curvature, slope, value_of_information, q, gain, product, factor, .. } = policy;
     let (q, gain, product, factor_rows) = (q.at_mut(0), gain.at_mut(0), product.at_mut(0), factor.at_mut(0));
-    let small = m.next_multiple_of(supple_kernels::LANES);
     let f = dynamics.at(t);
 
     // Q = [l_zz | l_z] + F' [S F | J_x].
@@ -152,11 +160,11 @@ fn step<L: Lanes>(
     for i in 0..n {
         product[i * wide + joint] = next_slope[i];
     }
-    q.copy_from_slice(cost.at(t));
-    multiply::<L>(q, Left::transposed(f, stride), product, wide, (joint, n), Into::Add);
+    let base = Into::AddTo(cost.at(t));
+    multiply::<L>(q, Left::transposed(f, stride), product, wide, (joint, n), base);
 
-    // Gains from the regularised lower rows [Q_ux Q_uu | Q_u].
-    gain.copy_from_slice(&q[n * wide..]);
+    // Gains from the regularised lower rows [Q_ux Q_uu | Q_u]. F's padding is zero: the gradient is untouched.
+    gain[..m * wide].copy_from_slice(&q[n * wide..joint * wide]);
     if regularisation.state > 0.0 {
         for a in 0..m {
             for k in 0..n {
@@ -164,7 +172,6 @@ fn step<L: Lanes>(
                 rows::add_scaled::<L>(&mut gain[a * wide..a * wide + stride], factor, &f[k * stride..(k + 1) * stride]);
             }
         }
-        // F has no gradient column; where strides agree its padding is zero, so the gradient is untouched.
     }
     for a in 0..m {
         for b in 0..=a {
@@ -174,11 +181,11 @@ fn step<L: Lanes>(
     }
     rows::cholesky(factor_rows, m, small).map_err(drop)?;
     rows::cholesky_solve::<L>(factor_rows, small, gain, wide, m);
-    let (feedback, feedforward) = (feedback.at_mut(t), feedforward.vector_mut(t));
+    let (feedback, feedforward) = (feedback.at_mut(t), &mut feedforward.at_mut(t)[..m]);
     let mut decrease = Decrease::default();
     for a in 0..m {
-        for (to, from) in feedback[a * narrow..a * narrow + n].iter_mut().zip(&gain[a * wide..]) {
-            *to = -from;
+        for i in 0..n {
+            feedback[a * narrow + i] = -gain[a * wide + i];
         }
         feedforward[a] = -gain[a * wide + joint];
     }
@@ -190,7 +197,6 @@ fn step<L: Lanes>(
 
     // Xi = K' Q_uu K, by rows of Q_uu K.
     let xi = value_of_information.at_mut(t);
-    xi.fill(0.0);
     let quu_k = &mut product[..m * narrow];
     multiply::<L>(quu_k, Left::plain(&q[n * wide + n..], wide), feedback, narrow, (m, m), Into::Set);
     multiply::<L>(xi, Left::transposed(feedback, narrow), quu_k, narrow, (n, m), Into::Set);
@@ -199,7 +205,7 @@ fn step<L: Lanes>(
     // T = [I K'] Q, then [S | J_x] = T [I; K | k].
     let (upper, lower) = q.split_at_mut(n * wide);
     multiply::<L>(upper, Left::transposed(feedback, narrow), lower, wide, (n, m), Into::Add);
-    let slope = slope.vector_mut(t);
+    let slope = &mut slope.at_mut(t)[..n];
     let curvature = curvature.at_mut(t);
     for i in 0..n {
         let row = &upper[i * wide..(i + 1) * wide];

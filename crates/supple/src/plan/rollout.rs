@@ -28,7 +28,9 @@ pub fn rollout(
         let (feedback, feedforward) = (policy.feedback.at(t), policy.feedforward.vector(t));
         for (a, u) in u.iter_mut().enumerate() {
             let gains = &feedback[a * narrow..a * narrow + n];
-            *u = ubar[a] + step * feedforward[a] + gains.iter().zip(x).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum::<f64>();
+            *u = ubar[a]
+                + step * feedforward[a]
+                + gains.iter().zip(x).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum::<f64>();
         }
         cost += system.stage_cost(x, u, phi, scratch);
         system.step(x, u, phi, &mut next[..n]);
@@ -37,12 +39,7 @@ pub fn rollout(
 }
 
 /// Rolls the noise-free system out from the first state under the controls of `trajectory`; returns its cost.
-pub fn simulate_controls(
-    system: &dyn System,
-    phi: &[f64],
-    trajectory: &mut Trajectory,
-    scratch: &mut Scratch,
-) -> f64 {
+pub fn simulate_controls(system: &dyn System, phi: &[f64], trajectory: &mut Trajectory, scratch: &mut Scratch) -> f64 {
     let steps = trajectory.steps();
     let n = trajectory.states.cols();
     let mut cost = 0.0;

@@ -77,10 +77,16 @@ impl PlanSettings {
             return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));
         }
         if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
-            return Err(("sufficient_decrease", format!("must be between 0 and 1; found {}", self.sufficient_decrease)));
+            return Err((
+                "sufficient_decrease",
+                format!("must be between 0 and 1; found {}", self.sufficient_decrease),
+            ));
         }
         if !(self.sampled.averaging > 0.0 && self.sampled.averaging <= 1.0) {
-            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {}", self.sampled.averaging)));
+            return Err((
+                "sampled",
+                format!("averaging must be above 0 and at most 1; found {}", self.sampled.averaging),
+            ));
         }
         Ok(())
     }

@@ -16,7 +16,6 @@ pub struct Authored<M> {
     pub(super) model: M,
     pub(super) costs: Vec<Cost>,
     pub(super) time_step: Value,
-    pub(super) parameters: usize,
     pub(super) size: Dimensions,
     pub(super) signals: usize,
     pub(super) residuals: usize,
@@ -35,7 +34,6 @@ impl<M: Model> Authored<M> {
             model,
             costs,
             time_step,
-            parameters,
         }
     }
 

@@ -19,9 +19,8 @@ impl Block {
     #[inline(always)]
     pub fn all(at: &Points) -> impl Iterator<Item = Self> + use<> {
         let (stages, has_end) = (at.stages, at.has_end);
-        let stage = (0..stages)
-            .step_by(LANES)
-            .map(move |first| Self { first, count: LANES.min(stages - first), last: false });
+        let stage =
+            (0..stages).step_by(LANES).map(move |first| Self { first, count: LANES.min(stages - first), last: false });
         stage.chain(has_end.then_some(Self { first: stages, count: 1, last: true }))
     }
 
@@ -66,19 +65,6 @@ impl Block {
     #[inline(always)]
     pub fn sum<L: Lanes>(&self, values: L) -> f64 {
         values.to_array().into_iter().take(self.count).sum()
-    }
-
-    /// State and control of all points in the lanes; the control is zero at the end.
-    #[inline(always)]
-    pub fn gather<L: Lanes>(&self, at: &Points, z: &mut [L]) {
-        let n = at.states.cols();
-        for (i, z) in z.iter_mut().enumerate() {
-            *z = match i.checked_sub(n) {
-                None => self.load(at.states, i),
-                Some(control) if !self.last => self.load(at.controls, control),
-                Some(_) => L::zero(),
-            };
-        }
     }
 }
 

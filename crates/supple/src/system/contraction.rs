@@ -66,13 +66,7 @@ impl<M: Model> Job for ContractDynamics<'_, M> {
 
 /// Adds `sum_ib adjoint[i, inner_b] d2 values_i / d outer_a d inner_b` to `sums[a]`.
 #[inline(always)]
-fn weigh<L: Lanes>(
-    block: &Block,
-    adjoint: &Matrices,
-    inner: &[usize],
-    values: &[Second<L>],
-    sums: &mut [L; HIGHER],
-) {
+fn weigh<L: Lanes>(block: &Block, adjoint: &Matrices, inner: &[usize], values: &[Second<L>], sums: &mut [L; HIGHER]) {
     let stride = adjoint.stride();
     for (i, value) in values.iter().enumerate() {
         for (b, &variable) in inner.iter().enumerate() {
@@ -122,8 +116,7 @@ impl<M: Model> Job for ContractCost<'_, M> {
     fn run<L: Lanes>(self) {
         let Self { system, at, phi, adjoints, joint: out, parameters, scratch } = self;
         let (n, joint) = (system.size.states, system.size.joint());
-        let mut buffer =
-            scratch.zeros::<Third<L>>(joint + phi.len() + system.signals + system.residuals);
+        let mut buffer = scratch.zeros::<Third<L>>(joint + phi.len() + system.signals + system.residuals);
         let mut seeds = Seeds::carve(&mut buffer, joint, phi.len());
         let signals = carve(&mut buffer, system.signals);
         let residuals = carve(&mut buffer, system.residuals);

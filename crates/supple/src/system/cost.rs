@@ -116,8 +116,7 @@ impl<M: Model, L: Lanes> Run<'_, M, L> {
     fn residuals(&mut self, block: &Block, sums: &mut Sums<L>, scratch: &mut Scratch) {
         let system = self.system;
         let joint = system.size.joint();
-        let mut buffer =
-            scratch.zeros::<First<L>>(joint + self.phi.len() + system.signals + system.residuals);
+        let mut buffer = scratch.zeros::<First<L>>(joint + self.phi.len() + system.signals + system.residuals);
         let mut seeds = Seeds::carve(&mut buffer, joint, self.phi.len());
         let signals = carve(&mut buffer, system.signals);
         let residuals = carve(&mut buffer, system.residuals);
@@ -208,8 +207,7 @@ impl<M: Model, L: Lanes> Run<'_, M, L> {
             return;
         }
         let joint = system.size.joint();
-        let mut buffer =
-            scratch.zeros::<Second<L>>(joint + self.phi.len() + system.signals + system.residuals);
+        let mut buffer = scratch.zeros::<Second<L>>(joint + self.phi.len() + system.signals + system.residuals);
         let mut seeds = Seeds::carve(&mut buffer, joint, self.phi.len());
         let signals = carve(&mut buffer, system.signals);
         let residuals = carve(&mut buffer, system.residuals);

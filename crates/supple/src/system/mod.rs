@@ -114,14 +114,7 @@ pub trait System: Send + Sync {
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
 
     /// `[l_zz | l_z]` at every point: (n + m) x (n + m + 1).
-    fn cost_quadratics(
-        &self,
-        at: Points,
-        phi: &[f64],
-        curvature: Curvature,
-        out: &mut Matrices,
-        scratch: &mut Scratch,
-    );
+    fn cost_quadratics(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, scratch: &mut Scratch);
 
     /// Adds the second derivatives of `lambda_{t+1}' f` by `z` to the square part of `out` at every stage.
     fn add_dynamics_curvature(

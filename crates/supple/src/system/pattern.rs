@@ -1,6 +1,6 @@
 use supple_kernels::{Pattern, Scalar};
 
-use crate::cost::{Cost, Residual, Weights};
+use crate::cost::{Cost, Residual};
 use crate::{Model, Point, Value};
 
 /// Which derivatives of a system can be non-zero, found once by running its functions over [`Pattern`]s.
@@ -108,9 +108,4 @@ impl Structure {
             parameters: only_parameters(gradient | first(&full.observe)),
         }
     }
-}
-
-/// Whether a weight matrix or scalar is used at all, for skipping terms.
-pub(super) fn is_used(weights: &Weights) -> bool {
-    !weights.are_zero()
 }

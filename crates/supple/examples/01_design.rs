@@ -1,0 +1,30 @@
+//! Finds the stiffnesses with which two masses press on a wall at the least information.
+
+use std::error::Error;
+use std::io::Write;
+use std::sync::atomic::AtomicBool;
+
+use supple::design::{Control, NoObserver, design};
+use supple::{EvaluateOptions, Problem};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    run("tasks/two_mass.toml", &mut std::io::stdout())
+}
+
+/// Designs a task, and writes what it was and became.
+pub fn run(task: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
+    let problem = Problem::load(task)?;
+    let start = problem.parameters.initial();
+    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let found = design(&problem, &start, &problem.design, control)?;
+
+    let best = &found.starts[found.best];
+    for (parameter, value) in problem.parameters.iter().zip(&best.to) {
+        writeln!(out, "{} = {value:.1} {}", parameter.name, parameter.unit)?;
+    }
+    let plans = EvaluateOptions { controls: Some(best.controls.clone()), ..Default::default() };
+    for at in [problem.evaluate(&start, &EvaluateOptions::default())?, problem.evaluate(&best.to, &plans)?] {
+        writeln!(out, "{:.1} bits at cost {:.1}", at.objective.information_bits, at.tasks[0].cost.expected)?;
+    }
+    Ok(())
+}
