@@ -49,4 +49,10 @@ pub enum Error {
         /// Its upper bound.
         upper: f64,
     },
+    /// Total gradients asked for along plans that are not stationary.
+    #[error(
+        "the total gradient needs stationary plans: use the planning mode `nominal`, or the gradient `frozen` with the mode \
+         `sampled`"
+    )]
+    GradientNeedsNominalPlans,
 }

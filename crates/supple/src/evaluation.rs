@@ -90,9 +90,9 @@ pub struct TaskEvaluation {
     pub status: PlanStatus,
     /// Iterations of its plan, over all guesses that were tried.
     pub iterations: usize,
-    /// The largest gradient of the Hamiltonian by a control.
+    /// The largest gradient of the Hamiltonian by a control, `|l_u + B' lambda|`.
     pub stationarity: f64,
-    /// The same, relative to 1 plus the largest part it is made of.
+    /// The same, relative to 1 plus the largest `|l_u|`.
     pub relative_stationarity: f64,
     /// Iterations that had to raise the regularisation.
     pub regularised_iterations: usize,

@@ -43,7 +43,7 @@ pub fn entropy_form(belief: &Belief) -> Option<f64> {
     Some(0.5 * (logs(&belief.predicted)? - logs(&belief.corrected)?))
 }
 
-/// The paper's printed form, `sum_{t<N} 1/2 log |P_{t+1}| - 1/2 log |Sigma_t|`, for comparison only: it pairs a step's
+/// The paper's form, `sum_{t<N} 1/2 log |P_{t+1}| - 1/2 log |Sigma_t|`, for comparison only: it pairs a step's
 /// prior with the posterior of the step before (theory, section I). `None` where a covariance is singular.
 pub fn paper_form(belief: &Belief) -> Option<f64> {
     let steps = belief.predicted.count() - 1;

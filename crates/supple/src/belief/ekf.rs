@@ -1,7 +1,7 @@
 use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch};
 
-use super::Belief;
 use super::kalman::{correct, predict};
+use super::{Belief, guard};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::shape::Shape;
@@ -120,6 +120,8 @@ impl Job for CorrectAll<'_> {
                 *self.failed = Some(sample);
                 return;
             }
+            let corrected = self.belief.corrected.at_mut(sample);
+            self.belief.repairs += usize::from(guard::mend(corrected, shape.n, shape.narrow()));
         }
     }
 }

@@ -3,7 +3,8 @@ use nalgebra::DMatrix;
 /// Replaces a symmetric matrix by the nearest positive semidefinite one where rounding made it indefinite; whether it
 /// had to.
 ///
-/// The test is an LDL' factorisation in which a negative pivot up to 1e-13 of its diagonal entry counts as zero.
+/// The test is an LDL' factorisation in which a pivot up to 1e-13 of its diagonal entry counts as zero; the column below
+/// it must vanish to the square root of that.
 #[inline]
 pub(super) fn mend(a: &mut [f64], n: usize, stride: usize) -> bool {
     if is_semidefinite(a, n, stride) {
@@ -37,6 +38,10 @@ fn is_semidefinite(a: &[f64], n: usize, stride: usize) -> bool {
         }
         // A pivot that is zero but for rounding leaves a column of rounding errors behind it.
         let vanishes = pivot <= 1e-13 * scale;
+        let bound = |i: usize| 1e-6 * (scale * a[i * stride + i].abs()).sqrt();
+        if vanishes && (j + 1..n).any(|i| lower[i][j].abs() > bound(i)) {
+            return false;
+        }
         pivots[j] = if vanishes { 0.0 } else { pivot };
         for row in lower.iter_mut().take(n).skip(j) {
             row[j] = if vanishes { 0.0 } else { row[j] / pivot };
@@ -67,6 +72,8 @@ mod tests {
         assert!(!mend(&mut singular, 2, 2));
         let mut zero = [0.0; 4];
         assert!(!mend(&mut zero, 2, 2));
+        let mut hollow = [0.0, 1.0, 1.0, 0.0];
+        assert!(mend(&mut hollow, 2, 2));
         let mut indefinite = [1.0, 2.0, 2.0, 1.0];
         assert!(mend(&mut indefinite, 2, 2));
         assert!(is_semidefinite(&indefinite, 2, 2));

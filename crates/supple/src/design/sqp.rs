@@ -11,8 +11,10 @@ use crate::Error;
 struct Shared<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     error: Option<Error>,
-    /// Scales of the objective: its size at the start.
+    /// Size of the objective at the start.
     scale: f64,
+    /// Size of each task's bound at the start.
+    bounds: Vec<f64>,
 }
 
 impl Shared<'_, '_, '_> {
@@ -44,13 +46,13 @@ impl Shared<'_, '_, '_> {
         visit.information(problem) / self.scale
     }
 
-    /// `(J - D) / |D|` of one task.
+    /// `J - D` of one task, over the size of its bound at the start.
     fn constraint(&mut self, task: usize, scaled: &[f64], gradient: Option<&mut [f64]>) -> f64 {
         let Some(visit) = self.visit(scaled) else { return f64::NAN };
         let at = &visit.tasks[task];
-        let scale = at.bound.map_or(1.0, |bound| bound.abs().max(1e-300));
+        let scale = self.bounds[task];
         self.gradient(&visit, &at.cost_gradient, scale, gradient);
-        at.violation().unwrap_or(-1.0)
+        at.bound.map_or(-1.0, |bound| (at.cost - bound) / scale)
     }
 }
 
@@ -77,7 +79,8 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
     let (problem, settings) = (search.problem(), search.settings());
     let bounded: Vec<usize> = (0..problem.tasks.len()).filter(|&i| problem.tasks[i].bound.is_some()).collect();
     let scale = first.information(problem).abs().max(1e-12);
-    let shared = RefCell::new(Shared { search, error: None, scale });
+    let bounds = first.tasks.iter().map(|task| task.bound.map_or(1.0, |bound| bound.abs().max(1e-12)));
+    let shared = RefCell::new(Shared { search, error: None, scale, bounds: bounds.collect() });
 
     let objective = |x: &[f64], g: Option<&mut [f64]>, _: &mut ()| shared.borrow_mut().objective(x, g);
     let constraints: Vec<_> = bounded

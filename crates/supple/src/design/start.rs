@@ -9,9 +9,10 @@ use supple_kernels::Matrices;
 use super::branches::uniform;
 use super::search::{OPTIMAL, optimality};
 use super::visit::{Scaling, Visit, Visitor, controls_of};
-use super::{Control, DesignSettings, Ending, Event, Method, Search, best_of_guesses, search_branches};
+use super::{Control, DesignSettings, Ending, Event, GradientKind, Method, Search, best_of_guesses, search_branches};
 use crate::Error;
 use crate::pipeline::TaskState;
+use crate::plan::PlanMode;
 use crate::problem::Problem;
 
 /// How a design search ended.
@@ -91,8 +92,11 @@ pub struct Design {
 /// starts, in parallel; the result does not depend on the number of threads.
 ///
 /// # Errors
-/// Where not even the first start can be evaluated.
+/// Where not even the first start can be evaluated, or total gradients are asked for along sampled plans.
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
+    if problem.planning.mode == PlanMode::Sampled && settings.gradient == GradientKind::Total {
+        return Err(Error::GradientNeedsNominalPlans);
+    }
     let clock = Instant::now();
     let scaling = Scaling::of(&problem.parameters);
     let run = |start: usize| {
@@ -180,7 +184,8 @@ impl<'a> Rounds<'a, '_> {
             self.summary.evaluations += search.evaluations;
             let Some(last) = visitor.visits.last().cloned() else { break };
             let ending = ending?;
-            self.record(&visitor.with_total_gradient(&last)?, visitor, ending);
+            let assessed = visitor.with_total_gradient(&last)?;
+            self.record(&assessed, visitor, ending);
             if ending == Ending::Stopped || control.is_stopped() || self.settings.method == Method::Barrier {
                 break;
             }

@@ -5,6 +5,7 @@ use super::{DesignSettings, GradientKind};
 use crate::gradient::{FrozenGradient, Functional};
 use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
+use crate::plan::PlanMode;
 use crate::problem::{Problem, Task};
 use crate::{Error, Value};
 
@@ -226,9 +227,10 @@ impl<'a> Visitor<'a> {
         Ok(&self.visits[last])
     }
 
-    /// The same visit with total gradients, whatever the settings ask for.
+    /// The same visit with total gradients, whatever the settings ask for; along sampled plans there are none.
     pub fn with_total_gradient(&mut self, visit: &Visit) -> Result<Visit, Error> {
-        if self.settings.gradient == GradientKind::Total {
+        let sampled = self.problem.planning.mode == PlanMode::Sampled;
+        if self.settings.gradient == GradientKind::Total || sampled {
             return Ok(visit.clone());
         }
         let Self { problem, states, .. } = self;

@@ -13,4 +13,4 @@ pub(crate) use riccati::solve_lq;
 pub use riccati::{Policy, Regularisation, solve_riccati};
 pub use rollout::{rollout, simulate_controls};
 pub(crate) use sampled::plan_sampled;
-pub use settings::{PlanMode, PlanSettings, PlanStatus, SampledSettings};
+pub use settings::{PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};

@@ -145,11 +145,21 @@ pub(super) fn finish(
     plan.knots.linearise_measurement(system, plan.trajectory.points(), phi, scratch);
     plan.knots.check_finite()?;
     plan.status = status;
-    let swept = solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy);
-    if swept.is_err() {
+    let mut mu = 0.0;
+    while let Err(step) = sweep_with(mu, plan) {
+        // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
         plan.status = PlanStatus::Indefinite;
+        mu = (10.0 * mu).max(LEAST_MU);
+        if mu > MOST_MU {
+            return Err(Error::NotPositiveDefinite { what: "the control's curvature", step });
+        }
     }
     Ok(())
+}
+
+fn sweep_with(mu: f64, plan: &mut Plan) -> Result<(), usize> {
+    let regularisation = Regularisation { control: mu, state: 0.0 };
+    solve_riccati(&plan.knots.dynamics, &plan.knots.cost, regularisation, &mut plan.policy).map(drop)
 }
 
 impl Search<'_> {
@@ -207,7 +217,7 @@ impl Search<'_> {
     }
 
     fn iterate(&mut self, newton: bool) -> Outcome {
-        let mu = Regularisation { control: self.mu, state: 0.0 };
+        let mu = self.settings.regularisation.of(self.mu);
         let Self { system, phi, plan, work, scratch, .. } = self;
         let swept = if newton {
             work.hessian.copy_from(&plan.knots.cost);

@@ -1,7 +1,7 @@
 use supple_kernels::Scratch;
 
 use super::nominal::{Plan, finish, linearise};
-use super::{PlanSettings, PlanStatus, Regularisation, simulate_controls, solve_riccati};
+use super::{PlanSettings, PlanStatus, simulate_controls, solve_riccati};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
@@ -44,7 +44,7 @@ pub(crate) fn plan_sampled(
     while plan.iterations < sampled.iterations {
         linearise(system, phi, plan, Curvature::GaussNewton, scratch);
         plan.iterations += 1;
-        let regularisation = Regularisation { control: mu, state: 0.0 };
+        let regularisation = settings.regularisation.of(mu);
         if solve_riccati(&plan.knots.dynamics, &plan.knots.cost, regularisation, &mut plan.policy).is_err() {
             plan.regularised += 1;
             mu = (10.0 * mu).max(1e-9);

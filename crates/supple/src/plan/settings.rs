@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use super::Regularisation;
+
 /// How plans are searched for.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -10,12 +12,14 @@ pub struct PlanSettings {
     pub sampled: SampledSettings,
     /// Iterations at most. Raise it when a plan ends as `max_iterations` while its cost still falls.
     pub max_iterations: usize,
-    /// The plan is converged when the control's gradient of the Hamiltonian is at most this, relative to 1 plus the
-    /// largest part it is made of.
+    /// The plan is converged when the largest `|l_u + B' lambda|` is at most this, relative to 1 plus the largest
+    /// `|l_u|`; or, where rounding allows no further step, at most a thousand times this.
     pub tolerance: f64,
-    /// Whether to use second derivatives of the dynamics close to the optimum, for quadratic convergence. Results
-    /// never depend on it; turn it off to see plain iLQG.
+    /// Whether to use second derivatives of the dynamics close to an optimum, for quadratic convergence. Turn it off to
+    /// see plain iLQG, which converges linearly and may end in another local minimum.
     pub newton: bool,
+    /// What the regularisation acts on.
+    pub regularisation: RegularisationKind,
     /// Halvings of the step at most, in one line search.
     pub max_halvings: usize,
     /// The least share of the predicted decrease that a step must give.
@@ -30,6 +34,7 @@ impl Default for PlanSettings {
             max_iterations: 1000,
             tolerance: 1e-12,
             newton: true,
+            regularisation: RegularisationKind::default(),
             max_halvings: 12,
             sufficient_decrease: 1e-4,
         }
@@ -45,6 +50,27 @@ pub enum PlanMode {
     Nominal,
     /// As in the paper: an average of runs with noise and a filter in the loop.
     Sampled,
+}
+
+/// What the regularisation acts on (theory, equation P.3).
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RegularisationKind {
+    /// The control's curvature: steps stay close to the last controls.
+    #[default]
+    Control,
+    /// The cost-to-go's curvature: steps stay close to the last states (Tassa et al. 2012).
+    State,
+}
+
+impl RegularisationKind {
+    /// Terms of strength `mu`.
+    pub(crate) fn of(self, mu: f64) -> Regularisation {
+        match self {
+            Self::Control => Regularisation { control: mu, state: 0.0 },
+            Self::State => Regularisation { control: 0.0, state: mu },
+        }
+    }
 }
 
 /// Settings of the sampled mode.
@@ -96,7 +122,8 @@ impl PlanSettings {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanStatus {
-    /// The trajectory is stationary to the tolerance.
+    /// The trajectory is stationary to the tolerance. In sampled mode: runs hardly move the reference any more, which is
+    /// far from stationary.
     Converged,
     /// The iterations were used up.
     #[default]
