@@ -1,8 +1,9 @@
 use std::path::PathBuf;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::design::{GradientKind, Method};
-use supple::{Level, Problem};
+use supple::{Level, Problem, file};
 
 use crate::failure::Failure;
 
@@ -20,7 +21,7 @@ pub struct Arguments {
 #[derive(Args, Debug)]
 pub struct Common {
     /// Threads to use; all cores where left out. Results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = count(1, 1024))]
     threads: Option<usize>,
     /// Vector instructions to use; the machine's best where left out. `baseline` gives the same bits on every x86-64
     #[arg(long, global = true, value_enum)]
@@ -47,9 +48,6 @@ impl Common {
             }
         }
         if let Some(threads) = self.threads {
-            if threads == 0 {
-                return Err(Failure::usage("--threads must be at least 1".into()));
-            }
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
             pool.map_err(|error| Failure::usage(format!("--threads {threads}: {error}")))?;
         }
@@ -76,6 +74,11 @@ pub enum Command {
     },
 }
 
+/// Reads a whole number between two others. The greatest keep what is asked for within memory.
+fn count(least: u64, most: u64) -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(least..=most)
+}
+
 /// A task file, and values to set in it.
 #[derive(Args, Debug)]
 pub struct TaskArguments {
@@ -86,10 +89,20 @@ pub struct TaskArguments {
     pub set: Vec<String>,
 }
 
+/// A task file as it was read.
+pub struct Loaded {
+    pub problem: Problem,
+    /// All parameters, as set.
+    pub phi: Vec<f64>,
+    /// The text of the file.
+    pub text: String,
+}
+
 impl TaskArguments {
     /// The problem, and its parameters as set.
-    pub fn load(&self) -> Result<(Problem, Vec<f64>), Failure> {
-        let problem = Problem::load(&self.task)?;
+    pub fn load(&self) -> Result<Loaded, Failure> {
+        let text = file::read_text(&self.task)?;
+        let problem = Problem::parse(&text, &self.task.display().to_string())?;
         let mut phi = problem.parameters.initial();
         for setting in &self.set {
             let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
@@ -97,7 +110,7 @@ impl TaskArguments {
             let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
             problem.parameters.set(&mut phi, name.trim(), value).map_err(|error| wrong(&error.to_string()))?;
         }
-        Ok((problem, phi))
+        Ok(Loaded { problem, phi, text })
     }
 }
 
@@ -112,7 +125,7 @@ pub struct DesignOptions {
     #[arg(long, value_enum)]
     pub gradient: Option<GradientArgument>,
     /// Starts: the initial values, then seeded random ones
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
     pub starts: Option<usize>,
     /// Seed of everything random
     #[arg(long, value_name = "S")]
@@ -167,10 +180,10 @@ pub struct EvaluateOptions {
     #[arg(long, value_enum, default_value_t = GradientChoice::None)]
     pub gradient: GradientChoice,
     /// Closed-loop roll-outs with noise and an extended Kalman filter
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 100_000_000))]
     pub rollouts: usize,
     /// Attempts to find a cheaper plan on another branch of local minima
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub branches: usize,
     /// Seed of roll-outs and branch searches
     #[arg(long, value_name = "S", default_value_t = 0)]

@@ -1,7 +1,8 @@
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use serde::Serialize;
+use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
 
@@ -14,7 +15,7 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
 /// Prints text on standard output; a reader that hung up is no failure.
 pub fn print_text(text: &str) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::write("standard output", error)),
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::write("standard output", error)),
         _ => Ok(()),
     }
 }
@@ -23,15 +24,40 @@ fn to_json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value).map_err(|error| Failure::write("JSON", error.into()))
 }
 
-/// Writes a JSON file whole or not at all: into a temporary file beside it, then renamed.
+/// Checks that a file can be written to a folder before long work is done for it. Leaves nothing behind.
+pub fn check_writable(folder: &Path, name: &str) -> Result<(), Failure> {
+    let path = folder.join(name);
+    let existing = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
+    match tempfile::tempfile_in(existing) {
+        Err(error) => Err(Failure::write(path.display(), error)),
+        Ok(_) if path.is_dir() => Err(Failure::write(path.display(), ErrorKind::IsADirectory.into())),
+        Ok(_) => Ok(()),
+    }
+}
+
+/// Writes a JSON file whole or not at all, in place of one that is there already.
 pub fn write_json(folder: &Path, name: &str, value: &impl Serialize) -> Result<(), Failure> {
     let path = folder.join(name);
-    let fail = |error| Failure::write(path.display(), error);
-    let text = to_json(value)?;
-    std::fs::create_dir_all(folder).map_err(fail)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.write_all(b"\n")).map_err(fail)?;
-    file.as_file().sync_all().map_err(fail)?;
-    file.persist(&path).map_err(|error| Failure::write(path.display(), error.error))?;
-    Ok(())
+    let text = format!("{}\n", to_json(value)?);
+    let written = std::fs::create_dir_all(folder).and_then(|()| temporary(folder, &text));
+    let written = written.and_then(|file| file.persist(&path).map_err(|error| error.error));
+    written.map(|_| ()).map_err(|error| Failure::write(path.display(), error))
+}
+
+/// Writes a text file whole or not at all, where there is none yet.
+pub fn write_new(path: &Path, text: &str) -> std::io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    temporary(folder, text)?.persist_noclobber(path).map(|_| ()).map_err(|error| error.error)
+}
+
+/// A file with all of `text`, to be renamed within its folder.
+fn temporary(folder: &Path, text: &str) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    // As any new file, and not for its owner alone.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.as_file().sync_all()?;
+    Ok(file)
 }

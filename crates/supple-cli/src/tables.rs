@@ -71,7 +71,9 @@ pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
     }
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
         let (from, to) = (before.cost.expected, after.cost.expected);
+        let missed = after.cost.bound.filter(|bound| to > bound + supple::FEASIBILITY * bound.abs());
         let note = match report.bound_prices.get(index).filter(|price| price.nats_per_unit > 0.0) {
+            _ if missed.is_some() => "missed".into(),
             Some(price) => {
                 format!("active: one more would save {} bits", number(price.nats_per_unit / std::f64::consts::LN_2))
             }
@@ -139,13 +141,15 @@ fn verdict(problem: &Problem, report: &DesignReport) -> String {
         DesignStatus::BoundViolated => {
             let over = |(task, at): (&supple::Task, &TaskEvaluation)| {
                 let bound = at.cost.bound?;
-                (at.cost.expected > bound).then(|| {
-                    let (over, share) = (at.cost.expected - bound, (at.cost.expected - bound) / bound.abs());
-                    format!("{} by {} ({:.3} %)", task.name, number(over), 100.0 * share)
-                })
+                (at.cost.expected > bound)
+                    .then(|| format!("misses the bound of {} by {}", task.name, excess(at.cost.expected, bound)))
             };
-            let list: Vec<_> = problem.tasks.iter().zip(&report.optimum.tasks).filter_map(over).collect();
-            format!("No design that meets every bound was found. The closest misses the bound of {}.", list.join(", "))
+            let unfinished = |(task, at): (&supple::Task, &TaskEvaluation)| {
+                (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
+            };
+            let tasks = || problem.tasks.iter().zip(&report.optimum.tasks);
+            let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).collect();
+            format!("No design that meets every bound was found. The closest {}.", list.join(", and "))
         }
     };
     format!(
@@ -202,14 +206,18 @@ pub fn evaluation_page(problem: &Problem, at: &Evaluation) -> String {
     page
 }
 
+/// How far a cost is above its bound, also relative to a bound that is not 0.
+fn excess(cost: f64, bound: f64) -> String {
+    let over = cost - bound;
+    if bound == 0.0 { number(over) } else { format!("{} ({:.3} %)", number(over), 100.0 * over / bound.abs()) }
+}
+
 fn bound_note(task: &TaskEvaluation) -> String {
     match task.cost.bound {
         None => String::new(),
         Some(bound) => {
-            let over = task.cost.expected - bound;
-            let share = 100.0 * over / bound.abs();
-            if over > supple::FEASIBILITY * bound.abs() {
-                format!("misses the bound {} by {} ({share:.2} %)", number(bound), number(over))
+            if task.cost.expected - bound > supple::FEASIBILITY * bound.abs() {
+                format!("misses the bound {} by {}", number(bound), excess(task.cost.expected, bound))
             } else {
                 format!("meets the bound {}", number(bound))
             }

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::process::Command;
 
-#[path = "../../supple/tests/support/same_text.rs"]
+#[path = "../../supple/tests/common/same_text.rs"]
 mod same_text;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");

@@ -8,11 +8,13 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use supple::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
 use supple::design::{Control, DesignSettings, NoObserver, design};
-use supple::gradient::FrozenGradient;
+use supple::information::{Information, information};
+use supple::noise::Noise;
 use supple::pipeline::TaskState;
 use supple::plan::{PlanSettings, Policy, Regularisation, rollout, solve_riccati};
-use supple::system::Curvature;
+use supple::system::{Curvature, KnotAdjoints};
 use supple::{EvaluateOptions, Level, Problem, Scratch, Trajectory};
 
 fn load(name: &str) -> Problem {
@@ -52,16 +54,28 @@ fn iteration(c: &mut Criterion) {
             rollout(system, &phi, trajectory, (&policy, 1.0), &mut candidate, &mut scratch)
         });
     });
-    // Belief, information and its frozen gradient along a fixed trajectory.
-    let mut frozen = FrozenGradient::default();
+    // Linearisation, belief, information and its gradient by the parameters along a fixed trajectory.
+    let size = system.dimensions();
+    let mut belief = Belief::zeros(size.states, size.measurements, task.steps);
+    let mut found = Information::default();
+    let mut work = BeliefAdjoint::new(size.states, size.measurements);
+    let mut adjoints = KnotAdjoints::zeros(size, task.steps);
+    let mut noise = Noise::zeros(size.states, size.measurements);
+    let mut by_trajectory = knots.cost.clone();
+    let mut gradient = vec![0.0; 2];
+    let seeds = BeliefSeeds { information: 1.0, weights: None };
     group.bench_function("di_value_and_frozen_gradient", |b| {
         b.iter(|| {
-            let at = state.plan.trajectory.points();
-            state.plan.knots.linearise_plan(system, at, black_box(&phi), Curvature::Exact, &mut scratch);
-            state.plan.knots.linearise_measurement(system, at, &phi, &mut scratch);
-            state.assess(task, &phi).unwrap();
-            state.frozen_gradient(task, &phi, &mut frozen);
-            state.information.total
+            let at = black_box(trajectory).points();
+            system.dynamics_jacobians(at, &phi, &mut knots.dynamics, &mut scratch);
+            system.measurement_jacobians(at, &phi, &mut knots.measurement, &mut scratch);
+            kalman(&knots, &state.noise, &mut belief).unwrap();
+            information(&belief, &state.noise, &mut found).unwrap();
+            noise.clear();
+            reverse_kalman((&knots, &state.noise, &belief), seeds, &mut work, &mut adjoints, &mut noise);
+            gradient.fill(0.0);
+            system.contract(at, &phi, &adjoints, &mut by_trajectory, &mut gradient, &mut scratch);
+            found.total
         });
     });
     group.finish();

@@ -1,3 +1,4 @@
+use std::borrow::Cow;
 use std::cell::RefCell;
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
@@ -29,6 +30,14 @@ impl Value {
         match self {
             Self::Number(_) => None,
             Self::Parameter(index) => Some(index),
+        }
+    }
+
+    /// What to say of a value that can be as low as `least`, where that is too low.
+    pub(crate) fn found(self, least: f64) -> String {
+        match self {
+            Self::Number(_) => format!("found {least}"),
+            Self::Parameter(_) => format!("its parameter can be {least}"),
         }
     }
 
@@ -101,19 +110,44 @@ impl<'de> Deserialize<'de> for Value {
                         names.used[index] = true;
                         Ok(Value::Parameter(index))
                     }
-                    None if names.declared.is_empty() => {
-                        Err(E::custom(format!("parameter `{name}` is not declared: add a table [parameters.{name}]")))
-                    }
-                    None => Err(E::custom(format!(
-                        "parameter `{name}` is not declared: add a table [parameters.{name}], or use one of {}",
-                        quoted(&names.declared)
-                    ))),
+                    None => Err(E::custom(undeclared(name, &names.declared))),
                 })
             }
         }
 
         deserializer.deserialize_any(Number)
     }
+}
+
+/// What to say of text in place of a number that names no parameter.
+fn undeclared(name: &str, declared: &[String]) -> String {
+    if name.parse::<f64>().is_ok() {
+        return format!("numbers stand without quotes; found \"{name}\"");
+    }
+    if !is_name(name) {
+        return format!("must be a number or the name of a parameter; found {name:?}");
+    }
+    let add = format!("parameter `{name}` is not declared: add a table [parameters.{}]", as_key(name));
+    if declared.is_empty() { add } else { format!("{add}, or use one of {}", quoted(declared)) }
+}
+
+/// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
+pub(crate) fn is_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
+}
+
+/// A name as files write it in keys: quoted where it must be.
+pub(crate) fn as_key(name: &str) -> Cow<'_, str> {
+    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    if bare { name.into() } else { format!("{name:?}").into() }
+}
+
+/// Advice to use the valid name nearest to one that is not valid, where one is near.
+pub(crate) fn nearest(found: &str, valid: &[&str]) -> Option<String> {
+    let found = found.to_lowercase();
+    let likeness = |name: &&str| strsim::jaro_winkler(&found, &name.to_lowercase());
+    let (best, name) = valid.iter().map(|name| (likeness(name), name)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best > 0.7).then(|| format!("did you mean `{name}`?"))
 }
 
 impl schemars::JsonSchema for Value {

@@ -12,7 +12,7 @@ mod example;
 #[allow(dead_code)]
 #[path = "../examples/picture.rs"]
 mod picture;
-#[path = "support/same_text.rs"]
+#[path = "common/same_text.rs"]
 mod same_text;
 
 use same_text::{assert_same_text, parts};

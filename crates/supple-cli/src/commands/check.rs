@@ -1,14 +1,14 @@
 use supple::check::check as compare;
 
 use crate::Outcome;
-use crate::arguments::CheckOptions;
+use crate::arguments::{CheckOptions, Loaded};
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::tables::check_page;
 
 /// `supple check TASK`
 pub fn check(options: &CheckOptions) -> Result<Outcome, Failure> {
-    let (problem, phi) = options.task.load()?;
+    let Loaded { problem, phi, .. } = options.task.load()?;
     let report = compare(&problem, &phi)?;
     if options.json {
         print_json(&report)?;

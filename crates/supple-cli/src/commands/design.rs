@@ -5,9 +5,9 @@ use supple::design::{
 use supple::{EvaluateOptions, Evaluation, Named, Problem};
 
 use crate::Outcome;
-use crate::arguments::DesignOptions;
+use crate::arguments::{DesignOptions, Loaded};
 use crate::failure::Failure;
-use crate::output::{print_json, print_text, write_json};
+use crate::output::{check_writable, print_json, print_text, write_json};
 use crate::progress::{Progress, STOP, listen};
 use crate::tables::design_page;
 
@@ -55,6 +55,9 @@ pub struct StartReport {
     pub error: Option<String>,
 }
 
+/// The file that `--out` writes.
+const RESULT: &str = "result.json";
+
 /// What `--out` writes: a result with all that made it.
 #[derive(Serialize)]
 struct ResultFile<'a> {
@@ -70,7 +73,7 @@ struct ResultFile<'a> {
 
 /// `supple design TASK`
 pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
-    let (problem, phi) = options.task.load()?;
+    let Loaded { problem, phi, text } = options.task.load()?;
     let settings = settings(options, &problem)?;
     if problem.parameters.design().is_empty() {
         let task = options.task.task.display();
@@ -78,25 +81,26 @@ pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
             "{task} has no parameter with role = \"design\": there is nothing to design"
         )));
     }
+    if let Some(folder) = &options.out {
+        check_writable(folder, RESULT)?;
+    }
     listen();
     let progress = Progress::new();
     let found = search(&problem, &phi, &settings, Control { observer: &progress, stop: &STOP });
     progress.finish();
     let report = report(&problem, &phi, &settings, &found?)?;
     if let Some(folder) = &options.out {
-        let text = std::fs::read_to_string(&options.task.task)
-            .map_err(|error| Failure::write(options.task.task.display(), error))?;
         let file = ResultFile {
             supple: env!("CARGO_PKG_VERSION"),
             command: "design",
-            arguments: std::env::args().skip(1).collect(),
+            arguments: std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect(),
             task_file: options.task.task.display().to_string(),
             task: text,
             seed: settings.seed,
             settings: &settings,
             result: &report,
         };
-        write_json(folder, "result.json", &file)?;
+        write_json(folder, RESULT, &file)?;
     }
     if options.json {
         print_json(&report)?;

@@ -1,12 +1,12 @@
 use crate::Outcome;
-use crate::arguments::{EvaluateOptions, GradientChoice};
+use crate::arguments::{EvaluateOptions, GradientChoice, Loaded};
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::tables::evaluation_page;
 
 /// `supple evaluate TASK`
 pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
-    let (problem, phi) = options.task.load()?;
+    let Loaded { problem, phi, .. } = options.task.load()?;
     let wanted = supple::EvaluateOptions {
         total_gradient: matches!(options.gradient, GradientChoice::Total | GradientChoice::Both),
         frozen_gradient: matches!(options.gradient, GradientChoice::Frozen | GradientChoice::Both),

@@ -1,29 +1,26 @@
-use std::io::Write;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::Outcome;
 use crate::arguments::NewOptions;
 use crate::failure::Failure;
-use crate::output::print_text;
+use crate::output::{print_text, write_new};
 
 const TEMPLATE: &str = include_str!("../../templates/new.toml");
 
 /// `supple new NAME`
 pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     let name = options.name.trim_end_matches(".toml");
-    if name.is_empty() {
-        return Err(Failure::usage("the name of a task must not be empty".into()));
-    }
-    let path = format!("{name}.toml");
-    let title = Path::new(name).file_name().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let title = title.replace(['\\', '"'], "'");
-    let text = TEMPLATE.replace("@TITLE@", &title);
-    let fail = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => Failure::usage(format!("{path} exists already; nothing was written")),
-        _ => Failure::write(&path, error),
+    let title = match Path::new(name).file_name() {
+        Some(stem) if !name.ends_with(std::path::is_separator) => stem.to_string_lossy(),
+        _ => return Err(Failure::usage(format!("`{}` is no name for a file", options.name))),
     };
-    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&path).map_err(fail)?;
-    file.write_all(text.as_bytes()).map_err(fail)?;
+    let path = format!("{name}.toml");
+    let title = title.replace(['\\', '"'], "'").replace(char::is_control, " ");
+    write_new(Path::new(&path), &TEMPLATE.replace("@TITLE@", &title)).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => Failure::usage(format!("{path} exists already; nothing was written")),
+        _ => Failure::write(&path, error),
+    })?;
     print_text(&format!("wrote {path}\nnow try: supple design {path}\n"))?;
     Ok(Outcome::Success)
 }

@@ -51,7 +51,9 @@ impl Residual for ContactForce {
 
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         match parameters.least(self.smoothing) {
-            Some(least) if least < 0.0 => Err(("smoothing", format!("must be at least 0 N; found {least}"))),
+            Some(least) if least < 0.0 => {
+                Err(("smoothing", format!("must be at least 0 N; {}", self.smoothing.found(least))))
+            }
             _ => Ok(()),
         }
     }

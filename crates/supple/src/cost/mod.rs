@@ -3,11 +3,9 @@
 //! A new kind is one file with its residual, and one line in the table at the end of this file.
 
 use serde::Deserialize;
-use serde::de::IntoDeserializer;
 use supple_kernels::Scalar;
-use toml::Spanned;
-use toml::de::DeValue;
 
+use crate::file::{ReadError, Reader};
 use crate::parameters::Parameters;
 use crate::{Model, Point, Value};
 
@@ -140,13 +138,13 @@ impl Cost {
             if let Weights::Equal(weight) = weights
                 && let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0)
             {
-                return Err((key, format!("a weight must be at least 0; found {least}")));
+                return Err((key, format!("must be at least 0; {}", weight.found(least))));
             }
         }
         if let Norm::Absolute { smoothing } = self.norm
             && let Some(least) = parameters.least(smoothing).filter(|&least| least <= 0.0)
         {
-            return Err(("norm", format!("the smoothing must be above 0; found {least}")));
+            return Err(("norm", format!("its smoothing must be above 0; {}", smoothing.found(least))));
         }
         self.kind.check(parameters)
     }
@@ -214,10 +212,9 @@ macro_rules! cost_kinds {
         /// Reads the cost of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
         pub(crate) fn read(
             kind: &str,
-            table: Spanned<DeValue>,
+            table: Reader,
             vocabulary: &Vocabulary,
-        ) -> Option<Result<Result<Cost, CostError>, toml::de::Error>> {
-            let table = table.into_deserializer();
+        ) -> Option<Result<Result<Cost, CostError>, ReadError>> {
             match kind {
                 $($name => Some(<$kind as CostFile>::File::deserialize(table).map(|file| $kind::build(file, vocabulary))),)*
                 _ => None,

@@ -1,17 +1,20 @@
 use serde::Deserialize;
-use supple_kernels::Scalar;
+use supple_kernels::{Matrices, Scalar};
 
 use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use crate::noise::{Covariance, semidefinite_factor};
+use crate::parameters::Parameters;
 use crate::{Point, Value};
 
 /// State and control stacked: the residual of `x'Qx + u'Ru`.
 #[derive(Clone, Debug)]
 pub struct Quadratic {
-    joint: usize,
+    file: File,
 }
 
-/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric and
+/// positive semidefinite.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub(crate) struct File {
@@ -36,10 +39,10 @@ impl CostFile for Quadratic {
         }
         let zero = vec![vec![Value::Number(0.0); m]; m];
         Ok(Cost {
-            kind: CostKind::Quadratic(Self { joint: n + m }),
             norm: Norm::Quadratic,
             stage: Weights::Matrix(block_diagonal(&file.Q, &file.R)),
             last: Weights::Matrix(block_diagonal(file.last.as_ref().unwrap_or(&file.Q), &zero)),
+            kind: CostKind::Quadratic(Self { file }),
         })
     }
 }
@@ -60,6 +63,21 @@ fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Resu
     Ok(())
 }
 
+/// No cost is negative: diagonal entries at any parameters, the whole matrix at their initial values.
+fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<(), String> {
+    for (i, row) in rows.iter().enumerate() {
+        if let Some(least) = parameters.least(row[i]).filter(|&least| least < 0.0) {
+            return Err(format!("entry ({0}, {0}) must be at least 0; {1}", i + 1, row[i].found(least)));
+        }
+    }
+    let mut matrix = Matrices::constant(rows.len(), rows.len());
+    Covariance::Full(rows.to_vec()).resolve(&parameters.initial(), &mut matrix);
+    match semidefinite_factor(&matrix) {
+        Some(_) => Ok(()),
+        None => Err("must be positive semidefinite, so that no cost is negative".into()),
+    }
+}
+
 fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
     let zeros = |len| std::iter::repeat_n(Value::Number(0.0), len);
     let top = a.iter().map(|row| row.iter().copied().chain(zeros(b.len())).collect());
@@ -69,7 +87,15 @@ fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
 
 impl Residual for Quadratic {
     fn len(&self) -> usize {
-        self.joint
+        self.file.Q.len() + self.file.R.len()
+    }
+
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        let File { Q, R, last } = &self.file;
+        for (key, rows) in [("Q", Q), ("R", R), ("final", last.as_ref().unwrap_or(Q))] {
+            check_semidefinite(rows, parameters).map_err(|message| (key, message))?;
+        }
+        Ok(())
     }
 
     #[inline(always)]

@@ -61,7 +61,8 @@ pub struct StartSummary {
     /// First-order optimality: the largest entry of the projected Lagrangian gradient in scaled coordinates, relative
     /// to the objective's gradient.
     pub optimality: f64,
-    /// Price of each task's bound: what a unit more of bound would save in nats (its Lagrange multiplier).
+    /// Price of each task's bound: what a unit more of bound would save in nats (its Lagrange multiplier); 0 where some
+    /// bound is not met.
     pub multipliers: Vec<f64>,
     /// Different local minima of the plans seen at the end, over all tasks.
     pub branches: usize,
@@ -245,7 +246,7 @@ impl<'a> Rounds<'a, '_> {
         summary.costs = at.tasks.iter().map(|task| task.cost).collect();
         summary.violation = at.violation();
         summary.optimality = optimality;
-        summary.multipliers = multipliers;
+        summary.multipliers = if feasible { multipliers } else { vec![0.0; at.tasks.len()] };
         summary.controls = controls_of(at);
     }
 }

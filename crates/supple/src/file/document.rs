@@ -1,8 +1,11 @@
 use std::ops::Range;
 
-use serde::de::{DeserializeOwned, IntoDeserializer};
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use super::reader::{ReadError, Reader, join};
+use crate::value::{as_key, nearest, quoted};
 
 /// Something wrong in a task file, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,16 +49,34 @@ impl std::error::Error for FileError {}
 
 impl FileError {
     /// A file that cannot be read.
-    pub(crate) fn unreadable(file: &str, error: &std::io::Error) -> Self {
+    pub(crate) fn unreadable(file: &str, why: impl std::fmt::Display) -> Self {
         Self {
             file: file.to_owned(),
             line: 0,
             column: 0,
             key: String::new(),
-            message: format!("cannot be read: {error}"),
+            message: format!("cannot be read: {why}"),
             help: None,
             span: 0..0,
             text: String::new(),
+        }
+    }
+
+    /// An error about bytes of the text.
+    pub(crate) fn at(file: &str, text: &str, span: Range<usize>, key: String, message: impl Into<String>) -> Self {
+        // The parser may point into the middle of a character.
+        let boundary = |byte: usize| (0..=byte.min(text.len())).rev().find(|&byte| text.is_char_boundary(byte));
+        let (start, end) = (boundary(span.start).unwrap_or(0), boundary(span.end).unwrap_or(0));
+        let before = &text[..start];
+        Self {
+            file: file.to_owned(),
+            line: before.matches('\n').count() + 1,
+            column: before.chars().rev().take_while(|&c| c != '\n').count() + 1,
+            key,
+            message: message.into(),
+            help: None,
+            span: start..end.max(start),
+            text: text.to_owned(),
         }
     }
 
@@ -93,10 +114,18 @@ pub(super) struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub fn parse(text: &'a str, name: &'a str) -> Result<Self, FileError> {
-        let of = |table: DeTable<'a>| Self { name, text, root: Spanned::new(0..text.len(), DeValue::Table(table)) };
         match DeTable::parse(text) {
-            Ok(table) => Ok(of(table.into_inner())),
-            Err(error) => Err(of(DeTable::new()).serde_error(error)),
+            Ok(table) => Ok(Self { name, text, root: Spanned::new(0..0, DeValue::Table(table.into_inner())) }),
+            Err(error) => {
+                let span = error.span().unwrap_or(0..0);
+                match (error.message().trim(), text.get(span.clone())) {
+                    ("duplicate key", Some(key)) => {
+                        let message = format!("`{key}` is there already; a key is given once");
+                        Err(FileError::at(name, text, span, key.to_owned(), message))
+                    }
+                    (message, _) => Err(FileError::at(name, text, span, String::new(), message)),
+                }
+            }
         }
     }
 
@@ -111,29 +140,30 @@ impl<'a> Document<'a> {
 
     /// Reads the value at a place.
     pub fn read<T: DeserializeOwned>(&self, at: &[Place]) -> Result<T, FileError> {
-        let value = self.get(at).cloned().ok_or_else(|| self.error(at, "is missing"))?;
-        T::deserialize(value.into_deserializer()).map_err(|error| self.serde_error(error))
+        let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
+        T::deserialize(Reader::new(value)).map_err(|error| self.read_error(at, error))
     }
 
-    /// The table at a place without its key `kind`, and that kind.
-    pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(String, Spanned<DeValue<'a>>), FileError> {
+    /// The key `kind` of the table at a place, and what reads the rest of that table.
+    pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(&str, Reader<'_>), FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
         let DeValue::Table(table) = value.get_ref() else {
-            let found = value.get_ref().type_str();
-            return Err(self.error(at, format!("must be a table with a key `kind`, not {found}")));
-        };
-        let mut table = table.clone();
-        let Some(kind) = table.remove("kind") else {
-            let message = format!("needs a key `kind`: one of {}", crate::value::quoted(kinds));
-            return Err(self.error(at, message));
+            return Err(self.error(at, "must be a table with a key `kind`"));
         };
         let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
-        let kind = kind
-            .get_ref()
-            .as_str()
-            .ok_or_else(|| self.error(&at_kind, format!("must be one of {}", crate::value::quoted(kinds))))?
-            .to_owned();
-        Ok((kind, Spanned::new(value.span(), DeValue::Table(table))))
+        let wrong = |what: &str| Err(self.error(&at_kind, format!("{what} one of {}", quoted(kinds))));
+        match table.get("kind").map(Spanned::get_ref) {
+            Some(DeValue::String(kind)) => Ok((kind, Reader::new(value).without("kind"))),
+            Some(_) => wrong("must be"),
+            None => wrong("is missing: it must be"),
+        }
+    }
+
+    /// The kind of the table at a place is not one of `kinds`.
+    pub fn unknown_kind(&self, at: &[Place], kind: &str, kinds: &[&str]) -> FileError {
+        let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
+        let error = self.error(&at_kind, format!("must be one of {}; found `{kind}`", quoted(kinds)));
+        FileError { help: nearest(kind, kinds), ..error }
     }
 
     /// An error about the value at a place, or about the nearest place above it that exists.
@@ -153,91 +183,22 @@ impl<'a> Document<'a> {
         self.error(at, message)
     }
 
-    /// An error of the parser or of a reader, with its place found from its span.
-    pub fn serde_error(&self, error: toml::de::Error) -> FileError {
-        let span = error.span().unwrap_or(0..self.text.len());
-        let mut path = String::new();
-        path_to(&self.root, span.start, &mut path);
-        let message = error.message().trim().to_owned();
-        let suggestion = nearest(&message);
-        let error = self.error_in(span, path, message);
-        match suggestion {
-            Some(name) => error.with_help(format!("did you mean `{name}`?")),
-            None => error,
-        }
+    /// An error of reading the value at a place.
+    pub fn read_error(&self, at: &[Place], error: ReadError) -> FileError {
+        let here = self.error(at, error.message);
+        let span = error.span.unwrap_or(here.span);
+        let located = self.error_in(span, join(&here.key, &error.path), here.message);
+        FileError { help: error.help, ..located }
     }
 
     fn error_in(&self, span: Range<usize>, key: String, message: impl Into<String>) -> FileError {
-        let before = &self.text[..span.start.min(self.text.len())];
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-        FileError {
-            file: self.name.to_owned(),
-            line,
-            column,
-            key,
-            message: message.into(),
-            help: None,
-            span,
-            text: self.text.to_owned(),
-        }
+        FileError::at(self.name, self.text, span, key, message)
     }
 }
 
 fn write_path(at: &[Place]) -> String {
-    let mut path = String::new();
-    for place in at {
-        push(&mut path, place);
-    }
-    path
-}
-
-fn push(path: &mut String, place: &Place) {
-    match place {
-        Place::Key(key) if path.is_empty() => path.push_str(key),
-        Place::Key(key) => path.extend([".", key]),
-        Place::Index(index) => path.push_str(&format!("[{index}]")),
-    }
-}
-
-/// The path to the innermost key or value that covers a byte.
-fn path_to(value: &Spanned<DeValue>, offset: usize, path: &mut String) {
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            for (key, value) in table {
-                if key.span().contains(&offset) || covers(value, offset) {
-                    push(path, &Place::Key(key.get_ref()));
-                    return path_to(value, offset, path);
-                }
-            }
-        }
-        DeValue::Array(array) => {
-            if let Some((index, value)) = array.iter().enumerate().find(|(_, value)| covers(value, offset)) {
-                push(path, &Place::Index(index));
-                path_to(value, offset, path);
-            }
-        }
-        _ => {}
-    }
-}
-
-/// Whether a value or anything in it covers a byte; the span of a table's header does not cover its body.
-fn covers(value: &Spanned<DeValue>, offset: usize) -> bool {
-    value.span().contains(&offset)
-        || match value.get_ref() {
-            DeValue::Table(table) => {
-                table.iter().any(|(key, value)| key.span().contains(&offset) || covers(value, offset))
-            }
-            DeValue::Array(array) => array.iter().any(|value| covers(value, offset)),
-            _ => false,
-        }
-}
-
-/// The valid name nearest to an unknown one, from serde's message about it.
-fn nearest(message: &str) -> Option<String> {
-    let rest = message.strip_prefix("unknown field `").or_else(|| message.strip_prefix("unknown variant `"))?;
-    let (found, rest) = rest.split_once('`')?;
-    let valid = rest.split('`').skip(1).step_by(2);
-    let closest = valid.map(|name| (strsim::jaro_winkler(found, name), name)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (closest.0 > 0.7).then(|| closest.1.to_owned())
+    at.iter().fold(String::new(), |path, place| match place {
+        Place::Key(key) => join(&path, &as_key(key)),
+        Place::Index(index) => format!("{path}[{index}]"),
+    })
 }

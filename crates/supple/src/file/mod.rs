@@ -2,9 +2,11 @@
 
 mod document;
 mod parameters;
+mod reader;
 mod schema;
 mod tasks;
 
+use std::io::Read;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -12,13 +14,14 @@ use serde::de::IgnoredAny;
 
 pub use document::FileError;
 use document::{Document, Place};
+pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
 
 use crate::design::DesignSettings;
 use crate::model::{self, AnyModel};
 use crate::plan::PlanSettings;
 use crate::problem::Problem;
-use crate::value::{quoted, with_names};
+use crate::value::with_names;
 
 /// The top of a task file. Sections whose shape depends on a `kind` are read by their own readers.
 #[derive(Debug, Deserialize)]
@@ -37,6 +40,30 @@ struct Top {
     design: DesignSettings,
 }
 
+/// Bytes that a task file has at most: what is larger is no task file.
+const LARGEST: u64 = 64 << 20;
+
+/// The text of a task file.
+///
+/// # Errors
+/// Where it cannot be read, is no text, or has more than 64 MiB.
+pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let unreadable = |error| FileError::unreadable(&name, error);
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(FileError::unreadable(&name, "it has more than 64 MiB"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let start = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes());
+        FileError::at(&name, &text, start..start + 1, String::new(), "must be text in UTF-8; this byte is not")
+    })
+}
+
 impl Problem {
     /// Reads a problem from a task file.
     ///
@@ -44,9 +71,7 @@ impl Problem {
     /// Where the file cannot be read, or anything in it is wrong.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
-        let name = path.display().to_string();
-        let source = std::fs::read_to_string(path).map_err(|error| FileError::unreadable(&name, &error))?;
-        Self::parse(&source, &name)
+        Self::parse(&read_text(path)?, &path.display().to_string())
     }
 
     /// Reads a problem from the text of a task file; `name` stands for the file in errors.
@@ -80,14 +105,9 @@ impl Problem {
 fn read_model(document: &Document, parameters: &crate::parameters::Parameters) -> Result<Box<dyn AnyModel>, FileError> {
     let at = ["model".into()];
     let (kind, table) = document.table_with_kind(&at, model::KINDS)?;
-    let model = model::read(&kind, table)
-        .ok_or_else(|| document.error(&["model".into(), "kind".into()], unknown_kind("model", &kind, model::KINDS)))?
-        .map_err(|error| document.serde_error(error))?;
+    let model = model::read(kind, table)
+        .ok_or_else(|| document.unknown_kind(&at, kind, model::KINDS))?
+        .map_err(|error| document.read_error(&at, error))?;
     model.check(parameters).map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
     Ok(model)
-}
-
-/// What to say of a kind that does not exist.
-fn unknown_kind(what: &str, kind: &str, kinds: &[&str]) -> String {
-    format!("there is no {what} of kind `{kind}`: there is {}", quoted(kinds))
 }

@@ -3,6 +3,7 @@ use toml::de::DeValue;
 
 use super::document::{Document, FileError, Place};
 use crate::parameters::{Parameter, Parameters, Role, Scale};
+use crate::value::is_name;
 
 /// A parameter, by its name: `[parameters.NAME]`.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -40,8 +41,8 @@ pub(super) fn read(document: &Document) -> Result<Parameters, FileError> {
 fn read_one(document: &Document, name: &str) -> Result<Parameter, FileError> {
     let at = ["parameters".into(), Place::Key(name)];
     let key = |key: &'static str| ["parameters".into(), Place::Key(name), key.into()];
-    if name.is_empty() || name.contains(['=', ',', ' ', ':']) {
-        let message = format!("`{name}` cannot name a parameter: use letters, digits, `_`, `-` and `.`");
+    if !is_name(name) {
+        let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
         return Err(document.error_at_key(&at, message));
     }
     let ParameterFile { initial, bounds, scale, unit, role } = document.read(&at)?;

@@ -1,20 +1,23 @@
+//! Values of a parsed file, by serde.
+
 use std::borrow::Cow;
 use std::ops::Range;
 
 use serde::de::value::StrDeserializer;
-use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor};
+use serde::de::{
+    self, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
+};
 use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::document::{Place, push};
-use crate::value::{nearest, quoted};
+use crate::value::{as_key, nearest, quoted};
 
 /// Why a value could not be read, and where in it.
 #[derive(Debug)]
 pub(crate) struct ReadError {
-    /// The place, from the value that was read.
-    pub path: Vec<Place<'static>>,
+    /// The path from the value that was read to the one that is wrong.
+    pub path: String,
     /// Bytes of the text that are meant; none where they are those of the value that was read.
     pub span: Option<Range<usize>>,
     /// What was found, and what is valid.
@@ -24,16 +27,18 @@ pub(crate) struct ReadError {
 }
 
 impl ReadError {
-    /// Inside the entry `place`, whose bytes are `span`.
-    fn within(mut self, place: Place<'static>, span: Range<usize>) -> Self {
-        self.path.insert(0, place);
+    /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
+    fn within(mut self, place: &str, span: Range<usize>) -> Self {
+        self.path = join(place, &self.path);
         self.span.get_or_insert(span);
         self
     }
+}
 
-    fn with_help(self, help: Option<String>) -> Self {
-        Self { help, ..self }
-    }
+/// A path, and one from there on.
+pub(super) fn join(path: &str, rest: &str) -> String {
+    let separator = if path.is_empty() || rest.is_empty() || rest.starts_with('[') { "" } else { "." };
+    format!("{path}{separator}{rest}")
 }
 
 impl std::fmt::Display for ReadError {
@@ -46,7 +51,7 @@ impl std::error::Error for ReadError {}
 
 impl de::Error for ReadError {
     fn custom<T: std::fmt::Display>(message: T) -> Self {
-        Self { path: Vec::new(), span: None, message: message.to_string(), help: None }
+        Self { path: String::new(), span: None, message: message.to_string(), help: None }
     }
     fn invalid_type(found: Unexpected, valid: &dyn de::Expected) -> Self {
         Self::custom(format_args!("must be {}; found {}", plain(&valid.to_string()), name_of(found)))
@@ -55,20 +60,18 @@ impl de::Error for ReadError {
         Self::invalid_type(found, valid)
     }
     fn invalid_length(found: usize, valid: &dyn de::Expected) -> Self {
-        Self::custom(format_args!("must be {}; found {found} entries", plain(&valid.to_string())))
+        Self::custom(format_args!("must be {}; found {found}", plain(&valid.to_string())))
     }
     fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
-        let message = match valid {
-            [] => format!("unknown key `{found}`; there are none here"),
-            _ => format!("unknown key `{found}`; valid are {}", quoted(valid)),
-        };
-        Self::custom(message).with_help(nearest(found, valid))
+        let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
+        Self { help: nearest(found, valid), ..error }
     }
     fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid))).with_help(nearest(found, valid))
+        let error = Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        Self { help: nearest(found, valid), ..error }
     }
-    fn missing_field(field: &'static str) -> Self {
-        Self { path: vec![Place::Key(field.into())], ..Self::custom("is missing") }
+    fn missing_field(key: &'static str) -> Self {
+        Self { path: key.to_owned(), ..Self::custom("is missing") }
     }
 }
 
@@ -78,13 +81,13 @@ fn plain(valid: &str) -> Cow<'_, str> {
         "f32" | "f64" => "a number".into(),
         "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".into(),
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0".into(),
-        "a boolean" => "true or false".into(),
+        "a boolean" => "`true` or `false`".into(),
         "a string" => "text in quotes".into(),
         "a sequence" => "a list".into(),
         "a map" => "a table".into(),
         _ if valid.starts_with("struct ") => "a table".into(),
         _ => match valid.strip_prefix("an array of length ") {
-            Some(length) => format!("a list of {length} entries").into(),
+            Some(length) => format!("a list of {length}").into(),
             None => valid.into(),
         },
     }
@@ -100,15 +103,14 @@ fn name_of(found: Unexpected) -> String {
         Unexpected::Str(text) => format!("{text:?}"),
         Unexpected::Seq => "a list".into(),
         Unexpected::Map => "a table".into(),
-        Unexpected::UnitVariant => "a name alone".into(),
         other => other.to_string(),
     }
 }
 
-/// Reads a value of a parsed file by serde.
+/// Reads a value of a parsed file.
 ///
 /// Stricter than the reader that comes with the parser: a list for `[T; N]` has N entries, neither fewer nor more, and
-/// only a table stands for a struct. Errors know the path to the key that is wrong.
+/// only a table stands for a struct. Errors know the path to what is wrong.
 #[derive(Clone, Copy)]
 pub(crate) struct Reader<'a> {
     value: &'a Spanned<DeValue<'a>>,
@@ -121,7 +123,7 @@ impl<'a> Reader<'a> {
         Self { value, done: None }
     }
 
-    /// Reads a table without its key `key`.
+    /// Leaves out a key of the table.
     pub fn without(self, key: &'static str) -> Self {
         Self { done: Some(key), ..self }
     }
@@ -129,8 +131,8 @@ impl<'a> Reader<'a> {
     fn unexpected(&self) -> Unexpected<'a> {
         match self.value.get_ref() {
             DeValue::String(text) => Unexpected::Str(text),
-            DeValue::Integer(_) => Unexpected::Other("a whole number"),
-            DeValue::Float(_) => Unexpected::Other("a number"),
+            DeValue::Integer(number) => Unexpected::Other(number.as_str()),
+            DeValue::Float(number) => Unexpected::Other(number.as_str()),
             DeValue::Boolean(value) => Unexpected::Bool(*value),
             DeValue::Datetime(_) => Unexpected::Other("a date or a time"),
             DeValue::Array(_) => Unexpected::Seq,
@@ -138,6 +140,7 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// The entries of a table in the order of the file.
     fn entries(&self, table: &'a DeTable<'a>) -> Table<'a> {
         let mut entries: Vec<_> = table.iter().filter(|(key, _)| Some(key.get_ref().as_ref()) != self.done).collect();
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -149,26 +152,28 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     type Error = ReadError;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        let too_large = |number: &str| Err(ReadError::custom(format_args!("is too large a number: {number}")));
         match self.value.get_ref() {
             DeValue::String(text) => visitor.visit_str(text),
             DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
-                Ok(number) => visitor.visit_i64(number),
-                Err(_) => Err(de::Error::custom(format_args!("{number} is too large for a whole number"))),
+                Ok(value) => visitor.visit_i64(value),
+                Err(_) => too_large(number.as_str()),
             },
             DeValue::Float(number) => match number.as_str().parse::<f64>() {
-                Ok(value) if value.is_finite() || number.as_str().contains(['i', 'n']) => visitor.visit_f64(value),
-                _ => Err(de::Error::custom(format_args!("{number} is too large a number"))),
-            }
+                // `inf` and `nan` are for the visitor to judge; a number with too many digits is neither.
+                Ok(value) if value.is_finite() || number.as_str().contains('n') => visitor.visit_f64(value),
+                _ => too_large(number.as_str()),
+            },
             DeValue::Boolean(value) => visitor.visit_bool(*value),
-            DeValue::Datetime(_) => Err(de::Error::invalid_type(self.unexpected(), &visitor)),
+            DeValue::Datetime(_) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
             DeValue::Array(list) => {
-                let mut entries = List { entries: list.iter().enumerate() };
-                let read = visitor.visit_seq(&mut entries)?;
-                match entries.entries.len() {
-                    0 => Ok(read),
+                let mut entries = List(list.iter().enumerate());
+                let value = visitor.visit_seq(&mut entries)?;
+                match entries.0.len() {
+                    0 => Ok(value),
                     rest => {
-                        let (count, read) = (list.len(), list.len() - rest);
-                        Err(de::Error::custom(format_args!("must be a list of {read} entries; found {count} entries")))
+                        let valid = list.len() - rest;
+                        Err(ReadError::custom(format_args!("must be a list of {valid}; found {}", list.len())))
                     }
                 }
             }
@@ -192,7 +197,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     ) -> Result<V::Value, ReadError> {
         match self.value.get_ref() {
             DeValue::Table(table) => visitor.visit_map(self.entries(table)),
-            _ => Err(de::Error::invalid_type(self.unexpected(), &visitor)),
+            _ => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
         }
     }
 
@@ -202,26 +207,19 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ReadError> {
-        let wrong = |found: &str| {
-            let names = quoted(variants);
-            de::Error::custom(format_args!("must be one of {names}, or a table with one of them as its key; found {found}"))
+        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(variants)));
+        let table = match self.value.get_ref() {
+            DeValue::String(name) => return visitor.visit_enum(Variant { name, settings: None }),
+            DeValue::Table(table) => table,
+            _ => return Err(wrong(&name_of(self.unexpected()))),
         };
-        match self.value.get_ref() {
-            DeValue::String(name) => visitor.visit_enum(Variant { name, settings: None }),
-            DeValue::Table(table) => {
-                let mut entries = self.entries(table).entries;
-                match (entries.next(), entries.next()) {
-                    (Some((key, value)), None) => {
-                        let name = key.get_ref().as_ref();
-                        let place = Place::Key(name.to_owned().into());
-                        let read = visitor.visit_enum(Variant { name, settings: Some(Reader::new(value)) });
-                        read.map_err(|error| error.within(place, key.span()))
-                    }
-                    _ => Err(wrong(&format!("{} keys", table.len()))),
-                }
-            }
-            _ => Err(wrong(&name_of(self.unexpected()))),
-        }
+        let mut entries = self.entries(table).entries;
+        let (Some((key, settings)), None) = (entries.next(), entries.next()) else {
+            return Err(wrong(&format!("a table with {} keys", table.len())));
+        };
+        let name = key.get_ref();
+        let value = visitor.visit_enum(Variant { name, settings: Some(Reader::new(settings)) });
+        value.map_err(|error| error.within(&as_key(name), settings.span()))
     }
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
@@ -235,25 +233,23 @@ impl<'de> Deserializer<'de> for Reader<'_> {
 }
 
 /// The entries of a list that are still to read.
-struct List<I> {
-    entries: I,
-}
+struct List<'a>(std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>);
 
-impl<'a, 'de, I: ExactSizeIterator<Item = (usize, &'a Spanned<DeValue<'a>>)>> SeqAccess<'de> for List<I> {
+impl<'de> SeqAccess<'de> for List<'_> {
     type Error = ReadError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ReadError> {
-        let Some((index, value)) = self.entries.next() else { return Ok(None) };
+        let Some((index, value)) = self.0.next() else { return Ok(None) };
         let read = seed.deserialize(Reader::new(value)).map(Some);
-        read.map_err(|error| error.within(Place::Index(index), value.span()))
+        read.map_err(|error| error.within(&format!("[{index}]"), value.span()))
     }
 
     fn size_hint(&self) -> Option<usize> {
-        Some(self.entries.len())
+        Some(self.0.len())
     }
 }
 
-/// A key and its value, with their places.
+/// A key and its value.
 type Entry<'a> = (&'a Spanned<Cow<'a, str>>, &'a Spanned<DeValue<'a>>);
 
 /// The entries of a table that are still to read, and the one whose key was read last.
@@ -268,19 +264,18 @@ impl<'de> MapAccess<'de> for Table<'_> {
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ReadError> {
         self.value = self.entries.next();
         let Some((key, _)) = self.value else { return Ok(None) };
-        let name: StrDeserializer<ReadError> = de::IntoDeserializer::into_deserializer(key.get_ref().as_ref());
-        let place = || Place::Key(key.get_ref().clone().into_owned().into());
-        seed.deserialize(name).map(Some).map_err(|error| error.within(place(), key.span()))
+        let read = seed.deserialize(StrDeserializer::<ReadError>::new(key.get_ref())).map(Some);
+        read.map_err(|error| error.within(&as_key(key.get_ref()), key.span()))
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ReadError> {
-        let Some((key, value)) = self.value else { return Err(de::Error::custom("a value is read before its key")) };
-        let place = || Place::Key(key.get_ref().clone().into_owned().into());
-        seed.deserialize(Reader::new(value)).map_err(|error| error.within(place(), value.span()))
+        let Some((key, value)) = self.value else { return Err(ReadError::custom("a value was read before its key")) };
+        let read = seed.deserialize(Reader::new(value));
+        read.map_err(|error| error.within(&as_key(key.get_ref()), value.span()))
     }
 }
 
-/// A name among several, and its settings.
+/// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
 struct Variant<'a> {
     name: &'a str,
     settings: Option<Reader<'a>>,
@@ -291,13 +286,37 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
     type Variant = Self;
 
     fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), ReadError> {
-        let name: StrDeserializer<ReadError> = de::IntoDeserializer::into_deserializer(self.name);
-        seed.deserialize(name).map(|value| (value, self))
+        seed.deserialize(StrDeserializer::<ReadError>::new(self.name)).map(|value| (value, self))
     }
 }
 
-impl Variant<'_> {
-    fn settings(self, example: &str) -> Result<Self, ReadError> {
-        todo!()
+impl<'a> Variant<'a> {
+    fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
+        let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
+        let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
+        self.settings.ok_or_else(|| ReadError::custom(format_args!("`{}` needs settings: {example}", self.name)))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Variant<'_> {
+    type Error = ReadError;
+
+    fn unit_variant(self) -> Result<(), ReadError> {
+        match self.settings {
+            None => Ok(()),
+            Some(_) => Err(ReadError::custom(format_args!("takes no settings: write \"{}\"", self.name))),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ReadError> {
+        seed.deserialize(self.settings(&[])?)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(&[])?.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(keys)?.deserialize_struct("", keys, visitor)
     }
 }

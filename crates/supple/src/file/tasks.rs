@@ -4,7 +4,6 @@ use supple_kernels::{Matrices, rows};
 use toml::de::DeValue;
 
 use super::document::{Document, FileError, Place};
-use super::unknown_kind;
 use crate::cost::{self, Cost, CostKind};
 use crate::model::AnyModel;
 use crate::noise::{Covariance, NoiseModel, semidefinite_factor};
@@ -18,8 +17,8 @@ use crate::{Dimensions, Value};
 pub(super) struct TaskFile {
     /// Its name, unlike that of any other task.
     name: String,
-    /// How many steps it lasts, at least 1.
-    #[schemars(range(min = 1))]
+    /// How many steps it lasts, from 1 to 1,000,000; fewer for models with many states.
+    #[schemars(range(min = 1, max = 1_000_000))]
     steps: usize,
     /// Time step, s.
     time_step: Value,
@@ -178,12 +177,18 @@ impl schemars::JsonSchema for Guess {
     }
 }
 
+/// Steps that a task has at most.
+const MOST_STEPS: usize = 1_000_000;
+
+/// Entries that the second derivatives of all steps of a task have at most: a plan needs some 150 bytes for each.
+const MOST_ENTRIES: usize = 40_000_000;
+
 /// Reads `[[tasks]]`.
 pub(super) fn read(document: &Document, model: &dyn AnyModel, parameters: &Parameters) -> Result<Vec<Task>, FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
         Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
-        _ => return Err(document.error(&at, "needs at least one task: [[tasks]]")),
+        _ => return Err(document.error(&at, "must be a list of one or more tables: [[tasks]]")),
     };
     let mut tasks: Vec<Task> = Vec::with_capacity(count);
     for index in 0..count {
@@ -216,15 +221,24 @@ impl Reader<'_> {
         if file.name.is_empty() {
             return Err(self.error(&["name".into()], "must not be empty"));
         }
-        if file.steps == 0 {
-            return Err(self.error(&["steps".into()], "must be at least 1; found 0"));
+        let most = MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2)).max(1);
+        if !(1..=most).contains(&file.steps) {
+            let message = format!("must be from 1 to {most} with {} states; found {}", size.states, file.steps);
+            return Err(self.error(&["steps".into()], message));
         }
         if !(file.information_weight >= 0.0 && file.information_weight.is_finite()) {
             let message = format!("must be a number of at least 0; found {}", file.information_weight);
             return Err(self.error(&["information_weight".into()], message));
         }
         if let Some(least) = self.parameters.least(file.time_step).filter(|&least| least <= 0.0) {
-            return Err(self.error(&["time_step".into()], format!("must be above 0; found {least}")));
+            let message = format!("must be above 0; {}", file.time_step.found(least));
+            return Err(self.error(&["time_step".into()], message));
+        }
+        if let Some(bound) = file.bound
+            && let Some(least) = self.parameters.least(bound).filter(|&least| least < 0.0)
+        {
+            let message = format!("must be at least 0, as every expected cost is; {}", bound.found(least));
+            return Err(self.error(&["bound".into()], message));
         }
         if file.initial_state.len() != size.states {
             let found = file.initial_state.len();
@@ -278,16 +292,16 @@ impl Reader<'_> {
         let at = ["tasks".into(), self.index.into(), "costs".into()];
         let count = match self.document.get(&at).map(|value| value.get_ref()) {
             Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
-            _ => return Err(self.error(&["costs".into()], "needs at least one cost: [[tasks.costs]]")),
+            _ => return Err(self.error(&["costs".into()], "must be a list of one or more tables: [[tasks.costs]]")),
         };
         let vocabulary = model.vocabulary();
         let read = |number: usize| {
             let at = ["tasks".into(), self.index.into(), "costs".into(), number.into()];
             let here = |key: &'static str| ["costs".into(), number.into(), key.into()];
             let (kind, table) = self.document.table_with_kind(&at, CostKind::NAMES)?;
-            let cost = cost::read(&kind, table, &vocabulary)
-                .ok_or_else(|| self.error(&here("kind"), unknown_kind("cost", &kind, CostKind::NAMES)))?
-                .map_err(|error| self.document.serde_error(error))?
+            let cost = cost::read(kind, table, &vocabulary)
+                .ok_or_else(|| self.document.unknown_kind(&at, kind, CostKind::NAMES))?
+                .map_err(|error| self.document.read_error(&at, error))?
                 .map_err(|error| self.error(&here(error.key), error.message))?;
             cost.check(self.parameters).map_err(|(key, message)| self.error(&here(key), message))?;
             Ok(cost)
@@ -318,6 +332,18 @@ impl Reader<'_> {
         matrix
     }
 
+    /// Checks a variance, given the covariance that it is in and its place there.
+    fn variance(&self, (key, at): (&'static str, &[Place]), variance: Value) -> Result<(), FileError> {
+        let Some(least) = self.parameters.least(variance) else { return Ok(()) };
+        let valid = match key {
+            "measurement" if least <= 0.0 => "must be above 0, as every sensor has some noise",
+            _ if least < 0.0 => "must be at least 0, as a variance",
+            _ => return Ok(()),
+        };
+        let at: Vec<Place> = ["noise".into(), key.into()].into_iter().chain(at.iter().copied()).collect();
+        Err(self.error(&at, format!("{valid}; {}", variance.found(least))))
+    }
+
     fn covariance(&self, key: &'static str, covariance: &Covariance, order: usize) -> Result<(), FileError> {
         let error = |places: &[Place], message: String| {
             let at: Vec<Place> = ["noise".into(), key.into()].into_iter().chain(places.iter().copied()).collect();
@@ -329,9 +355,7 @@ impl Reader<'_> {
                     return error(&[], format!("must have {order} variances; found {}", variances.len()));
                 }
                 for (i, &variance) in variances.iter().enumerate() {
-                    if let Some(least) = self.parameters.least(variance).filter(|&least| least < 0.0) {
-                        return error(&[i.into()], format!("a variance must be at least 0; found {least}"));
-                    }
+                    self.variance((key, &[i.into()]), variance)?;
                 }
             }
             Covariance::Full(rows) => {
@@ -340,6 +364,7 @@ impl Reader<'_> {
                     return error(&[], format!("must be {order} x {order}; found rows of {widths:?} numbers"));
                 }
                 for (i, row) in rows.iter().enumerate() {
+                    self.variance((key, &[i.into(), i.into()]), row[i])?;
                     if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
                         return error(&[i.into(), j.into()], "must be symmetric: it differs from its mirror".into());
                     }

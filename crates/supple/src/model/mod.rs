@@ -1,13 +1,11 @@
 //! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
 
 use serde::Deserialize;
-use serde::de::IntoDeserializer;
 use supple_kernels::Scalar;
-use toml::Spanned;
-use toml::de::DeValue;
 
 use crate::Value;
 use crate::cost::{Cost, Vocabulary};
+use crate::file::{ReadError, Reader};
 use crate::parameters::Parameters;
 use crate::system::{Authored, System};
 
@@ -149,11 +147,11 @@ macro_rules! model_kinds {
         /// Reads the model of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
         pub(crate) fn read(
             kind: &str,
-            table: Spanned<DeValue>,
-        ) -> Option<Result<Box<dyn AnyModel>, toml::de::Error>> {
+            table: Reader,
+        ) -> Option<Result<Box<dyn AnyModel>, ReadError>> {
             match kind {
                 $($name => Some(
-                    <$kind>::deserialize(table.into_deserializer()).map(|model| Box::new(model) as Box<dyn AnyModel>),
+                    <$kind>::deserialize(table).map(|model| Box::new(model) as Box<dyn AnyModel>),
                 ),)*
                 _ => None,
             }

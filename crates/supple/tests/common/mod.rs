@@ -1,0 +1,30 @@
+//! What several tests share.
+#![allow(dead_code, missing_docs, clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+
+use supple::{Matrices, Problem};
+
+/// A file of the repository.
+pub fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+}
+
+/// A shipped task.
+pub fn shipped(name: &str) -> Problem {
+    Problem::load(repository("tasks").join(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Numbers of a JSON array.
+pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+/// Controls with one entry per step.
+pub fn controls(values: &[f64]) -> Matrices {
+    let mut controls = Matrices::vectors(values.len(), 1);
+    for (t, &value) in values.iter().enumerate() {
+        controls.vector_mut(t)[0] = value;
+    }
+    controls
+}

@@ -1,0 +1,106 @@
+//! The main job: the optimum of the shipped tasks, from many starts.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::sync::atomic::AtomicBool;
+
+use common::shipped;
+use supple::Problem;
+use supple::design::{
+    Control, Design, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, StartSummary, design,
+};
+
+fn search(problem: &Problem, settings: &DesignSettings) -> Design {
+    let stop = AtomicBool::new(false);
+    let control = Control { observer: &NoObserver, stop: &stop };
+    design(problem, &problem.parameters.initial(), settings, control).unwrap()
+}
+
+/// From the file's start and ten random ones.
+fn eleven_starts() -> DesignSettings {
+    DesignSettings { starts: 11, ..Default::default() }
+}
+
+#[test]
+fn all_starts_reach_one_optimum() {
+    let problem = shipped("two_mass.toml");
+    let found = search(&problem, &eleven_starts());
+    assert_eq!(found.status, DesignStatus::Converged);
+    for StartSummary { status, information, costs, to, branches, .. } in &found.starts {
+        assert_eq!(*status, DesignStatus::Converged);
+        assert!(*information <= 169.0, "{information} nat");
+        assert!(costs[0] <= 250.05, "cost {}", costs[0]);
+        assert!((information - 168.28594).abs() < 1e-4, "{information} nat");
+        assert!((to[0] - 135.9121).abs() < 1e-3 && (150.0..200.0).contains(&to[1]), "{to:?}");
+        assert!(*branches > 1);
+    }
+}
+
+/// What the paper's method does from the same starts: it scatters, and most of its ends are no optima.
+#[test]
+fn barrier_with_the_frozen_gradient_does_not_meet_in_one_point() {
+    let problem = shipped("two_mass.toml");
+    let settings = DesignSettings { method: Method::Barrier, gradient: GradientKind::Frozen, ..eleven_starts() };
+    let found = search(&problem, &settings);
+    let feasible = found.starts.iter().filter(|start| start.violation <= 1e-6);
+    let ends: Vec<f64> = feasible.map(|start| start.information).collect();
+    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = ends.iter().copied().fold(0.0, f64::max);
+    assert!(least > 168.29 + 10.0, "none comes near the optimum: {least}");
+    assert!(most - least > 20.0, "they scatter: {least} to {most}");
+    assert!(found.starts.iter().all(|start| start.status != DesignStatus::Converged));
+}
+
+#[test]
+fn small_task_ends_at_the_box() {
+    let problem = shipped("two_mass_small.toml");
+    let found = search(&problem, &DesignSettings::default());
+    assert_eq!(found.status, DesignStatus::Converged);
+    let best = &found.starts[found.best];
+    assert!((best.to[0] - 20.0).abs() < 1e-9, "k1 at its lower bound: {:?}", best.to);
+    assert!(best.costs[0] < 25.0 && best.multipliers[0] == 0.0, "the bound on the cost is not active");
+}
+
+#[test]
+fn impossible_bound_is_reported_with_its_violation() {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
+    let problem = Problem::parse(&text.replace("bound = 25.0", "bound = 5.0"), "test").unwrap();
+    let found = search(&problem, &DesignSettings { starts: 2, ..Default::default() });
+    assert_eq!(found.status, DesignStatus::BoundViolated);
+    let best = &found.starts[found.best];
+    assert!((best.violation - 0.9343).abs() < 1e-3, "the least that can be missed by: {}", best.violation);
+    assert_eq!(best.multipliers, [0.0], "no price is put on a bound that cannot be met");
+}
+
+#[test]
+fn no_bound_gives_the_least_information_of_the_box() {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
+    let problem = Problem::parse(&text.replace("bound = 25.0\n", ""), "test").unwrap();
+    let found = search(&problem, &DesignSettings { starts: 2, ..Default::default() });
+    assert_eq!(found.status, DesignStatus::Converged);
+    assert!((found.starts[found.best].to[0] - 20.0).abs() < 1e-9);
+}
+
+#[test]
+fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
+    let problem = shipped("two_mass.toml");
+    let settings = DesignSettings { starts: 3, seed: 5, ..Default::default() };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let found = pool.install(|| search(&problem, &settings));
+        found.starts.into_iter().map(|start| (start.to, start.information, start.costs)).collect::<Vec<_>>()
+    };
+    assert_eq!(run(1), run(8));
+}
+
+#[test]
+fn a_stop_keeps_what_was_found() {
+    let problem = shipped("two_mass.toml");
+    let stop = AtomicBool::new(true);
+    let control = Control { observer: &NoObserver, stop: &stop };
+    let settings = DesignSettings { starts: 1, ..Default::default() };
+    let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
+    assert_eq!(found.status, DesignStatus::Stopped);
+    assert!(found.starts[0].information.is_finite() && !found.starts[0].controls.is_empty());
+}

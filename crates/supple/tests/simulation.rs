@@ -1,0 +1,103 @@
+//! Closed-loop roll-outs against the predicted cost.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::shipped;
+use supple::{EvaluateOptions, Evaluation, Problem};
+
+fn sampled(problem: &Problem, phi: &[f64], rollouts: usize) -> Evaluation {
+    problem.evaluate(phi, &EvaluateOptions { rollouts, seed: 1, ..Default::default() }).unwrap()
+}
+
+/// Where everything is linear and the cost quadratic the prediction is exact.
+#[test]
+fn linear_quadratic_prediction_is_exact() {
+    let text = r#"
+        [model]
+        kind = "linear"
+        A = [[1.0, 0.1], [-0.2, 0.95]]
+        B = [[0.0], [0.1]]
+        C = [[1.0, 0.0]]
+        [[tasks]]
+        name = "hold"
+        steps = 40
+        time_step = 0.1
+        initial_state = [1.0, 0.0]
+        initial_control = [0.0]
+        noise = { initial = [0.1, 0.2], process = [0.01, 0.02], measurement = [0.05] }
+        [[tasks.costs]]
+        kind = "quadratic"
+        Q = [[1.0, 0.0], [0.0, 0.1]]
+        R = [[0.2]]
+    "#;
+    let problem = Problem::parse(text, "test").unwrap();
+    let at = sampled(&problem, &[], 20_000);
+    let sampled = at.tasks[0].monte_carlo.as_ref().unwrap();
+    assert!(sampled.cost_standard_error < 0.01 * sampled.cost_mean);
+    let off = sampled.difference / sampled.cost_standard_error;
+    assert!(off.abs() < 4.0, "{} standard errors off", off);
+}
+
+/// At full noise the two masses cost a little less than predicted: the prediction is a quadratic in the noise, while
+/// the force's cost grows less than that once the contact opens. Less noise closes the gap faster than it closes the
+/// price of the noise.
+#[test]
+fn difference_to_the_prediction_is_of_higher_order_in_the_noise() {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
+    let scaled = |factor: f64| {
+        let noise = |list: &[f64]| list.iter().map(|v| format!("{:e}", v * factor)).collect::<Vec<_>>().join(", ");
+        let text = text
+            .replace("[1e-3, 1e-3, 1e-3, 1e-3, 1e-4]", &format!("[{}]", noise(&[1e-3, 1e-3, 1e-3, 1e-3, 1e-4])))
+            .replace("[1e-7, 5e-3, 1e-7, 1e-2, 0.0]", &format!("[{}]", noise(&[1e-7, 5e-3, 1e-7, 1e-2, 0.0])))
+            .replace("[1e-3, 1e-2]", &format!("[{}]", noise(&[1e-3, 1e-2])));
+        Problem::parse(&text, "test").unwrap()
+    };
+    let relative = |factor: f64| {
+        let at = sampled(&scaled(factor), &[300.0, 300.0], 2000);
+        let task = &at.tasks[0];
+        let price = task.cost.expected - task.cost.parts.nominal;
+        let sampled = task.monte_carlo.as_ref().unwrap();
+        (sampled.difference / price, sampled.cost_standard_error / price)
+    };
+    let (full, full_error) = relative(1.0);
+    assert!(full.abs() < 0.15, "the prediction is within 15 % of the price of the noise: {full}");
+    assert!(full_error < 0.05);
+    let (small, small_error) = relative(0.01);
+    assert!(small.abs() < 0.02 + 4.0 * small_error, "it is exact for little noise: {small} +- {small_error}");
+}
+
+#[test]
+fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
+    let problem = shipped("two_mass_small.toml");
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let at = pool.install(|| sampled(&problem, &problem.parameters.initial(), 100));
+        at.tasks[0].monte_carlo.clone().unwrap().costs
+    };
+    let one = run(1);
+    assert_eq!(one.len(), 100);
+    assert_eq!(one, run(8));
+    // A shorter run draws the same samples: each has a stream of its own.
+    let few = sampled(&problem, &problem.parameters.initial(), 33).tasks[0].monte_carlo.clone().unwrap().costs;
+    assert_eq!(few, one[..33]);
+}
+
+/// The paper's way to plan ends close to the nominal plan, and says that its gradients do not hold.
+#[test]
+fn sampled_plans_come_close_to_nominal_ones() {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
+    let sampled = Problem::parse(&format!("{text}\n[planning]\nmode = \"sampled\"\n"), "test").unwrap();
+    let nominal = shipped("two_mass_small.toml");
+    let phi = nominal.parameters.initial();
+    let options = EvaluateOptions { total_gradient: true, ..Default::default() };
+    let (a, b) = (sampled.evaluate(&phi, &options).unwrap(), nominal.evaluate(&phi, &options).unwrap());
+    let ratio = a.tasks[0].cost.expected / b.tasks[0].cost.expected;
+    assert!((0.95..1.1).contains(&ratio), "{ratio}");
+    let information = a.tasks[0].information.total_nats / b.tasks[0].information.total_nats;
+    assert!((information - 1.0).abs() < 0.01, "{information}");
+    let valid = |at: &Evaluation| at.tasks[0].gradient.as_ref().unwrap().total.as_ref().unwrap().valid;
+    assert!(!valid(&a) && valid(&b));
+    let again = sampled.evaluate(&phi, &options).unwrap();
+    assert_eq!(a.tasks[0].cost.expected, again.tasks[0].cost.expected, "the seed decides");
+}
