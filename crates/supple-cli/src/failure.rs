@@ -49,22 +49,36 @@ impl Failure {
     /// Tells the user, on standard error.
     pub fn report(&self) {
         match self {
-            Self::File(error) if error.line > 0 => {
+            Self::File(error) => {
                 // One line for programs and logs, then the place in the file for people.
                 eprintln!("error: {error}");
-                let located = Located {
-                    message: error.message.clone(),
-                    text: NamedSource::new(&error.file, error.text.clone()),
-                    span: SourceSpan::from(error.span.start..error.span.end.min(error.text.len())),
-                    help: error.help.clone(),
-                };
-                let mut page = String::new();
-                let theme = GraphicalTheme::unicode_nocolor();
-                if GraphicalReportHandler::new_themed(theme).render_report(&mut page, &located).is_ok() {
-                    eprint!("{page}");
-                }
+                eprint!("{}", picture(error).unwrap_or_default());
             }
             other => eprintln!("error: {other}"),
         }
     }
+}
+
+/// Bytes up to which a line of a file is worth showing.
+const LONGEST: usize = 400;
+
+/// The lines that an error is about; none where there are none to show.
+fn picture(error: &FileError) -> Option<String> {
+    let line = error.line.checked_sub(1)?;
+    let short = |line: &str| line.len() <= LONGEST;
+    error.text.lines().nth(line).filter(|line| short(line) && !line.trim().is_empty())?;
+    let around = error.text.lines().skip(line.saturating_sub(1)).take(3).all(short);
+    // What spans several lines, such as a long list, is shown by its first.
+    let start = error.span.start;
+    let first = error.text.get(start..)?.lines().next().map_or(0, str::len);
+    let located = Located {
+        message: if error.key.is_empty() { error.message.clone() } else { format!("{}: {}", error.key, error.message) },
+        text: NamedSource::new(&error.file, error.text.clone()),
+        span: SourceSpan::from(start..error.span.end.min(start + first)),
+        help: error.help.clone(),
+    };
+    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+    let mut page = String::new();
+    handler.with_context_lines(usize::from(around)).render_report(&mut page, &located).ok()?;
+    Some(page)
 }

@@ -67,6 +67,27 @@ fn difference_to_the_prediction_is_of_higher_order_in_the_noise() {
     assert!(small.abs() < 0.02 + 4.0 * small_error, "it is exact for little noise: {small} +- {small_error}");
 }
 
+/// The table of docs/theory/cost.md.
+#[test]
+fn documented_roll_outs() {
+    let text = std::fs::read_to_string(common::repository("docs/theory/cost.md")).unwrap();
+    let problem = shipped("two_mass.toml");
+    for stiffness in [300.0, 500.0] {
+        let options = EvaluateOptions { rollouts: 2000, ..Default::default() };
+        let at = problem.evaluate(&[stiffness, stiffness], &options).unwrap();
+        let (cost, sampled) = (&at.tasks[0].cost, at.tasks[0].monte_carlo.as_ref().unwrap());
+        let row = format!(
+            "| {stiffness}, {stiffness} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            cost.expected,
+            cost.expected - cost.parts.nominal,
+            sampled.cost_mean,
+            sampled.cost_standard_error,
+            sampled.difference
+        );
+        assert!(text.contains(&row), "{row}");
+    }
+}
+
 #[test]
 fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
     let problem = shipped("two_mass_small.toml");

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use supple_kernels::Matrices;
 
 use super::visit::{Scaling, continue_plan};
-use crate::Error;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
+use crate::{Error, Value};
 
 /// Factors by which a constant first guess is scaled to find the plan of least cost.
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
@@ -19,7 +19,8 @@ const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 /// # Errors
 /// Where no guess leads to a finite plan.
 pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
-    let constant = task.initial_control.len() == 1 && task.steps > 1;
+    let is_zero = |row: &Vec<Value>| row.iter().all(|value| value.is_zero());
+    let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut best: Option<(bool, f64, Matrices)> = None;
     let mut first_error = None;

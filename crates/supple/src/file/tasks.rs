@@ -29,8 +29,8 @@ pub(super) struct TaskFile {
     information_weight: f64,
     /// Mean of the first state, one number per state.
     initial_state: Vec<Value>,
-    /// First guess of the controls: one row for all steps, or one row per step.
-    initial_control: Guess,
+    /// First guess of the controls: one row for all steps, or one row per step; zero where left out.
+    initial_control: Option<Guess>,
     /// Its noise.
     noise: NoiseFile,
     /// What it costs: a list of tables, each with a `kind`.
@@ -248,7 +248,10 @@ impl Reader<'_> {
         }
         let noise = self.noise(file.noise, size)?;
         let costs = self.costs(model)?;
-        let initial_control = self.guess(file.initial_control, size, file.steps)?;
+        let initial_control = match file.initial_control {
+            Some(guess) => self.guess(guess, size, file.steps)?,
+            None => vec![vec![Value::Number(0.0); size.controls]],
+        };
         Ok(Task {
             name: file.name,
             steps: file.steps,

@@ -54,31 +54,28 @@ impl ModelFile for Linear {
         let n = self.A.len();
         let wrong = |rows: &[Vec<Value>], cols: usize| rows.iter().position(|row| row.len() != cols);
         if n == 0 {
-            return Err(("A", "A needs at least one row".into()));
+            return Err(("A", "needs at least one row".into()));
         }
         if let Some(row) = wrong(&self.A, n) {
             let found = self.A[row].len();
-            return Err((
-                "A",
-                format!("A must be square: it has {n} rows, but its row {} has {found} entries", row + 1),
-            ));
+            return Err(("A", format!("must be square: it has {n} rows, but its row {} has {found} entries", row + 1)));
         }
         if self.B.len() != n {
-            return Err(("B", format!("B must have one row per state: {n}, not {}", self.B.len())));
+            return Err(("B", format!("must have one row per state: {n}, not {}", self.B.len())));
         }
         let m = self.B[0].len();
         if m == 0 {
-            return Err(("B", "B needs at least one column".into()));
+            return Err(("B", "needs at least one column".into()));
         }
         if let Some(row) = wrong(&self.B, m) {
-            return Err(("B", format!("rows of B differ in length: {m} and {} (row {})", self.B[row].len(), row + 1)));
+            return Err(("B", format!("its rows differ in length: {m} and {} (row {})", self.B[row].len(), row + 1)));
         }
         if self.C.is_empty() {
-            return Err(("C", "C needs at least one row".into()));
+            return Err(("C", "needs at least one row".into()));
         }
         if let Some(row) = wrong(&self.C, n) {
             let found = self.C[row].len();
-            return Err(("C", format!("C must have one column per state: {n}, but its row {} has {found}", row + 1)));
+            return Err(("C", format!("must have one column per state: {n}, but its row {} has {found}", row + 1)));
         }
         Ok(())
     }

@@ -85,19 +85,19 @@ impl Model for TwoMass {
 
 impl ModelFile for TwoMass {
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        let least = |values: &[Value]| values.iter().filter_map(|&v| parameters.least(v)).fold(f64::INFINITY, f64::min);
-        let mass = least(&self.mass);
-        if mass <= 0.0 {
-            return Err(("mass", format!("masses must be above 0 kg; found {mass}")));
-        }
-        let others = [
-            ("damping", least(&self.damping), "damping must be at least 0 N s/m"),
-            ("stiffness", least(&self.stiffness), "stiffnesses must be at least 0 N/m"),
-            ("contact_smoothing", least(&[self.contact_smoothing]), "must be at least 0 m"),
+        let rules: [(_, &[Value], _, fn(f64) -> bool); 4] = [
+            ("mass", &self.mass, "must be above 0 kg", |least| least > 0.0),
+            ("damping", &self.damping, "must be at least 0 N s/m", |least| least >= 0.0),
+            ("stiffness", &self.stiffness, "must be at least 0 N/m", |least| least >= 0.0),
+            ("contact_smoothing", &[self.contact_smoothing], "must be at least 0 m", |least| least >= 0.0),
         ];
-        match others.into_iter().find(|&(_, least, _)| least < 0.0) {
-            Some((key, least, valid)) => Err((key, format!("{valid}; found {least}"))),
-            None => Ok(()),
+        for (key, values, valid, holds) in rules {
+            for &value in values {
+                if let Some(least) = parameters.least(value).filter(|&least| !holds(least)) {
+                    return Err((key, format!("{valid}; {}", value.found(least))));
+                }
+            }
         }
+        Ok(())
     }
 }
