@@ -42,6 +42,7 @@ impl BitOr for Pattern {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl Add for Pattern {
     type Output = Self;
     fn add(self, other: Self) -> Self {
@@ -49,6 +50,7 @@ impl Add for Pattern {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl Sub for Pattern {
     type Output = Self;
     fn sub(self, other: Self) -> Self {

@@ -144,10 +144,10 @@ impl ClosedLoop {
 
         let stride = plan.policy.feedback.stride();
         for t in 0..=task.steps {
-            for sample in 0..count {
+            for (sample, random) in random.iter_mut().enumerate() {
                 let y = measured.vector_mut(sample);
                 task.system.observe(states.vector(sample), phi, y);
-                factors.measurement.add_sample(&mut random[sample], y);
+                factors.measurement.add_sample(random, y);
             }
             filter.correct(measured, filters, scratch)?;
             if let Some(record) = record.as_deref_mut() {

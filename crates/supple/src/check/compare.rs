@@ -36,8 +36,7 @@ impl Worst {
     pub fn add(&mut self, analytic: f64, numeric: f64, place: impl FnOnce() -> String) {
         self.size = self.size.max(analytic.abs()).max(numeric.abs());
         let difference = (analytic - numeric).abs();
-        // Written so that a difference that is not a number is kept.
-        if !(difference <= self.difference) {
+        if difference > self.difference || difference.is_nan() {
             (self.difference, self.analytic, self.numeric) = (difference, analytic, numeric);
             self.place = place();
         }

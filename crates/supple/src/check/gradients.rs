@@ -66,12 +66,11 @@ fn frozen(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) ->
     ])
 }
 
+/// A function of all parameters with several values.
+type Function<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, Error> + 'a;
+
 /// Extrapolated central differences of several values by every parameter.
-fn differences(
-    problem: &Problem,
-    phi: &[f64],
-    at: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>, Error>,
-) -> Result<Vec<Vec<f64>>, Error> {
+fn differences(problem: &Problem, phi: &[f64], at: &mut Function) -> Result<Vec<Vec<f64>>, Error> {
     let mut failed = None;
     let all = (0..phi.len()).map(|index| {
         derivative(step(problem, phi, index), |h| {

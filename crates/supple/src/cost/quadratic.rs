@@ -53,11 +53,9 @@ fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Resu
         let widths: Vec<_> = rows.iter().map(Vec::len).collect();
         return error(format!("must be {order} x {order}; it has {} rows of {widths:?} entries", rows.len()));
     }
-    for i in 0..order {
-        for j in 0..i {
-            if rows[i][j] != rows[j][i] {
-                return error(format!("must be symmetric: entries ({}, {}) and ({1}, {0}) differ", i + 1, j + 1));
-            }
+    for (i, row) in rows.iter().enumerate() {
+        if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
+            return error(format!("must be symmetric: entries ({}, {}) and ({1}, {0}) differ", i + 1, j + 1));
         }
     }
     Ok(())

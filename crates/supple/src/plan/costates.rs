@@ -34,8 +34,7 @@ pub(crate) fn sweep_costates(dynamics: &Matrices, cost: &Matrices, costates: &mu
             let own = slope(t, j);
             let through: f64 = (0..n).map(|k| f[k * stride + j] * next[k]).sum();
             let residual = (own + through).abs();
-            // Written so that a residual that is not a number is kept.
-            if !(residual <= result.residual) {
+            if residual > result.residual || residual.is_nan() {
                 result.residual = residual;
             }
             result.scale = result.scale.max(own.abs());

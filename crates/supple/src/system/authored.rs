@@ -3,7 +3,7 @@ use supple_kernels::{Matrices, Scratch, dispatch};
 use super::block::carve;
 use super::contraction::{ContractCost, ContractDynamics};
 use super::cost::CostQuadratics;
-use super::jacobians::{DynamicsCurvature, DynamicsJacobians, MeasurementJacobians};
+use super::jacobians::{DynamicsCurvature, Function, Jacobians};
 use super::pattern::Structure;
 use super::sensitivity::ParameterGradient;
 use super::{Curvature, KnotAdjoints, Points, System, Variation};
@@ -84,11 +84,11 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
-        dispatch(DynamicsJacobians { system: self, at, phi, out, scratch });
+        dispatch(Jacobians { system: self, function: Function::Dynamics, at, phi, out, scratch });
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
-        dispatch(MeasurementJacobians { system: self, at, phi, out, scratch });
+        dispatch(Jacobians { system: self, function: Function::Measurement, at, phi, out, scratch });
     }
 
     fn cost_quadratics(

@@ -14,63 +14,53 @@ pub(super) type First<L> = Dual<L, FIRST>;
 /// A scalar with second derivatives: `tangents[i].tangents[j]` by direction i of the outer and j of the inner set.
 pub(super) type Second<L> = Dual<Dual<L, HIGHER>, HIGHER>;
 
-/// `[A B]` at every stage.
-pub(super) struct DynamicsJacobians<'a, M> {
+/// A function of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Function {
+    /// `f`, at every stage.
+    Dynamics,
+    /// `g`, at every state.
+    Measurement,
+}
+
+/// First derivatives of a function: `[A B]` or `C`.
+pub(super) struct Jacobians<'a, M> {
     pub system: &'a Authored<M>,
+    pub function: Function,
     pub at: Points<'a>,
     pub phi: &'a [f64],
     pub out: &'a mut Matrices,
     pub scratch: &'a mut Scratch,
 }
 
-impl<M: Model> Job for DynamicsJacobians<'_, M> {
+impl<M: Model> Job for Jacobians<'_, M> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { system, at, phi, out, scratch } = self;
-        let (n, joint) = (system.size.states, system.size.joint());
-        let mut buffer = scratch.zeros::<First<L>>(joint + phi.len() + n);
-        let mut seeds = Seeds::carve(&mut buffer, joint, phi.len());
-        let next = carve(&mut buffer, n);
-        fix_parameters(&mut seeds, phi);
-        let stride = out.stride();
-        for block in Block::stages(&at) {
-            gather(&block, &at, &mut seeds);
-            for chunk in system.structure.dynamics_variables.chunks(FIRST) {
-                seed(&mut seeds, chunk);
-                system.model.step(&seeds.point(n, system.time_step), next);
-                unseed(&mut seeds, chunk);
-                scatter(&block, out, stride, chunk, next, &system.structure.dynamics);
+        let Self { system, function, at, phi, out, scratch } = self;
+        let (size, structure) = (system.size, &system.structure);
+        let (rows, variables, pattern, at) = match function {
+            Function::Dynamics => {
+                let stages = Points { has_end: false, ..at };
+                (size.states, &structure.dynamics_variables, &structure.dynamics, stages)
             }
-        }
-    }
-}
-
-/// `C` at every state.
-pub(super) struct MeasurementJacobians<'a, M> {
-    pub system: &'a Authored<M>,
-    pub at: Points<'a>,
-    pub phi: &'a [f64],
-    pub out: &'a mut Matrices,
-    pub scratch: &'a mut Scratch,
-}
-
-impl<M: Model> Job for MeasurementJacobians<'_, M> {
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { system, at, phi, out, scratch } = self;
-        let (n, joint, p) = (system.size.states, system.size.joint(), system.size.measurements);
-        let mut buffer = scratch.zeros::<First<L>>(joint + phi.len() + p);
-        let mut seeds = Seeds::carve(&mut buffer, joint, phi.len());
-        let y = carve(&mut buffer, p);
+            Function::Measurement => (size.measurements, &structure.measurement_variables, &structure.measurement, at),
+        };
+        let mut buffer = scratch.zeros::<First<L>>(size.joint() + phi.len() + rows);
+        let mut seeds = Seeds::carve(&mut buffer, size.joint(), phi.len());
+        let values = carve(&mut buffer, rows);
         fix_parameters(&mut seeds, phi);
         let stride = out.stride();
         for block in Block::all(&at) {
             gather(&block, &at, &mut seeds);
-            for chunk in system.structure.measurement_variables.chunks(FIRST) {
+            for chunk in variables.chunks(FIRST) {
                 seed(&mut seeds, chunk);
-                system.model.observe(&seeds.point(n, system.time_step), y);
+                let point = seeds.point(size.states, system.time_step);
+                match function {
+                    Function::Dynamics => system.model.step(&point, values),
+                    Function::Measurement => system.model.observe(&point, values),
+                }
                 unseed(&mut seeds, chunk);
-                scatter(&block, out, stride, chunk, y, &system.structure.measurement);
+                scatter(&block, out, stride, chunk, values, pattern);
             }
         }
     }
