@@ -209,7 +209,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     ) -> Result<V::Value, ReadError> {
         let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(variants)));
         let table = match self.value.get_ref() {
-            DeValue::String(name) => return visitor.visit_enum(Variant { name, settings: None }),
+            DeValue::String(name) => return visitor.visit_enum(Variant { name, span: None, settings: None }),
             DeValue::Table(table) => table,
             _ => return Err(wrong(&name_of(self.unexpected()))),
         };
@@ -218,8 +218,8 @@ impl<'de> Deserializer<'de> for Reader<'_> {
             return Err(wrong(&format!("a table with {} keys", table.len())));
         };
         let name = key.get_ref();
-        let value = visitor.visit_enum(Variant { name, settings: Some(Reader::new(settings)) });
-        value.map_err(|error| error.within(&as_key(name), settings.span()))
+        let variant = Variant { name, span: Some(key.span()), settings: Some(Reader::new(settings)) };
+        visitor.visit_enum(variant).map_err(|error| error.within(&as_key(name), settings.span()))
     }
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
@@ -278,6 +278,8 @@ impl<'de> MapAccess<'de> for Table<'_> {
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
 struct Variant<'a> {
     name: &'a str,
+    /// Bytes of the name, where it is a key.
+    span: Option<Range<usize>>,
     settings: Option<Reader<'a>>,
 }
 
@@ -286,7 +288,10 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
     type Variant = Self;
 
     fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), ReadError> {
-        seed.deserialize(StrDeserializer::<ReadError>::new(self.name)).map(|value| (value, self))
+        match seed.deserialize(StrDeserializer::<ReadError>::new(self.name)) {
+            Ok(value) => Ok((value, self)),
+            Err(error) => Err(ReadError { span: self.span, ..error }),
+        }
     }
 }
 

@@ -83,9 +83,12 @@ impl Model for TwoMass {
     }
 }
 
+/// A key, its values, what is valid, and whether their least is.
+type Rule<'a> = (&'static str, &'a [Value], &'static str, fn(f64) -> bool);
+
 impl ModelFile for TwoMass {
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        let rules: [(_, &[Value], _, fn(f64) -> bool); 4] = [
+        let rules: [Rule; 4] = [
             ("mass", &self.mass, "must be above 0 kg", |least| least > 0.0),
             ("damping", &self.damping, "must be at least 0 N s/m", |least| least >= 0.0),
             ("stiffness", &self.stiffness, "must be at least 0 N/m", |least| least >= 0.0),
