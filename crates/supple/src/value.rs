@@ -11,7 +11,7 @@ use supple_kernels::Scalar;
 pub enum Value {
     /// The number itself.
     Number(f64),
-    /// The parameter with this index in [`Parameters`](crate::Parameters).
+    /// The parameter with this index in [`Parameters`](crate::parameters::Parameters).
     Parameter(usize),
 }
 

@@ -8,9 +8,12 @@ use crate::{Point, Value};
 /// The force of a contact, kept from pulling, against a target: `target - 1/2 (sqrt(F^2 + smoothing^2) + F)`, in N.
 #[derive(Clone, Debug)]
 pub struct ContactForce {
-    signal: usize,
-    target: Value,
-    smoothing: Value,
+    /// Place of the force among the model's signals.
+    pub signal: usize,
+    /// Force to reach, N.
+    pub target: Value,
+    /// Force over which pulling is cut off, N.
+    pub smoothing: Value,
 }
 
 /// A contact's force against a target.

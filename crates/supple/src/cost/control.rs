@@ -7,7 +7,8 @@ use crate::{Point, Value};
 /// All controls; no part of the final cost.
 #[derive(Clone, Debug)]
 pub struct Control {
-    controls: usize,
+    /// How many controls there are.
+    pub controls: usize,
 }
 
 /// All controls, in every stage.

@@ -7,8 +7,10 @@ use crate::{Point, Value};
 /// How deep a contact is, negative when apart, against a target, in m.
 #[derive(Clone, Debug)]
 pub struct Penetration {
-    signal: usize,
-    target: Value,
+    /// Place of the depth among the model's signals.
+    pub signal: usize,
+    /// Depth to reach, m.
+    pub target: Value,
 }
 
 /// A contact's signed depth against a target.

@@ -9,7 +9,7 @@ use crate::{Point, Value};
 #[derive(Clone, Debug)]
 pub struct State {
     /// Place of each selected state, and its target.
-    selected: Vec<(usize, Value)>,
+    pub selected: Vec<(usize, Value)>,
 }
 
 /// Selected states against targets.

@@ -1,7 +1,7 @@
 //! Design: the least information at which every task meets its bound (theory, section D).
 //!
-//! A new optimiser is one file with a function from [`Search`] to [`Ending`], and one line in [`Method`] and
-//! [`Search::run`].
+//! A new optimiser is one file with a function from a `Search` to its `Ending`, and one line in [`Method`] and
+//! `Search::run`.
 
 mod barrier;
 mod branches;

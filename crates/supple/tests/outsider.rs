@@ -1,0 +1,203 @@
+//! A robot that the library has never heard of: one `impl Model`, and everything else follows.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that is wrong")]
+
+#[path = "common/reference/mod.rs"]
+mod reference;
+
+use reference::differences::{gradients, total_gradient_errors};
+use reference::{assert_near, diagonal, evaluated, numbers, relative_error, task};
+use supple::cost::{Control, Cost, CostKind, Norm, State, Weights};
+use supple::gradient::{FrozenGradient, Functional};
+use supple::noise::{Covariance, NoiseModel};
+use supple::pipeline::TaskState;
+use supple::plan::PlanSettings;
+use supple::system::Authored;
+use supple::{Dimensions, Model, Point, Scalar, Scratch, Task, Value};
+
+const GRAVITY: f64 = 9.81;
+const TIME_STEP: f64 = 0.02;
+
+/// A pole on a cart, upright at angle 0: `(M + m) x'' + m l (a'' cos a - a'^2 sin a) = F`, `l a'' + x'' cos a = g sin a`.
+///
+/// State `[x, a, x', a']`, control `F`; place and sine of the angle are measured.
+struct CartPole {
+    cart_mass: Value,
+    pole_mass: Value,
+    length: Value,
+}
+
+impl Model for CartPole {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 4, controls: 1, measurements: 2 }
+    }
+
+    #[inline(always)]
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+        let &[place, angle, speed, rate] = at.x else { return };
+        let (sin, cos) = angle.sin_cos();
+        let (pole, length) = (at.value(self.pole_mass), at.value(self.length));
+        let force = at.u[0] + pole * sin * (length * rate.square() - cos * GRAVITY);
+        let push = force / (at.value(self.cart_mass) + pole * sin.square());
+        let turn = (sin * GRAVITY - push * cos) / length;
+        next[0] = place + at.time_step * speed;
+        next[1] = angle + at.time_step * rate;
+        next[2] = speed + at.time_step * push;
+        next[3] = rate + at.time_step * turn;
+    }
+
+    #[inline(always)]
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+        y[0] = at.x[0];
+        y[1] = at.value(self.length) * at.x[1].sin();
+    }
+}
+
+/// Parameters: cart's mass, pole's length, and the variance of the sensor of place.
+const DESIGN: [f64; 3] = [1.0, 0.5, 1e-4];
+
+fn cart_pole() -> CartPole {
+    CartPole { cart_mass: Value::Parameter(0), pole_mass: Value::Number(0.1), length: Value::Parameter(1) }
+}
+
+/// Brings the cart to its place with the pole upright, from a tilt.
+fn balance() -> Task {
+    let weight = |weight: f64| Weights::Equal(Value::Number(weight));
+    let cost = |kind, stage, last| Cost { kind, norm: Norm::Quadratic, stage: weight(stage), last: weight(last) };
+    let selected = |states: &[usize]| {
+        CostKind::State(State { selected: states.iter().map(|&state| (state, Value::Number(0.0))).collect() })
+    };
+    let costs = vec![
+        cost(selected(&[0, 1]), 1.0, 20.0),
+        cost(selected(&[2, 3]), 0.1, 2.0),
+        cost(CostKind::Control(Control { controls: 1 }), 0.01, 0.0),
+    ];
+    let noise = NoiseModel {
+        initial: diagonal(&[1e-3, 1e-3, 1e-2, 1e-2]),
+        process: diagonal(&[0.0, 0.0, 1e-4, 1e-3]),
+        measurement: Covariance::Diagonal(vec![Value::Parameter(2), Value::Number(1e-4)]),
+    };
+    let system = Authored::new(cart_pole(), costs, Value::Number(TIME_STEP), DESIGN.len());
+    let mut task = task(system, 150, numbers(&[-0.5, 0.3, 0.0, 0.0]), &[0.0], noise);
+    task.initial_control = guess(&task);
+    task
+}
+
+/// Forces that more or less keep the pole up. Left alone it would fall over, and the plan start from there.
+fn guess(task: &Task) -> Vec<Vec<Value>> {
+    let (mut x, mut next) = ([-0.5, 0.3, 0.0, 0.0], [0.0; 4]);
+    let push = |_| {
+        let force = 2.0 * x[0] + 30.0 * x[1] + 3.0 * x[2] + 6.0 * x[3];
+        task.system.step(&x, &[force], &DESIGN, &mut next);
+        x = next;
+        numbers(&[force])
+    };
+    (0..task.steps).map(push).collect()
+}
+
+#[test]
+fn plan_brings_the_pole_upright() {
+    let task = balance();
+    let state = evaluated(&task, &DESIGN);
+    let states = &state.plan.trajectory.states;
+    let furthest = (0..=task.steps).map(|t| states.vector(t)[1].abs()).fold(0.0, f64::max);
+    assert!(furthest < 0.6, "the pole never tilts further than {furthest}");
+    for (name, value) in task.system.state_names().iter().zip(states.vector(task.steps)) {
+        assert!(value.abs() < 0.03, "{name} ends at {value}");
+    }
+    // The plan is a trajectory of the model, and its cost is that of the costs added up by hand.
+    let mut next = [0.0; 4];
+    let mut sum = 0.0;
+    for t in 0..task.steps {
+        let (x, u) = (states.vector(t), state.plan.trajectory.controls.vector(t));
+        task.system.step(x, u, &DESIGN, &mut next);
+        assert!(relative_error(&next, states.vector(t + 1)) < 1e-12);
+        sum += x[0] * x[0] + x[1] * x[1] + 0.1 * (x[2] * x[2] + x[3] * x[3]) + 0.01 * u[0] * u[0];
+    }
+    let x = states.vector(task.steps);
+    sum += 20.0 * (x[0] * x[0] + x[1] * x[1]) + 2.0 * (x[2] * x[2] + x[3] * x[3]);
+    assert_near("nominal cost", state.cost.nominal, sum, 1e-12);
+}
+
+#[test]
+fn linearisation_about_upright_is_the_textbook_one() {
+    let task = balance();
+    let mut state = TaskState::new(&task);
+    state.plan.trajectory.states.clear();
+    let mut scratch = Scratch::new();
+    let plan = &mut state.plan;
+    task.system.dynamics_jacobians(plan.trajectory.points(), &DESIGN, &mut plan.knots.dynamics, &mut scratch);
+    task.system.measurement_jacobians(plan.trajectory.points(), &DESIGN, &mut plan.knots.measurement, &mut scratch);
+    let (mass, pole, length) = (DESIGN[0], 0.1, DESIGN[1]);
+    let (tilt, drag) = (GRAVITY * (mass + pole) / (mass * length), -GRAVITY * pole / mass);
+    let dt = TIME_STEP;
+    let expected = [
+        [1.0, 0.0, dt, 0.0, 0.0],
+        [0.0, 1.0, 0.0, dt, 0.0],
+        [0.0, dt * drag, 1.0, 0.0, dt / mass],
+        [0.0, dt * tilt, 0.0, 1.0, -dt / (mass * length)],
+    ];
+    for t in 0..task.steps {
+        for (i, row) in expected.iter().enumerate() {
+            for (j, &entry) in row.iter().enumerate() {
+                let found = plan.knots.dynamics.get(t, i, j);
+                assert!((found - entry).abs() < 1e-15, "[A B] ({i}, {j}) at {t}: {found} instead of {entry}");
+            }
+        }
+        let c = [0, 1].map(|i| [0, 1, 2, 3].map(|j| plan.knots.measurement.get(t, i, j)));
+        assert_eq!(c, [[1.0, 0.0, 0.0, 0.0], [0.0, length, 0.0, 0.0]]);
+    }
+}
+
+/// Who balances a pole must learn about it at the rate at which it falls: the logarithm of its unstable eigenvalue.
+#[test]
+fn information_rate_is_at_least_that_of_the_falling_pole() {
+    let task = balance();
+    let state = evaluated(&task, &DESIGN);
+    let falls = (GRAVITY * (DESIGN[0] + 0.1) / (DESIGN[0] * DESIGN[1])).sqrt();
+    let rate = (1.0 + TIME_STEP * falls).ln();
+    let last = state.information.per_step[task.steps];
+    assert!(last > rate, "{last} nats in the last step, below {rate}");
+    assert!(state.information.total > task.steps as f64 * rate);
+
+    let precise = [DESIGN[0], DESIGN[1], 1e-2 * DESIGN[2]];
+    let better = evaluated(&task, &precise);
+    assert!(better.information.total > state.information.total, "a better sensor tells more");
+    assert!(better.cost.belief < state.cost.belief, "and saves belief cost");
+    assert_near("nominal cost", better.cost.nominal, state.cost.nominal, 1e-13);
+}
+
+#[test]
+fn total_gradients_are_those_of_the_task_planned_anew() {
+    let task = balance();
+    for phi in [DESIGN, [0.6, 0.8, 1e-3]] {
+        let mut state = evaluated(&task, &phi);
+        for (name, error) in total_gradient_errors(&task, &mut state, &phi, &phi) {
+            assert!(error < 1e-7, "{name}: off by {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn frozen_gradient_is_a_part_of_the_total_one() {
+    let task = balance();
+    let mut state = evaluated(&task, &DESIGN);
+    let (mut frozen, mut total) = (FrozenGradient::default(), Vec::new());
+    state.frozen_gradient(&task, &DESIGN, &mut frozen);
+    state.total_gradient(&task, &DESIGN, Functional::INFORMATION, &mut total).unwrap();
+    // A sensor's noise moves no trajectory: both gradients agree on it and on nothing else.
+    assert_near("information by the variance", frozen.information[2], total[2], 1e-12);
+    for parameter in [0, 1] {
+        assert!((frozen.information[parameter] / total[parameter] - 1.0).abs() > 1e-3, "parameter {parameter}");
+    }
+    // By differences of the variance alone, the plan being what it is.
+    let steps = DESIGN.map(|value| 1e-4 * value);
+    let controls = state.plan.trajectory.controls.clone();
+    let expected = gradients(&DESIGN[2..], &steps[2..], |variance| {
+        let phi = [DESIGN[0], DESIGN[1], variance[0]];
+        state.evaluate(&task, &phi, &PlanSettings::default(), Some(&controls)).unwrap();
+        vec![state.information.total, state.cost.belief]
+    });
+    assert_near("information", frozen.information[2], expected[0][0], 1e-8);
+    assert_near("belief cost", frozen.belief_cost[2], expected[1][0], 1e-8);
+}
