@@ -196,7 +196,7 @@ fn oscillator_seen_through_changing_and_redundant_sensors() {
     let a = DMatrix::from_row_slice(3, 3, &[cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0]);
     let c = |t: usize| {
         let rng = &mut ChaCha8Rng::seed_from_u64(t as u64);
-        let row: Vec<f64> = (0..3).map(|_| if t % 7 == 0 { 0.0 } else { random(rng) }).collect();
+        let row: Vec<f64> = (0..3).map(|_| if t.is_multiple_of(7) { 0.0 } else { random(rng) }).collect();
         let doubled: Vec<f64> = row.iter().map(|entry| entry * (1.0 + 1e-9)).collect();
         DMatrix::from_row_slice(2, 3, &[row, doubled].concat())
     };

@@ -20,9 +20,9 @@ impl Model for Ring {
     #[inline(always)]
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         let (n, m) = (self.0.states, self.0.controls);
-        for i in 0..n {
+        for (i, next) in next.iter_mut().enumerate() {
             let push = at.phi[1] * at.x[(i + 1) % n].sin() * (at.x[i] * 0.3 + 1.0);
-            next[i] = at.x[i] + at.time_step * (push - at.phi[0] * at.x[i] + at.u[i % m] * (0.5 + i as f64 / n as f64));
+            *next = at.x[i] + at.time_step * (push - at.phi[0] * at.x[i] + at.u[i % m] * (0.5 + i as f64 / n as f64));
         }
     }
 
