@@ -14,8 +14,9 @@ use reference::{assert_matrix_near, assert_near, cases, dense, evaluated, random
 use supple::cost_parts;
 use supple::information::{entropy_form, paper_form};
 
-/// Sizes on both sides of the width of a vector register, with the clock: n = 4, 2, 7, 8, 9, and n + m = 6, 3, 9, 9, 12.
-const SHAPES: [Shape; 5] = [(3, 2, 2, 12), (1, 1, 1, 5), (6, 2, 3, 9), (7, 1, 9, 8), (8, 3, 1, 7)];
+/// Sizes on both sides of the width of a vector register, with one state more for the clock.
+const SHAPES: [Shape; 8] =
+    [(3, 2, 2, 12), (1, 1, 1, 5), (4, 1, 2, 20), (6, 1, 4, 6), (6, 2, 3, 9), (7, 1, 9, 8), (8, 3, 1, 7), (15, 2, 2, 5)];
 
 /// All states and measurements without control, as linear functions of independent sources of variance 1: first those
 /// of `x_0`, then those of `w_0`, `w_1`..., then those of all `v`. There are as few sources as the covariances' ranks.
@@ -355,7 +356,7 @@ proptest! {
             prop_assert!(*fewer >= 0.0 && *more >= 0.0, "step {t}: {fewer} and {more}");
             before += fewer;
             after += more;
-            prop_assert!(after >= before * (1.0 - 1e-13), "to step {t}: {after} with one more sensor, {before} without");
+            prop_assert!(after >= before * (1.0 - 1e-13), "to step {t}: {after} with one sensor more than {before}");
         }
     }
 

@@ -88,7 +88,7 @@ fn entries(matrices: &Matrices, index: usize) -> impl Iterator<Item = f64> + '_ 
     (0..matrices.rows()).flat_map(move |i| (0..matrices.cols()).map(move |j| matrices.get(index, i, j)))
 }
 
-/// `sum <adjoint, matrix>` over matrices of equal shape, columns beyond those of the second left out.
+/// `sum <adjoint, matrix>`, over so many columns of each.
 fn inner(adjoint: &Matrices, matrices: &Matrices, cols: usize) -> f64 {
     let entry = |t, i, j| adjoint.get(t, i, j) * matrices.get(t, i, j);
     (0..matrices.count())
@@ -147,7 +147,9 @@ proptest! {
     }
 
     #[test]
-    fn second_derivatives_of_the_cost_are_those_of_its_slope(phi in design(), stages in 1usize..20, seed in any::<u64>()) {
+    fn second_derivatives_of_the_cost_are_those_of_its_slope(
+        phi in design(), stages in 1usize..20, seed in any::<u64>(),
+    ) {
         let mut setting = Setting::new(phi, stages, seed);
         let at = setting.variables();
         let knots = setting.knots(&at);
@@ -255,8 +257,10 @@ proptest! {
             let direction = setting.direction(part, !part);
             let expected = derivative(&at, &direction, 3e-5, |at| {
                 let knots = setting.knots(at);
+                let dynamics = inner(&adjoints.dynamics, &knots.dynamics, 6);
+                let measurement = inner(&adjoints.measurement, &knots.measurement, 4);
                 let cost = if has_cost { inner(&adjoints.cost, &knots.cost, 6) } else { 0.0 };
-                vec![inner(&adjoints.dynamics, &knots.dynamics, 6) + inner(&adjoints.measurement, &knots.measurement, 4) + cost]
+                vec![dynamics + measurement + cost]
             });
             let (dz, dphi) = setting.read(&direction);
             let slope = |t: usize, i: usize| joint.get(t, i, 6) - before.get(t, i, 6);
@@ -312,7 +316,9 @@ proptest! {
             let mut moved = points.clone();
             let mut costates = costates.clone();
             for t in 0..=stages {
-                let move_by = |to: &mut [f64], by: &[f64]| to.iter_mut().zip(by).for_each(|(to, by)| *to += step[0] * by);
+                let move_by = |to: &mut [f64], by: &[f64]| {
+                    to.iter_mut().zip(by).for_each(|(to, by)| *to += step[0] * by);
+                };
                 move_by(moved.states.vector_mut(t), dx.states.vector(t));
                 move_by(costates.vector_mut(t), dlambda.vector(t));
                 if t < stages {

@@ -18,9 +18,13 @@ use supple::{Dimensions, Model, Point, Scalar, Scratch, Task, Value};
 const GRAVITY: f64 = 9.81;
 const TIME_STEP: f64 = 0.02;
 
-/// A pole on a cart, upright at angle 0: `(M + m) x'' + m l (a'' cos a - a'^2 sin a) = F`, `l a'' + x'' cos a = g sin a`.
+/// A pole on a cart, upright at angle 0; the place of the cart and that of the pole's tip beside it are measured.
 ///
-/// State `[x, a, x', a']`, control `F`; place and sine of the angle are measured.
+/// State `[x, a, x', a']`, control `F`:
+///
+/// ```text
+/// (M + m) x'' + m l (a'' cos a - a'^2 sin a) = F      l a'' + x'' cos a = g sin a
+/// ```
 struct CartPole {
     cart_mass: Value,
     pole_mass: Value,
