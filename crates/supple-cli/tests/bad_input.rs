@@ -279,6 +279,30 @@ fn numbers_that_are_not_valid() {
             "at least 0",
         ),
         two_mass(["title =", "design.starts = 0\ntitle ="], "0\ntitle", "design.starts", "must be at least 1; found 0"),
+        two_mass(
+            ["title =", "design.starts = 1000000000000000000\ntitle ="],
+            "1000000",
+            "design.starts",
+            "must be at most 10000",
+        ),
+        two_mass(
+            ["title =", "design.branch_attempts = 1000000000000000000\ntitle ="],
+            "1000000",
+            "design.branch_attempts",
+            "must be at most 10000",
+        ),
+        two_mass(
+            ["title =", "planning.sampled = { iterations = 0 }\ntitle ="],
+            "{ iterations",
+            "planning.sampled",
+            "iterations must be at least 1",
+        ),
+        two_mass(
+            ["title =", "planning.sampled = { tolerance = nan }\ntitle ="],
+            "{ tolerance",
+            "planning.sampled",
+            "tolerance must be between 0 and 1",
+        ),
         two_mass(["title =", "planning.tolerance = nan\ntitle ="], "nan", "planning.tolerance", "between 0 and 1"),
     ]);
 }

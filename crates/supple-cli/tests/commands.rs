@@ -221,6 +221,30 @@ fn tasks_share_parameters_and_add_up() {
     assert_eq!(number(&tasks[0]["gradient"]["total"]["expected_cost"]["allowance"]), 0.0);
 }
 
+/// Equal eigenvalues kept an eigenvalue iteration from ending.
+#[test]
+fn many_equal_states_have_a_frozen_gradient() {
+    let row = |i: usize| (0..8).map(|j| if i == j { "0.9" } else { "0.000125" }).collect::<Vec<_>>().join(", ");
+    let rows: Vec<_> = (0..8).map(|i| format!("[{}]", row(i))).collect();
+    let all = |value: &str| vec![value; 8].join(", ");
+    let text = format!(
+        "model = {{ kind = \"linear\", A = [{}], B = [{}], C = [[{}]] }}\n[[tasks]]\nname = \"rest\"\nsteps = 10\n\
+         time_step = 0.1\ninitial_state = [{}]\ninitial_control = [0.0]\n\
+         noise = {{ initial = [{}], process = [{}], measurement = [0.1] }}\n\
+         costs = [{{ kind = \"state\", select = [\"x1\", \"x8\"], weight = 1 }}, {{ kind = \"control\", weight = 0.1 }}]\n",
+        rows.join(", "),
+        all("[1.0]"),
+        all("1.0"),
+        all("1.0"),
+        all("0.1"),
+        all("0.01")
+    );
+    let folder = Folder::with_task(text);
+    let found = folder.run(&["evaluate", "task.toml", "--gradient", "frozen", "--json"]).json(0);
+    let radius = number(&found["tasks"][0]["gradient"]["frozen"]["recursion_spectral_radius"]);
+    assert!((0.9..1.0).contains(&radius), "{radius}");
+}
+
 // design
 
 #[test]

@@ -2,6 +2,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 use supple_kernels::Matrices;
 
+use crate::gradient::spectral_radius;
 use crate::noise::Noise;
 use crate::plan::Plan;
 use crate::problem::Task;
@@ -20,9 +21,8 @@ pub struct Fact {
 /// Conditioning and observability of the knots of a plan.
 pub(super) fn facts(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let n = plan.knots.dimensions.states;
-    let radius = (0..plan.trajectory.steps())
-        .map(|t| part(&plan.knots.dynamics, t, n).complex_eigenvalues().iter().map(|v| v.norm()).fold(0.0, f64::max))
-        .fold(0.0, f64::max);
+    let radius =
+        (0..plan.trajectory.steps()).map(|t| spectral_radius(part(&plan.knots.dynamics, t, n))).fold(0.0, f64::max);
     let note = if radius > 1.0 + 1e-9 {
         "above 1: unstable at some step; if the robot is not, the time step is too long"
     } else {

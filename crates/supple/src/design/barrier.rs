@@ -45,7 +45,13 @@ pub(super) fn descend(search: &mut Search) -> Result<Ending, Error> {
             return Ok(Ending::Converged);
         }
         let scaled = search.visitor.scaling.scaled(&phi);
-        visit = search.visit(&scaled)?;
+        visit = match search.visit(&scaled) {
+            Ok(visit) => visit,
+            Err(error) => {
+                search.error = Some(error);
+                return Ok(Ending::Stalled);
+            }
+        };
     }
     Ok(Ending::MaxEvaluations)
 }

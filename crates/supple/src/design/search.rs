@@ -87,6 +87,8 @@ pub(crate) struct Search<'a, 'b> {
     pub start: usize,
     /// Evaluations made.
     pub evaluations: usize,
+    /// Why a design on the way could not be evaluated, where that ended the run.
+    pub error: Option<Error>,
 }
 
 impl<'a> Search<'a, '_> {

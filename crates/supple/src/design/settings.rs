@@ -54,6 +54,10 @@ impl DesignSettings {
         if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
             return Err((key, "must be at least 1; found 0".into()));
         }
+        let memory = [("starts", self.starts), ("branch_attempts", self.branch_attempts)];
+        if let Some((key, found)) = memory.into_iter().find(|&(_, count)| count > 10_000) {
+            return Err((key, format!("must be at most 10000; found {found}")));
+        }
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
             return Err((key, format!("must be between 0 and 1; found {found}")));

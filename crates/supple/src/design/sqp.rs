@@ -67,7 +67,11 @@ pub(super) fn minimise(search: &mut Search) -> Result<Ending, Error> {
         let Some(first) = search.visitor.visits.last().cloned() else { break };
         ending = run(search, &first)?;
         let Some(best) = choose(search) else { break };
-        if ending == Ending::Stopped || search.optimality(&best).0 <= OPTIMAL || best.scaled == first.scaled {
+        if ending == Ending::Stopped
+            || search.error.is_some()
+            || search.optimality(&best).0 <= OPTIMAL
+            || best.scaled == first.scaled
+        {
             break;
         }
     }
@@ -99,8 +103,9 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
     let outcome = slsqp::minimize(objective, &first.scaled, &bounds, &constraints, (), evaluations, Some(tolerances));
 
     let Shared { search, error, .. } = shared.into_inner();
-    if let Some(error) = error {
-        return Err(error);
+    if error.is_some() {
+        search.error = error;
+        return Ok(Ending::Stalled);
     }
     // Whatever it returns is a candidate among all visits: with rounding it may fall back to its first point.
     Ok(match outcome {

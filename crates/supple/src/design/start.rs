@@ -70,7 +70,7 @@ pub struct StartSummary {
     pub evaluations: usize,
     /// Controls of each task's plan at the end.
     pub controls: Vec<Matrices>,
-    /// The first error, where one ended the search.
+    /// Why a design could not be evaluated, where that ended the search; what was found until then stands.
     pub error: Option<Error>,
 }
 
@@ -81,7 +81,7 @@ pub struct Design {
     pub status: DesignStatus,
     /// The index of the best start.
     pub best: usize,
-    /// Every start, in order.
+    /// Every start that was made, in order.
     pub starts: Vec<StartSummary>,
     /// Designs evaluated, over all starts.
     pub evaluations: usize,
@@ -101,15 +101,19 @@ pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control
     let clock = Instant::now();
     let scaling = Scaling::of(&problem.parameters);
     let run = |start: usize| {
+        // The first start is always made: it is what there is to show.
+        if start > 0 && control.is_stopped() {
+            return None;
+        }
         let from = if start == 0 { phi.to_vec() } else { random_start(&scaling, phi, settings.seed, start) };
         control.observer.observe(Event::StartBegan { start, of: settings.starts });
         let summary = run_start(problem, from, settings, (control, start));
         control.observer.observe(Event::StartEnded { start });
-        summary
+        Some(summary)
     };
-    let starts: Vec<StartSummary> = (0..settings.starts).into_par_iter().map(run).collect();
+    let starts: Vec<StartSummary> = (0..settings.starts).into_par_iter().filter_map(run).collect();
     let worse = |summary: &StartSummary| {
-        let feasible = summary.violation <= settings.feasibility && summary.error.is_none();
+        let feasible = summary.violation <= settings.feasibility;
         (!feasible, if feasible { summary.information } else { summary.violation })
     };
     let best = (0..starts.len())
@@ -180,9 +184,10 @@ impl<'a> Rounds<'a, '_> {
         for round in 0..self.settings.rounds {
             visitor.restart(&phi, &controls)?;
             let control = self.control;
-            let mut search = Search { visitor, control, start: self.start, evaluations: 1 };
+            let mut search = Search { visitor, control, start: self.start, evaluations: 1, error: None };
             let ending = search.run();
             self.summary.evaluations += search.evaluations;
+            self.summary.error = search.error.take();
             let Some(last) = visitor.visits.last().cloned() else { break };
             let ending = ending?;
             let assessed = visitor.with_total_gradient(&last)?;

@@ -16,8 +16,25 @@ pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
         let sigma = matrix(&|i, j| belief.corrected.get(t, i, j));
         let predicted = matrix(&|i, j| belief.predicted.get(t + 1, i, j));
         let recursion = predicted.cholesky()?.solve(&(a * sigma));
-        let radius = recursion.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max);
-        largest = largest.max(radius);
+        largest = largest.max(spectral_radius(recursion));
     }
     Some(largest)
+}
+
+/// The largest modulus of the eigenvalues, by Gelfand's formula `lim |M^k|^(1/k)` with k = 2^60.
+///
+/// Sixty products, whatever the matrix: iterations for eigenvalues need not end where some are equal.
+pub(crate) fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
+    let (mut logarithm, mut share) = (0.0, 1.0);
+    for _ in 0..60 {
+        let norm = matrix.norm();
+        if norm == 0.0 {
+            return 0.0;
+        }
+        logarithm += share * norm.ln();
+        share *= 0.5;
+        matrix /= norm;
+        matrix = &matrix * &matrix;
+    }
+    logarithm.exp()
 }

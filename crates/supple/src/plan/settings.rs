@@ -108,11 +108,15 @@ impl PlanSettings {
                 format!("must be between 0 and 1; found {}", self.sufficient_decrease),
             ));
         }
-        if !(self.sampled.averaging > 0.0 && self.sampled.averaging <= 1.0) {
-            return Err((
-                "sampled",
-                format!("averaging must be above 0 and at most 1; found {}", self.sampled.averaging),
-            ));
+        let SampledSettings { iterations, averaging, tolerance, .. } = self.sampled;
+        if iterations == 0 {
+            return Err(("sampled", "iterations must be at least 1; found 0".into()));
+        }
+        if !(averaging > 0.0 && averaging <= 1.0) {
+            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {averaging}")));
+        }
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            return Err(("sampled", format!("tolerance must be between 0 and 1; found {tolerance}")));
         }
         Ok(())
     }
