@@ -226,7 +226,7 @@ fn tasks_share_parameters_and_add_up() {
 fn many_equal_states_have_a_frozen_gradient() {
     let row = |i: usize| (0..8).map(|j| if i == j { "0.9" } else { "0.000125" }).collect::<Vec<_>>().join(", ");
     let rows: Vec<_> = (0..8).map(|i| format!("[{}]", row(i))).collect();
-    let all = |value: &str| vec![value; 8].join(", ");
+    let all = |value: &str| [value; 8].join(", ");
     let text = format!(
         "model = {{ kind = \"linear\", A = [{}], B = [{}], C = [[{}]] }}\n[[tasks]]\nname = \"rest\"\nsteps = 10\n\
          time_step = 0.1\ninitial_state = [{}]\ninitial_control = [0.0]\n\
