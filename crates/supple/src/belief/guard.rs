@@ -38,7 +38,8 @@ fn is_semidefinite(a: &[f64], n: usize, stride: usize) -> bool {
         }
         // A pivot that is zero but for rounding leaves a column of rounding errors behind it.
         let vanishes = pivot <= 1e-13 * scale;
-        let bound = |i: usize| 1e-6 * (scale * a[i * stride + i].abs()).sqrt();
+        // With a floor for variances that have all but underflowed.
+        let bound = |i: usize| (1e-6 * (scale * a[i * stride + i].abs()).sqrt()).max(1e-150);
         if vanishes && (j + 1..n).any(|i| lower[i][j].abs() > bound(i)) {
             return false;
         }

@@ -164,7 +164,7 @@ fn sweep_with(mu: f64, plan: &mut Plan) -> Result<(), usize> {
 
 impl Search<'_> {
     fn run(&mut self) -> PlanStatus {
-        let mut unresolved = 0;
+        let (mut unresolved, mut last_stationarity) = (0, f64::INFINITY);
         while self.plan.iterations < self.settings.max_iterations {
             let newton = self.settings.newton && self.close;
             self.linearise(if newton { Curvature::Exact } else { Curvature::GaussNewton });
@@ -181,8 +181,11 @@ impl Search<'_> {
             match outcome {
                 Outcome::Accepted => unresolved = 0,
                 Outcome::Resolved => {
-                    // Rounding hides further progress; a few more full steps settle the last digits.
-                    unresolved += 1;
+                    // Rounding hides the cost's decrease. Steps that still bring the plan closer to stationary go on; a
+                    // few others settle the last digits.
+                    let closer = self.plan.relative_stationarity < 0.5 * last_stationarity;
+                    unresolved = if closer { 0 } else { unresolved + 1 };
+                    last_stationarity = self.plan.relative_stationarity;
                     if unresolved > 3 {
                         return self.stalled(PlanStatus::LineSearchStalled);
                     }
