@@ -128,13 +128,6 @@ impl NoiseModel {
         self.process.add_gradient(&adjoint.process, parameters);
         self.measurement.add_gradient(&adjoint.measurement, parameters);
     }
-
-    /// Whether any entry names `parameter`.
-    pub fn depends_on(&self, parameter: usize) -> bool {
-        [&self.initial, &self.process, &self.measurement]
-            .iter()
-            .any(|covariance| covariance.entries().any(|(_, _, value)| value == Value::Parameter(parameter)))
-    }
 }
 
 /// A factor `G` with `covariance = G G'`, also for a singular covariance: Cholesky with zero columns where the pivot

@@ -30,10 +30,4 @@ impl Trajectory {
     pub fn points(&self) -> Points<'_> {
         Points { states: &self.states, controls: &self.controls, stages: self.steps(), has_end: true }
     }
-
-    /// Takes the numbers of another trajectory of the same shape.
-    pub fn copy_from(&mut self, other: &Self) {
-        self.states.copy_from(&other.states);
-        self.controls.copy_from(&other.controls);
-    }
 }
