@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::value::quoted;
 use crate::{Error, Value};
+use supple_files::quoted;
 
 /// A named number that tasks and designs may change.
 #[derive(Clone, Debug, PartialEq)]

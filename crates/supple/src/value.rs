@@ -2,6 +2,7 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
+use supple_files::quoted;
 use supple_kernels::Scalar;
 
 /// A number of the problem: written out, or the name of a declared parameter.
@@ -142,14 +143,6 @@ pub(crate) fn as_key(name: &str) -> Cow<'_, str> {
     if bare { name.into() } else { format!("{name:?}").into() }
 }
 
-/// Advice to use the valid name nearest to one that is not valid, where one is near.
-pub(crate) fn nearest(found: &str, valid: &[&str]) -> Option<String> {
-    let found = found.to_lowercase();
-    let likeness = |name: &&str| strsim::jaro_winkler(&found, &name.to_lowercase());
-    let (best, name) = valid.iter().map(|name| (likeness(name), name)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best > 0.7).then(|| format!("did you mean `{name}`?"))
-}
-
 impl schemars::JsonSchema for Value {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Value".into()
@@ -160,9 +153,4 @@ impl schemars::JsonSchema for Value {
             "anyOf": [{ "type": "number" }, { "type": "string", "minLength": 1 }]
         })
     }
-}
-
-/// Names in back quotes, separated by commas.
-pub(crate) fn quoted<T: AsRef<str>>(names: &[T]) -> String {
-    names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>().join(", ")
 }

@@ -43,7 +43,7 @@ impl Vocabulary {
         self.signals.iter().position(|signal| signal == name).ok_or_else(|| {
             let has = match self.signals.as_slice() {
                 [] => "it has no signals".to_owned(),
-                signals => format!("it has {}", crate::value::quoted(signals)),
+                signals => format!("it has {}", supple_files::quoted(signals)),
             };
             CostError { key: "kind", message: format!("the model has no signal `{name}`: {has}") }
         })

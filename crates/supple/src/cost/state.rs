@@ -2,8 +2,8 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
-use crate::value::quoted;
 use crate::{Point, Value};
+use supple_files::quoted;
 
 /// Selected states against targets.
 #[derive(Clone, Debug)]

@@ -1,90 +1,12 @@
 use std::ops::Range;
 
 use serde::de::DeserializeOwned;
+use supple_files::{FileError, nearest, quoted};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::reader::{ReadError, Reader, join};
-use crate::value::{as_key, nearest, quoted};
-
-/// Something wrong in a task file, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FileError {
-    /// The file's name.
-    pub file: String,
-    /// Line, from 1; 0 where the file could not be read.
-    pub line: usize,
-    /// Column, from 1.
-    pub column: usize,
-    /// The key, as a path from the top: `tasks[0].noise.initial`.
-    pub key: String,
-    /// What was found, and what is valid.
-    pub message: String,
-    /// What to do about it.
-    pub help: Option<String>,
-    /// Bytes of the text that are meant.
-    pub span: Range<usize>,
-    /// The text of the file.
-    pub text: String,
-}
-
-impl std::fmt::Display for FileError {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "{}", self.file)?;
-        if self.line > 0 {
-            write!(f, ":{}:{}", self.line, self.column)?;
-        }
-        if !self.key.is_empty() {
-            write!(f, ": {}", self.key)?;
-        }
-        write!(f, ": {}", self.message)?;
-        match &self.help {
-            Some(help) => write!(f, " ({help})"),
-            None => Ok(()),
-        }
-    }
-}
-
-impl std::error::Error for FileError {}
-
-impl FileError {
-    /// A file that cannot be read.
-    pub(crate) fn unreadable(file: &str, why: impl std::fmt::Display) -> Self {
-        Self {
-            file: file.to_owned(),
-            line: 0,
-            column: 0,
-            key: String::new(),
-            message: format!("cannot be read: {why}"),
-            help: None,
-            span: 0..0,
-            text: String::new(),
-        }
-    }
-
-    /// An error about bytes of the text.
-    pub(crate) fn at(file: &str, text: &str, span: Range<usize>, key: String, message: impl Into<String>) -> Self {
-        // The parser may point into the middle of a character.
-        let boundary = |byte: usize| (0..=byte.min(text.len())).rev().find(|&byte| text.is_char_boundary(byte));
-        let (start, end) = (boundary(span.start).unwrap_or(0), boundary(span.end).unwrap_or(0));
-        let before = &text[..start];
-        Self {
-            file: file.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: before.chars().rev().take_while(|&c| c != '\n').count() + 1,
-            key,
-            message: message.into(),
-            help: None,
-            span: start..end.max(start),
-            text: text.to_owned(),
-        }
-    }
-
-    /// The same error with advice.
-    pub(crate) fn with_help(self, help: impl Into<String>) -> Self {
-        Self { help: Some(help.into()), ..self }
-    }
-}
+use crate::value::as_key;
 
 /// A step on the way to a place in a file.
 #[derive(Clone, Copy, Debug)]

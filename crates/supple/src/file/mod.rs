@@ -6,16 +6,15 @@ mod reader;
 mod schema;
 mod tasks;
 
-use std::io::Read;
 use std::path::Path;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-pub use document::FileError;
 use document::{Document, Place};
 pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
+pub use supple_files::{FileError, read_text};
 
 use crate::design::DesignSettings;
 use crate::model::{self, AnyModel};
@@ -38,30 +37,6 @@ struct Top {
     planning: PlanSettings,
     #[serde(default)]
     design: DesignSettings,
-}
-
-/// Bytes that a task file has at most: what is larger is no task file.
-const LARGEST: u64 = 64 << 20;
-
-/// The text of a task file.
-///
-/// # Errors
-/// Where it cannot be read, is no text, or has more than 64 MiB.
-pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
-    let path = path.as_ref();
-    let name = path.display().to_string();
-    let unreadable = |error| FileError::unreadable(&name, error);
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(FileError::unreadable(&name, "it has more than 64 MiB"));
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let start = error.utf8_error().valid_up_to();
-        let text = String::from_utf8_lossy(error.as_bytes());
-        FileError::at(&name, &text, start..start + 1, String::new(), "must be text in UTF-8; this byte is not")
-    })
 }
 
 impl Problem {

@@ -1,7 +1,9 @@
 use serde::Deserialize;
 use toml::de::DeValue;
 
-use super::document::{Document, FileError, Place};
+use supple_files::FileError;
+
+use super::document::{Document, Place};
 use crate::parameters::{Parameter, Parameters, Role, Scale};
 use crate::value::is_name;
 

@@ -11,7 +11,8 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::value::{as_key, nearest, quoted};
+use crate::value::as_key;
+use supple_files::{nearest, quoted};
 
 /// Why a value could not be read, and where in it.
 #[derive(Debug)]

@@ -3,7 +3,9 @@ use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use supple_kernels::{Matrices, rows};
 use toml::de::DeValue;
 
-use super::document::{Document, FileError, Place};
+use supple_files::FileError;
+
+use super::document::{Document, Place};
 use crate::cost::{self, Cost, CostKind};
 use crate::model::AnyModel;
 use crate::noise::{Covariance, NoiseModel, semidefinite_factor};
@@ -242,7 +244,7 @@ impl Reader<'_> {
         }
         if file.initial_state.len() != size.states {
             let found = file.initial_state.len();
-            let names = crate::value::quoted(&model.vocabulary().states);
+            let names = supple_files::quoted(&model.vocabulary().states);
             let message = format!("must have {} entries ({names}); found {found}", size.states);
             return Err(self.error(&["initial_state".into()], message));
         }

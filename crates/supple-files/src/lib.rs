@@ -1,0 +1,125 @@
+//! Text files as people write them: read within limits, with errors that name file, line, key and what is valid.
+
+use std::io::Read;
+use std::ops::Range;
+use std::path::Path;
+
+/// Bytes that a file has at most: what is larger is no task and no robot.
+const LARGEST: u64 = 64 << 20;
+
+/// Something wrong in a file, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileError {
+    /// The file's name.
+    pub file: String,
+    /// Line, from 1; 0 where the file could not be read.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// What it is about: a key as a path from the top, `tasks[0].noise.initial`, or an element, ``joint `elbow` ``.
+    pub key: String,
+    /// What was found, and what is valid.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+    /// Bytes of the text that are meant.
+    pub span: Range<usize>,
+    /// The text of the file.
+    pub text: String,
+}
+
+impl std::fmt::Display for FileError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{}", self.file)?;
+        if self.line > 0 {
+            write!(f, ":{}:{}", self.line, self.column)?;
+        }
+        if !self.key.is_empty() {
+            write!(f, ": {}", self.key)?;
+        }
+        write!(f, ": {}", self.message)?;
+        match &self.help {
+            Some(help) => write!(f, " ({help})"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl FileError {
+    /// A file that cannot be read.
+    pub fn unreadable(file: &str, why: impl std::fmt::Display) -> Self {
+        Self {
+            file: file.to_owned(),
+            line: 0,
+            column: 0,
+            key: String::new(),
+            message: format!("cannot be read: {why}"),
+            help: None,
+            span: 0..0,
+            text: String::new(),
+        }
+    }
+
+    /// An error about bytes of the text.
+    pub fn at(file: &str, text: &str, span: Range<usize>, key: String, message: impl Into<String>) -> Self {
+        // A parser may point into the middle of a character.
+        let boundary = |byte: usize| (0..=byte.min(text.len())).rev().find(|&byte| text.is_char_boundary(byte));
+        let (start, end) = (boundary(span.start).unwrap_or(0), boundary(span.end).unwrap_or(0));
+        let before = &text[..start];
+        Self {
+            file: file.to_owned(),
+            line: before.matches('\n').count() + 1,
+            column: before.chars().rev().take_while(|&c| c != '\n').count() + 1,
+            key,
+            message: message.into(),
+            help: None,
+            span: start..end.max(start),
+            text: text.to_owned(),
+        }
+    }
+
+    /// The same error with advice.
+    pub fn with_help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+}
+
+/// The text of a file.
+///
+/// # Errors
+/// Where it cannot be read, is no text in UTF-8, or has more than 64 MiB.
+pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let unreadable = |error| FileError::unreadable(&name, error);
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(FileError::unreadable(&name, "it has more than 64 MiB"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let start = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes());
+        FileError::at(&name, &text, start..start + 1, String::new(), "must be text in UTF-8; this byte is not")
+    })
+}
+
+/// Advice to use the valid name nearest to one that is not valid, where one is near.
+pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
+    let found = found.to_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&found, &name.to_lowercase());
+    let named = valid.iter().map(|name| (likeness(name.as_ref()), name.as_ref()));
+    let (best, name) = named.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best > 0.7).then(|| format!("did you mean `{name}`?"))
+}
+
+/// Names in back quotes, separated by commas; the first twenty where there are more.
+pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
+    const MOST: usize = 20;
+    let shown: Vec<_> = names.iter().take(MOST).map(|name| format!("`{}`", name.as_ref())).collect();
+    let rest = names.len().saturating_sub(MOST);
+    if rest == 0 { shown.join(", ") } else { format!("{} and {rest} more", shown.join(", ")) }
+}

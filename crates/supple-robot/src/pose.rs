@@ -1,0 +1,181 @@
+// Loops over axes by index read like the formulas.
+#![allow(clippy::needless_range_loop)]
+
+use supple_kernels::Scalar;
+
+/// Where a frame is, seen from another: `p_outer = rotation p_inner + position`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose<S = f64> {
+    /// Rotation matrix, by rows.
+    pub rotation: [[S; 3]; 3],
+    /// Position of the inner frame's origin, m.
+    pub position: [S; 3],
+}
+
+/// `a x b`
+#[inline(always)]
+pub(crate) fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `a' b`
+#[inline(always)]
+pub(crate) fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `a + b`
+#[inline(always)]
+pub(crate) fn add<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// `a - b`
+#[inline(always)]
+pub(crate) fn sub<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// `s a`
+#[inline(always)]
+pub(crate) fn scale<S: Scalar>(s: S, a: [S; 3]) -> [S; 3] {
+    [s * a[0], s * a[1], s * a[2]]
+}
+
+/// A vector of constants over any scalar.
+#[inline(always)]
+pub(crate) fn constants<S: Scalar>(a: [f64; 3]) -> [S; 3] {
+    [S::constant(a[0]), S::constant(a[1]), S::constant(a[2])]
+}
+
+impl<S: Scalar> Pose<S> {
+    /// Where a frame is that coincides with the other.
+    #[inline(always)]
+    pub fn identity() -> Self {
+        Pose::<f64>::IDENTITY.cast()
+    }
+
+    /// Shifted, not turned.
+    #[inline(always)]
+    pub fn at(position: [S; 3]) -> Self {
+        Self { position, ..Self::identity() }
+    }
+
+    /// `self` after `inner`: from the inner frame's inner frame to the outer one.
+    #[inline(always)]
+    pub fn compose(&self, inner: &Self) -> Self {
+        let mut rotation = [[S::zero(); 3]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                rotation[i][j] = self.rotation[i][0] * inner.rotation[0][j]
+                    + self.rotation[i][1] * inner.rotation[1][j]
+                    + self.rotation[i][2] * inner.rotation[2][j];
+            }
+        }
+        Self { rotation, position: self.apply(inner.position) }
+    }
+
+    /// The outer frame seen from the inner one.
+    #[inline(always)]
+    pub fn inverse(&self) -> Self {
+        let mut inverse = Self { rotation: [[S::zero(); 3]; 3], position: [S::zero(); 3] };
+        for i in 0..3 {
+            for j in 0..3 {
+                inverse.rotation[i][j] = self.rotation[j][i];
+            }
+        }
+        let position = inverse.rotate(self.position);
+        inverse.position = [-position[0], -position[1], -position[2]];
+        inverse
+    }
+
+    /// A direction of the inner frame, in the outer one.
+    #[inline(always)]
+    pub fn rotate(&self, v: [S; 3]) -> [S; 3] {
+        [dot(self.rotation[0], v), dot(self.rotation[1], v), dot(self.rotation[2], v)]
+    }
+
+    /// A direction of the outer frame, in the inner one.
+    #[inline(always)]
+    pub fn unrotate(&self, v: [S; 3]) -> [S; 3] {
+        let r = &self.rotation;
+        let mut out = [S::zero(); 3];
+        for i in 0..3 {
+            out[i] = r[0][i] * v[0] + r[1][i] * v[1] + r[2][i] * v[2];
+        }
+        out
+    }
+
+    /// A point of the inner frame, in the outer one.
+    #[inline(always)]
+    pub fn apply(&self, p: [S; 3]) -> [S; 3] {
+        add(self.rotate(p), self.position)
+    }
+}
+
+impl Pose {
+    /// Where a frame is that coincides with the other.
+    pub const IDENTITY: Self =
+        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
+
+    /// Over any scalar.
+    #[inline(always)]
+    pub fn cast<S: Scalar>(&self) -> Pose<S> {
+        let [a, b, c] = self.rotation;
+        Pose { rotation: [constants(a), constants(b), constants(c)], position: constants(self.position) }
+    }
+
+    /// At `position`, turned about the fixed axes x, y, z by roll, pitch and yaw in radians:
+    /// `R = R_z(yaw) R_y(pitch) R_x(roll)`, as URDF and SDF mean it.
+    ///
+    /// Angles within 1e-9 of a multiple of a right angle count as it to the last bit: files write them with few digits,
+    /// and matrices with exact zeros are computed with faster. (A file's 1.5707963 is 2.7e-8 off and stays as it is.)
+    pub fn from_rpy(position: [f64; 3], rpy: [f64; 3]) -> Self {
+        let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(sin_cos_clean);
+        Self {
+            rotation: [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ],
+            position,
+        }
+    }
+
+    /// At `position`, turned by the quaternion `w + xi + yj + zk` of any length; `None` where its length is 0 or not
+    /// finite.
+    pub fn from_quaternion(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Option<Self> {
+        let norm = (w * w + x * x + y * y + z * z).sqrt();
+        if !(norm > 0.0 && norm.is_finite()) {
+            return None;
+        }
+        let [w, x, y, z] = [w / norm, x / norm, y / norm, z / norm];
+        let rotation = [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ];
+        Some(Self { rotation: rotation.map(|row| row.map(clean)), position })
+    }
+}
+
+/// Rounding away from 0 and 1 in the entries of a rotation, taken back.
+fn clean(entry: f64) -> f64 {
+    let nearest = entry.round();
+    if (entry - nearest).abs() < 1e-15 { nearest + 0.0 } else { entry }
+}
+
+fn sin_cos_clean(angle: f64) -> (f64, f64) {
+    let quarter = angle / std::f64::consts::FRAC_PI_2;
+    let turns = quarter.round();
+    if (quarter - turns).abs() < 1e-9 {
+        match turns.rem_euclid(4.0) as i64 {
+            0 => (0.0, 1.0),
+            1 => (1.0, 0.0),
+            2 => (0.0, -1.0),
+            _ => (-1.0, 0.0),
+        }
+    } else {
+        angle.sin_cos()
+    }
+}

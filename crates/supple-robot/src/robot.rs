@@ -1,0 +1,172 @@
+//! A robot as a file describes it. SI units and radians throughout.
+
+use std::path::PathBuf;
+
+use crate::Pose;
+
+/// A tree of links and joints, as a file describes it.
+///
+/// Joint `i` moves link `i + 1`: the list of links begins with the root, which is fixed in the world, and every link
+/// stands after its parent.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// Its name.
+    pub name: String,
+    /// The links, the root first, each after its parent.
+    pub links: Vec<Link>,
+    /// The joints; joint `i` has `links[i + 1]` as its child.
+    pub joints: Vec<Joint>,
+    /// Named frames besides those of the links: MJCF sites, SDF frames.
+    pub frames: Vec<Frame>,
+    /// Gravity that the file asks for, m/s^2 in the world; none where the format has none.
+    pub gravity: Option<[f64; 3]>,
+    /// What the file says that is not modelled, and what looks like a mistake, each once.
+    pub warnings: Vec<String>,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Its name, unlike that of any other link.
+    pub name: String,
+    /// Its inertia; none where the file gives none.
+    pub inertia: Option<Inertia>,
+    /// Files of its visual meshes with their poses in the link and scales, each inside the robot file's folder or a
+    /// declared package root. Not read here.
+    pub meshes: Vec<Mesh>,
+    /// Line in the file.
+    pub line: usize,
+}
+
+/// A visual mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Where the file is.
+    pub path: PathBuf,
+    /// Where it is in its link.
+    pub pose: Pose,
+    /// Factor by axis.
+    pub scale: [f64; 3],
+}
+
+/// The inertia of a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    /// Mass, kg; at least 0.
+    pub mass: f64,
+    /// Centre of mass in the link's frame, m.
+    pub center: [f64; 3],
+    /// Moments of inertia about the centre of mass, in the link's axes, kg m^2: symmetric, positive semidefinite.
+    pub moment: [[f64; 3]; 3],
+}
+
+/// What a joint lets its child do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// Nothing.
+    Fixed,
+    /// Turn about the axis, within limits.
+    Revolute,
+    /// Turn about the axis without limits.
+    Continuous,
+    /// Slide along the axis.
+    Prismatic,
+}
+
+/// A joint, which carries a link.
+///
+/// ```text
+/// parent link --origin--> joint frame --motion(position - reference)--> joint frame, moved --child_pose--> child link
+/// ```
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Its name, unlike that of any other joint.
+    pub name: String,
+    /// What it lets its child do.
+    pub kind: JointKind,
+    /// Index of the parent link.
+    pub parent: usize,
+    /// The joint's frame in the parent link.
+    pub origin: Pose,
+    /// The child link in the joint's frame.
+    pub child_pose: Pose,
+    /// Axis in the joint's frame, of length 1.
+    pub axis: [f64; 3],
+    /// Position at which the moved joint frame is where the joint frame is: 0, but for MJCF's `ref`.
+    pub reference: f64,
+    /// Viscous damping, N m s/rad or N s/m; at least 0.
+    pub damping: f64,
+    /// Coulomb friction, N m or N; at least 0.
+    pub friction: f64,
+    /// Inertia of the drive, felt at the joint, kg m^2 or kg; at least 0.
+    pub armature: f64,
+    /// Stiffness of a spring in the joint, N m/rad or N/m; at least 0.
+    pub stiffness: f64,
+    /// Position at which that spring is at rest.
+    pub rest: f64,
+    /// What it may do.
+    pub limits: Limits,
+    /// The joint that it follows.
+    pub mimic: Option<Mimic>,
+    /// Line in the file.
+    pub line: usize,
+}
+
+/// What a joint may do; infinite where nothing is said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Least position, rad or m.
+    pub lower: f64,
+    /// Greatest position, rad or m.
+    pub upper: f64,
+    /// Greatest speed, rad/s or m/s.
+    pub velocity: f64,
+    /// Greatest torque or force of its drive, N m or N.
+    pub effort: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY, velocity: f64::INFINITY, effort: f64::INFINITY }
+    }
+}
+
+/// How a joint follows another: `position = ratio * position of the other + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mimic {
+    /// Index of the joint that is followed.
+    pub joint: usize,
+    /// Ratio.
+    pub ratio: f64,
+    /// Offset, rad or m.
+    pub offset: f64,
+}
+
+/// A named frame on a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Its name.
+    pub name: String,
+    /// Index of its link.
+    pub link: usize,
+    /// Where it is in the link.
+    pub pose: Pose,
+}
+
+impl Robot {
+    /// The link `name`.
+    pub fn link(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|link| link.name == name)
+    }
+
+    /// The joint `name`.
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// The frame `name`: a link's own, or another named one. Link and place in it.
+    pub fn frame(&self, name: &str) -> Option<(usize, Pose)> {
+        let own = self.link(name).map(|link| (link, Pose::IDENTITY));
+        own.or_else(|| self.frames.iter().find(|frame| frame.name == name).map(|frame| (frame.link, frame.pose)))
+    }
+}
