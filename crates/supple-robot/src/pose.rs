@@ -128,10 +128,9 @@ impl Pose {
     /// At `position`, turned about the fixed axes x, y, z by roll, pitch and yaw in radians:
     /// `R = R_z(yaw) R_y(pitch) R_x(roll)`, as URDF and SDF mean it.
     ///
-    /// Angles within 1e-9 of a multiple of a right angle count as it to the last bit: files write them with few digits,
-    /// and matrices with exact zeros are computed with faster. (A file's 1.5707963 is 2.7e-8 off and stays as it is.)
+    /// Rounding away from 0 and 1, such as the cosine 6e-17 of a right angle, is taken back.
     pub fn from_rpy(position: [f64; 3], rpy: [f64; 3]) -> Self {
-        let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(sin_cos_clean);
+        let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(f64::sin_cos).map(|(sin, cos)| (clean(sin), clean(cos)));
         Self {
             rotation: [
                 [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -163,19 +162,4 @@ impl Pose {
 fn clean(entry: f64) -> f64 {
     let nearest = entry.round();
     if (entry - nearest).abs() < 1e-15 { nearest + 0.0 } else { entry }
-}
-
-fn sin_cos_clean(angle: f64) -> (f64, f64) {
-    let quarter = angle / std::f64::consts::FRAC_PI_2;
-    let turns = quarter.round();
-    if (quarter - turns).abs() < 1e-9 {
-        match turns.rem_euclid(4.0) as i64 {
-            0 => (0.0, 1.0),
-            1 => (1.0, 0.0),
-            2 => (0.0, -1.0),
-            _ => (-1.0, 0.0),
-        }
-    } else {
-        angle.sin_cos()
-    }
 }
