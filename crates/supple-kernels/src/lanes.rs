@@ -8,6 +8,9 @@ pub const LANES: usize = 8;
 
 /// Eight numbers worked on at once: eight knots of a trajectory, or eight entries of a padded row.
 pub trait Lanes: Scalar + Mul<f64, Output = Self> {
+    /// One number with the arithmetic of one lane.
+    type Single: Scalar + Into<f64>;
+
     /// The lanes from an array.
     fn from_array(values: [f64; LANES]) -> Self;
 
@@ -54,6 +57,7 @@ impl Neg for Portable {
 }
 
 impl Lanes for Portable {
+    type Single = f64;
     #[inline(always)]
     fn from_array(values: [f64; LANES]) -> Self {
         Self(values)
@@ -136,12 +140,13 @@ pub(crate) mod x86 {
     use std::arch::x86_64::*;
 
     use super::*;
+    use crate::fused::Fused;
 
     /// Eight numbers in `PARTS` vector registers.
     macro_rules! lanes {
         ($(#[$doc:meta])* $name:ident, $register:ty, $parts:literal, $width:literal, {
             $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $splat:ident $load:ident $store:ident
-        }, fma: $fma:expr, negate: $negate:expr, select: $select:expr) => {
+        }, single: $single:ty, fma: $fma:expr, negate: $negate:expr, select: $select:expr) => {
             $(#[$doc])*
             #[derive(Clone, Copy, Debug)]
             pub struct $name([$register; $parts]);
@@ -163,6 +168,7 @@ pub(crate) mod x86 {
             common!($name);
 
             impl Lanes for $name {
+                type Single = $single;
                 #[inline(always)]
                 fn from_array(values: [f64; LANES]) -> Self {
                     // SAFETY: the array holds eight numbers.
@@ -303,18 +309,18 @@ pub(crate) mod x86 {
         /// Eight numbers in four SSE2 registers, without fused multiply-add.
         Sse2, __m128d, 4, 2,
         { _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_sqrt_pd _mm_set1_pd _mm_loadu_pd _mm_storeu_pd },
-        fma: fma_sse2, negate: negate_sse2, select: select_sse2
+        single: f64, fma: fma_sse2, negate: negate_sse2, select: select_sse2
     );
     lanes!(
         /// Eight numbers in two AVX2 registers, with fused multiply-add.
         Avx2, __m256d, 2, 4,
         { _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd },
-        fma: _mm256_fmadd_pd, negate: negate_avx, select: select_avx
+        single: Fused, fma: _mm256_fmadd_pd, negate: negate_avx, select: select_avx
     );
     lanes!(
         /// Eight numbers in one AVX-512 register, with fused multiply-add.
         Avx512, __m512d, 1, 8,
         { _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd },
-        fma: _mm512_fmadd_pd, negate: negate_avx512, select: select_avx512
+        single: Fused, fma: _mm512_fmadd_pd, negate: negate_avx512, select: select_avx512
     );
 }

@@ -14,7 +14,10 @@
 
 mod dispatch;
 mod dual;
+mod fused;
+pub mod graph;
 mod lanes;
+mod ldl;
 mod matrices;
 mod pattern;
 pub mod rows;
@@ -24,6 +27,7 @@ mod scratch;
 pub use dispatch::{Job, Level, dispatch, dispatch_portable};
 pub use dual::Dual;
 pub use lanes::{LANES, Lanes};
+pub use ldl::Ldl;
 pub use matrices::{Matrices, padded};
 pub use pattern::Pattern;
 pub use scalar::Scalar;

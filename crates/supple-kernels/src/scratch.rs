@@ -31,17 +31,34 @@ impl Scratch {
     /// A buffer of `len` zeros of type `S`. Allocates only when it is larger than any before.
     #[inline(always)]
     pub fn zeros<S: Scalar>(&mut self, len: usize) -> &mut [S] {
-        assert!(align_of::<S>() <= align_of::<Line>(), "a scalar is aligned to at most a cache line");
-        let lines = (len * size_of::<S>()).div_ceil(size_of::<Line>());
-        if self.lines.len() < lines {
-            self.lines.resize(lines, Line([0; 64]));
-        }
-        let start = self.lines.as_mut_ptr().cast::<S>();
+        let start = self.room::<S>(len);
         for i in 0..len {
             // SAFETY: `lines` covers `len` values of `S`, its start is aligned for `S`, and `S: Copy` needs no drop.
             unsafe { start.add(i).write(S::zero()) };
         }
         // SAFETY: the first `len` values were just written, and the borrow of `self` keeps others away.
         unsafe { std::slice::from_raw_parts_mut(start, len) }
+    }
+
+    /// A buffer of `len` numbers that hold whatever was there before. Allocates as [`Scratch::zeros`] does.
+    ///
+    /// # Safety
+    /// Every pattern of bits must be a valid `S`.
+    #[inline(always)]
+    pub(crate) unsafe fn leftovers<S: Scalar>(&mut self, len: usize) -> &mut [S] {
+        let start = self.room::<S>(len);
+        // SAFETY: `room` holds `len` values, whose bytes are initialised, and the caller says that any bytes will do.
+        unsafe { std::slice::from_raw_parts_mut(start, len) }
+    }
+
+    /// The start of room for `len` values of `S`.
+    #[inline(always)]
+    fn room<S: Scalar>(&mut self, len: usize) -> *mut S {
+        assert!(align_of::<S>() <= align_of::<Line>(), "a scalar is aligned to at most a cache line");
+        let lines = (len * size_of::<S>()).div_ceil(size_of::<Line>());
+        if self.lines.len() < lines {
+            self.lines.resize(lines, Line([0; 64]));
+        }
+        self.lines.as_mut_ptr().cast::<S>()
     }
 }

@@ -44,11 +44,12 @@ pub struct Point<'a, S> {
     pub phi: &'a [S],
     /// Time step, s.
     pub time_step: S,
+    /// The unknowns that a step solves for (see [`Model::unknowns`]); empty in measurements, signals and costs.
+    pub w: &'a [S],
 }
 
 impl<S: Scalar> Point<'_, S> {
     /// A value of the model's at this point: a number, or the parameter that it names.
-    #[inline(always)]
     pub fn value(&self, value: Value) -> S {
         value.resolve(self.phi)
     }
@@ -56,9 +57,8 @@ impl<S: Scalar> Point<'_, S> {
 
 /// A robot and its environment in discrete time: `x+ = f(x, u; phi) + w`, `y = g(x; phi) + v`.
 ///
-/// One `impl` with the physics is all a new model needs; derivatives of every order come from it. Mark the methods
-/// `#[inline(always)]`: they run in SIMD lanes, and a call that is not inlined loses the vector instructions. Use no
-/// branch on values but [`Scalar::select`].
+/// One `impl` with the physics is all a new model needs: it is recorded once, and derivatives of every order come from
+/// the record. Use no branch on values but [`Scalar::select`].
 ///
 /// ```
 /// use supple::{Dimensions, Model, Point, Scalar, Value};
@@ -70,13 +70,11 @@ impl<S: Scalar> Point<'_, S> {
 ///     fn dimensions(&self) -> Dimensions {
 ///         Dimensions { states: 2, controls: 1, measurements: 1 }
 ///     }
-///     #[inline(always)]
 ///     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
 ///         let (angle, rate) = (at.x[0], at.x[1]);
 ///         next[0] = angle + at.time_step * rate;
 ///         next[1] = rate + at.time_step * (at.u[0] - angle.sin() * 9.81 / at.value(self.length));
 ///     }
-///     #[inline(always)]
 ///     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
 ///         y[0] = at.x[0];
 ///     }
@@ -92,13 +90,26 @@ pub trait Model: Send + Sync + 'static {
     /// The measurement `g(x; phi)`, without noise.
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]);
 
+    /// How many unknowns `w` each step solves for, such as accelerations; [`Model::step`] finds them in its point.
+    ///
+    /// Derivatives of an equation are cheaper than those of its solution: a model of rigid bodies gives inverse
+    /// dynamics in [`Model::balance`], and no derivative goes through the inversion of the mass matrix.
+    fn unknowns(&self) -> usize {
+        0
+    }
+
+    /// `r(x, u, w; phi)`, which is 0 at the unknowns, and linear in them.
+    fn balance<S: Scalar>(&self, _at: &Point<S>, _residual: &mut [S]) {}
+
+    /// `r_w`, symmetric positive definite, by rows.
+    fn mass<S: Scalar>(&self, _at: &Point<S>, _matrix: &mut [S]) {}
+
     /// Names of the signals that costs may use beside state and control, such as a contact's penetration.
     fn signals(&self) -> Vec<String> {
         Vec::new()
     }
 
     /// The signals, in the order of their names.
-    #[inline(always)]
     fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
 
     /// Names of the states, by which tasks select them: `x1`, `x2`... unless said otherwise.

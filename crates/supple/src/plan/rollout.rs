@@ -32,8 +32,7 @@ pub fn rollout(
                 + step * feedforward[a]
                 + gains.iter().zip(x).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum::<f64>();
         }
-        cost += system.stage_cost(x, u, phi, scratch);
-        system.step(x, u, phi, &mut next[..n]);
+        cost += system.advance(x, u, phi, &mut next[..n], scratch);
     }
     cost + system.final_cost(out.states.vector(steps), phi, scratch)
 }
@@ -46,8 +45,7 @@ pub fn simulate_controls(system: &dyn System, phi: &[f64], trajectory: &mut Traj
     for t in 0..steps {
         let (x, next) = trajectory.states.at_and_next_mut(t);
         let u = trajectory.controls.vector(t);
-        cost += system.stage_cost(&x[..n], u, phi, scratch);
-        system.step(&x[..n], u, phi, &mut next[..n]);
+        cost += system.advance(&x[..n], u, phi, &mut next[..n], scratch);
     }
     cost + system.final_cost(trajectory.states.vector(steps), phi, scratch)
 }

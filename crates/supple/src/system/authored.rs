@@ -1,57 +1,83 @@
-use supple_kernels::{Matrices, Scratch, dispatch};
+use std::sync::OnceLock;
 
-use super::block::carve;
-use super::contraction::{ContractCost, ContractDynamics};
-use super::cost::CostQuadratics;
-use super::jacobians::{DynamicsCurvature, Function, Jacobians};
-use super::pattern::Structure;
-use super::sensitivity::ParameterGradient;
+use supple_kernels::graph::{Batch, Program, Source};
+use supple_kernels::{Matrices, Scratch};
+
+use super::programs::Recorder;
 use super::{Curvature, KnotAdjoints, Points, System, Variation};
-use crate::cost::{Cost, Residual};
-use crate::{Dimensions, Model, Point, Value};
+use crate::cost::Cost;
+use crate::{Dimensions, Model, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
+///
+/// The physics is recorded as a graph, differentiated there, and compiled to one program per function; each is made
+/// when it is first asked for.
 #[derive(Debug)]
 pub struct Authored<M> {
-    pub(super) model: M,
-    pub(super) costs: Vec<Cost>,
-    pub(super) time_step: Value,
-    pub(super) size: Dimensions,
-    pub(super) signals: usize,
-    pub(super) residuals: usize,
-    pub(super) structure: Structure,
+    model: M,
+    costs: Vec<Cost>,
+    time_step: Value,
+    parameters: usize,
+    size: Dimensions,
+    programs: Programs,
+}
+
+#[derive(Debug, Default)]
+struct Programs {
+    step: OnceLock<Program>,
+    advance: OnceLock<Program>,
+    observe: OnceLock<Program>,
+    cost: [OnceLock<Program>; 2],
+    dynamics_jacobian: OnceLock<Program>,
+    measurement_jacobian: OnceLock<Program>,
+    /// By curvature, of a stage and of the end.
+    cost_quadratic: [[OnceLock<Program>; 2]; 2],
+    dynamics_curvature: OnceLock<Program>,
+    contract_dynamics: OnceLock<Program>,
+    contract_measurement: OnceLock<Program>,
+    contract_cost: [OnceLock<Program>; 2],
+    /// Of a stage and of the end.
+    parameter_gradient: [OnceLock<Program>; 2],
+    parameter_gradient_along: [OnceLock<Program>; 2],
 }
 
 impl<M: Model> Authored<M> {
     /// A model with the costs of a task, its time step in s, and how many parameters there are.
     pub fn new(model: M, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Self {
-        let structure = Structure::of(&model, &costs, time_step, parameters);
-        Self {
-            size: model.dimensions(),
-            signals: model.signals().len(),
-            residuals: costs.iter().map(|cost| cost.kind.len()).sum(),
-            structure,
-            model,
-            costs,
-            time_step,
-        }
+        Self { size: model.dimensions(), model, costs, time_step, parameters, programs: Programs::default() }
     }
 
-    fn cost(&self, x: &[f64], u: Option<&[f64]>, phi: &[f64], scratch: &mut Scratch) -> f64 {
-        let last = u.is_none();
-        let mut buffer = scratch.zeros::<f64>(self.size.controls + self.signals + self.residuals);
-        let zero = carve(&mut buffer, self.size.controls);
-        let signals = carve(&mut buffer, self.signals);
-        let at = Point { x, u: u.unwrap_or(zero), phi, time_step: self.time_step.resolve(phi) };
-        self.model.signal(&at, signals);
-        let mut sum = 0.0;
-        for cost in &self.costs {
-            let r = carve(&mut buffer, cost.kind.len());
-            cost.kind.evaluate(&at, signals, r);
-            sum += cost.of_residual(r, phi, last);
-        }
-        sum
+    fn recorder(&self) -> Recorder<'_, M> {
+        let Self { model, costs, time_step, parameters, .. } = self;
+        Recorder { model, costs, time_step: *time_step, parameters: *parameters }
     }
+
+    fn program<'a>(&self, cell: &'a OnceLock<Program>, record: impl FnOnce(&Recorder<M>) -> Program) -> &'a Program {
+        cell.get_or_init(|| record(&self.recorder()))
+    }
+
+    fn cost(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> f64 {
+        let program = self.program(&self.programs.cost[usize::from(last)], |recorder| recorder.cost(last));
+        let mut cost = [0.0];
+        program.run_single(&[x, u], phi, &mut [&mut cost]);
+        cost[0]
+    }
+}
+
+/// The stages and the end of a batch.
+fn parts(at: &Points) -> [(bool, Batch); 2] {
+    let end = Batch { first: at.stages, count: usize::from(at.has_end) };
+    [(false, Batch { first: 0, count: at.stages }), (true, end)]
+}
+
+/// What is read at the points themselves.
+fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
+    [at.states.into(), at.controls.into()]
+}
+
+/// A source that is read at the state after.
+fn after(matrices: &Matrices) -> Source<'_> {
+    Source { matrices, shift: 1 }
 }
 
 impl<M: Model> System for Authored<M> {
@@ -64,31 +90,44 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn depends_on(&self, parameters: usize) -> Vec<bool> {
-        (0..parameters).map(|i| self.structure.parameters.contains(&i)).collect()
+        let mut dependencies = self.recorder().dependencies();
+        dependencies.resize(parameters, false);
+        dependencies
     }
 
     fn step(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]) {
-        self.model.step(&Point { x, u, phi, time_step: self.time_step.resolve(phi) }, next);
+        self.program(&self.programs.step, |r| r.step()).run_single(&[x, u], phi, &mut [next]);
+    }
+
+    fn advance(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
+        let mut cost = [0.0];
+        let program = self.program(&self.programs.advance, |r| r.advance());
+        program.run_single(&[x, u], phi, &mut [next, &mut cost]);
+        cost[0]
     }
 
     fn observe(&self, x: &[f64], phi: &[f64], y: &mut [f64]) {
-        self.model.observe(&Point { x, u: &[], phi, time_step: self.time_step.resolve(phi) }, y);
+        self.program(&self.programs.observe, |r| r.observe()).run_single(&[x], phi, &mut [y]);
     }
 
-    fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64 {
-        self.cost(x, Some(u), phi, scratch)
+    fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
+        self.cost(x, u, phi, false)
     }
 
-    fn final_cost(&self, x: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64 {
-        self.cost(x, None, phi, scratch)
+    fn final_cost(&self, x: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
+        self.cost(x, &[], phi, true)
     }
 
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
-        dispatch(Jacobians { system: self, function: Function::Dynamics, at, phi, out, scratch });
+        let program = self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian());
+        let batch = Batch { first: 0, count: at.stages };
+        program.run(batch, (&at_points(at), phi), (&mut [out], &mut []), scratch);
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
-        dispatch(Jacobians { system: self, function: Function::Measurement, at, phi, out, scratch });
+        let program = self.program(&self.programs.measurement_jacobian, |r| r.measurement_jacobian());
+        let batch = Batch { first: 0, count: at.count() };
+        program.run(batch, (&at_points(at), phi), (&mut [out], &mut []), scratch);
     }
 
     fn cost_quadratics(
@@ -99,7 +138,12 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        dispatch(CostQuadratics { system: self, at, phi, curvature, out, scratch });
+        let cells = &self.programs.cost_quadratic[usize::from(curvature == Curvature::Exact)];
+        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            let cell = &cells[usize::from(last)];
+            let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
+            program.run(batch, (&at_points(at), phi), (&mut [out], &mut []), scratch);
+        }
     }
 
     fn add_dynamics_curvature(
@@ -110,7 +154,10 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        dispatch(DynamicsCurvature { system: self, at, phi, costates, out, scratch });
+        let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
+        let sources = [at.states.into(), at.controls.into(), after(costates)];
+        let batch = Batch { first: 0, count: at.stages };
+        program.run(batch, (&sources, phi), (&mut [out], &mut []), scratch);
     }
 
     fn contract(
@@ -122,9 +169,22 @@ impl<M: Model> System for Authored<M> {
         parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        dispatch(ContractDynamics { system: self, at, phi, adjoints, joint, parameters, scratch });
-        if adjoints.has_cost {
-            dispatch(ContractCost { system: self, at, phi, adjoints, joint, parameters, scratch });
+        let programs = &self.programs;
+        let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints;
+        let [x, u] = at_points(at);
+        let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
+        let mut run = |program: &Program, batch| {
+            program.run(batch, (&sources, phi), (&mut [&mut *joint], parameters), scratch);
+        };
+        let stages = Batch { first: 0, count: at.stages };
+        run(self.program(&programs.contract_dynamics, |r| r.contract_dynamics()), stages);
+        let all = Batch { first: 0, count: at.count() };
+        run(self.program(&programs.contract_measurement, |r| r.contract_measurement()), all);
+        if *has_cost {
+            for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+                let cell = &programs.contract_cost[usize::from(last)];
+                run(self.program(cell, |recorder| recorder.contract_cost(last)), batch);
+            }
         }
     }
 
@@ -137,6 +197,21 @@ impl<M: Model> System for Authored<M> {
         parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        dispatch(ParameterGradient { system: self, at, phi, costates, variation, parameters, scratch });
+        let [x, u] = at_points(at);
+        let mut sources = [x, u, after(costates), x, x, x, x, x];
+        if let Some(Variation { joint, costates }) = variation {
+            sources[super::trace::source::VARIATION] = joint.into();
+            sources[super::trace::source::COSTATE_VARIATION] = after(costates);
+        }
+        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            let cell = usize::from(last);
+            let program = match variation {
+                None => self.program(&self.programs.parameter_gradient[cell], |r| r.parameter_gradient(last)),
+                Some(_) => {
+                    self.program(&self.programs.parameter_gradient_along[cell], |r| r.parameter_gradient_along(last))
+                }
+            };
+            program.run(batch, (&sources, phi), (&mut [], parameters), scratch);
+        }
     }
 }

@@ -8,12 +8,8 @@ use supple_kernels::{Matrices, Scratch};
 use crate::Dimensions;
 
 mod authored;
-mod block;
-mod contraction;
-mod cost;
-mod jacobians;
-mod pattern;
-mod sensitivity;
+mod programs;
+mod trace;
 
 pub use authored::Authored;
 
@@ -97,6 +93,12 @@ pub trait System: Send + Sync {
 
     /// `next = f(x, u)`.
     fn step(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]);
+
+    /// `next = f(x, u)`; returns the stage cost `l(x, u)`.
+    fn advance(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], scratch: &mut Scratch) -> f64 {
+        self.step(x, u, phi, next);
+        self.stage_cost(x, u, phi, scratch)
+    }
 
     /// `y = g(x)`.
     fn observe(&self, x: &[f64], phi: &[f64], y: &mut [f64]);

@@ -45,7 +45,7 @@ pub fn numbers(state: &TaskState) -> Vec<f64> {
 
 /// Plans as well as rounding lets, so that differences over small steps mean something.
 pub fn tight() -> PlanSettings {
-    PlanSettings { tolerance: 1e-14, ..PlanSettings::default() }
+    PlanSettings { tolerance: 1e-13, ..PlanSettings::default() }
 }
 
 /// Errors of the total gradients against differences of the task solved anew, each relative to its gradient; with

@@ -1,0 +1,91 @@
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Scalar;
+use crate::scalar::derive_operators;
+
+/// One number whose multiply-add is rounded once: what one lane does where the machine has the instruction.
+///
+/// To be used under run-time dispatch only; elsewhere `mul_add` is a slow call.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fused(f64);
+
+impl From<Fused> for f64 {
+    #[inline(always)]
+    fn from(number: Fused) -> Self {
+        number.0
+    }
+}
+
+macro_rules! operator {
+    ($($trait:ident, $method:ident, $op:tt;)*) => {$(
+        impl $trait for Fused {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0 $op other.0)
+            }
+        }
+    )*};
+}
+operator! { Add, add, +; Sub, sub, -; Mul, mul, *; Div, div, /; }
+
+impl Neg for Fused {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Mul<f64> for Fused {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        Self(self.0 * other)
+    }
+}
+
+impl Div<f64> for Fused {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: f64) -> Self {
+        Self(self.0 / other)
+    }
+}
+
+derive_operators!([] Fused);
+
+impl Scalar for Fused {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self(value)
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(self.0.mul_add(factor.0, term.0))
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self(1.0 / self.0)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (Self(self.0.sin()), Self(self.0.cos()))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.exp())
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        Self(self.0.ln())
+    }
+    #[inline(always)]
+    fn select(self, positive: Self, otherwise: Self) -> Self {
+        if self.0 > 0.0 { positive } else { otherwise }
+    }
+}

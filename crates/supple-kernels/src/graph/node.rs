@@ -1,0 +1,317 @@
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Scalar;
+use crate::scalar::derive_operators;
+
+/// A number that is not known yet: a place in the graph that this thread records.
+///
+/// Nodes are meaningful only inside the [`record`] that made them, on its thread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Node(pub(super) u32);
+
+/// What a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Op {
+    /// The number with these bits.
+    Constant(u64),
+    /// Entry `offset` of the matrix of source number `source`, at the knot.
+    Entry {
+        source: u32,
+        offset: u32,
+    },
+    /// A parameter: the same at every knot.
+    Parameter(u32),
+    Add(Node, Node),
+    Sub(Node, Node),
+    Mul(Node, Node),
+    Div(Node, Node),
+    Neg(Node),
+    Recip(Node),
+    Sqrt(Node),
+    Sin(Node),
+    Cos(Node),
+    Exp(Node),
+    Ln(Node),
+    /// The second where the first is above 0, else the third.
+    Select(Node, Node, Node),
+    /// The node itself, as something that nothing is known of; the number makes it unlike any other.
+    Opaque(Node, u32),
+}
+
+impl Op {
+    /// What the node is made of.
+    pub fn operands(self) -> impl Iterator<Item = Node> {
+        let (list, len) = match self {
+            Self::Constant(_) | Self::Entry { .. } | Self::Parameter(_) => ([Node(0); 3], 0),
+            Self::Neg(a)
+            | Self::Recip(a)
+            | Self::Sqrt(a)
+            | Self::Sin(a)
+            | Self::Cos(a)
+            | Self::Exp(a)
+            | Self::Ln(a) => ([a; 3], 1),
+            Self::Opaque(a, _) => ([a; 3], 1),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => ([a, b, b], 2),
+            Self::Select(a, b, c) => ([a, b, c], 3),
+        };
+        list.into_iter().take(len)
+    }
+}
+
+/// A fast hash for small keys that nobody chooses.
+#[derive(Default)]
+pub(super) struct Mix(u64);
+
+impl Hasher for Mix {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(u64::from(byte));
+        }
+    }
+    fn write_u32(&mut self, value: u32) {
+        self.write_u64(u64::from(value));
+    }
+    fn write_u64(&mut self, value: u64) {
+        self.0 = (self.0.rotate_left(5) ^ value).wrapping_mul(0x517c_c1b7_2722_0a95);
+        self.0 ^= self.0 >> 32;
+    }
+    fn write_usize(&mut self, value: usize) {
+        self.write_u64(value as u64);
+    }
+    fn write_isize(&mut self, value: isize) {
+        self.write_u64(value as u64);
+    }
+}
+
+/// All nodes that a thread has recorded.
+#[derive(Default)]
+pub(super) struct Graph {
+    pub ops: Vec<Op>,
+    known: HashMap<Op, Node, BuildHasherDefault<Mix>>,
+    opaque: u32,
+}
+
+thread_local! {
+    static GRAPH: RefCell<Graph> = RefCell::default();
+}
+
+/// Runs `build` with a graph of its own, in which its nodes live.
+pub fn record<T>(build: impl FnOnce() -> T) -> T {
+    let outer = GRAPH.take();
+    let result = build();
+    GRAPH.replace(outer);
+    result
+}
+
+/// The operations of the graph that is being recorded, up to now.
+pub(super) fn operations<T>(read: impl FnOnce(&[Op]) -> T) -> T {
+    GRAPH.with_borrow(|graph| read(&graph.ops))
+}
+
+fn intern(op: Op) -> Node {
+    GRAPH.with_borrow_mut(|graph| {
+        let Graph { ops, known, .. } = graph;
+        *known.entry(op).or_insert_with(|| {
+            ops.push(op);
+            Node((ops.len() - 1) as u32)
+        })
+    })
+}
+
+impl Node {
+    pub(super) fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    pub(super) fn op(self) -> Op {
+        GRAPH.with_borrow(|graph| graph.ops[self.index()])
+    }
+
+    /// Entry `offset` of the matrix of source number `source`, at the knot that the program is run for.
+    pub fn entry(source: usize, offset: usize) -> Self {
+        intern(Op::Entry { source: source as u32, offset: offset as u32 })
+    }
+
+    /// Parameter `index`: the same at every knot.
+    pub fn parameter(index: usize) -> Self {
+        intern(Op::Parameter(index as u32))
+    }
+
+    /// The node itself, as a variable of its own: nothing is folded through it, and it is unlike any other node.
+    pub fn opaque(self) -> Self {
+        let number = GRAPH.with_borrow_mut(|graph| {
+            graph.opaque += 1;
+            graph.opaque
+        });
+        intern(Op::Opaque(self, number))
+    }
+
+    /// The number that this node always is, if it is one.
+    pub fn known(self) -> Option<f64> {
+        match self.op() {
+            Op::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// Whether this node is always 0.
+    pub fn is_zero(self) -> bool {
+        self.known() == Some(0.0)
+    }
+
+    fn is(self, value: f64) -> bool {
+        self.known() == Some(value)
+    }
+
+    /// Folds a function of one known number.
+    fn map(self, op: Op, fold: impl FnOnce(f64) -> f64) -> Self {
+        match self.known() {
+            Some(value) => Self::constant(fold(value)),
+            None => intern(op),
+        }
+    }
+}
+
+impl Add for Node {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        match (self.known(), other.known()) {
+            (Some(a), Some(b)) => return Self::constant(a + b),
+            (Some(0.0), _) => return other,
+            (_, Some(0.0)) => return self,
+            _ => {}
+        }
+        match (self.op(), other.op()) {
+            (_, Op::Neg(b)) => self - b,
+            (Op::Neg(a), _) => other - a,
+            _ => intern(Op::Add(self.min(other), self.max(other))),
+        }
+    }
+}
+
+impl Sub for Node {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        if self == other {
+            return Self::constant(0.0);
+        }
+        match (self.known(), other.known()) {
+            (Some(a), Some(b)) => return Self::constant(a - b),
+            (Some(0.0), _) => return -other,
+            (_, Some(0.0)) => return self,
+            _ => {}
+        }
+        match (self.op(), other.op()) {
+            (_, Op::Neg(b)) => self + b,
+            (Op::Neg(a), _) => -(a + other),
+            _ => intern(Op::Sub(self, other)),
+        }
+    }
+}
+
+impl Mul for Node {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        match (self.known(), other.known()) {
+            (Some(a), Some(b)) => return Self::constant(a * b),
+            (Some(0.0), _) | (_, Some(0.0)) => return Self::constant(0.0),
+            (Some(1.0), _) => return other,
+            (_, Some(1.0)) => return self,
+            (Some(-1.0), _) => return -other,
+            (_, Some(-1.0)) => return -self,
+            _ => {}
+        }
+        match (self.op(), other.op()) {
+            (Op::Neg(a), Op::Neg(b)) => a * b,
+            (Op::Neg(a), _) => -(a * other),
+            (_, Op::Neg(b)) => -(self * b),
+            _ => intern(Op::Mul(self.min(other), self.max(other))),
+        }
+    }
+}
+
+impl Div for Node {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        match (self.known(), other.known()) {
+            (Some(a), Some(b)) => Self::constant(a / b),
+            (Some(0.0), _) => Self::constant(0.0),
+            (Some(1.0), _) => other.recip(),
+            (_, Some(1.0)) => self,
+            (_, Some(b)) => self * Self::constant(1.0 / b),
+            _ => intern(Op::Div(self, other)),
+        }
+    }
+}
+
+impl Neg for Node {
+    type Output = Self;
+    fn neg(self) -> Self {
+        match self.op() {
+            Op::Constant(bits) => Self::constant(-f64::from_bits(bits)),
+            Op::Neg(a) => a,
+            Op::Sub(a, b) => intern(Op::Sub(b, a)),
+            _ => intern(Op::Neg(self)),
+        }
+    }
+}
+
+impl Mul<f64> for Node {
+    type Output = Self;
+    fn mul(self, other: f64) -> Self {
+        self * Self::constant(other)
+    }
+}
+
+impl Div<f64> for Node {
+    type Output = Self;
+    fn div(self, other: f64) -> Self {
+        self / Self::constant(other)
+    }
+}
+
+derive_operators!([] Node);
+
+impl Scalar for Node {
+    fn constant(value: f64) -> Self {
+        // One zero only.
+        intern(Op::Constant((value + 0.0).to_bits()))
+    }
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+    fn recip(self) -> Self {
+        if self.is(1.0) { self } else { self.map(Op::Recip(self), |v| 1.0 / v) }
+    }
+    fn sqrt(self) -> Self {
+        self.map(Op::Sqrt(self), f64::sqrt)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        (self.map(Op::Sin(self), f64::sin), self.map(Op::Cos(self), f64::cos))
+    }
+    fn exp(self) -> Self {
+        self.map(Op::Exp(self), f64::exp)
+    }
+    fn ln(self) -> Self {
+        self.map(Op::Ln(self), f64::ln)
+    }
+    fn select(self, positive: Self, otherwise: Self) -> Self {
+        match self.known() {
+            _ if positive == otherwise => positive,
+            Some(value) => {
+                if value > 0.0 {
+                    positive
+                } else {
+                    otherwise
+                }
+            }
+            None => intern(Op::Select(self, positive, otherwise)),
+        }
+    }
+}

@@ -1,0 +1,226 @@
+use std::cell::RefCell;
+
+use super::program::{Fixed, Instruction, Program, Target};
+use super::schedule::Kind;
+use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
+
+/// What a program reads at its knots: matrices, from the knot itself or from one further on.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// The matrices.
+    pub matrices: &'a Matrices,
+    /// How many knots further on they are read.
+    pub shift: usize,
+}
+
+impl<'a> From<&'a Matrices> for Source<'a> {
+    fn from(matrices: &'a Matrices) -> Self {
+        Self { matrices, shift: 0 }
+    }
+}
+
+/// The knots that a program is run for.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch {
+    /// The first.
+    pub first: usize,
+    /// How many.
+    pub count: usize,
+}
+
+impl Program {
+    /// Runs the program at every knot of a batch, eight at a time.
+    ///
+    /// Results with [`Target::Sum`] are added to `sums` in the order of the knots. Allocates nothing once `scratch`
+    /// has been used.
+    pub fn run(
+        &self,
+        batch: Batch,
+        (sources, parameters): (&[Source], &[f64]),
+        (sinks, sums): (&mut [&mut Matrices], &mut [f64]),
+        scratch: &mut Scratch,
+    ) {
+        if self.is_empty() {
+            return;
+        }
+        assert!(self.sources <= sources.len() && self.parameters <= parameters.len(), "all that is read is given");
+        dispatch(Run { program: self, batch, sources, parameters, sinks, sums, scratch });
+    }
+
+    /// Runs the program at one knot: sources and sinks are single matrices by rows, padded as those of [`Matrices`] are.
+    pub fn run_single(&self, sources: &[&[f64]], parameters: &[f64], sinks: &mut [&mut [f64]]) {
+        assert!(self.sources <= sources.len() && self.parameters <= parameters.len(), "all that is read is given");
+        dispatch(Single { program: self, sources, parameters, sinks });
+    }
+}
+
+/// Does the arithmetic, all inputs being in their slots.
+#[inline(always)]
+fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
+    assert!(program.slots <= slots.len());
+    let base = slots.as_mut_ptr();
+    let mut rest = program.instructions.as_slice();
+    // Macros, not closures: a closure does not inherit the instructions of run-time dispatch.
+    macro_rules! get {
+        ($slot:expr) => {
+            // SAFETY: `compile` numbers all slots below `program.slots`, which is at most the length of `slots`.
+            unsafe { *base.add($slot as usize) }
+        };
+    }
+    macro_rules! each {
+        ($now:ident, |$i:ident| $value:expr) => {
+            for $i in $now {
+                let value = $value;
+                // SAFETY: as above.
+                unsafe { *base.add($i.to as usize) = value };
+            }
+        };
+    }
+    for &(kind, count) in &program.runs {
+        let (now, later): (&[Instruction], _) = rest.split_at(count);
+        rest = later;
+        match kind {
+            Kind::MulAdd => each!(now, |i| get!(i.a).mul_add(get!(i.b), get!(i.c))),
+            Kind::NegMulAdd => each!(now, |i| (-get!(i.a)).mul_add(get!(i.b), get!(i.c))),
+            Kind::MulSub => each!(now, |i| get!(i.a).mul_add(get!(i.b), -get!(i.c))),
+            Kind::Add => each!(now, |i| get!(i.a) + get!(i.b)),
+            Kind::Sub => each!(now, |i| get!(i.a) - get!(i.b)),
+            Kind::Mul => each!(now, |i| get!(i.a) * get!(i.b)),
+            Kind::Div => each!(now, |i| get!(i.a) / get!(i.b)),
+            Kind::Neg => each!(now, |i| -get!(i.a)),
+            Kind::Recip => each!(now, |i| get!(i.a).recip()),
+            Kind::Sqrt => each!(now, |i| get!(i.a).sqrt()),
+            Kind::Exp => each!(now, |i| get!(i.a).exp()),
+            Kind::Ln => each!(now, |i| get!(i.a).ln()),
+            Kind::Cos => each!(now, |i| get!(i.a).sin_cos().1),
+            Kind::Select => each!(now, |i| get!(i.a).select(get!(i.b), get!(i.c))),
+            Kind::SinCos => {
+                for i in now {
+                    let (sin, cos) = get!(i.a).sin_cos();
+                    // SAFETY: as above.
+                    unsafe {
+                        *base.add(i.c as usize) = cos;
+                        *base.add(i.to as usize) = sin;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sets the inputs that are the same at every knot.
+#[inline(always)]
+fn fix<V: Scalar>(program: &Program, parameters: &[f64], slots: &mut [V]) {
+    for (slot, input) in slots.iter_mut().zip(&program.fixed) {
+        *slot = V::constant(match *input {
+            Fixed::Constant(value) => value,
+            Fixed::Parameter(index) => parameters[index],
+        });
+    }
+}
+
+struct Run<'a, 'b> {
+    program: &'a Program,
+    batch: Batch,
+    sources: &'a [Source<'a>],
+    parameters: &'a [f64],
+    sinks: &'a mut [&'b mut Matrices],
+    sums: &'a mut [f64],
+    scratch: &'a mut Scratch,
+}
+
+impl Job for Run<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { program, batch, sources, parameters, sinks, sums, scratch } = self;
+        // SAFETY: lanes hold plain numbers; every slot is written before it is read.
+        let slots = unsafe { scratch.leftovers::<L>(program.slots) };
+        fix(program, parameters, slots);
+        for start in (0..batch.count).step_by(LANES) {
+            let (first, count) = (batch.first + start, LANES.min(batch.count - start));
+            let inputs = &mut slots[program.fixed.len()..];
+            for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
+                *slot = gather(&sources[source], first, count, offset);
+            }
+            execute(program, slots);
+            for &(slot, target) in &program.outputs {
+                let values = slots[slot].to_array();
+                match target {
+                    Target::Set { sink, offset } => {
+                        let (data, size) = column(sinks[sink], first, offset);
+                        for lane in 0..count {
+                            data[lane * size] = values[lane];
+                        }
+                    }
+                    Target::Add { sink, offset } => {
+                        let (data, size) = column(sinks[sink], first, offset);
+                        for lane in 0..count {
+                            data[lane * size] += values[lane];
+                        }
+                    }
+                    Target::Sum { index } => {
+                        for value in &values[..count] {
+                            sums[index] += value;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Entry `offset` of the matrices of all knots of a block in the lanes, missing ones repeating the last.
+#[inline(always)]
+fn gather<L: Lanes>(source: &Source, first: usize, count: usize, offset: usize) -> L {
+    let size = source.matrices.rows() * source.matrices.stride();
+    let data = &source.matrices.as_slice()[(first + source.shift) * size + offset..];
+    let mut values = [0.0; LANES];
+    for (lane, value) in values.iter_mut().enumerate() {
+        *value = data[lane.min(count - 1) * size];
+    }
+    L::from_array(values)
+}
+
+/// Entry `offset` of the matrix at knot `first` and what follows, and how far on the next one is.
+#[inline(always)]
+fn column(sink: &mut Matrices, first: usize, offset: usize) -> (&mut [f64], usize) {
+    let size = sink.rows() * sink.stride();
+    (&mut sink.as_mut_slice()[first * size + offset..], size)
+}
+
+struct Single<'a, 'b> {
+    program: &'a Program,
+    sources: &'a [&'a [f64]],
+    parameters: &'a [f64],
+    sinks: &'a mut [&'b mut [f64]],
+}
+
+thread_local! {
+    /// Slots of single runs.
+    static SINGLE: RefCell<Scratch> = RefCell::default();
+}
+
+impl Job for Single<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { program, sources, parameters, sinks } = self;
+        SINGLE.with_borrow_mut(|scratch| {
+            // SAFETY: as in `Run`.
+            let slots = unsafe { scratch.leftovers::<L::Single>(program.slots) };
+            fix(program, parameters, slots);
+            let inputs = &mut slots[program.fixed.len()..];
+            for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
+                *slot = L::Single::constant(sources[source][offset]);
+            }
+            execute(program, slots);
+            for &(slot, target) in &program.outputs {
+                let value: f64 = slots[slot].into();
+                match target {
+                    Target::Set { sink, offset } => sinks[sink][offset] = value,
+                    Target::Add { sink, offset } => sinks[sink][offset] += value,
+                    Target::Sum { index } => sinks[0][index] += value,
+                }
+            }
+        });
+    }
+}

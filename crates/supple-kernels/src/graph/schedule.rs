@@ -1,0 +1,215 @@
+use std::collections::{HashMap, HashSet};
+
+use super::node::{Node, Op};
+
+/// What an instruction does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Kind {
+    /// `a b + c`
+    MulAdd,
+    /// `c - a b`
+    NegMulAdd,
+    /// `a b - c`
+    MulSub,
+    Add,
+    Sub,
+    Mul,
+    Neg,
+    Div,
+    Recip,
+    Sqrt,
+    /// Sine to the first result, cosine to the second where it is needed.
+    SinCos,
+    Cos,
+    Exp,
+    Ln,
+    Select,
+}
+
+/// An instruction on nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub kind: Kind,
+    pub to: Node,
+    /// The second result, of those that have one.
+    pub second: Option<Node>,
+    pub operands: [Option<Node>; 3],
+}
+
+impl Step {
+    /// The nodes that it reads.
+    pub fn reads(&self) -> impl Iterator<Item = Node> {
+        self.operands.into_iter().flatten()
+    }
+}
+
+/// What stands behind opaque nodes.
+fn behind(ops: &[Op], mut node: Node) -> Node {
+    while let Op::Opaque(a, _) = ops[node.index()] {
+        node = a;
+    }
+    node
+}
+
+/// The nodes that results are read from: what stands behind each of `ends`.
+pub(super) fn results(ops: &[Op], ends: impl Iterator<Item = Node>) -> Vec<Node> {
+    ends.map(|end| behind(ops, end)).collect()
+}
+
+/// How often each node is read, those that `ends` do not need never.
+fn count_uses(ops: &[Op], ends: &[Node]) -> Vec<u32> {
+    let len = ends.iter().map(|node| node.index() + 1).max().unwrap_or(0);
+    let mut uses = vec![0; len];
+    for end in ends {
+        uses[end.index()] += 1;
+    }
+    for i in (0..len).rev() {
+        if uses[i] > 0 {
+            for operand in ops[i].operands() {
+                uses[behind(ops, operand).index()] += 1;
+            }
+        }
+    }
+    uses
+}
+
+/// The instructions that the nodes `ends` need, in the order in which they were recorded; a product that is only added
+/// to something is fused with the addition.
+pub(super) fn fuse(ops: &[Op], ends: &[Node]) -> Vec<Step> {
+    let uses = count_uses(ops, ends);
+    let mut fused = vec![false; uses.len()];
+    let mut steps = Vec::new();
+    for i in (0..uses.len()).filter(|&i| uses[i] > 0) {
+        if let Op::Add(a, b) | Op::Sub(a, b) = ops[i] {
+            let [a, b] = [a, b].map(|node| behind(ops, node));
+            let factor =
+                [b, a].into_iter().find(|node| matches!(ops[node.index()], Op::Mul(..)) && uses[node.index()] == 1);
+            if let Some(product) = factor {
+                fused[product.index()] = true;
+            }
+        }
+    }
+    let mut turned = HashSet::new();
+    for i in (0..uses.len()).filter(|&i| uses[i] > 0 && !fused[i]) {
+        let node = Node(i as u32);
+        if let Op::Sin(a) | Op::Cos(a) = ops[i]
+            && !turned.insert(a)
+        {
+            continue;
+        }
+        steps.extend(step(ops, node, &fused));
+    }
+    pair_sines(&mut steps, ops, &uses);
+    steps
+}
+
+/// The instruction of one node.
+fn step(ops: &[Op], to: Node, fused: &[bool]) -> Option<Step> {
+    let make = |kind, operands: [Option<Node>; 3]| {
+        let operands = operands.map(|node| node.map(|node| behind(ops, node)));
+        Some(Step { kind, to, second: None, operands })
+    };
+    let one = |kind, a| make(kind, [Some(a), None, None]);
+    let two = |kind, a, b| make(kind, [Some(a), Some(b), None]);
+    let three = |kind, a, b, c| make(kind, [Some(a), Some(b), Some(c)]);
+    // The factors of a product that is part of this instruction.
+    let product = |node: Node| match ops[behind(ops, node).index()] {
+        Op::Mul(a, b) if fused[behind(ops, node).index()] => Some((a, b)),
+        _ => None,
+    };
+    match ops[to.index()] {
+        Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) | Op::Opaque(..) => None,
+        Op::Add(a, b) => match (product(a), product(b)) {
+            (_, Some((x, y))) => three(Kind::MulAdd, x, y, a),
+            (Some((x, y)), _) => three(Kind::MulAdd, x, y, b),
+            _ => two(Kind::Add, a, b),
+        },
+        Op::Sub(a, b) => match (product(a), product(b)) {
+            (_, Some((x, y))) => three(Kind::NegMulAdd, x, y, a),
+            (Some((x, y)), _) => three(Kind::MulSub, x, y, b),
+            _ => two(Kind::Sub, a, b),
+        },
+        Op::Mul(a, b) => two(Kind::Mul, a, b),
+        Op::Div(a, b) => two(Kind::Div, a, b),
+        Op::Neg(a) => one(Kind::Neg, a),
+        Op::Recip(a) => one(Kind::Recip, a),
+        Op::Sqrt(a) => one(Kind::Sqrt, a),
+        Op::Sin(a) | Op::Cos(a) => one(Kind::SinCos, a),
+        Op::Exp(a) => one(Kind::Exp, a),
+        Op::Ln(a) => one(Kind::Ln, a),
+        Op::Select(a, b, c) => three(Kind::Select, a, b, c),
+    }
+}
+
+/// Makes sine and cosine of one angle the two results of one instruction.
+fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
+    let used = ops[..uses.len()].iter().enumerate().filter(|&(i, _)| uses[i] > 0);
+    let sines: HashMap<Node, Node> = used
+        .clone()
+        .filter_map(|(i, op)| if let Op::Sin(a) = op { Some((behind(ops, *a), Node(i as u32))) } else { None })
+        .collect();
+    let cosines: HashMap<Node, Node> = used
+        .filter_map(|(i, op)| if let Op::Cos(a) = op { Some((behind(ops, *a), Node(i as u32))) } else { None })
+        .collect();
+    for step in steps.iter_mut().filter(|step| step.kind == Kind::SinCos) {
+        let Some(angle) = step.operands[0] else { continue };
+        match (sines.get(&angle), cosines.get(&angle)) {
+            (Some(&sine), cosine) => (step.to, step.second) = (sine, cosine.copied()),
+            (None, Some(&cosine)) => (step.kind, step.to) = (Kind::Cos, cosine),
+            (None, None) => {}
+        }
+    }
+}
+
+/// How many instructions are put in a new order together.
+const WINDOW: usize = 192;
+
+/// The same instructions in an order in which those of one kind follow one another, so that the loop over them seldom
+/// changes what it does: within each window, all that are ready of the kind that most are ready of, and again.
+pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
+    steps.chunks(WINDOW).flat_map(schedule_window).collect()
+}
+
+fn schedule_window(window: &[Step]) -> Vec<Step> {
+    let mut made: HashMap<Node, usize> = HashMap::new();
+    for (i, step) in window.iter().enumerate() {
+        made.insert(step.to, i);
+        made.extend(step.second.map(|second| (second, i)));
+    }
+    let mut waits_for = vec![0; window.len()];
+    let mut readers = vec![Vec::new(); window.len()];
+    for (i, step) in window.iter().enumerate() {
+        for &maker in step.reads().filter_map(|node| made.get(&node)) {
+            waits_for[i] += 1;
+            readers[maker].push(i);
+        }
+    }
+    let mut ready: HashMap<Kind, Vec<usize>> = HashMap::new();
+    for i in (0..window.len()).filter(|&i| waits_for[i] == 0) {
+        ready.entry(window[i].kind).or_default().push(i);
+    }
+    let mut order = Vec::with_capacity(window.len());
+    let mut last = None;
+    while order.len() < window.len() {
+        // Ties are broken by the order of first appearance, so that the result is always the same.
+        let most = ready.iter().filter(|(_, list)| !list.is_empty());
+        let Some(kind) = most.max_by_key(|(kind, list)| (last == Some(**kind), list.len(), std::cmp::Reverse(list[0])))
+        else {
+            break;
+        };
+        let kind = *kind.0;
+        last = Some(kind);
+        let mut now = ready.remove(&kind).unwrap_or_default();
+        now.sort_unstable();
+        for i in now {
+            order.push(window[i]);
+            for &reader in &readers[i] {
+                waits_for[reader] -= 1;
+                if waits_for[reader] == 0 {
+                    ready.entry(window[reader].kind).or_default().push(reader);
+                }
+            }
+        }
+    }
+    order
+}

@@ -1,0 +1,167 @@
+use supple_kernels::graph::{Node, vjp};
+use supple_kernels::{Ldl, Scalar};
+
+use crate::cost::{Cost, Residual};
+use crate::{Model, Point, Value};
+
+/// Numbers of the sources that programs read.
+pub(super) mod source {
+    pub const STATE: usize = 0;
+    pub const CONTROL: usize = 1;
+    /// Costates, of the next step.
+    pub const COSTATE: usize = 2;
+    /// Adjoints of the knots.
+    pub const DYNAMICS: usize = 3;
+    pub const MEASUREMENT: usize = 4;
+    pub const COST: usize = 5;
+    /// Variation of `z`, and of the costates of the next step.
+    pub const VARIATION: usize = 6;
+    pub const COSTATE_VARIATION: usize = 7;
+}
+
+/// All variables of a model, and its functions recorded.
+pub(super) struct Trace<'a, M> {
+    pub model: &'a M,
+    pub time_step: Value,
+    /// `z = (x, u)`.
+    pub z: Vec<Node>,
+    pub phi: Vec<Node>,
+}
+
+/// The matrix of nodes whose rows are the derivatives of each of `outputs` by `wrt`.
+pub(super) fn jacobian(outputs: &[Node], wrt: &[Node]) -> Vec<Vec<Node>> {
+    outputs.iter().map(|&output| vjp(&[(output, Node::one())], wrt)).collect()
+}
+
+/// `sum a_i b_i`
+pub(super) fn dot(a: impl IntoIterator<Item = Node>, b: impl IntoIterator<Item = Node>) -> Node {
+    a.into_iter().zip(b).fold(Node::zero(), |sum, (a, b)| a.mul_add(b, sum))
+}
+
+/// Column `j` of a matrix.
+pub(super) fn column(matrix: &[Vec<Node>], j: usize) -> impl Iterator<Item = Node> + '_ {
+    matrix.iter().map(move |row| row[j])
+}
+
+/// Entries of a vector that a program reads.
+pub(super) fn entries(source: usize, len: usize) -> Vec<Node> {
+    (0..len).map(|i| Node::entry(source, i)).collect()
+}
+
+impl<'a, M: Model> Trace<'a, M> {
+    /// The variables of a model at a stage, or at the end, where there is no control.
+    pub fn new(model: &'a M, time_step: Value, parameters: usize, last: bool) -> Self {
+        let size = model.dimensions();
+        let mut z = entries(source::STATE, size.states);
+        // At the end the control is 0, but still a variable, unlike other zeros.
+        let control = |i| if last { Node::zero().opaque() } else { Node::entry(source::CONTROL, i) };
+        z.extend((0..size.controls).map(control));
+        Self { model, time_step, z, phi: (0..parameters).map(Node::parameter).collect() }
+    }
+
+    fn point<'b>(&'b self, w: &'b [Node]) -> Point<'b, Node> {
+        let (x, u) = self.z.split_at(self.model.dimensions().states);
+        Point { x, u, phi: &self.phi, time_step: self.time_step.resolve(&self.phi), w }
+    }
+
+    fn balance(&self, w: &[Node]) -> Vec<Node> {
+        let mut residual = vec![Node::zero(); w.len()];
+        self.model.balance(&self.point(w), &mut residual);
+        residual
+    }
+
+    /// `f`, with what its unknowns are defined by.
+    pub fn dynamics(&self) -> Dynamics {
+        let count = self.model.unknowns();
+        let zeros = vec![Node::zero(); count];
+        let mut matrix = zeros.repeat(count);
+        self.model.mass(&self.point(&zeros), &mut matrix);
+        let mass: Vec<Vec<Node>> = matrix.chunks(count.max(1)).map(<[Node]>::to_vec).collect();
+        let factor = Ldl::new(&mass);
+        let w = factor.solve(self.balance(&zeros)).into_iter().map(|w| (-w).opaque()).collect::<Vec<_>>();
+        let mut next = vec![Node::zero(); self.model.dimensions().states];
+        self.model.step(&self.point(&w), &mut next);
+        let residual = self.balance(&w);
+        Dynamics { next, residual, mass, factor, w }
+    }
+
+    /// `g`
+    pub fn measurement(&self) -> Vec<Node> {
+        let mut y = vec![Node::zero(); self.model.dimensions().measurements];
+        self.model.observe(&self.point(&[]), &mut y);
+        y
+    }
+
+    /// The residual of every cost.
+    pub fn residuals(&self, costs: &[Cost]) -> Vec<Vec<Node>> {
+        let at = self.point(&[]);
+        let mut signals = vec![Node::zero(); self.model.signals().len()];
+        self.model.signal(&at, &mut signals);
+        let residual = |cost: &Cost| {
+            let mut r = vec![Node::zero(); cost.kind.len()];
+            cost.kind.evaluate(&at, &signals, &mut r);
+            r
+        };
+        costs.iter().map(residual).collect()
+    }
+
+    /// The cost `l`, of a stage or of the end.
+    pub fn cost(&self, costs: &[Cost], last: bool) -> Node {
+        let terms = costs.iter().zip(self.residuals(costs)).filter(|(cost, _)| !cost.weights(last).are_zero());
+        terms.fold(Node::zero(), |sum, (cost, r)| sum + cost.of_residual(&r, &self.phi, last))
+    }
+}
+
+/// The dynamics `f(z; phi) = F(z, w; phi)` with unknowns `w(z; phi)` such that `r(z, w; phi) = 0`, `r_w = M`.
+///
+/// In derivatives of `F` and `r`, `w` counts as a variable of its own. Along `z_j` it moves by `W_j = -M^-1 r_{z_j}`,
+/// and `f` by `F_{z_j} + F_w W_j`.
+pub(super) struct Dynamics {
+    /// `F` at the unknowns.
+    pub next: Vec<Node>,
+    /// `r` at the unknowns: 0, but with derivatives.
+    pub residual: Vec<Node>,
+    pub mass: Vec<Vec<Node>>,
+    factor: Ldl<Node>,
+    pub w: Vec<Node>,
+}
+
+/// The derivatives of the dynamics' parts.
+pub(super) struct Linearised {
+    /// `F_z` and `F_w`.
+    pub f_z: Vec<Vec<Node>>,
+    pub f_w: Vec<Vec<Node>>,
+    /// `r_z`
+    pub r_z: Vec<Vec<Node>>,
+    /// `W_j` of every variable of `z`.
+    pub directions: Vec<Vec<Node>>,
+}
+
+impl Dynamics {
+    /// `-M^-1 b`
+    pub fn respond(&self, b: Vec<Node>) -> Vec<Node> {
+        if b.iter().all(|b| b.is_zero()) { b } else { self.factor.solve(b).into_iter().map(|x| -x).collect() }
+    }
+
+    /// The variables `z` and `w` in one list.
+    pub fn variables(&self, z: &[Node]) -> Vec<Node> {
+        z.iter().chain(&self.w).copied().collect()
+    }
+
+    /// All derivatives by `z` and `w`.
+    pub fn linearise(&self, z: &[Node]) -> Linearised {
+        let variables = self.variables(z);
+        let split = |rows: Vec<Vec<Node>>| -> (Vec<_>, Vec<_>) {
+            rows.into_iter().map(|row| (row[..z.len()].to_vec(), row[z.len()..].to_vec())).unzip()
+        };
+        let (f_z, f_w) = split(jacobian(&self.next, &variables));
+        let (r_z, _) = split(jacobian(&self.residual, &variables));
+        let directions = (0..z.len()).map(|j| self.respond(column(&r_z, j).collect())).collect();
+        Linearised { f_z, f_w, r_z, directions }
+    }
+
+    /// `-M^-1 F_w' lambda`: how much each unit of `r` changes `lambda' f`.
+    pub fn multipliers(&self, f_w: &[Vec<Node>], lambda: &[Node]) -> Vec<Node> {
+        self.respond((0..self.w.len()).map(|l| dot(column(f_w, l), lambda.iter().copied())).collect())
+    }
+}
