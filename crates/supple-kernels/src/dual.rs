@@ -170,6 +170,16 @@ impl<S: Scalar, const K: usize> Scalar for Dual<S, K> {
         self.chain(self.value.ln(), self.value.recip())
     }
     #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        let scale = (self.value * self.value + x.value * x.value).recip();
+        let (along, across) = (x.value * scale, self.value * scale);
+        let mut tangents = self.tangents;
+        for i in 0..K {
+            tangents[i] = along * self.tangents[i] - across * x.tangents[i];
+        }
+        Self { value: self.value.atan2(x.value), tangents }
+    }
+    #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
         let mut tangents = self.tangents;
         for i in 0..K {
@@ -192,7 +202,8 @@ mod tests {
         let root = (x * x + 0.3).sqrt();
         let quotient = (sin + 1.5) / (root + cos * 0.1);
         let rest = (-x).exp().mul_add(quotient, (x.square() + 1.0).ln()) - root.recip() / 3.0;
-        (x - 0.5).select(rest * x, rest) + x.smooth_positive_part(S::constant(0.01)) - (x - 2.0).abs()
+        let angle = (x * x - 1.0).atan2(x + 4.0);
+        angle + (x - 0.5).select(rest * x, rest) + x.smooth_positive_part(S::constant(0.01)) - (x - 2.0).abs()
     }
 
     /// The same function, for num-dual's.
@@ -205,7 +216,9 @@ mod tests {
         let z = x;
         let smooth = ((z * z + 1e-4).sqrt() + z) * 0.5;
         let kink = if x.re > 2.0 { x - 2.0 } else { -(x - 2.0) };
-        chosen + smooth - kink
+        // Right of the origin the angle is that of the quotient.
+        let angle = ((x * x - 1.0) / (x + 4.0)).atan();
+        angle + chosen + smooth - kink
     }
 
     proptest! {

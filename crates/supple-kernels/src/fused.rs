@@ -85,6 +85,10 @@ impl Scalar for Fused {
         Self(self.0.ln())
     }
     #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        Self(self.0.atan2(x.0))
+    }
+    #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
         if self.0 > 0.0 { positive } else { otherwise }
     }

@@ -108,6 +108,10 @@ impl Scalar for Portable {
         Self(self.0.map(f64::ln))
     }
     #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i].atan2(x.0[i])))
+    }
+    #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
         Self(std::array::from_fn(|i| if self.0[i] > 0.0 { positive.0[i] } else { otherwise.0[i] }))
     }
@@ -231,6 +235,14 @@ pub(crate) mod x86 {
                 #[inline(always)]
                 fn ln(self) -> Self {
                     Self::from_array(self.to_array().map(f64::ln))
+                }
+                #[inline(always)]
+                fn atan2(self, x: Self) -> Self {
+                    let (mut y, x) = (self.to_array(), x.to_array());
+                    for i in 0..LANES {
+                        y[i] = y[i].atan2(x[i]);
+                    }
+                    Self::from_array(y)
                 }
                 #[inline(always)]
                 fn select(self, positive: Self, otherwise: Self) -> Self {

@@ -4,7 +4,7 @@
 //!
 //! - [`Scalar`]: what the physics of a model is written over, once;
 //! - [`Dual`]: forward derivatives with several tangents at once, nested for higher orders;
-//! - [`Pattern`]: which variables a value depends on, and to what order;
+//! - [`graph`]: physics recorded once, differentiated, and compiled to programs for the lanes;
 //! - [`Lanes`]: eight numbers at once, and [`dispatch`] which picks the machine's best instructions at run time;
 //! - [`Matrices`]: a sequence of equal matrices in one padded, aligned buffer, and the [`rows`] kernels on it;
 //! - [`Scratch`]: memory that kernels reuse, so that sweeps allocate nothing.
@@ -19,7 +19,6 @@ pub mod graph;
 mod lanes;
 mod ldl;
 mod matrices;
-mod pattern;
 pub mod rows;
 mod scalar;
 mod scratch;
@@ -29,6 +28,5 @@ pub use dual::Dual;
 pub use lanes::{LANES, Lanes};
 pub use ldl::Ldl;
 pub use matrices::{Matrices, padded};
-pub use pattern::Pattern;
 pub use scalar::Scalar;
 pub use scratch::Scratch;

@@ -2,7 +2,7 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A real number as the physics of a model sees it: a plain `f64`, eight of them in SIMD lanes, a dual number, or a
-/// tracker of dependencies.
+/// place in a graph.
 ///
 /// Code generic over `Scalar` must not branch on values: use [`Scalar::select`] and what is built on it.
 pub trait Scalar:
@@ -43,6 +43,9 @@ pub trait Scalar:
 
     /// Natural logarithm.
     fn ln(self) -> Self;
+
+    /// The angle of the point (`x`, `self`), radians in [-pi, pi]. It has no derivative at the origin.
+    fn atan2(self, x: Self) -> Self;
 
     /// `positive` where `self > 0`, else `otherwise`.
     fn select(self, positive: Self, otherwise: Self) -> Self;
@@ -128,6 +131,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn ln(self) -> Self {
         f64::ln(self)
+    }
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        f64::atan2(self, x)
     }
     #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {

@@ -74,6 +74,11 @@ fn propagate(node: Node, g: Node, active: &[bool], adjoint: &mut [Node]) {
             give(a, &|| g / b);
             give(b, &|| -(g / b * node));
         }
+        Op::Atan2(y, x) => {
+            let scaled = g / (y * y + x * x);
+            give(y, &|| scaled * x);
+            give(x, &|| -(scaled * y));
+        }
         Op::Select(condition, positive, otherwise) => {
             give(positive, &|| condition.select(g, Node::zero()));
             give(otherwise, &|| condition.select(Node::zero(), g));
@@ -128,6 +133,7 @@ fn rate_of(node: Node, rates: &[Node]) -> Node {
         Op::Sub(a, b) => rate(a) - rate(b),
         Op::Mul(a, b) => rate(a) * b + a * rate(b),
         Op::Div(a, b) => (rate(a) - node * rate(b)) / b,
+        Op::Atan2(y, x) => (rate(y) * x - rate(x) * y) / (y * y + x * x),
         Op::Select(condition, positive, otherwise) => condition.select(rate(positive), rate(otherwise)),
         Op::Opaque(a, _) => rate(a),
         op => slope(node, op).map_or(Node::zero(), |(a, slope)| rate(a) * slope),

@@ -28,6 +28,8 @@ pub(super) enum Op {
     Sub(Node, Node),
     Mul(Node, Node),
     Div(Node, Node),
+    /// Angle of the point (second, first).
+    Atan2(Node, Node),
     Neg(Node),
     Recip(Node),
     Sqrt(Node),
@@ -54,7 +56,7 @@ impl Op {
             | Self::Exp(a)
             | Self::Ln(a) => ([a; 3], 1),
             Self::Opaque(a, _) => ([a; 3], 1),
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => ([a, b, b], 2),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::Atan2(a, b) => ([a, b, b], 2),
             Self::Select(a, b, c) => ([a, b, c], 3),
         };
         list.into_iter().take(len)
@@ -300,6 +302,12 @@ impl Scalar for Node {
     }
     fn ln(self) -> Self {
         self.map(Op::Ln(self), f64::ln)
+    }
+    fn atan2(self, x: Self) -> Self {
+        match (self.known(), x.known()) {
+            (Some(y), Some(x)) => Self::constant(y.atan2(x)),
+            _ => intern(Op::Atan2(self, x)),
+        }
     }
     fn select(self, positive: Self, otherwise: Self) -> Self {
         match self.known() {

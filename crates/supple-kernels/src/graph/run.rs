@@ -90,6 +90,7 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
             Kind::Neg => each!(now, |i| -get!(i.a)),
             Kind::Recip => each!(now, |i| get!(i.a).recip()),
             Kind::Sqrt => each!(now, |i| get!(i.a).sqrt()),
+            Kind::Atan2 => each!(now, |i| get!(i.a).atan2(get!(i.b))),
             Kind::Exp => each!(now, |i| get!(i.a).exp()),
             Kind::Ln => each!(now, |i| get!(i.a).ln()),
             Kind::Cos => each!(now, |i| get!(i.a).sin_cos().1),

@@ -21,6 +21,7 @@ pub(super) enum Kind {
     /// Sine to the first result, cosine to the second where it is needed.
     SinCos,
     Cos,
+    Atan2,
     Exp,
     Ln,
     Select,
@@ -131,6 +132,7 @@ fn step(ops: &[Op], to: Node, fused: &[bool]) -> Option<Step> {
         },
         Op::Mul(a, b) => two(Kind::Mul, a, b),
         Op::Div(a, b) => two(Kind::Div, a, b),
+        Op::Atan2(a, b) => two(Kind::Atan2, a, b),
         Op::Neg(a) => one(Kind::Neg, a),
         Op::Recip(a) => one(Kind::Recip, a),
         Op::Sqrt(a) => one(Kind::Sqrt, a),
