@@ -8,10 +8,24 @@
 //! one joint each, the links that are fixed to one another merged, and the coordinates `q` that they move with. The
 //! algorithms on it are those of Featherstone, *Rigid Body Dynamics Algorithms* (2008).
 
+mod dynamics;
 mod load;
+mod numbers;
 mod pose;
 mod robot;
+mod tree;
 
+pub use dynamics::{
+    Kinematics, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics, frame_jacobian,
+    frame_velocity, inverse_dynamics, mass_matrix, passive_forces, solve,
+};
 pub use load::{LoadOptions, load, parse};
+pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::Pose;
 pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Robot};
+pub use tree::{Body, Motion, Tree};
+
+/// Vectors of three numbers over any scalar.
+pub mod vector {
+    pub use crate::pose::{add, cross, dot, scale, sub};
+}

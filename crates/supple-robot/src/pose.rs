@@ -14,31 +14,31 @@ pub struct Pose<S = f64> {
 
 /// `a x b`
 #[inline(always)]
-pub(crate) fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+pub fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a' b`
 #[inline(always)]
-pub(crate) fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
+pub fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `a + b`
 #[inline(always)]
-pub(crate) fn add<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+pub fn add<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// `a - b`
 #[inline(always)]
-pub(crate) fn sub<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+pub fn sub<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// `s a`
 #[inline(always)]
-pub(crate) fn scale<S: Scalar>(s: S, a: [S; 3]) -> [S; 3] {
+pub fn scale<S: Scalar>(s: S, a: [S; 3]) -> [S; 3] {
     [s * a[0], s * a[1], s * a[2]]
 }
 

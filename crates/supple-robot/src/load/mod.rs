@@ -1,5 +1,18 @@
 //! Robot files: URDF, SDF or MJCF text in, [`Robot`] out; every error names file, line, element and what is valid.
 
+mod assemble;
+mod meshes;
+mod mimic;
+mod mjcf;
+mod physics;
+mod scan;
+mod sdf;
+mod urdf;
+mod values;
+mod warnings;
+mod words;
+mod xml;
+
 use std::path::{Path, PathBuf};
 
 use supple_files::{FileError, read_text};
@@ -29,6 +42,13 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Robot, File
 /// # Errors
 /// Where anything in it is wrong or cannot be modelled.
 pub fn parse(text: &str, name: &str, options: &LoadOptions) -> Result<Robot, FileError> {
-    let _ = (text, options);
-    Err(FileError::unreadable(name, "no format is known yet"))
+    let document = xml::Document::parse(text, name)?;
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let root = document.root();
+    match root.tag() {
+        "robot" => urdf::read(&document, options, folder),
+        "sdf" => sdf::read(&document, options, folder),
+        "mujoco" => mjcf::read(&document, options, folder),
+        _ => Err(root.error("a robot file begins with `robot` (URDF), `sdf` (SDF) or `mujoco` (MJCF)")),
+    }
 }

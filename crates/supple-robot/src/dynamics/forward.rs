@@ -1,0 +1,148 @@
+//! Accelerations from forces: by the mass matrix, or by the articulated body algorithm.
+
+use supple_kernels::Scalar;
+
+use super::articulated::Articulated;
+use super::external::on_bodies;
+use super::inertia::Acceleration;
+use super::inverse::along;
+use super::{Kinematics, Wrench, inverse_dynamics, mass_matrix, solve};
+use crate::pose::{add, cross, dot};
+use crate::tree::Motion;
+use crate::{Numbers, Tree};
+
+/// Bodies on one another up to which the mass matrix takes fewer operations than articulated bodies: counted for chains
+/// of joints at right angles and at any angles.
+const SHALLOW: usize = 9;
+
+/// The accelerations `a` of the degrees of freedom, rad/s^2 or m/s^2, that solve `M a + h = tau + sum J' wrench`.
+///
+/// `tau` are all forces in the joints, N m or N: those of drives plus [`passive_forces`](crate::passive_forces).
+/// `external` is as in [`inverse_dynamics`]. Where joints follow others, or no more than nine bodies are carried by one
+/// another, this is [`solve`] with the mass matrix, and else [`articulated_bodies`]: both give the same, and this is
+/// what takes fewer operations. Where the mass matrix is singular, which [`check_inertia`](crate::check_inertia) tells,
+/// accelerations are not finite.
+///
+/// # Panics
+/// Where `tau` has not one entry by degree of freedom, or `kinematics` are those of another tree.
+pub fn forward_dynamics<S: Scalar>(
+    tree: &Tree,
+    numbers: &Numbers<S>,
+    kinematics: &Kinematics<S>,
+    tau: &[S],
+    external: &[(usize, Wrench<S>)],
+) -> Vec<S> {
+    assert_eq!(tau.len(), tree.dofs(), "forces of other dofs");
+    if !tree.has_mimic() && tree.depth() > SHALLOW {
+        return articulated_bodies(tree, numbers, kinematics, tau, external);
+    }
+    let held = inverse_dynamics(tree, numbers, kinematics, &vec![S::zero(); tree.dofs()], external);
+    let free: Vec<_> = tau.iter().zip(held).map(|(&tau, held)| tau - held).collect();
+    solve(mass_matrix(tree, numbers, kinematics), &free)
+}
+
+/// The accelerations that [`forward_dynamics`] gives, by the articulated body algorithm: the number of operations grows
+/// with that of bodies only. For trees in which no joint follows another.
+///
+/// # Panics
+/// Where a joint follows another, `tau` has not one entry by degree of freedom, or `kinematics` are those of another
+/// tree.
+pub fn articulated_bodies<S: Scalar>(
+    tree: &Tree,
+    numbers: &Numbers<S>,
+    kinematics: &Kinematics<S>,
+    tau: &[S],
+    external: &[(usize, Wrench<S>)],
+) -> Vec<S> {
+    assert!(!tree.has_mimic(), "a joint follows another");
+    assert_eq!(tau.len(), tree.dofs(), "forces of other dofs");
+    let drifts = drifts(tree, kinematics);
+    let outside = on_bodies(tree, kinematics, external);
+    let joints = swept(tree, numbers, kinematics, &drifts, tau, &outside);
+    outward(tree, numbers, kinematics, &drifts, &joints)
+}
+
+/// What the inward sweep leaves of a joint: its acceleration is `(free - column' X a) inverse`, where `X a` is that
+/// which the body that carries it gives.
+struct Joint<S> {
+    column: Wrench<S>,
+    inverse: S,
+    free: S,
+}
+
+/// How each body accelerates by velocities alone, against the body that carries it.
+fn drifts<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Acceleration<S>> {
+    let zero = [S::zero(); 3];
+    let still = Acceleration::new(zero, zero, zero);
+    let bodies = tree.bodies().iter().zip(&kinematics.moved);
+    let drifts = bodies.map(|(body, moved)| {
+        let spin = |parent: usize| Acceleration::new(zero, zero, kinematics.moved[parent].twist.angular);
+        moved.accelerated(body.motion, &body.parent.map_or(still, spin), S::zero())
+    });
+    drifts.collect()
+}
+
+/// The sweep from the tips to the world, with the wrenches from outside on bodies.
+fn swept<S: Scalar>(
+    tree: &Tree,
+    numbers: &Numbers<S>,
+    kinematics: &Kinematics<S>,
+    drifts: &[Acceleration<S>],
+    tau: &[S],
+    outside: &[Wrench<S>],
+) -> Vec<Joint<S>> {
+    let zero = [S::zero(); 3];
+    let bodies = &kinematics.bodies.inertias;
+    let mut inertias: Vec<_> = bodies.iter().map(Articulated::rigid).collect();
+    let spinning = bodies.iter().zip(&kinematics.moved).zip(outside).map(|((inertia, moved), outside)| {
+        inertia.force(&Acceleration::new(zero, zero, moved.twist.angular)).minus(outside)
+    });
+    let mut forces: Vec<_> = spinning.collect();
+    let mut joints = Vec::with_capacity(bodies.len());
+    for (index, body) in tree.bodies().iter().enumerate().rev() {
+        let column = inertias[index].column(body.motion);
+        let armature = numbers.joints[body.joint].armature;
+        let inverse = (along(body.motion, &column) + armature).recip();
+        let free = tau[body.dof] - along(body.motion, &forces[index]);
+        if let Some(parent) = body.parent {
+            let step = &kinematics.moved[index].step;
+            let inertia = inertias[index].freed(body.motion, &column, inverse, armature);
+            let force = forces[index].plus(&inertia.force(&drifts[index]));
+            let force = force.plus(&column.scaled(free * inverse));
+            inertias[parent] = inertias[parent].plus(&inertia.inward(step));
+            forces[parent] = forces[parent].plus(&force.inward(step));
+        }
+        joints.push(Joint { column, inverse, free });
+    }
+    joints.reverse();
+    joints
+}
+
+/// The sweep from the world to the tips.
+fn outward<S: Scalar>(
+    tree: &Tree,
+    numbers: &Numbers<S>,
+    kinematics: &Kinematics<S>,
+    drifts: &[Acceleration<S>],
+    joints: &[Joint<S>],
+) -> Vec<S> {
+    let zero = [S::zero(); 3];
+    let world = (zero, numbers.gravity.map(|entry| -entry));
+    let mut result = vec![S::zero(); tree.dofs()];
+    let mut bodies: Vec<([S; 3], [S; 3])> = Vec::with_capacity(joints.len());
+    for (index, (body, joint)) in tree.bodies().iter().zip(joints).enumerate() {
+        let (angular, linear) = body.parent.map_or(world, |parent| bodies[parent]);
+        let (step, drift) = (&kinematics.moved[index].step, &drifts[index]);
+        let mut linear = add(step.outward(add(linear, cross(angular, step.origin))), drift.linear);
+        let mut angular = add(step.outward(angular), drift.angular);
+        let given = dot(joint.column.torque, angular) + dot(joint.column.force, linear);
+        let acceleration = (joint.free - given) * joint.inverse;
+        match body.motion {
+            Motion::Turn => angular[2] += acceleration,
+            Motion::Slide => linear[2] += acceleration,
+        }
+        result[body.dof] = acceleration;
+        bodies.push((angular, linear));
+    }
+    result
+}

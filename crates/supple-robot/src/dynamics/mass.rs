@@ -1,0 +1,63 @@
+//! The mass matrix: the composite rigid body algorithm.
+
+use supple_kernels::Scalar;
+
+use super::inertia::Inertia;
+use super::inverse::along;
+use super::{Kinematics, Wrench};
+use crate::tree::Motion;
+use crate::{Numbers, Tree};
+
+/// The mass matrix, with the inertia of drives: `dofs` by `dofs`, symmetric; kg m^2, kg m or kg.
+///
+/// Entries of two degrees of freedom that move no body together are constant zeros.
+///
+/// # Panics
+/// Where `kinematics` are those of another tree.
+pub fn mass_matrix<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, kinematics: &Kinematics<S>) -> Vec<Vec<S>> {
+    let bodies = tree.bodies();
+    let composites = composites(tree, kinematics);
+    let mut mass = vec![vec![S::zero(); tree.dofs()]; tree.dofs()];
+    for (index, body) in bodies.iter().enumerate() {
+        let mut force = unit_force(body.motion, &composites[index]);
+        let own = (along(body.motion, &force) + numbers.joints[body.joint].armature) * (body.ratio * body.ratio);
+        mass[body.dof][body.dof] += own;
+        let mut below = index;
+        for above in tree.path(body.parent) {
+            force = force.inward(&kinematics.moved[below].step);
+            let other = &bodies[above];
+            let shared = along(other.motion, &force) * (body.ratio * other.ratio);
+            if other.dof == body.dof {
+                mass[body.dof][body.dof] += shared * 2.0;
+            } else {
+                mass[body.dof][other.dof] += shared;
+                mass[other.dof][body.dof] = mass[body.dof][other.dof];
+            }
+            below = above;
+        }
+    }
+    mass
+}
+
+/// The inertia of each body with all that it carries.
+fn composites<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>) -> Vec<Inertia<S>> {
+    let mut composites = kinematics.bodies.inertias.clone();
+    for (index, body) in tree.bodies().iter().enumerate().rev() {
+        if let Some(parent) = body.parent {
+            composites[parent] = composites[parent].plus(&composites[index].inward(&kinematics.moved[index].step));
+        }
+    }
+    composites
+}
+
+/// The force on an inertia at rest that is accelerated by 1 along its joint.
+fn unit_force<S: Scalar>(motion: Motion, inertia: &Inertia<S>) -> Wrench<S> {
+    let [x, y, _] = inertia.first;
+    match motion {
+        Motion::Turn => {
+            let [[_, _, xz], [_, _, yz], [_, _, zz]] = inertia.moments();
+            Wrench { torque: [xz, yz, zz], force: [-y, x, S::zero()] }
+        }
+        Motion::Slide => Wrench { torque: [y, -x, S::zero()], force: [S::zero(), S::zero(), inertia.mass] },
+    }
+}

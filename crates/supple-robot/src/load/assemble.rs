@@ -1,0 +1,360 @@
+//! From links and joints that a file names in any order to a [`Robot`]: a tree, the root first, with checked numbers.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
+
+use supple_files::FileError;
+
+use super::LoadOptions;
+use super::mimic::follow;
+use super::physics::{check_joint, check_link, warn_of_massless};
+use super::warnings::Warnings;
+use super::words::{listed, near, shown};
+use super::xml::{Document, Element};
+use crate::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Pose, Robot};
+
+/// Links of a robot, at most.
+const MOST_LINKS: usize = 20_000;
+
+/// A robot in parts, as a file names them.
+pub(super) struct Parts<'a> {
+    /// Its name.
+    pub(super) name: String,
+    /// Its links, in the order of the file.
+    pub(super) links: Vec<LinkPart<'a>>,
+    /// Its joints, in the order of the file.
+    pub(super) joints: Vec<JointPart<'a>>,
+    /// Its named frames besides those of the links.
+    pub(super) frames: Vec<FramePart<'a>>,
+    /// Gravity that the file asks for, m/s^2.
+    pub(super) gravity: Option<[f64; 3]>,
+    /// What was said so far that is not modelled.
+    pub(super) warnings: Warnings,
+}
+
+/// A link, with the element that errors about it name.
+pub(super) struct LinkPart<'a> {
+    /// Where it stands.
+    pub(super) at: Element<'a>,
+    /// Its name.
+    pub(super) name: String,
+    /// Its inertia, and where that stands.
+    pub(super) inertia: Option<(Inertia, Element<'a>)>,
+    /// Its visual meshes.
+    pub(super) meshes: Vec<Mesh>,
+}
+
+/// A name of something else, and where it stands.
+#[derive(Clone)]
+pub(super) struct Reference<'a> {
+    /// Where it stands.
+    pub(super) at: Element<'a>,
+    /// The name.
+    pub(super) name: String,
+}
+
+/// A joint between named links. Numbers as in [`Joint`]; the axis may have any length but 0.
+pub(super) struct JointPart<'a> {
+    pub(super) at: Element<'a>,
+    pub(super) name: String,
+    pub(super) kind: JointKind,
+    pub(super) parent: Reference<'a>,
+    pub(super) child: Reference<'a>,
+    pub(super) origin: Pose,
+    pub(super) child_pose: Pose,
+    pub(super) axis: [f64; 3],
+    pub(super) reference: f64,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+    pub(super) armature: f64,
+    pub(super) stiffness: f64,
+    pub(super) rest: f64,
+    pub(super) limits: Limits,
+    pub(super) mimic: Option<MimicPart<'a>>,
+}
+
+/// `position = ratio * position of the named joint + offset`
+#[derive(Clone)]
+pub(super) struct MimicPart<'a> {
+    /// The joint that is followed.
+    pub(super) joint: Reference<'a>,
+    /// Ratio.
+    pub(super) ratio: f64,
+    /// Offset, rad or m.
+    pub(super) offset: f64,
+}
+
+/// A named frame on a named link.
+pub(super) struct FramePart<'a> {
+    /// Its name.
+    pub(super) name: String,
+    /// Its link.
+    pub(super) link: Reference<'a>,
+    /// Where it is in the link.
+    pub(super) pose: Pose,
+}
+
+impl<'a> JointPart<'a> {
+    /// A joint at the origins of its links, about x, without limits and free of forces.
+    pub(super) fn new(
+        at: Element<'a>,
+        name: &str,
+        kind: JointKind,
+        parent: Reference<'a>,
+        child: Reference<'a>,
+    ) -> Self {
+        Self {
+            at,
+            name: name.to_owned(),
+            kind,
+            parent,
+            child,
+            origin: Pose::IDENTITY,
+            child_pose: Pose::IDENTITY,
+            axis: [1.0, 0.0, 0.0],
+            reference: 0.0,
+            damping: 0.0,
+            friction: 0.0,
+            armature: 0.0,
+            stiffness: 0.0,
+            rest: 0.0,
+            limits: Limits::default(),
+            mimic: None,
+        }
+    }
+}
+
+/// A joint's links, by index in the file.
+#[derive(Clone, Copy)]
+pub(super) struct Ends {
+    pub(super) parent: usize,
+    pub(super) child: usize,
+}
+
+/// Where links and joints of the file stand in the robot.
+struct Order {
+    /// By link in the file.
+    links: Vec<usize>,
+    /// By joint in the file.
+    joints: Vec<usize>,
+}
+
+/// Puts the parts together. Joints keep the order of the file, but for those that stand before the joint that carries
+/// their parent.
+///
+/// # Errors
+/// Where links and joints do not make one tree with one root, names are used twice or not known, or numbers cannot be.
+pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOptions) -> Result<Robot, FileError> {
+    if options.independent_mimic {
+        parts.joints.iter_mut().for_each(|joint| joint.mimic = None);
+    }
+    if let Some(beyond) = parts.links.get(MOST_LINKS) {
+        return Err(beyond.at.error(format!("a robot has at most {MOST_LINKS} links")));
+    }
+    for link in &parts.links {
+        check_link(link, &mut parts.warnings)?;
+    }
+    for joint in &mut parts.joints {
+        check_joint(joint)?;
+    }
+    let links = Names::new(parts.links.iter().map(|link| (link.name.as_str(), link.at)), "link")?;
+    let joints = Names::new(parts.joints.iter().map(|joint| (joint.name.as_str(), joint.at)), "joint")?;
+    Names::new(parts.frames.iter().map(|frame| (frame.name.as_str(), frame.link.at)), "frame")?;
+    let mimics = follow(&parts.joints, &joints)?;
+    let ends = ends(&parts.joints, &links)?;
+    let order = order(document, &parts, &ends)?;
+    let mut frames = Vec::with_capacity(parts.frames.len());
+    for FramePart { name, link, pose } in &parts.frames {
+        frames.push(Frame { name: name.clone(), link: order.links[links.find(link)?], pose: *pose });
+    }
+
+    let Parts { name, links, joints, gravity, mut warnings, .. } = parts;
+    warn_of_massless(&links, &joints, &ends, &order.joints, &mut warnings);
+    let placed = |mimic: Mimic| Mimic { joint: order.joints[mimic.joint], ..mimic };
+    let joints = joints.into_iter().zip(mimics).zip(&ends);
+    let joints = joints.map(|((joint, mimic), ends)| joint.finish(order.links[ends.parent], mimic.map(placed)));
+    Ok(Robot {
+        name,
+        links: sorted(links.into_iter().map(LinkPart::finish), &order.links),
+        joints: sorted(joints, &order.joints),
+        frames,
+        gravity,
+        warnings: warnings.into_texts(),
+    })
+}
+
+/// Things in the order of their places.
+fn sorted<T>(things: impl Iterator<Item = T>, places: &[usize]) -> Vec<T> {
+    let mut placed: Vec<_> = things.zip(places).collect();
+    placed.sort_by_key(|&(_, place)| *place);
+    placed.into_iter().map(|(thing, _)| thing).collect()
+}
+
+/// The index of each link or joint by its name.
+pub(super) struct Names<'n> {
+    index: HashMap<&'n str, usize>,
+    /// `link` or `joint`.
+    what: &'static str,
+}
+
+impl<'n> Names<'n> {
+    /// # Errors
+    /// Where a name is used twice.
+    fn new<'a>(
+        all: impl Iterator<Item = (&'n str, Element<'a>)> + Clone,
+        what: &'static str,
+    ) -> Result<Self, FileError> {
+        let mut index = HashMap::new();
+        for (i, (name, at)) in all.clone().enumerate() {
+            if let Some(first) = index.insert(name, i) {
+                let line = all.clone().nth(first).map_or(0, |(_, at)| at.line());
+                let message = format!("there is another {what} {}, at line {line}; names must differ", shown(name));
+                return Err(at.error_at("name", message));
+            }
+        }
+        Ok(Self { index, what })
+    }
+
+    /// # Errors
+    /// Where there is nothing of that name.
+    pub(super) fn find(&self, reference: &Reference) -> Result<usize, FileError> {
+        let Reference { at, name } = reference;
+        self.index.get(name.as_str()).copied().ok_or_else(|| {
+            let mut valid: Vec<_> = self.index.iter().map(|(name, index)| (*index, *name)).collect();
+            valid.sort_unstable();
+            let valid: Vec<_> = valid.into_iter().map(|(_, name)| name).collect();
+            let known =
+                if valid.is_empty() { "there are none".into() } else { format!("known are {}", listed(&valid)) };
+            let error = at.error_naming(name, format!("there is no {} {}; {known}", self.what, shown(name)));
+            match near(name, &valid) {
+                Some(help) => error.with_help(help),
+                None => error,
+            }
+        })
+    }
+}
+
+impl LinkPart<'_> {
+    fn finish(self) -> Link {
+        let Self { at, name, inertia, meshes } = self;
+        Link { name, inertia: inertia.map(|(inertia, _)| inertia), meshes, line: at.line() }
+    }
+}
+
+impl JointPart<'_> {
+    fn finish(self, parent: usize, mimic: Option<Mimic>) -> Joint {
+        Joint {
+            name: self.name,
+            kind: self.kind,
+            parent,
+            origin: self.origin,
+            child_pose: self.child_pose,
+            axis: self.axis,
+            reference: self.reference,
+            damping: self.damping,
+            friction: self.friction,
+            armature: self.armature,
+            stiffness: self.stiffness,
+            rest: self.rest,
+            limits: self.limits,
+            mimic,
+            line: self.at.line(),
+        }
+    }
+}
+
+/// The links of each joint.
+///
+/// # Errors
+/// Where a link is not known, or is its own parent.
+fn ends(joints: &[JointPart], links: &Names) -> Result<Vec<Ends>, FileError> {
+    let mut all = Vec::with_capacity(joints.len());
+    for joint in joints {
+        let ends = Ends { parent: links.find(&joint.parent)?, child: links.find(&joint.child)? };
+        if ends.parent == ends.child {
+            let name = shown(&joint.child.name);
+            return Err(joint.child.at.error_naming(&joint.child.name, format!("link {name} is its own parent")));
+        }
+        all.push(ends);
+    }
+    Ok(all)
+}
+
+/// Where links and joints go: each joint after the joint that carries its parent, otherwise as in the file.
+///
+/// # Errors
+/// Where they are not one tree.
+fn order(document: &Document, parts: &Parts, ends: &[Ends]) -> Result<Order, FileError> {
+    let mut carrier: Vec<Option<usize>> = vec![None; parts.links.len()];
+    let mut carried = vec![Vec::new(); parts.links.len()];
+    for (i, (joint, ends)) in parts.joints.iter().zip(ends).enumerate() {
+        if let Some(first) = carrier[ends.child].replace(i) {
+            let (first, child) = (&parts.joints[first], &joint.child);
+            return Err(child.at.error_naming(
+                &child.name,
+                format!(
+                    "link {} is already the child of joint {} (line {}); closed loops are not supported",
+                    shown(&child.name),
+                    shown(&first.name),
+                    first.at.line()
+                ),
+            ));
+        }
+        carried[ends.parent].push(i);
+    }
+    let root = root(document, parts, ends, &carrier)?;
+    let unplaced = usize::MAX;
+    let mut order = Order { links: vec![unplaced; parts.links.len()], joints: vec![unplaced; ends.len()] };
+    order.links[root] = 0;
+    let mut ready: BinaryHeap<_> = carried[root].iter().copied().map(Reverse).collect();
+    let mut placed = 0;
+    while let Some(Reverse(joint)) = ready.pop() {
+        let child = ends[joint].child;
+        order.joints[joint] = placed;
+        placed += 1;
+        order.links[child] = placed;
+        ready.extend(carried[child].iter().copied().map(Reverse));
+    }
+    match order.links.iter().position(|&place| place == unplaced) {
+        Some(link) => Err(cycle(parts, ends, &carrier, link)),
+        None => Ok(order),
+    }
+}
+
+/// The one link without a parent.
+///
+/// # Errors
+/// Where there is none, or more than one.
+fn root(document: &Document, parts: &Parts, ends: &[Ends], carrier: &[Option<usize>]) -> Result<usize, FileError> {
+    if parts.links.is_empty() {
+        return Err(document.root().error("a robot has at least one link, and this one has none"));
+    }
+    let mut roots = (0..parts.links.len()).filter(|&link| carrier[link].is_none());
+    let Some(root) = roots.next() else { return Err(cycle(parts, ends, carrier, 0)) };
+    match roots.next() {
+        None => Ok(root),
+        Some(other) => {
+            let (root, other) = (&parts.links[root], &parts.links[other]);
+            Err(other.at.error(format!(
+                "two links have no parent joint, this one and {} (line {}); a robot is one tree with one root",
+                shown(&root.name),
+                root.at.line()
+            )))
+        }
+    }
+}
+
+/// The error about the loop of joints that `link` is in, or hangs from.
+fn cycle(parts: &Parts, ends: &[Ends], carrier: &[Option<usize>], link: usize) -> FileError {
+    let up = |link: usize| carrier[link].map_or(link, |joint| ends[joint].parent);
+    // As many steps up as there are links end within the loop.
+    let within = (0..parts.links.len()).fold(link, |link, _| up(link));
+    let around = |start| std::iter::successors(Some(start), move |&link| Some(up(link)).filter(|&up| up != start));
+    let first = around(within).min().unwrap_or(within);
+    let mut names: Vec<_> = around(first).map(|link| parts.links[link].name.as_str()).collect();
+    names[1..].reverse();
+    parts.links[first].at.error(format!(
+        "joints lead from this link back to itself, along {}; a robot is one tree with one root",
+        listed(&names)
+    ))
+}

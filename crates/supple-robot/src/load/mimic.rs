@@ -1,0 +1,83 @@
+//! Joints that follow others, each traced to the joint that follows none.
+
+use supple_files::FileError;
+
+use super::assemble::{JointPart, MimicPart, Names};
+use super::physics::GREATEST;
+use super::words::{listed, shown};
+use crate::{JointKind, Mimic};
+
+/// What each joint follows, by index in the file: chains are resolved, so that what is followed follows nothing.
+///
+/// ```text
+/// a = r b + o,  b = s c + p   =>   a = r s c + (r p + o)
+/// ```
+///
+/// # Errors
+/// Where a joint follows one that is not known or fixed, or, in the end, itself; or is fixed and follows another.
+pub(super) fn follow(joints: &[JointPart], names: &Names) -> Result<Vec<Option<Mimic>>, FileError> {
+    let mut direct = Vec::with_capacity(joints.len());
+    for (i, joint) in joints.iter().enumerate() {
+        direct.push(joint.mimic.as_ref().map(|mimic| leader(joints, i, mimic, names)).transpose()?);
+    }
+    let mut resolved = vec![None; joints.len()];
+    let mut done = vec![false; joints.len()];
+    let mut visited = vec![usize::MAX; joints.len()];
+    for start in 0..joints.len() {
+        // Up the chain to a joint that is resolved, and down again.
+        let mut chain = Vec::new();
+        let mut at = start;
+        while !done[at] {
+            if visited[at] == start {
+                return Err(circle(joints, &chain, at));
+            }
+            visited[at] = start;
+            chain.push(at);
+            let Some(mimic) = direct[at] else { break };
+            at = mimic.joint;
+        }
+        for joint in chain.into_iter().rev() {
+            done[joint] = true;
+            let Some(mimic) = direct[joint] else { continue };
+            resolved[joint] = Some(match resolved[mimic.joint] {
+                None => mimic,
+                Some(Mimic { joint, ratio, offset }) => {
+                    Mimic { joint, ratio: mimic.ratio * ratio, offset: mimic.ratio * offset + mimic.offset }
+                }
+            });
+        }
+    }
+    for (joint, resolved) in joints.iter().zip(&resolved) {
+        if resolved.is_some_and(|mimic| !(mimic.ratio.abs() < GREATEST && mimic.offset.abs() < GREATEST)) {
+            return Err(joint.at.error(format!(
+                "the ratios of the joints that it follows, one after another, must multiply to less than {GREATEST:e}"
+            )));
+        }
+    }
+    Ok(resolved)
+}
+
+/// The joint that is followed directly.
+fn leader(joints: &[JointPart], follower: usize, mimic: &MimicPart, names: &Names) -> Result<Mimic, FileError> {
+    let MimicPart { joint, ratio, offset } = mimic;
+    let index = names.find(joint)?;
+    let fail = |message: String| Err(joint.at.error_naming(&joint.name, message));
+    if index == follower {
+        return fail("a joint cannot follow itself".to_owned());
+    }
+    if joints[follower].kind == JointKind::Fixed {
+        return fail("a fixed joint cannot follow another".to_owned());
+    }
+    if joints[index].kind == JointKind::Fixed {
+        return fail(format!("joint {} is fixed and cannot be followed", shown(&joint.name)));
+    }
+    Ok(Mimic { joint: index, ratio: *ratio, offset: *offset })
+}
+
+/// The error about a chain that leads back to `joint`.
+fn circle(joints: &[JointPart], chain: &[usize], joint: usize) -> FileError {
+    let around = chain.iter().skip_while(|&&other| other != joint);
+    let names: Vec<_> = around.map(|&joint| joints[joint].name.as_str()).collect();
+    let message = format!("joints follow one another in a circle: {}", listed(&names));
+    joints[joint].mimic.as_ref().map_or(joints[joint].at, |mimic| mimic.joint.at).error(message)
+}

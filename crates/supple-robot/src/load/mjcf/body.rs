@@ -1,0 +1,246 @@
+//! The tree of bodies, from `worldbody` on.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use supple_files::FileError;
+
+use super::super::LoadOptions;
+use super::super::assemble::{FramePart, JointPart, LinkPart, Parts, Reference};
+use super::super::warnings::Warnings;
+use super::super::words::shown;
+use super::super::xml::Element;
+use super::WORLD;
+use super::defaults::{Classes, MAIN, Values};
+use super::known::check_attributes;
+use super::orientation::{between, pose};
+use super::settings::Settings;
+use crate::{JointKind, Pose};
+
+/// Elements of a body that are read, or cannot be passed over.
+const BODY: [&str; 7] = ["body", "inertial", "joint", "freejoint", "geom", "site", "frame"];
+
+/// An element with its frame in its body, and the class of elements there.
+type Placed<'a> = (Element<'a>, Pose, usize);
+
+/// What is in a body, also in frames in it.
+#[derive(Default)]
+pub(super) struct Items<'a> {
+    pub(super) inertial: Option<Element<'a>>,
+    pub(super) joints: Vec<Placed<'a>>,
+    pub(super) geoms: Vec<Placed<'a>>,
+    pub(super) sites: Vec<Placed<'a>>,
+    pub(super) bodies: Vec<Placed<'a>>,
+}
+
+/// A body to be read.
+struct Task<'a> {
+    at: Element<'a>,
+    /// The link that it hangs on, and the frame in it that its pose is in.
+    parent: String,
+    frame: Pose,
+    /// The class of its elements, where they name none.
+    class: usize,
+    /// Whether its parent can move.
+    moves: bool,
+}
+
+/// The parts of a robot while its file is read.
+pub(super) struct Reader<'a, 'o> {
+    pub(super) settings: &'o Settings,
+    pub(super) classes: &'o Classes<'a>,
+    pub(super) options: &'o LoadOptions,
+    /// Where the file is.
+    pub(super) folder: &'o Path,
+    /// Meshes of the `asset` sections by name.
+    pub(super) meshes: HashMap<&'a str, Element<'a>>,
+    pub(super) parts: Parts<'a>,
+    /// Names that the file gives.
+    names: HashSet<&'a str>,
+    /// Bodies and joints so far.
+    bodies: usize,
+    joints: usize,
+}
+
+impl<'a, 'o> Reader<'a, 'o> {
+    pub(super) fn new(
+        settings: &'o Settings,
+        classes: &'o Classes<'a>,
+        names: HashSet<&'a str>,
+        options: &'o LoadOptions,
+        folder: &'o Path,
+        warnings: Warnings,
+    ) -> Self {
+        let parts = Parts {
+            name: String::new(),
+            links: Vec::new(),
+            joints: Vec::new(),
+            frames: Vec::new(),
+            gravity: None,
+            warnings,
+        };
+        let meshes = HashMap::new();
+        Self { settings, classes, options, folder, meshes, parts, names, bodies: 0, joints: 0 }
+    }
+
+    /// The `worldbody` sections, and all bodies in them.
+    ///
+    /// # Errors
+    /// Where anything in them is wrong, or there is none.
+    pub(super) fn world(&mut self, root: Element<'a>) -> Result<(), FileError> {
+        let worlds: Vec<_> = root.all("worldbody").collect();
+        let Some(&first) = worlds.first() else {
+            return Err(root.error("there is no `worldbody` in it"));
+        };
+        let mut items = Items::default();
+        for at in worlds {
+            check_attributes(at, "worldbody", &mut self.parts.warnings);
+            self.collect(at, Pose::IDENTITY, MAIN, &mut items)?;
+        }
+        if let Some(&(at, ..)) = items.joints.first() {
+            return Err(at.error("the world cannot move: a joint is in a body"));
+        }
+        if let Some(at) = items.inertial {
+            return Err(at.error("the world has no inertia: an `inertial` is in a body"));
+        }
+        self.finish(first, WORLD, &items, false)?;
+        let mut open: Vec<_> = tasks(items, WORLD, false).collect();
+        while let Some(task) = open.pop() {
+            let (name, items, moves) = self.body(task)?;
+            open.extend(tasks(items, &name, moves));
+        }
+        Ok(())
+    }
+
+    /// A body: its link, its joints, and links between them. Returns its name, what is in it, and whether it can move.
+    fn body(&mut self, task: Task<'a>) -> Result<(String, Items<'a>, bool), FileError> {
+        let Task { at, parent, frame, class, moves } = task;
+        check_attributes(at, "body", &mut self.parts.warnings);
+        self.bodies += 1;
+        let name = self.name(at, "body", self.bodies);
+        for ignored in ["mocap", "gravcomp"] {
+            if at.attribute(ignored).is_some_and(|value| !matches!(value.trim(), "false" | "0")) {
+                self.parts.warnings.ignore_attribute(at, ignored);
+            }
+        }
+        let placed = frame.compose(&pose(&Values::own(at), self.settings)?);
+        let class = self.classes.named(at, "childclass", class)?;
+        let mut items = Items::default();
+        self.collect(at, Pose::IDENTITY, class, &mut items)?;
+
+        let moves = moves || !items.joints.is_empty();
+        let reference = |name: &str| Reference { at, name: name.to_owned() };
+        if items.joints.is_empty() {
+            let ends = [reference(&parent), reference(&name)];
+            let [parent, child] = ends;
+            let mut joint = JointPart::new(at, &format!("{name}/fixed"), JointKind::Fixed, parent, child);
+            joint.origin = placed;
+            self.parts.joints.push(joint);
+        }
+        let mut last = parent;
+        for (i, &(at, frame, class)) in items.joints.iter().enumerate() {
+            let joint_name = self.name(at, "joint", self.joints);
+            self.joints += 1;
+            let link = if i + 1 < items.joints.len() {
+                let link = format!("{name}/{joint_name}");
+                self.parts.links.push(LinkPart { at, name: link.clone(), inertia: None, meshes: Vec::new() });
+                link
+            } else {
+                name.clone()
+            };
+            let mut joint = self.joint(at, &frame, class, &joint_name, [reference(&last), reference(&link)])?;
+            if i == 0 {
+                joint.origin = placed.compose(&joint.origin);
+            }
+            self.parts.joints.push(joint);
+            last = link;
+        }
+        self.finish(at, &name, &items, moves)?;
+        Ok((name, items, moves))
+    }
+
+    /// The link of a body with its inertia, meshes and sites.
+    fn finish(&mut self, at: Element<'a>, name: &str, items: &Items<'a>, moves: bool) -> Result<(), FileError> {
+        let inertia = if name == WORLD { None } else { self.inertia(at, items, moves)? };
+        let mut meshes = Vec::new();
+        for &(geom, frame, class) in &items.geoms {
+            check_attributes(geom, "geom", &mut self.parts.warnings);
+            meshes.extend(self.mesh(geom, &frame, class)?);
+        }
+        self.parts.links.push(LinkPart { at, name: name.to_owned(), inertia, meshes });
+        for &(site, frame, class) in &items.sites {
+            check_attributes(site, "site", &mut self.parts.warnings);
+            let values = self.classes.values(site, "site", class)?;
+            let placed = match between(&values)? {
+                Some((placed, _)) => placed,
+                None => pose(&values, self.settings)?,
+            };
+            if let Some(label) = site.attribute("name").filter(|label| !label.is_empty()) {
+                let link = Reference { at: site, name: name.to_owned() };
+                self.parts.frames.push(FramePart { name: label.to_owned(), link, pose: frame.compose(&placed) });
+            }
+        }
+        Ok(())
+    }
+
+    /// What is in a body or a frame, which is at `frame` in the body.
+    fn collect(&mut self, at: Element<'a>, frame: Pose, class: usize, items: &mut Items<'a>) -> Result<(), FileError> {
+        for child in at.children() {
+            let placed = (child, frame, class);
+            match child.tag() {
+                "body" => items.bodies.push(placed),
+                "joint" | "freejoint" => items.joints.push(placed),
+                "geom" => items.geoms.push(placed),
+                "site" => items.sites.push(placed),
+                "inertial" => {
+                    check_attributes(child, "inertial", &mut self.parts.warnings);
+                    if let Some(first) = items.inertial.replace(child) {
+                        let message =
+                            format!("there is at most one `inertial` in a body; the first is at line {}", first.line());
+                        return Err(child.error(message));
+                    }
+                }
+                "frame" => {
+                    check_attributes(child, "frame", &mut self.parts.warnings);
+                    let inner = frame.compose(&pose(&Values::own(child), self.settings)?);
+                    let class = self.classes.named(child, "childclass", class)?;
+                    self.collect(child, inner, class, items)?;
+                }
+                "camera" | "light" | "plugin" => self.parts.warnings.ignore(child),
+                "composite" | "flexcomp" | "attach" | "replicate" => {
+                    let help = "write the whole model out, for example with MuJoCo's `mj_saveLastXML`";
+                    let message = format!("{} is not supported", shown(child.tag()));
+                    return Err(child.error(message).with_help(help));
+                }
+                _ => self.parts.warnings.unknown(child, &BODY),
+            }
+        }
+        Ok(())
+    }
+
+    /// The name of an element, or one that the file has not.
+    fn name(&self, at: Element, what: &str, number: usize) -> String {
+        match at.attribute("name").filter(|name| !name.is_empty()) {
+            Some(name) => name.to_owned(),
+            None => {
+                let mut name = format!("{what}{number}");
+                while self.names.contains(name.as_str()) {
+                    name.push('_');
+                }
+                name
+            }
+        }
+    }
+}
+
+/// The bodies in a body, the last one first.
+fn tasks<'a>(items: Items<'a>, parent: &str, moves: bool) -> impl Iterator<Item = Task<'a>> {
+    let parent = parent.to_owned();
+    items.bodies.into_iter().rev().map(move |(at, frame, class)| Task {
+        at,
+        parent: parent.clone(),
+        frame,
+        class,
+        moves,
+    })
+}

@@ -1,0 +1,162 @@
+//! Shapes of geoms, and the mass that they give to their bodies.
+
+use std::f64::consts::PI;
+
+use supple_files::FileError;
+
+use super::super::xml::Element;
+use super::body::Reader;
+use super::defaults::Values;
+use super::orientation::{between, pose};
+use crate::Pose;
+
+/// Density where nothing is said, kg/m^3: that of water.
+const DENSITY: f64 = 1000.0;
+/// Words for a flag that is true or false.
+const TRUTH: [(&str, bool); 2] = [("true", true), ("false", false)];
+
+/// The shape of a geom.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shape {
+    Sphere,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Box,
+    /// A plane, which has no mass.
+    Plane,
+    /// A shape that a file or a grid of heights gives.
+    Mesh,
+}
+
+/// Names of the shapes.
+const SHAPES: [(&str, Shape); 9] = [
+    ("sphere", Shape::Sphere),
+    ("capsule", Shape::Capsule),
+    ("cylinder", Shape::Cylinder),
+    ("ellipsoid", Shape::Ellipsoid),
+    ("box", Shape::Box),
+    ("plane", Shape::Plane),
+    ("mesh", Shape::Mesh),
+    ("sdf", Shape::Mesh),
+    ("hfield", Shape::Mesh),
+];
+
+/// A rigid body about its centre of mass.
+pub(super) struct Solid {
+    /// Mass, kg.
+    pub(super) mass: f64,
+    /// Its principal axes in the body, at its centre of mass.
+    pub(super) pose: Pose,
+    /// Moments of inertia about these axes, kg m^2.
+    pub(super) moments: [f64; 3],
+}
+
+/// What mass a geom gives to its body.
+pub(super) enum Mass {
+    None,
+    Known(Solid),
+    /// That of a mesh, which is not read.
+    OfMesh,
+}
+
+impl<'a> Reader<'a, '_> {
+    /// The mass of a geom in `frame` of a body whose elements are of `class`.
+    ///
+    /// # Errors
+    /// Where its numbers cannot be.
+    pub(super) fn solid(&self, at: Element<'a>, frame: &Pose, class: usize) -> Result<Mass, FileError> {
+        let values = self.classes.values(at, "geom", class)?;
+        let [first, last] = self.settings.groups;
+        let group = values.number("group")?.unwrap_or(0.0);
+        let mass = least_zero(&values, "mass")?;
+        let density = least_zero(&values, "density")?.unwrap_or(DENSITY);
+        if !(first <= group && group <= last) || mass.unwrap_or(density) == 0.0 {
+            return Ok(Mass::None);
+        }
+        let shape = values.choice("type", &SHAPES)?.unwrap_or(Shape::Sphere);
+        match shape {
+            Shape::Plane => return Ok(Mass::None),
+            Shape::Mesh => return Ok(Mass::OfMesh),
+            // A shape that is fitted to a mesh.
+            _ if values.text("mesh").is_some() => return Ok(Mass::OfMesh),
+            _ => {}
+        }
+        if values.choice("shellinertia", &TRUTH)? == Some(true) {
+            let message = "the inertia of shells is not computed";
+            return Err(values.error("shellinertia", message).with_help("give the body an `inertial`"));
+        }
+        let mut size = values.sizes()?;
+        let placed = match between(&values)? {
+            Some((placed, half)) => {
+                match shape {
+                    Shape::Sphere => {
+                        let message =
+                            "`fromto` is for a `capsule`, `cylinder`, `box` or `ellipsoid`, and this is a `sphere`";
+                        return Err(values.error("fromto", message));
+                    }
+                    Shape::Box | Shape::Ellipsoid => (size[1], size[2]) = (size[0], half),
+                    _ => size[1] = half,
+                }
+                placed
+            }
+            None => pose(&values, self.settings)?,
+        };
+        let needed = match shape {
+            Shape::Sphere => 1,
+            Shape::Capsule | Shape::Cylinder => 2,
+            _ => 3,
+        };
+        if let Some(i) = size.iter().take(needed).position(|&size| size <= 0.0) {
+            let message = format!("number {} of `size` must be positive, and is {}", i + 1, size[i]);
+            return Err(values.error("size", message));
+        }
+        let mass = mass.unwrap_or(density * volume(shape, size));
+        Ok(Mass::Known(Solid { mass, pose: frame.compose(&placed), moments: moments(shape, size, mass) }))
+    }
+}
+
+/// A number that is at least 0.
+fn least_zero(values: &Values, name: &'static str) -> Result<Option<f64>, FileError> {
+    match values.number(name)? {
+        Some(number) if number < 0.0 => {
+            Err(values.error(name, format!("`{name}` must be at least 0, and is {number}")))
+        }
+        number => Ok(number),
+    }
+}
+
+/// The volume of a shape, m^3. Sizes are radii and half lengths, m; those of a capsule are without its caps.
+fn volume(shape: Shape, [a, b, c]: [f64; 3]) -> f64 {
+    match shape {
+        Shape::Sphere => 4.0 / 3.0 * PI * a * a * a,
+        Shape::Capsule => PI * a * a * (2.0 * b + 4.0 / 3.0 * a),
+        Shape::Cylinder => PI * a * a * 2.0 * b,
+        Shape::Ellipsoid => 4.0 / 3.0 * PI * a * b * c,
+        Shape::Box => 8.0 * a * b * c,
+        Shape::Plane | Shape::Mesh => 0.0,
+    }
+}
+
+/// The moments of inertia of a homogeneous shape about its axes, of which z is the long one, kg m^2.
+fn moments(shape: Shape, [a, b, c]: [f64; 3], mass: f64) -> [f64; 3] {
+    match shape {
+        Shape::Sphere => [0.4 * mass * a * a; 3],
+        Shape::Capsule => {
+            // A cylinder of length h, and a sphere in halves at its ends: m_s / m = (4 a / 3) / (4 a / 3 + h).
+            let h = 2.0 * b;
+            let sphere = mass * 4.0 * a / (4.0 * a + 3.0 * h);
+            let cylinder = mass - sphere;
+            let across =
+                cylinder * (3.0 * a * a + h * h) / 12.0 + sphere * (0.4 * a * a + h * (3.0 * a + 2.0 * h) / 8.0);
+            [across, across, 0.5 * cylinder * a * a + 0.4 * sphere * a * a]
+        }
+        Shape::Cylinder => {
+            let across = mass * (3.0 * a * a + 4.0 * b * b) / 12.0;
+            [across, across, 0.5 * mass * a * a]
+        }
+        Shape::Ellipsoid => [b * b + c * c, a * a + c * c, a * a + b * b].map(|sum| mass * sum / 5.0),
+        Shape::Box => [b * b + c * c, a * a + c * c, a * a + b * b].map(|sum| mass * sum / 3.0),
+        Shape::Plane | Shape::Mesh => [0.0; 3],
+    }
+}

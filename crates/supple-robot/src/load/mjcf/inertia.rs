@@ -1,0 +1,170 @@
+//! The inertia of a body: what its `inertial` says, or the sum over its geoms.
+
+use supple_files::FileError;
+
+use super::super::urdf::turned;
+use super::super::xml::Element;
+use super::body::{Items, Reader};
+use super::defaults::Values;
+use super::geom::{Mass, Solid};
+use super::orientation::pose;
+use super::settings::{FromGeoms, Settings};
+use crate::Inertia;
+use crate::pose::{add, scale, sub};
+
+impl<'a> Reader<'a, '_> {
+    /// The inertia of a body and where it stands; none where its mass is 0. `moves` is whether the body can move.
+    ///
+    /// # Errors
+    /// Where it is not valid, or a mesh would have to be read for a body that moves.
+    pub(super) fn inertia(
+        &mut self,
+        body: Element<'a>,
+        items: &Items<'a>,
+        moves: bool,
+    ) -> Result<Option<(Inertia, Element<'a>)>, FileError> {
+        let written = match items.inertial {
+            Some(at) => Some((self.written(at)?, at)),
+            None => None,
+        };
+        let from_geoms = match self.settings.from_geoms {
+            FromGeoms::Always => true,
+            FromGeoms::WhereMissing => written.is_none(),
+            FromGeoms::Never => false,
+        };
+        let summed = if from_geoms { self.summed(items, moves)? } else { None };
+        let (inertia, at) = match (summed, written) {
+            (Some(inertia), _) => (inertia, body),
+            (None, Some(written)) => written,
+            (None, None) => (Inertia { mass: 0.0, center: [0.0; 3], moment: [[0.0; 3]; 3] }, body),
+        };
+        let inertia = bounded(inertia, self.settings);
+        let has_any = inertia.mass != 0.0 || inertia.moment != [[0.0; 3]; 3];
+        Ok(has_any.then_some((inertia, at)))
+    }
+
+    /// An `inertial` element.
+    fn written(&mut self, at: Element) -> Result<Inertia, FileError> {
+        at.required("pos")?;
+        let mass = at.required_number("mass")?;
+        let (diagonal, full) = (at.numbers::<3>("diaginertia")?, at.numbers::<6>("fullinertia")?);
+        let frame = pose(&Values::own(at), self.settings)?;
+        let moment = match (diagonal, full) {
+            (Some(_), Some(_)) => {
+                return Err(at.error_at("fullinertia", "moments are given by `diaginertia` or by `fullinertia`"));
+            }
+            (None, Some(_)) if at.attributes().any(|name| super::known::ORIENTATIONS.contains(&name)) => {
+                return Err(
+                    at.error_at("fullinertia", "`fullinertia` is in the body's axes, and goes with no orientation")
+                );
+            }
+            (None, Some([xx, yy, zz, xy, xz, yz])) => [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+            (diagonal, None) => {
+                if diagonal.is_none() {
+                    self.parts.warnings.note("point", at, || {
+                        "it has neither `diaginertia` nor `fullinertia`, and is taken as a point".to_owned()
+                    });
+                }
+                turned(frame.rotation, diagonal_matrix(diagonal.unwrap_or([0.0; 3])))
+            }
+        };
+        Ok(Inertia { mass, center: frame.position, moment })
+    }
+
+    /// The sum over a body's geoms; none where they give none.
+    fn summed(&mut self, items: &Items<'a>, moves: bool) -> Result<Option<Inertia>, FileError> {
+        let mut solids = Vec::new();
+        for &(at, frame, class) in &items.geoms {
+            match self.solid(at, &frame, class)? {
+                Mass::Known(solid) => solids.push(solid),
+                Mass::None => {}
+                Mass::OfMesh if moves => {
+                    let message = "the mass of its body would follow from this mesh, and meshes are not read";
+                    let help = "give the body an `inertial`, or the geom the mass 0";
+                    return Err(at.error(message).with_help(help));
+                }
+                // The inertia of a body that cannot move has no meaning.
+                Mass::OfMesh => return Ok(None),
+            }
+        }
+        Ok(sum(&solids))
+    }
+}
+
+/// The inertia of solids as one body.
+///
+/// ```text
+/// m = sum m_i   c = sum m_i c_i / m   I = sum I_i + m_i (|d|^2 - d d'),  d = c_i - c
+/// ```
+fn sum(solids: &[Solid]) -> Option<Inertia> {
+    let mass: f64 = solids.iter().map(|solid| solid.mass).sum();
+    if mass <= 0.0 {
+        return None;
+    }
+    let weighted = solids.iter().fold([0.0; 3], |sum, solid| add(sum, scale(solid.mass, solid.pose.position)));
+    let center = scale(1.0 / mass, weighted);
+    let mut moment = [[0.0; 3]; 3];
+    for Solid { mass, pose, moments } in solids {
+        let own = turned(pose.rotation, diagonal_matrix(*moments));
+        let d = sub(pose.position, center);
+        let squared: f64 = d.iter().map(|d| d * d).sum();
+        for (i, row) in moment.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let diagonal = if i == j { squared } else { 0.0 };
+                *entry += own[i][j] + mass * (diagonal - d[i] * d[j]);
+            }
+        }
+    }
+    Some(Inertia { mass, center, moment })
+}
+
+/// The inertia within the bounds that the compiler settings ask for: least mass, least principal moments, and, with
+/// `balanceinertia`, the mean of the principal moments where one is greater than the sum of the others.
+fn bounded(inertia: Inertia, settings: &Settings) -> Inertia {
+    let mut inertia = Inertia { mass: inertia.mass.max(settings.least_mass), ..inertia };
+    if settings.least_moment == 0.0 && !settings.balance {
+        return inertia;
+    }
+    let (moments, axes) = principal(inertia.moment);
+    if moments.iter().any(|&moment| moment < settings.least_moment) {
+        inertia.moment = turned(axes, diagonal_matrix(moments.map(|moment| moment.max(settings.least_moment))));
+    }
+    let [a, b, c] = moments.map(|moment| moment.max(settings.least_moment));
+    if settings.balance && (a + b < c || a + c < b || b + c < a) {
+        inertia.moment = diagonal_matrix([(a + b + c) / 3.0; 3]);
+    }
+    inertia
+}
+
+/// A diagonal matrix.
+fn diagonal_matrix([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
+    [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
+}
+
+/// The principal moments of a symmetric matrix, and the rotation whose columns are their axes, by Jacobi's rotations:
+/// `A = R diag(moments) R'`.
+fn principal(mut a: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    let mut axes = diagonal_matrix([1.0; 3]);
+    for _ in 0..8 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if a[p][q] == 0.0 {
+                continue;
+            }
+            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+            let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
+            let cosine = 1.0 / tangent.hypot(1.0);
+            let sine = tangent * cosine;
+            let mix = |row: &mut [f64; 3]| {
+                (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
+            };
+            a.iter_mut().for_each(mix);
+            axes.iter_mut().for_each(mix);
+            let (first, second) = (a[p], a[q]);
+            for j in 0..3 {
+                a[p][j] = cosine * first[j] - sine * second[j];
+                a[q][j] = sine * first[j] + cosine * second[j];
+            }
+        }
+    }
+    ([a[0][0], a[1][1], a[2][2]], axes)
+}

@@ -1,0 +1,124 @@
+//! A `joint`: a hinge or a slide, with its limits, spring and losses.
+
+use supple_files::FileError;
+
+use super::super::assemble::{JointPart, Reference};
+use super::super::words::shown;
+use super::super::xml::Element;
+use super::body::Reader;
+use super::defaults::Values;
+use super::known::check_attributes;
+use crate::{JointKind, Limits, Pose};
+
+/// Words for whether a range limits.
+const LIMITED: [(&str, Option<bool>); 3] = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
+
+/// A type of joint.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Hinge,
+    Slide,
+    /// One that is not supported.
+    Other,
+}
+
+impl<'a> Reader<'a, '_> {
+    /// A joint in `frame` of a body whose elements are of `class`, between links that both lie where the body is.
+    ///
+    /// # Errors
+    /// Where anything in it is wrong, or it is free or a ball.
+    pub(super) fn joint(
+        &mut self,
+        at: Element<'a>,
+        frame: &Pose,
+        class: usize,
+        name: &str,
+        ends: [Reference<'a>; 2],
+    ) -> Result<JointPart<'a>, FileError> {
+        if at.tag() == "freejoint" {
+            return Err(at.error(format!("joint {} is free, which is not supported", shown(name))).with_help(HELP));
+        }
+        check_attributes(at, "joint", &mut self.parts.warnings);
+        let values = self.classes.values(at, "joint", class)?;
+        let kinds = [("hinge", Type::Hinge), ("slide", Type::Slide), ("ball", Type::Other), ("free", Type::Other)];
+        let kind = values.choice("type", &kinds)?.unwrap_or(Type::Hinge);
+        let unit = match kind {
+            Type::Hinge => self.settings.angle,
+            Type::Slide => 1.0,
+            Type::Other => {
+                let found = shown(values.text("type").unwrap_or(""));
+                let message = format!("joint {} is of type {found}; supported are `hinge`, `slide`", shown(name));
+                let error = values.error("type", message);
+                return Err(if values.text("type") == Some("free") { error.with_help(HELP) } else { error });
+            }
+        };
+        let range = self.range(&values, "range", "limited")?.map(|range| range.map(|bound| bound * unit));
+        let kind = match (kind, range) {
+            (Type::Slide, _) => JointKind::Prismatic,
+            (_, Some(_)) => JointKind::Revolute,
+            (_, None) => JointKind::Continuous,
+        };
+        let [parent, child] = ends;
+        let mut joint = JointPart::new(at, name, kind, parent, child);
+        let anchor = frame.apply(values.numbers("pos")?.unwrap_or([0.0; 3]));
+        (joint.origin, joint.child_pose) = (Pose::at(anchor), Pose::at(anchor.map(|entry| 0.0 - entry)));
+        joint.axis = frame.rotate(values.numbers("axis")?.unwrap_or([0.0, 0.0, 1.0]));
+        let number = |name| Ok(values.number(name)?.unwrap_or(0.0));
+        (joint.reference, joint.rest) = (unit * number("ref")?, unit * number("springref")?);
+        (joint.armature, joint.friction) = (number("armature")?, number("frictionloss")?);
+        (joint.damping, joint.stiffness) = (linear(&values, "damping")?, linear(&values, "stiffness")?);
+        if values.numbers("springdamper")?.is_some_and(|given: [f64; 2]| given != [0.0; 2]) {
+            let message = "`springdamper` is not supported: what it means depends on the inertia of the whole robot";
+            return Err(values.error("springdamper", message).with_help("give `stiffness` and `damping`"));
+        }
+        if let Some([lower, upper]) = range {
+            joint.limits = Limits { lower, upper, ..joint.limits };
+        }
+        joint.limits.effort = self.effort(&values)?;
+        Ok(joint)
+    }
+
+    /// A range, where it limits: where the attribute `limited` is true, or says nothing and there is a range.
+    ///
+    /// # Errors
+    /// Where the range is empty, missing, or not said to limit although `autolimits` is off.
+    fn range(&self, values: &Values, name: &'static str, limited: &'static str) -> Result<Option<[f64; 2]>, FileError> {
+        let range: Option<[f64; 2]> = values.numbers(name)?.filter(|range| *range != [0.0; 2]);
+        match (values.choice(limited, &LIMITED)?.flatten(), range) {
+            (Some(true), None) => Err(values.error(limited, format!("it is limited, and has no `{name}`"))),
+            (None, Some(_)) if !self.settings.autolimits => Err(values.error(
+                name,
+                format!("with `autolimits` off, a `{name}` goes with `{limited}`, which is \"true\" or \"false\""),
+            )),
+            (Some(true) | None, Some([lower, upper])) if lower >= upper => {
+                Err(values.error(name, format!("the first number of `{name}` must be less than the second")))
+            }
+            (Some(false), _) => Ok(None),
+            (_, range) => Ok(range),
+        }
+    }
+
+    /// The greatest torque or force of drives at a joint.
+    fn effort(&mut self, values: &Values<'a, '_>) -> Result<f64, FileError> {
+        let range = self.range(values, "actuatorfrcrange", "actuatorfrclimited")?;
+        let Some([lower, upper]) = range else { return Ok(f64::INFINITY) };
+        if lower != -upper {
+            self.parts.warnings.note("effort", values.at, || {
+                "its `actuatorfrcrange` is not symmetric; the greater bound is taken for both directions".to_owned()
+            });
+        }
+        Ok(upper.abs().max(lower.abs()))
+    }
+}
+
+/// What helps against a free joint.
+const HELP: &str = "a robot stands on the world: remove the joint, or give it hinges and slides";
+
+/// A coefficient that grows linearly: further coefficients of the polynomial must be 0.
+fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
+    let found = values.list(name)?.unwrap_or_default();
+    if found.len() > 3 || found.iter().skip(1).any(|&coefficient| coefficient != 0.0) {
+        return Err(values.error(name, format!("only a linear `{name}` is supported: one number")));
+    }
+    Ok(found.first().copied().unwrap_or(0.0))
+}

@@ -1,0 +1,55 @@
+//! Names of attributes that MJCF knows, so that others are told of: most often they are misspelt.
+
+use super::super::warnings::Warnings;
+use super::super::words::{near, shown};
+use super::super::xml::Element;
+
+/// Ways to give an orientation.
+pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
+
+const BODY: &str = "name childclass pos quat axisangle xyaxes zaxis euler mocap gravcomp sleep simple fuse user";
+const FRAME: &str = "name childclass pos quat axisangle xyaxes zaxis euler";
+const INERTIAL: &str = "pos quat mass diaginertia axisangle xyaxes zaxis euler fullinertia";
+const FREE: &str = "name group align";
+const JOINT: &str = "name class type group pos axis springdamper limited actuatorfrclimited solreflimit solimplimit \
+    solreffriction solimpfriction stiffness range actuatorfrcrange actuatorgravcomp margin ref springref armature \
+    damping frictionloss user";
+const GEOM: &str = "name class type contype conaffinity condim group priority size material friction mass density \
+    shellinertia solmix solref solimp margin gap surfacevel adhesion fromto pos quat axisangle xyaxes zaxis euler \
+    hfield mesh fitscale rgba fluidshape fluidcoef user";
+const SITE: &str = "name class type group pos quat axisangle xyaxes zaxis euler material size fromto rgba user";
+const MESH: &str = "name class content_type file vertex normal texcoord face refpos refquat scale smoothnormal \
+    maxhullvert inertia builtin params material";
+const EQUALITY: &str = "name class active solref solimp joint1 joint2 polycoef";
+const COMPILER: &str = "angle coordinate eulerseq autolimits inertiafromgeom inertiagrouprange balanceinertia \
+    boundmass boundinertia settotalmass meshdir assetdir strippath texturedir fitaabb discardvisual usethread \
+    fusestatic saveinertial alignfree conflict convexhull exactmeshinertia";
+
+/// The attributes of an element, as far as they are known. `equality` stands for the joints in it.
+pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
+    let known = match tag {
+        "body" => BODY,
+        "frame" => FRAME,
+        "inertial" => INERTIAL,
+        "freejoint" => FREE,
+        "joint" => JOINT,
+        "geom" => GEOM,
+        "site" => SITE,
+        "mesh" => MESH,
+        "equality" => EQUALITY,
+        "compiler" => COMPILER,
+        _ => "",
+    };
+    known.split_ascii_whitespace()
+}
+
+/// Warns of attributes of an element that are not known; `tag` as for [`attributes`].
+pub(super) fn check_attributes(at: Element, tag: &str, warnings: &mut Warnings) {
+    for name in at.attributes().filter(|name| attributes(tag).all(|known| known != *name)) {
+        warnings.note(&format!("{tag}@{name}"), at, || {
+            let known: Vec<_> = attributes(tag).collect();
+            let near = near(name, &known).map_or_else(String::new, |help| format!("; {help}"));
+            format!("attribute {} is not known and is ignored{near}", shown(name))
+        });
+    }
+}

@@ -1,0 +1,179 @@
+//! Numbers of links and joints that cannot be, or are most likely wrong.
+
+use supple_files::FileError;
+
+use super::assemble::{Ends, JointPart, LinkPart};
+use super::warnings::Warnings;
+use super::words::{digits, shown};
+use crate::{Inertia, JointKind, Limits};
+
+/// Greatest number of metres, kilograms or the like: products of a few such numbers stay finite.
+pub(super) const GREATEST: f64 = 1e30;
+/// Length below which an axis has no direction.
+const SHORTEST_AXIS: f64 = 1e-9;
+/// Negative principal moments that rounding in a file explains, by the greatest.
+const ROUNDING: f64 = 1e-6;
+/// Negative principal moments that are too small to matter, by the mass, m^2.
+const NEGLIGIBLE: f64 = 1e-12;
+/// Excess over the triangle inequality that rounding in a file explains.
+const EXCESS: f64 = 0.01;
+
+/// The inertia of a link.
+///
+/// # Errors
+/// Where its mass or a principal moment is negative, or a number is too great.
+pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(), FileError> {
+    let Some((inertia, at)) = &link.inertia else { return Ok(()) };
+    let Inertia { mass, center, moment } = *inertia;
+    if !std::iter::once(mass).chain(center).chain(moment.into_iter().flatten()).all(small) {
+        return Err(at.error(format!("mass, centre and moments must be below {GREATEST:e}")));
+    }
+    if mass < 0.0 {
+        return Err(at.error_about("mass", format!("the mass must be at least 0, and is {}", digits(mass))));
+    }
+    let [least, middle, greatest] = principal_moments(moment);
+    let said = || format!("{}, {} and {}", three(least), three(middle), three(greatest));
+    if least < -(ROUNDING * greatest.abs()).max(NEGLIGIBLE * mass) {
+        return Err(at.error_about(
+            "inertia",
+            format!("the principal moments of inertia must be at least 0, and are {}", said()),
+        ));
+    }
+    if greatest > (least + middle) * (1.0 + EXCESS) {
+        warnings.note("triangle", *at, || {
+            format!("no body has the principal moments of inertia {}: each is at most the sum of the others", said())
+        });
+    }
+    if mass == 0.0 && greatest > 0.0 {
+        warnings.note("no mass", *at, || "it has moments of inertia and no mass".to_owned());
+    }
+    Ok(())
+}
+
+/// The first three digits of a number.
+fn three(number: f64) -> String {
+    digits(format!("{number:.2e}").parse().unwrap_or(number))
+}
+
+/// Whether a number is one of a robot.
+fn small(number: f64) -> bool {
+    number.abs() < GREATEST
+}
+
+/// The eigenvalues of a symmetric matrix, the least first: Jacobi's rotations, which are accurate to rounding.
+fn principal_moments(mut a: [[f64; 3]; 3]) -> [f64; 3] {
+    for _ in 0..8 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if a[p][q] == 0.0 {
+                continue;
+            }
+            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+            let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
+            let cosine = 1.0 / tangent.hypot(1.0);
+            let sine = tangent * cosine;
+            for row in &mut a {
+                (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
+            }
+            let (first, second) = (a[p], a[q]);
+            for j in 0..3 {
+                a[p][j] = cosine * first[j] - sine * second[j];
+                a[q][j] = sine * first[j] + cosine * second[j];
+            }
+        }
+    }
+    let mut moments = [a[0][0], a[1][1], a[2][2]];
+    moments.sort_by(f64::total_cmp);
+    moments
+}
+
+/// The numbers of a joint; its axis is brought to length 1, and what has no meaning for its kind is left out.
+///
+/// # Errors
+/// Where a number cannot be.
+pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
+    for pose in [&joint.origin, &joint.child_pose] {
+        if !pose.position.into_iter().all(small) {
+            return Err(joint.at.error(format!("positions must be below {GREATEST:e} m")));
+        }
+    }
+    if joint.kind == JointKind::Fixed {
+        joint.axis = [1.0, 0.0, 0.0];
+        joint.limits = Limits::default();
+        (joint.damping, joint.friction, joint.armature, joint.stiffness) = (0.0, 0.0, 0.0, 0.0);
+        (joint.reference, joint.rest) = (0.0, 0.0);
+        return Ok(());
+    }
+    joint.axis = unit(joint.axis).ok_or_else(|| {
+        let [x, y, z] = joint.axis.map(digits);
+        joint.at.error_about("axis", format!("the axis must have a direction, and is {x} {y} {z}"))
+    })?;
+    for (name, number, greatest) in [
+        ("damping", joint.damping, GREATEST),
+        ("friction", joint.friction, GREATEST),
+        ("armature", joint.armature, GREATEST),
+        ("stiffness", joint.stiffness, GREATEST),
+        ("velocity", joint.limits.velocity, f64::INFINITY),
+        ("effort", joint.limits.effort, f64::INFINITY),
+    ] {
+        if !(0.0..=greatest).contains(&number) {
+            let most = if greatest.is_finite() { format!(" and at most {greatest:e}") } else { String::new() };
+            let message = format!("{name} must be at least 0{most}, and is {}", digits(number));
+            return Err(joint.at.error_about(name, message));
+        }
+    }
+    let (ratio, offset) = joint.mimic.as_ref().map_or((0.0, 0.0), |mimic| (mimic.ratio, mimic.offset));
+    if ![joint.reference, joint.rest, ratio, offset].into_iter().all(small) {
+        return Err(joint.at.error(format!("positions, ratios and offsets must be below {GREATEST:e}")));
+    }
+    if joint.kind == JointKind::Continuous {
+        (joint.limits.lower, joint.limits.upper) = (f64::NEG_INFINITY, f64::INFINITY);
+    }
+    let Limits { lower, upper, .. } = joint.limits;
+    if lower > upper {
+        let (lower, upper) = (digits(lower), digits(upper));
+        let message = format!("the lower limit {lower} is greater than the upper limit {upper}");
+        return Err(joint.at.error_about("lower", message));
+    }
+    Ok(())
+}
+
+/// A vector brought to length 1; none where it is too short.
+fn unit(axis: [f64; 3]) -> Option<[f64; 3]> {
+    let greatest = axis.iter().fold(0.0, |greatest: f64, entry| greatest.max(entry.abs()));
+    if !(greatest > SHORTEST_AXIS && greatest.is_finite()) {
+        return None;
+    }
+    // Scaled first: the squares of very great numbers are infinite.
+    let scaled = axis.map(|entry| entry / greatest);
+    let length = scaled.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+    Some(scaled.map(|entry| entry / length))
+}
+
+/// Warns of joints that move, follow none, and carry nothing with inertia: nothing resists them.
+///
+/// `places` is where each joint stands in the robot, each after those that carry it.
+pub(super) fn warn_of_massless(
+    links: &[LinkPart],
+    joints: &[JointPart],
+    ends: &[Ends],
+    places: &[usize],
+    warnings: &mut Warnings,
+) {
+    let heavy = |inertia: &Inertia| inertia.mass > 0.0 || inertia.moment.iter().flatten().any(|&moment| moment != 0.0);
+    let mut carries: Vec<_> =
+        links.iter().map(|link| link.inertia.as_ref().is_some_and(|(inertia, _)| heavy(inertia))).collect();
+    let mut from_tips: Vec<_> = (0..joints.len()).collect();
+    from_tips.sort_by_key(|&joint| std::cmp::Reverse(places[joint]));
+    for joint in from_tips {
+        carries[ends[joint].parent] |= carries[ends[joint].child] || joints[joint].armature > 0.0;
+    }
+    for (joint, ends) in joints.iter().zip(ends) {
+        let free = joint.kind != JointKind::Fixed && joint.mimic.is_none();
+        if free && !carries[ends.child] && joint.armature == 0.0 {
+            let child = shown(&joint.child.name);
+            warnings.note("massless", joint.at, || {
+                format!("it moves link {child} and what hangs from it, and none of them has inertia")
+            });
+        }
+    }
+}

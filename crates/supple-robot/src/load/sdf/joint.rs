@@ -1,0 +1,174 @@
+//! A `joint`: its kind, its place between its links, and its axis.
+
+use supple_files::FileError;
+
+use super::super::assemble::{JointPart, MimicPart, Reference};
+use super::super::words::{listed, near, shown};
+use super::super::xml::Element;
+use super::frames::{Frames, MODEL, child};
+use super::values::{Version, flag, number, pass_over};
+use super::{Reader, WORLD};
+use crate::{JointKind, Limits, Pose};
+
+/// Elements of `joint` that are read.
+const JOINT: [&str; 5] = ["parent", "child", "pose", "axis", "axis2"];
+/// Elements of `joint` that are known and not modelled.
+const JOINT_IGNORED: [&str; 8] = [
+    "physics",
+    "sensor",
+    "frame",
+    "plugin",
+    "gearbox_ratio",
+    "gearbox_reference_body",
+    "thread_pitch",
+    "screw_thread_pitch",
+];
+/// Elements of `axis` that are read.
+const AXIS: [&str; 5] = ["xyz", "limit", "dynamics", "mimic", "use_parent_model_frame"];
+/// Elements of `axis` that are known and not modelled.
+const AXIS_IGNORED: [&str; 1] = ["initial_position"];
+/// Numbers from which on a limit is none.
+const UNLIMITED: f64 = 1e16;
+
+impl Reader<'_> {
+    /// The joint of a node. `placed` is the model in the world.
+    ///
+    /// # Errors
+    /// Where anything in it is wrong, or it is of a kind that is not supported.
+    pub(super) fn joint<'a>(
+        &mut self,
+        node: usize,
+        frames: &Frames<'a>,
+        placed: &Pose,
+    ) -> Result<JointPart<'a>, FileError> {
+        let at = frames.element(node);
+        let kind = kind(at)?;
+        for element in at.children() {
+            pass_over(element, &JOINT, &JOINT_IGNORED, &mut self.warnings);
+        }
+        if let Some(second) = at.child("axis2")? {
+            self.warnings.ignore(second);
+        }
+        let parent = at.required_child("parent")?;
+        let parent = Reference { at: parent, name: parent.content()?.into_owned() };
+        let child = child(at)?;
+        let (parent_link, origin) = match parent.name.as_str() {
+            WORLD => (WORLD, placed.compose(&frames.between(MODEL, node))),
+            _ => {
+                let link = frames.link_of(frames.find(&parent)?);
+                (frames.name(link), frames.between(link, node))
+            }
+        };
+        let child_link = frames.link_of(node);
+        let end = |reference: Reference<'a>, link: &str| Reference { at: reference.at, name: link.to_owned() };
+        let (parent, child) = (end(parent, parent_link), end(child, frames.name(child_link)));
+        let mut joint = JointPart::new(at, frames.name(node), kind, parent, child);
+        joint.origin = origin;
+        joint.child_pose = frames.between(node, child_link);
+        match at.child("axis")? {
+            Some(axis) if kind != JointKind::Fixed => self.axis(axis, node, frames, &mut joint)?,
+            None if kind != JointKind::Fixed => return Err(at.error("a joint that moves must have an `axis`")),
+            _ => {}
+        }
+        Ok(joint)
+    }
+
+    /// The `axis` of a joint, with all that is in it.
+    fn axis<'a>(
+        &mut self,
+        at: Element<'a>,
+        node: usize,
+        frames: &Frames<'a>,
+        joint: &mut JointPart<'a>,
+    ) -> Result<(), FileError> {
+        for element in at.children() {
+            pass_over(element, &AXIS, &AXIS_IGNORED, &mut self.warnings);
+        }
+        let xyz = at.required_child("xyz")?;
+        joint.axis = xyz.content_numbers()?;
+        let in_model = at.child("use_parent_model_frame")?.map(flag).transpose()?;
+        let expressed_in = match xyz.attribute("expressed_in").filter(|name| !name.is_empty()) {
+            Some(name) => Some(frames.find(&Reference { at: xyz, name: name.to_owned() })?),
+            None if in_model.unwrap_or(self.version < Version::AXIS_IN_JOINT) => Some(MODEL),
+            None => None,
+        };
+        if let Some(frame) = expressed_in {
+            joint.axis = frames.between(node, frame).rotate(joint.axis);
+        }
+        if let Some(dynamics) = at.child("dynamics")? {
+            let value = |tag| Ok(number(dynamics, tag)?.unwrap_or(0.0));
+            (joint.damping, joint.friction) = (value("damping")?, value("friction")?);
+            (joint.stiffness, joint.rest) = (value("spring_stiffness")?, value("spring_reference")?);
+        }
+        if let Some(limit) = at.child("limit")? {
+            joint.limits = limits(limit)?;
+        }
+        let Limits { lower, upper, .. } = joint.limits;
+        let limited = lower.is_finite() || upper.is_finite();
+        if joint.kind == JointKind::Revolute && !limited {
+            joint.kind = JointKind::Continuous;
+        } else if joint.kind == JointKind::Continuous && limited {
+            self.warnings.note("continuous", at, || {
+                "a continuous joint has no `lower` and `upper`, and they are ignored".to_owned()
+            });
+        }
+        joint.mimic = at.child("mimic")?.map(mimic).transpose()?;
+        Ok(())
+    }
+}
+
+/// The `type` of a joint.
+fn kind(at: Element) -> Result<JointKind, FileError> {
+    const VALID: [&str; 4] = ["fixed", "revolute", "continuous", "prismatic"];
+    Ok(match at.required("type")? {
+        "fixed" => JointKind::Fixed,
+        "revolute" => JointKind::Revolute,
+        "continuous" => JointKind::Continuous,
+        "prismatic" => JointKind::Prismatic,
+        found => {
+            let known = match found {
+                "ball" | "universal" | "screw" | "gearbox" | "revolute2" => "is not supported",
+                _ => "is not a type of joint",
+            };
+            let error = at.error_at("type", format!("type {} {known}; valid are {}", shown(found), listed(&VALID)));
+            return Err(match near(found, &VALID) {
+                Some(help) if known != "is not supported" => error.with_help(help),
+                _ => error,
+            });
+        }
+    })
+}
+
+/// The `limit` of an axis. Numbers of 1e16 and more are none, and so are a negative effort and velocity.
+fn limits(at: Element) -> Result<Limits, FileError> {
+    let value = |tag: &str| at.child(tag)?.map(Element::content_extended).transpose();
+    let most = |tag: &str| {
+        let found = value(tag)?.unwrap_or(f64::INFINITY);
+        Ok(if (0.0..UNLIMITED).contains(&found) { found } else { f64::INFINITY })
+    };
+    let position = |tag: &str, none: f64| {
+        let found = value(tag)?.unwrap_or(none);
+        if found.is_infinite() && found != none {
+            return Err(at.error(format!("`{tag}` must not be {found}")));
+        }
+        // Beyond the bound on the side where it limits nothing.
+        Ok(if found * none.signum() >= UNLIMITED { none } else { found })
+    };
+    Ok(Limits {
+        lower: position("lower", f64::NEG_INFINITY)?,
+        upper: position("upper", f64::INFINITY)?,
+        velocity: most("velocity")?,
+        effort: most("effort")?,
+    })
+}
+
+/// A `mimic`: `position = multiplier (position of the other - reference) + offset`.
+fn mimic(at: Element) -> Result<MimicPart, FileError> {
+    let name = at.required("joint")?.to_owned();
+    if let Some(axis) = at.attribute("axis").filter(|&axis| axis != "axis") {
+        return Err(at.error_at("axis", format!("a joint has one `axis` here, and {} is not it", shown(axis))));
+    }
+    let ratio = number(at, "multiplier")?.unwrap_or(1.0);
+    let offset = number(at, "offset")?.unwrap_or(0.0) - ratio * number(at, "reference")?.unwrap_or(0.0);
+    Ok(MimicPart { joint: Reference { at, name }, ratio, offset })
+}

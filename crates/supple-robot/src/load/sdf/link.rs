@@ -1,0 +1,123 @@
+//! A `link`: its inertia and its visual meshes.
+
+use supple_files::FileError;
+
+use super::super::assemble::LinkPart;
+use super::super::meshes::mesh_path;
+use super::super::urdf::turned;
+use super::super::words::shown;
+use super::super::xml::Element;
+use super::Reader;
+use super::values::{flag, number, pass_over, pose};
+use crate::{Inertia, Mesh, Pose};
+
+/// Elements of `link` that are read, or have no meaning for the dynamics.
+const LINK: [&str; 6] = ["pose", "inertial", "visual", "collision", "gravity", "kinematic"];
+/// Elements of `link` that are known and not modelled.
+const LINK_IGNORED: [&str; 13] = [
+    "sensor",
+    "plugin",
+    "light",
+    "projector",
+    "audio_sink",
+    "audio_source",
+    "battery",
+    "particle_emitter",
+    "velocity_decay",
+    "self_collide",
+    "enable_wind",
+    "must_be_base_link",
+    "frame",
+];
+/// Elements of `inertial` that are read.
+const INERTIAL: [&str; 3] = ["pose", "mass", "inertia"];
+/// Elements of `inertial` that are known and not modelled.
+const INERTIAL_IGNORED: [&str; 4] = ["density", "fluid_added_mass", "auto_inertia_params", "frame"];
+
+impl Reader<'_> {
+    /// A link. Where it is in the model is left to the joints.
+    ///
+    /// # Errors
+    /// Where anything in it is wrong.
+    pub(super) fn link<'a>(&mut self, at: Element<'a>) -> Result<LinkPart<'a>, FileError> {
+        for element in at.children() {
+            pass_over(element, &LINK, &LINK_IGNORED, &mut self.warnings);
+        }
+        if at.child("gravity")?.map(flag).transpose()? == Some(false) {
+            self.warnings.note("gravity", at, || "gravity acts on it, though the file asks for none".to_owned());
+        }
+        if at.child("kinematic")?.map(flag).transpose()? == Some(true) {
+            self.warnings.note("kinematic", at, || "it is moved by forces, though the file says kinematic".to_owned());
+        }
+        let inertia = match at.child("inertial")? {
+            Some(at) => (self.inertial(at)?, at),
+            None => {
+                self.warnings.note("no inertial", at, || {
+                    "it has no `inertial`, and gets what SDF then has: 1 kg and 1 kg m^2 about each axis".to_owned()
+                });
+                let moment = Pose::IDENTITY.rotation;
+                (Inertia { mass: 1.0, center: [0.0; 3], moment }, at)
+            }
+        };
+        let mut meshes = Vec::new();
+        for visual in at.all("visual") {
+            meshes.extend(self.mesh(visual, at)?);
+        }
+        Ok(LinkPart { at, name: at.required("name")?.to_owned(), inertia: Some(inertia), meshes })
+    }
+
+    /// An `inertial`: the moments are given about the centre of mass, in axes that `pose` turns.
+    ///
+    /// ```text
+    /// moment in the link's axes = R I R'
+    /// ```
+    fn inertial(&mut self, at: Element) -> Result<Inertia, FileError> {
+        for element in at.children() {
+            pass_over(element, &INERTIAL, &INERTIAL_IGNORED, &mut self.warnings);
+        }
+        if at.choice("auto", &[("true", true), ("false", false), ("1", true), ("0", false)])? == Some(true) {
+            let message = "inertia is not computed from collision shapes";
+            return Err(at.error_at("auto", message).with_help("write out `mass` and `inertia`"));
+        }
+        let (pose, relative_to) = pose(at, self.version, &mut self.warnings)?;
+        let link = at.parent().and_then(|link| link.attribute("name"));
+        if let Some(reference) = relative_to.filter(|reference| Some(reference.name.as_str()) != link) {
+            let name = &reference.name;
+            let message = format!("a centre of mass is placed in its own link, and not in {}", shown(name));
+            return Err(reference.at.error_naming(name, message));
+        }
+        let mass = number(at, "mass")?;
+        let inertia = at.child("inertia")?;
+        for (missing, what, unit) in
+            [(mass.is_none(), "mass", "1 kg"), (inertia.is_none(), "inertia", "1 kg m^2 about each axis")]
+        {
+            if missing {
+                self.warnings.note(what, at, || format!("it has no `{what}`, and gets what SDF then has: {unit}"));
+            }
+        }
+        let mut moment = Pose::IDENTITY.rotation;
+        if let Some(inertia) = inertia {
+            let entry = |name: &str, default: f64| Ok(number(inertia, name)?.unwrap_or(default));
+            let (xx, yy, zz) = (entry("ixx", 1.0)?, entry("iyy", 1.0)?, entry("izz", 1.0)?);
+            let (xy, xz, yz) = (entry("ixy", 0.0)?, entry("ixz", 0.0)?, entry("iyz", 0.0)?);
+            moment = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        }
+        Ok(Inertia { mass: mass.unwrap_or(1.0), center: pose.position, moment: turned(pose.rotation, moment) })
+    }
+
+    /// The mesh of a `visual`, where it has one.
+    fn mesh(&mut self, at: Element, link: Element) -> Result<Option<Mesh>, FileError> {
+        let Some(mesh) = at.child("geometry")?.map(|geometry| geometry.child("mesh")).transpose()?.flatten() else {
+            return Ok(None);
+        };
+        let (pose, relative_to) = pose(at, self.version, &mut self.warnings)?;
+        if relative_to.is_some_and(|reference| Some(reference.name.as_str()) != link.attribute("name")) {
+            self.warnings.note("visual", at, || "its mesh is left out: it is not placed in its own link".to_owned());
+            return Ok(None);
+        }
+        let scale = mesh.child("scale")?.map(Element::content_numbers).transpose()?.unwrap_or([1.0; 3]);
+        let uri = mesh.required_child("uri")?;
+        let path = mesh_path(uri, &uri.content()?, self.options, self.folder, &mut self.warnings)?;
+        Ok(path.map(|path| Mesh { path, pose, scale }))
+    }
+}

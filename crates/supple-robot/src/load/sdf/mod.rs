@@ -1,0 +1,225 @@
+//! SDF, the format of Gazebo: a `model` of `link`, `joint` and `frame` elements, placed where they are at positions 0.
+//!
+//! Source: the specification at <http://sdformat.org/spec>, versions 1.6 to 1.12.
+
+mod frames;
+mod joint;
+mod link;
+mod values;
+
+use std::path::Path;
+
+use supple_files::FileError;
+
+use self::frames::{Frames, MODEL};
+use self::values::{Version, flag, pass_over, pose};
+use super::LoadOptions;
+use super::assemble::{FramePart, JointPart, LinkPart, Parts, Reference, assemble};
+use super::warnings::Warnings;
+use super::words::{listed, shown};
+use super::xml::{Document, Element};
+use crate::{JointKind, Pose, Robot};
+
+/// The name of the world as a joint's parent, and of the link that stands for it.
+const WORLD: &str = "world";
+/// Elements of `world` that are read, or cannot be passed over.
+const WORLD_READ: [&str; 5] = ["model", "include", "joint", "gravity", "frame"];
+/// Elements of `world` that are known and not modelled.
+const WORLD_IGNORED: [&str; 19] = [
+    "physics",
+    "scene",
+    "light",
+    "plugin",
+    "gui",
+    "atmosphere",
+    "magnetic_field",
+    "wind",
+    "spherical_coordinates",
+    "state",
+    "actor",
+    "population",
+    "road",
+    "audio",
+    "sensor",
+    "particle_emitter",
+    "projector",
+    "joint_state",
+    "grid",
+];
+/// Elements of `model` that are read, or cannot be passed over.
+const MODEL_READ: [&str; 7] = ["link", "joint", "frame", "pose", "static", "model", "include"];
+/// Elements of `model` that are known and not modelled.
+const MODEL_IGNORED: [&str; 7] =
+    ["self_collide", "allow_auto_disable", "enable_wind", "plugin", "gripper", "sensor", "light"];
+
+/// What the parts of a file are read with.
+struct Reader<'o> {
+    version: Version,
+    options: &'o LoadOptions,
+    /// Where the file is.
+    folder: &'o Path,
+    warnings: Warnings,
+}
+
+/// Reads an SDF file with one model, which may be in a world. Meshes are looked for in `folder`.
+///
+/// A model that no joint attaches to the world is taken as fixed in it, with a warning. The root of the robot is then
+/// the model's root link where that is at the origin of the world, and otherwise a link `world`, from which a joint
+/// `world/LINK` leads to each root link.
+///
+/// # Errors
+/// Where anything in it is wrong or cannot be modelled: several models, models in models, files that are included.
+pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) -> Result<Robot, FileError> {
+    let root = document.root();
+    let mut warnings = Warnings::default();
+    let version = Version::read(root, &mut warnings)?;
+    let mut reader = Reader { version, options, folder, warnings };
+    let (model, gravity) = reader.find_model(root)?;
+    for element in model.children() {
+        match element.tag() {
+            "model" => return Err(element.error("models in models are not supported; write one model without them")),
+            "include" => return Err(included(element)),
+            _ => pass_over(element, &MODEL_READ, &MODEL_IGNORED, &mut reader.warnings),
+        }
+    }
+    let mut parts = reader.parts(model)?;
+    parts.gravity = gravity;
+    parts.warnings = reader.warnings;
+    assemble(document, parts, options)
+}
+
+/// The error about an `include`.
+fn included(at: Element) -> FileError {
+    at.error("only this one file is read, and it includes another one")
+        .with_help("put the included model in its place, or remove it where the robot does not need it")
+}
+
+impl Reader<'_> {
+    /// The one model of the file, and gravity where it is in a world that gives it.
+    ///
+    /// # Errors
+    /// Where there is not one model alone.
+    fn find_model<'a>(&mut self, root: Element<'a>) -> Result<(Element<'a>, Option<[f64; 3]>), FileError> {
+        let mut models: Vec<_> = root.all("model").collect();
+        let world = root.child("world")?;
+        for element in root.children() {
+            match element.tag() {
+                "include" => return Err(included(element)),
+                _ => pass_over(element, &["model", "world"], &["actor", "light"], &mut self.warnings),
+            }
+        }
+        let mut gravity = None;
+        if let Some(world) = world {
+            for element in world.children() {
+                match element.tag() {
+                    "include" => return Err(included(element)),
+                    "joint" => return Err(element.error("joints are in a model; one in a world is not supported")),
+                    "frame" => self.warnings.ignore(element),
+                    _ => pass_over(element, &WORLD_READ, &WORLD_IGNORED, &mut self.warnings),
+                }
+            }
+            models.extend(world.all("model"));
+            gravity = world.child("gravity")?.map(Element::content_numbers).transpose()?;
+        }
+        match models[..] {
+            [model] => Ok((model, gravity)),
+            [] => Err(root.error("there is no `model` in it")),
+            [_, second, ..] => {
+                let names: Vec<_> = models.iter().map(|model| model.attribute("name").unwrap_or("")).collect();
+                let message = format!("there are {} models: {}", names.len(), listed(&names));
+                Err(second.error(message).with_help("keep the one that is the robot"))
+            }
+        }
+    }
+
+    /// The parts of a model.
+    fn parts<'a>(&mut self, model: Element<'a>) -> Result<Parts<'a>, FileError> {
+        let frames = Frames::read(model, self.version, &mut self.warnings)?;
+        let placed = self.place(model, &frames)?;
+        let mut links = Vec::new();
+        for at in model.all("link") {
+            links.push(self.link(at)?);
+        }
+        let mut joints = Vec::new();
+        for node in frames.joints() {
+            joints.push(self.joint(node, &frames, &placed)?);
+        }
+        let named = frames.named().map(|(name, node)| {
+            let link = frames.link_of(node);
+            let reference = Reference { at: frames.element(node), name: frames.name(link).to_owned() };
+            FramePart { name: name.to_owned(), link: reference, pose: frames.between(link, node) }
+        });
+        let mut parts = Parts {
+            name: model.required("name")?.to_owned(),
+            links,
+            joints,
+            frames: named.collect(),
+            gravity: None,
+            warnings: Warnings::default(),
+        };
+        self.attach(model, &frames, &placed, &mut parts)?;
+        Ok(parts)
+    }
+
+    /// The model's frame in the world.
+    fn place(&mut self, model: Element, frames: &Frames) -> Result<Pose, FileError> {
+        let (pose, relative_to) = pose(model, self.version, &mut self.warnings)?;
+        if let Some(reference) = relative_to.filter(|reference| reference.name != WORLD) {
+            let message = format!("a model is placed in the world, and not relative to {}", shown(&reference.name));
+            return Err(reference.at.error_naming(&reference.name, message));
+        }
+        match model.attribute("placement_frame").filter(|name| !name.is_empty()) {
+            Some(name) => {
+                let placed = frames.find(&Reference { at: model, name: name.to_owned() })?;
+                Ok(pose.compose(&frames.between(MODEL, placed).inverse()))
+            }
+            None => Ok(pose),
+        }
+    }
+
+    /// Fixes what no joint carries in the world.
+    ///
+    /// # Errors
+    /// Where `static` is neither true nor false.
+    fn attach<'a>(
+        &mut self,
+        model: Element<'a>,
+        frames: &Frames<'a>,
+        placed: &Pose,
+        parts: &mut Parts<'a>,
+    ) -> Result<(), FileError> {
+        let is_static = model.child("static")?.map(flag).transpose()?.unwrap_or(false);
+        let carried: std::collections::HashSet<_> =
+            parts.joints.iter().map(|joint| joint.child.name.as_str()).collect();
+        let roots: Vec<_> = frames.links().filter(|&link| !carried.contains(frames.name(link))).collect();
+        if !is_static {
+            for &root in &roots {
+                self.warnings.note("not attached", frames.element(root), || {
+                    "no joint attaches it to anything, and it is taken as fixed in the world".to_owned()
+                });
+            }
+        }
+        if is_static && !parts.joints.is_empty() {
+            self.warnings.note("static", model, || "it is static, and its joints move all the same".to_owned());
+        }
+        let in_world = |link: usize| placed.compose(&frames.between(MODEL, link));
+        let needs_world = parts.joints.iter().any(|joint| joint.parent.name == WORLD);
+        if !needs_world && roots.len() == 1 && roots.iter().all(|&root| in_world(root) == Pose::IDENTITY) {
+            return Ok(());
+        }
+        // Without a root there is a loop, which is an error later.
+        if !needs_world && roots.is_empty() {
+            return Ok(());
+        }
+        for &root in &roots {
+            let (at, name) = (frames.element(root), frames.name(root));
+            let reference = |name: &str| Reference { at, name: name.to_owned() };
+            let named = format!("{WORLD}/{name}");
+            let mut joint = JointPart::new(at, &named, JointKind::Fixed, reference(WORLD), reference(name));
+            joint.origin = in_world(root);
+            parts.joints.push(joint);
+        }
+        parts.links.insert(0, LinkPart { at: model, name: WORLD.to_owned(), inertia: None, meshes: Vec::new() });
+        Ok(())
+    }
+}

@@ -1,0 +1,46 @@
+//! Words of messages: what a file says, shown short.
+
+use std::borrow::Cow;
+
+use supple_files::{nearest, quoted};
+
+/// What is said of files that a program must expand first.
+pub(super) const XACRO: &str = "this is a macro for the program xacro, not yet a robot";
+/// What to do about [`XACRO`].
+pub(super) const RUN_XACRO: &str = "run `xacro robot.xacro > robot.urdf` first";
+
+/// A text for a message, in one line and short.
+pub(super) fn clipped(text: &str) -> Cow<'_, str> {
+    const MOST: usize = 60;
+    let clipped = match text.char_indices().nth(MOST) {
+        Some((end, _)) => Cow::Owned(format!("{}...", &text[..end])),
+        None => Cow::Borrowed(text),
+    };
+    if clipped.contains(char::is_control) { clipped.replace(char::is_control, " ").into() } else { clipped }
+}
+
+/// A text for a message, short and in back quotes.
+pub(super) fn shown(text: &str) -> String {
+    format!("`{}`", clipped(text))
+}
+
+/// Names for a message, each short; the first ten where there are more.
+pub(super) fn listed<T: AsRef<str>>(names: &[T]) -> String {
+    const MOST: usize = 10;
+    let shown: Vec<_> = names.iter().take(MOST).map(|name| clipped(name.as_ref())).collect();
+    let rest = names.len().saturating_sub(MOST);
+    if rest == 0 { quoted(&shown) } else { format!("{} and {rest} more", quoted(&shown)) }
+}
+
+/// Advice to use the valid name nearest to one that is not valid. Very long names are not compared.
+pub(super) fn near<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
+    const LONGEST: usize = 100;
+    let valid: Vec<_> = valid.iter().map(AsRef::as_ref).filter(|name| name.len() <= LONGEST).collect();
+    if found.len() > LONGEST { None } else { nearest(found, &valid) }
+}
+
+/// A number for a message, short also where it is very great or very small.
+pub(super) fn digits(number: f64) -> String {
+    let short = number == 0.0 || !number.is_finite() || (1e-4..1e6).contains(&number.abs());
+    if short { format!("{number}") } else { format!("{number:e}") }
+}

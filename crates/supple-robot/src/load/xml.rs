@@ -1,0 +1,234 @@
+//! XML with errors for people: elements whose attributes and texts are read as numbers, vectors and names.
+
+use std::ops::Range;
+
+use roxmltree::{Error, Node, ParsingOptions};
+use supple_files::FileError;
+
+use super::scan::{MOST_NODES, Refusal, scan};
+use super::words::{RUN_XACRO, XACRO, clipped, shown};
+
+/// A parsed XML file.
+pub(super) struct Document<'t> {
+    tree: roxmltree::Document<'t>,
+    text: &'t str,
+    file: String,
+    /// Where each line begins, by byte.
+    lines: Vec<usize>,
+}
+
+impl<'t> Document<'t> {
+    /// Parses a text; `file` stands for it in errors. A byte order mark is skipped.
+    ///
+    /// # Errors
+    /// Where the text is not well-formed XML, defines a document type or entities, or goes beyond a limit of size or
+    /// depth.
+    pub(super) fn parse(text: &'t str, file: &str) -> Result<Self, FileError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let fail = |span, message| FileError::at(file, text, span, String::new(), message);
+        if text.trim_start().starts_with(|first| first != '<') {
+            return Err(fail(0..0, "this is not XML: a robot file begins with `<`".to_owned()));
+        }
+        let unclosed = scan(text).map_err(|Refusal { span, message }| fail(span, message))?;
+        let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+        let tree = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
+            let (span, message) = explain(&error, text, &unclosed);
+            let help = (message == XACRO).then(|| RUN_XACRO.to_owned());
+            FileError { help, ..fail(span, message) }
+        })?;
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        Ok(Self { tree, text, file: file.to_owned(), lines })
+    }
+
+    /// The outermost element.
+    pub(super) fn root(&self) -> Element<'_> {
+        Element { document: self, node: self.tree.root_element() }
+    }
+
+    /// The whole text.
+    pub(super) fn text(&self) -> &str {
+        self.text
+    }
+
+    /// The line of a byte, from 1.
+    fn line(&self, byte: usize) -> usize {
+        self.lines.partition_point(|&start| start <= byte)
+    }
+
+    /// An error about bytes of the text.
+    fn error(&self, span: Range<usize>, key: String, message: impl Into<String>) -> FileError {
+        FileError::at(&self.file, self.text, span, key, message)
+    }
+}
+
+/// What the parser found, in words, and where.
+fn explain(error: &Error, text: &str, unclosed: &[usize]) -> (Range<usize>, String) {
+    let end = text.len()..text.len();
+    let at = byte_at(text, &error.pos());
+    match error {
+        Error::NoRootNode => (end, "there is no element in this file".to_owned()),
+        Error::UnclosedRootNode => {
+            let start = unclosed.last().copied().unwrap_or(0);
+            let tag = tag_at(text, start);
+            (start..start + 1 + tag.len(), format!("the file ends before element {} is closed", shown(tag)))
+        }
+        Error::UnexpectedEndOfStream => (end, "the file ends within a tag, a comment or a text".to_owned()),
+        Error::NodesLimitReached => {
+            (end, format!("a robot file has at most {MOST_NODES} elements, texts and comments"))
+        }
+        Error::UnknownNamespace(prefix, _) if prefix == "xacro" => (at, XACRO.to_owned()),
+        Error::UnknownNamespace(prefix, _) => {
+            let prefix = clipped(prefix);
+            (at, format!("the prefix `{prefix}` is not declared; `xmlns:{prefix}` in an outer element does so"))
+        }
+        Error::DuplicatedAttribute(name, _) => (at, format!("attribute {} is given twice", shown(name))),
+        Error::UnexpectedCloseTag(open, found, _) => {
+            (at, format!("{} is closed here, but the innermost open element is {}", shown(found), shown(open)))
+        }
+        Error::UnknownEntityReference(name, _) => (at, format!("there is no entity {}", shown(name))),
+        Error::UnexpectedDeclaration(_) => (at, "the XML declaration must stand at the very start".to_owned()),
+        Error::UnknownToken(_) if unclosed.is_empty() => {
+            (at, "nothing may follow the end of the outermost element".to_owned())
+        }
+        _ => {
+            let said = error.to_string();
+            let said = said.strip_suffix(&format!(" at {}", error.pos())).unwrap_or(&said);
+            (at, format!("this is not well-formed XML: {}", clipped(said)))
+        }
+    }
+}
+
+/// The bytes at a place that the parser names.
+fn byte_at(text: &str, at: &roxmltree::TextPos) -> Range<usize> {
+    let (row, column) = (at.row.saturating_sub(1) as usize, at.col.saturating_sub(1) as usize);
+    let start: usize = text.split_inclusive('\n').take(row).map(str::len).sum();
+    let rest = &text[start..];
+    let start = rest.char_indices().nth(column).map_or(text.len(), |(at, _)| start + at);
+    start..start
+}
+
+/// The tag of the element that begins at byte `start`, with its prefix.
+fn tag_at(text: &str, start: usize) -> &str {
+    let rest = text.get(start + 1..).unwrap_or("");
+    rest.split([' ', '\t', '\r', '\n', '/', '>']).next().unwrap_or("")
+}
+
+/// An element of a document.
+#[derive(Clone, Copy)]
+pub(super) struct Element<'a> {
+    document: &'a Document<'a>,
+    pub(super) node: Node<'a, 'a>,
+}
+
+impl<'a> Element<'a> {
+    /// Its tag as written, with a prefix where it has one.
+    pub(super) fn tag(self) -> &'a str {
+        tag_at(self.document.text, self.node.range().start)
+    }
+
+    /// The line it begins in, from 1.
+    pub(super) fn line(self) -> usize {
+        self.document.line(self.node.range().start)
+    }
+
+    /// The element it is in.
+    pub(super) fn parent(self) -> Option<Self> {
+        self.node.parent_element().map(|node| Self { node, ..self })
+    }
+
+    /// What it is called in errors: ``joint `elbow` ``, or ``origin of joint `elbow` ``.
+    pub(super) fn key(self) -> String {
+        let named = std::iter::successors(Some(self), |element| element.parent()).find_map(|element| {
+            Some((element, element.node.attribute("name").filter(|name| !name.trim().is_empty())?))
+        });
+        match named {
+            Some((element, name)) if element.node == self.node => format!("{} {}", self.tag(), shown(name)),
+            Some((element, name)) => format!("{} of {} {}", self.tag(), element.tag(), shown(name)),
+            None => self.tag().to_owned(),
+        }
+    }
+
+    /// An error about the element.
+    pub(super) fn error(self, message: impl Into<String>) -> FileError {
+        let start = self.node.range().start;
+        self.document.error(start..start + 1 + self.tag().len(), self.key(), message)
+    }
+
+    /// An error about the value of an attribute; about the element where it has no such attribute.
+    pub(super) fn error_at(self, attribute: &str, message: impl Into<String>) -> FileError {
+        match self.node.attribute_node(attribute) {
+            Some(found) => self.document.error(found.range_value(), self.key(), message),
+            None => self.error(message),
+        }
+    }
+
+    /// An error about the attribute or the text that is `value`; about the element where none is.
+    pub(super) fn error_naming(self, value: &str, message: impl Into<String>) -> FileError {
+        match self.node.attributes().find(|attribute| attribute.value() == value) {
+            Some(attribute) => self.document.error(attribute.range_value(), self.key(), message),
+            None if self.content().is_ok_and(|content| content == value) => self.error_in_content(message),
+            None => self.error(message),
+        }
+    }
+
+    /// An error about what is called `name` in the element, at any depth: an attribute or an element; about the
+    /// element itself where there is no such thing.
+    pub(super) fn error_about(self, name: &str, message: impl Into<String>) -> FileError {
+        let about = self.descendants().find(|inner| inner.tag() == name || inner.attribute(name).is_some());
+        about.unwrap_or(self).error_at(name, message)
+    }
+
+    /// An error about the text in the element.
+    pub(super) fn error_in_content(self, message: impl Into<String>) -> FileError {
+        let text = self.node.children().find(|child| child.text().is_some_and(|text| !text.trim().is_empty()));
+        match text {
+            Some(text) => {
+                let (all, said) = (text.range(), text.text().unwrap_or(""));
+                let blank = said.len() - said.trim_start().len();
+                self.document.error(all.start + blank..all.start + said.trim_end().len(), self.key(), message)
+            }
+            None => self.error(message),
+        }
+    }
+
+    /// Itself and all elements in it, at any depth, in the order of the file.
+    pub(super) fn descendants(self) -> impl Iterator<Item = Self> {
+        self.node.descendants().filter(Node::is_element).map(move |node| Self { node, ..self })
+    }
+
+    /// The elements in it.
+    pub(super) fn children(self) -> impl Iterator<Item = Self> {
+        self.node.children().filter(Node::is_element).map(move |node| Self { node, ..self })
+    }
+
+    /// The elements in it with this tag.
+    pub(super) fn all(self, tag: &str) -> impl Iterator<Item = Self> {
+        self.children().filter(move |child| child.tag() == tag)
+    }
+
+    /// The element in it with this tag, where there is one.
+    ///
+    /// # Errors
+    /// Where there is more than one.
+    pub(super) fn child(self, tag: &str) -> Result<Option<Self>, FileError> {
+        let mut all = self.all(tag);
+        let first = all.next();
+        match (first, all.next()) {
+            (Some(first), Some(second)) => Err(second.error(format!(
+                "there is at most one {} in a {}; the first is at line {}",
+                shown(tag),
+                shown(self.tag()),
+                first.line()
+            ))),
+            _ => Ok(first),
+        }
+    }
+
+    /// The one element in it with this tag.
+    ///
+    /// # Errors
+    /// Where there is none, or more than one.
+    pub(super) fn required_child(self, tag: &str) -> Result<Self, FileError> {
+        self.child(tag)?.ok_or_else(|| self.error(format!("a {} is missing in it", shown(tag))))
+    }
+}

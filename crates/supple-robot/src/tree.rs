@@ -1,0 +1,175 @@
+//! What of a robot moves, and with which coordinates.
+
+use crate::{Joint, JointKind, Robot};
+
+/// The moving bodies of a robot: structure without numbers that a design may change.
+///
+/// A body is a set of links that are fixed to one another, carried by one moving joint. Its frame is the moved frame of
+/// that joint, turned such that the axis of the joint is z. Only the algorithms see frames of bodies:
+/// [`Kinematics`](crate::Kinematics) gives poses and velocities of links. Links that are fixed to the root belong to
+/// the world.
+///
+/// The coordinates are those of the joints that move and follow no other, the *degrees of freedom*, in the order of the
+/// robot's joints. A joint that follows another shares its degree of freedom.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    bodies: Vec<Body>,
+    links: Vec<Place>,
+    names: Vec<String>,
+    masters: Vec<usize>,
+}
+
+/// What a body does at its joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// Turns about the axis.
+    Turn,
+    /// Slides along the axis.
+    Slide,
+}
+
+/// A moving body and its joint.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Index of the body that carries it, which is less than its own; none where that is the world.
+    pub parent: Option<usize>,
+    /// Index of its joint in the robot.
+    pub joint: usize,
+    /// What it does at its joint.
+    pub motion: Motion,
+    /// Index of the degree of freedom that moves it.
+    pub dof: usize,
+    /// Position of its joint by that of the degree of freedom: 1 but for joints that follow another.
+    pub ratio: f64,
+    /// Position of its joint where the degree of freedom is at 0, rad or m.
+    pub offset: f64,
+    /// Position at which its joint's moved frame is where the joint's frame is, rad or m.
+    pub reference: f64,
+    /// Axes of the body in the joint's moved frame: a rotation by rows, whose third column is the axis of the joint.
+    pub axes: [[f64; 3]; 3],
+}
+
+/// Where a link belongs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// The link that carries it; none for the root.
+    pub parent: Option<usize>,
+    /// The body it belongs to; none for the world.
+    pub body: Option<usize>,
+    /// Whether its own joint moves.
+    pub moves: bool,
+}
+
+impl Tree {
+    /// The tree of a robot, which has to be as [`load`](crate::load) gives them: links after their parents, joint `i`
+    /// carrying link `i + 1`, and every joint that follows another leading to a joint that moves and follows none. A
+    /// joint that does not lead to one, for example because joints follow one another in a circle, is taken to follow
+    /// none.
+    pub fn new(robot: &Robot) -> Self {
+        let mut dofs = vec![None; robot.joints.len()];
+        let (mut names, mut masters) = (Vec::new(), Vec::new());
+        for (index, joint) in robot.joints.iter().enumerate() {
+            if joint.kind != JointKind::Fixed && followed(robot, index).is_none() {
+                dofs[index] = Some(names.len());
+                names.push(joint.name.clone());
+                masters.push(index);
+            }
+        }
+        let mut links = vec![Place { parent: None, body: None, moves: false }];
+        let mut bodies = Vec::new();
+        for (index, joint) in robot.joints.iter().enumerate() {
+            let carrier = links[joint.parent].body;
+            let (master, ratio, offset) = followed(robot, index).unwrap_or((index, 1.0, 0.0));
+            let moves = joint.kind != JointKind::Fixed;
+            let body = match dofs[master] {
+                Some(dof) if moves => {
+                    bodies.push(Body::new(joint, index, carrier, (dof, ratio, offset)));
+                    Some(bodies.len() - 1)
+                }
+                _ => carrier,
+            };
+            links.push(Place { parent: Some(joint.parent), body, moves });
+        }
+        Self { bodies, links, names, masters }
+    }
+
+    /// Number of degrees of freedom.
+    pub fn dofs(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Names of the joints that are the degrees of freedom, in their order.
+    pub fn joints(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Indices in the robot of the joints that are the degrees of freedom, in their order.
+    pub fn joint_indices(&self) -> &[usize] {
+        &self.masters
+    }
+
+    /// The moving bodies, each after the one that carries it.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The body that a link belongs to; none where that is the world, or there is no such link.
+    pub fn body_of(&self, link: usize) -> Option<usize> {
+        self.links.get(link)?.body
+    }
+
+    /// Whether some joint follows another.
+    pub fn has_mimic(&self) -> bool {
+        self.bodies.len() > self.names.len()
+    }
+
+    /// Greatest number of bodies that are carried by one another.
+    pub fn depth(&self) -> usize {
+        (0..self.bodies.len()).map(|body| self.path(Some(body)).count()).max().unwrap_or(0)
+    }
+
+    /// A body, the body that carries it, and so on to the world.
+    pub(crate) fn path(&self, body: Option<usize>) -> impl Iterator<Item = usize> {
+        std::iter::successors(body, |&body| self.bodies[body].parent)
+    }
+
+    /// Where each link belongs.
+    pub(crate) fn places(&self) -> &[Place] {
+        &self.links
+    }
+}
+
+impl Body {
+    fn new(joint: &Joint, index: usize, parent: Option<usize>, (dof, ratio, offset): (usize, f64, f64)) -> Self {
+        let motion = if joint.kind == JointKind::Prismatic { Motion::Slide } else { Motion::Turn };
+        let (reference, axes) = (joint.reference, axes_about(joint.axis));
+        Self { parent, joint: index, motion, dof, ratio, offset, reference, axes }
+    }
+}
+
+/// The moving joint at the end of the chain of joints that a joint follows, with the ratio and offset of the whole
+/// chain; none where it follows none, or the chain does not end at a moving joint.
+fn followed(robot: &Robot, joint: usize) -> Option<(usize, f64, f64)> {
+    let (mut master, mut ratio, mut offset) = (joint, 1.0, 0.0);
+    // A chain longer than the list of joints goes in a circle.
+    for _ in 0..robot.joints.len() {
+        let Joint { mimic, kind, .. } = robot.joints.get(master)?;
+        let Some(mimic) = mimic else {
+            return (master != joint && *kind != JointKind::Fixed).then_some((master, ratio, offset));
+        };
+        (master, ratio, offset) = (mimic.joint, ratio * mimic.ratio, ratio * mimic.offset + offset);
+    }
+    None
+}
+
+/// A rotation, by rows, whose third column is the unit vector `axis`, with as many zeros as possible.
+fn axes_about(axis: [f64; 3]) -> [[f64; 3]; 3] {
+    let least = (0..3).fold(0, |least, i| if axis[i].abs() < axis[least].abs() { i } else { least });
+    let mut helper = [0.0; 3];
+    helper[least] = 1.0;
+    // Of two equally small entries, such as the zeros of a coordinate axis, the first decides: x and y for z.
+    let across = crate::pose::sub(helper, crate::pose::scale(axis[least], axis));
+    let first = crate::pose::scale(1.0 / crate::pose::dot(across, across).sqrt(), across);
+    let second = crate::pose::cross(axis, first);
+    [0, 1, 2].map(|row| [first[row], second[row], axis[row]])
+}

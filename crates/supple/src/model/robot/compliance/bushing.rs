@@ -1,0 +1,153 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+use supple_robot::vector::{add, cross, dot, scale, sub};
+use supple_robot::{Pose, Wrench};
+
+use super::{Compliance, ComplianceFile, Names, Unfit};
+use crate::Value;
+use crate::model::robot::situation::{Forces, Own};
+
+/// A spring and damper in six directions between the frames A and C, as Drake's `LinearBushingRollPitchYaw` means it.
+///
+/// Frame B is half-way between A and C: at the middle of their origins, turned from A by half of the rotation to C. With
+/// `p` the position of C's origin from A's in B, and roll, pitch and yaw `q` of C in A:
+///
+/// ```text
+/// force on C, at B's origin, in B:  f = -(stiffness p + damping p')      p' as seen from B
+/// torque on C:                      t = N' T,  T = -(torsional_stiffness q + torsional_damping q'),  q' = N w_AC
+/// ```
+///
+/// and the opposite on A. At a pitch of a right angle the angles have no rates, and the torque no value.
+#[derive(Clone, Debug)]
+pub(crate) struct Bushing {
+    a: usize,
+    c: usize,
+    stiffness: [Value; 3],
+    damping: [Value; 3],
+    torsional_stiffness: [Value; 3],
+    torsional_damping: [Value; 3],
+}
+
+/// A spring and damper in six directions between two frames, as Drake's `LinearBushingRollPitchYaw`.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Name of the frame or link A.
+    frame_a: String,
+    /// Name of the frame or link C.
+    frame_c: String,
+    /// Stiffness along the axes of the half-way frame, N/m; at least 0.
+    stiffness: [Value; 3],
+    /// Damping along them, N s/m; at least 0.
+    damping: [Value; 3],
+    /// Stiffness of roll, pitch and yaw of C in A, N m/rad; at least 0.
+    torsional_stiffness: [Value; 3],
+    /// Damping of their rates, N m s/rad; at least 0.
+    torsional_damping: [Value; 3],
+}
+
+impl ComplianceFile for Bushing {
+    type File = File;
+
+    fn build(file: File, names: &Names) -> Result<Self, Unfit> {
+        let (a, c) = (names.frame("frame_a", &file.frame_a)?, names.frame("frame_c", &file.frame_c)?);
+        let File { stiffness, damping, torsional_stiffness, torsional_damping, .. } = file;
+        Ok(Self { a, c, stiffness, damping, torsional_stiffness, torsional_damping })
+    }
+}
+
+/// The half-way rotation of a rotation `R` by less than a half turn: `R_AB` with `R_AB R_AB = R`.
+fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
+    // The quaternion of R, (cos, v), by its trace 4 cos^2 - 1 and its skew part 4 cos v; then that of half of it.
+    let trace = r[0][0] + r[1][1] + r[2][2];
+    let cos = ((trace + 1.0) * 0.25).sqrt();
+    let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
+    let w = ((cos + 1.0) * 0.5).sqrt();
+    let [x, y, z] = scale((cos * w).recip() * 0.125, skew);
+    let one = S::one();
+    let rotation = [
+        [one - (y * y + z * z) * 2.0, (x * y - w * z) * 2.0, (x * z + w * y) * 2.0],
+        [(x * y + w * z) * 2.0, one - (x * x + z * z) * 2.0, (y * z - w * x) * 2.0],
+        [(x * z - w * y) * 2.0, (y * z + w * x) * 2.0, one - (x * x + y * y) * 2.0],
+    ];
+    Pose { rotation, position: [S::zero(); 3] }
+}
+
+/// `-(k x + d x')` by axis.
+fn resist<S: Scalar>(own: &Own<S>, (k, x): ([Value; 3], [S; 3]), (d, rate): ([Value; 3], [S; 3])) -> [S; 3] {
+    let at = own.now.at;
+    let mut out = [S::zero(); 3];
+    for i in 0..3 {
+        out[i] = -(at.value(k[i]) * x[i] + at.value(d[i]) * rate[i]);
+    }
+    out
+}
+
+impl Bushing {
+    /// Torque and force on C in the axes of A, the force at the middle, and the position of C's origin in A.
+    fn load<S: Scalar>(&self, own: &Own<S>) -> (Wrench<S>, [S; 3]) {
+        let ((_, pose_a, twist_a), (_, pose_c, twist_c)) = (own.now.frame(self.a), own.now.frame(self.c));
+        let relative = pose_a.inverse().compose(&pose_c);
+        let p = relative.position;
+        // Velocities of C as seen from A, in A.
+        let w = sub(relative.rotate(twist_c.angular), twist_a.angular);
+        let moved = sub(relative.rotate(twist_c.linear), twist_a.linear);
+        let v = sub(moved, cross(twist_a.angular, p));
+
+        let b = half(&relative.rotation);
+        // The half-way frame turns with half the angular velocity.
+        let seen = sub(v, cross(scale(S::constant(0.5), w), p));
+        let force = resist(own, (self.stiffness, b.unrotate(p)), (self.damping, b.unrotate(seen)));
+
+        let r = &relative.rotation;
+        let level = (r[0][0] * r[0][0] + r[1][0] * r[1][0]).sqrt();
+        let angles = [r[2][1].atan2(r[2][2]), (-r[2][0]).atan2(level), r[1][0].atan2(r[0][0])];
+        let (cos_pitch, tan_pitch) = (level, -r[2][0] / level);
+        let (cos_yaw, sin_yaw) = (r[0][0] / level, r[1][0] / level);
+        // The rows of N.
+        let n = [
+            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, S::zero()],
+            [-sin_yaw, cos_yaw, S::zero()],
+            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, S::one()],
+        ];
+        let rates = n.map(|row| dot(row, w));
+        let t = resist(own, (self.torsional_stiffness, angles), (self.torsional_damping, rates));
+        let torque = add(add(scale(t[0], n[0]), scale(t[1], n[1])), scale(t[2], n[2]));
+        (Wrench { torque, force: b.rotate(force) }, p)
+    }
+}
+
+impl Compliance for Bushing {
+    fn signals(&self) -> Vec<&'static str> {
+        vec!["torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z"]
+    }
+
+    fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+        let (load, _) = self.load(own);
+        [load.torque, load.force].concat()
+    }
+
+    fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
+        let (load, p) = self.load(own);
+        let ((place_a, pose_a, _), (place_c, pose_c, _)) = (own.now.frame(self.a), own.now.frame(self.c));
+        let lever = cross(scale(S::constant(0.5), p), load.force);
+        // On A at its origin: minus torque and force, the force acting half-way to C.
+        let torque = add(load.torque, lever);
+        forces.add(&place_a, Wrench { torque: scale(-S::one(), torque), force: scale(-S::one(), load.force) });
+        // On C at its origin, which is the other half away.
+        let relative = pose_a.inverse().compose(&pose_c);
+        let torque = relative.unrotate(sub(load.torque, lever));
+        forces.add(&place_c, Wrench { torque, force: relative.unrotate(load.force) });
+    }
+
+    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
+        let each = |key: &'static str, values: [Value; 3]| values.map(|value| (key, value, 0.0, false));
+        [
+            each("stiffness", self.stiffness),
+            each("damping", self.damping),
+            each("torsional_stiffness", self.torsional_stiffness),
+            each("torsional_damping", self.torsional_damping),
+        ]
+        .concat()
+    }
+}

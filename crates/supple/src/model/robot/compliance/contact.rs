@@ -1,0 +1,144 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+use supple_robot::Wrench;
+use supple_robot::vector::{cross, dot, scale, sub};
+
+use super::{Compliance, ComplianceFile, Names, Unfit};
+use crate::Value;
+use crate::model::robot::situation::{Forces, Own};
+
+/// A point or sphere on a frame against a wall whose place is not known exactly. It adds the wall's place `c` along its
+/// normal to the state, as a constant, m.
+///
+/// With depth `d = c - n'(p - point) + radius` of the sphere about the frame's origin `p`, velocity `v` of that origin and
+/// its part `v_t` along the wall:
+///
+/// ```text
+/// force = (stiffness (d)_+ - damping n'v s(d))_+      (z)_+ = 1/2 (sqrt(z^2 + smoothing^2) + z), s = d(d)_+/dd
+/// friction = -friction force v_t / sqrt(|v_t|^2 + slip^2)
+/// ```
+///
+/// where the second `(.)_+` is smoothed over the force `stiffness smoothing`, so that the wall does not pull.
+#[derive(Clone, Debug)]
+pub(crate) struct Contact {
+    frame: usize,
+    normal: [f64; 3],
+    point: [Value; 3],
+    radius: Value,
+    stiffness: Value,
+    damping: Value,
+    smoothing: Value,
+    friction: Value,
+    slip: Value,
+}
+
+/// A point or sphere on a frame against a wall of uncertain place.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Name of the frame or link that the point or the sphere's centre is the origin of.
+    frame: String,
+    /// Normal of the wall in the world, out of the wall; of any length above 0.
+    normal: [f64; 3],
+    /// A point of the world from which the wall's place is counted along the normal, m.
+    #[serde(default)]
+    point: [Value; 3],
+    /// Radius of the sphere, m; 0 for a point.
+    #[serde(default)]
+    radius: Value,
+    /// Stiffness, N/m; above 0.
+    stiffness: Value,
+    /// Damping along the normal while in contact, N s/m; at least 0.
+    #[serde(default)]
+    damping: Value,
+    /// Depth over which contact sets in, m; above 0.
+    smoothing: Value,
+    /// Coefficient of friction; at least 0.
+    #[serde(default)]
+    friction: Value,
+    /// Speed along the wall over which friction sets in, m/s; above 0.
+    #[serde(default = "slow")]
+    slip: Value,
+}
+
+fn slow() -> Value {
+    Value::Number(1e-2)
+}
+
+impl ComplianceFile for Contact {
+    type File = File;
+
+    fn build(file: File, names: &Names) -> Result<Self, Unfit> {
+        let frame = names.frame("frame", &file.frame)?;
+        let length = dot(file.normal, file.normal).sqrt();
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(("normal", format!("must have a length above 0; found {:?}", file.normal), None));
+        }
+        let File { point, radius, stiffness, damping, smoothing, friction, slip, normal, .. } = file;
+        let normal = normal.map(|entry| entry / length);
+        Ok(Self { frame, normal, point, radius, stiffness, damping, smoothing, friction, slip })
+    }
+}
+
+impl Contact {
+    /// Depth, normal force and the whole force on the frame in the world.
+    fn load<S: Scalar>(&self, own: &Own<S>) -> (S, S, [S; 3]) {
+        let at = own.now.at;
+        let (_, pose, twist) = own.now.frame(self.frame);
+        let normal = self.normal.map(S::constant);
+        let velocity = pose.rotate(twist.linear);
+        let approach = dot(normal, velocity);
+        let point = self.point.map(|value| at.value(value));
+        let depth = own.constant() + at.value(self.radius) - dot(normal, sub(pose.position, point));
+        let smoothing: S = at.value(self.smoothing);
+        let pressed = depth.smooth_positive_part(smoothing);
+        // The slope of the smooth positive part: 0 far away, 1 deep inside.
+        let touching = (depth / (depth * depth + smoothing * smoothing).sqrt() + 1.0) * 0.5;
+        let stiffness = at.value(self.stiffness);
+        let force = stiffness * pressed - at.value(self.damping) * approach * touching;
+        let force = if self.damping.is_zero() { force } else { force.smooth_positive_part(stiffness * smoothing) };
+        let mut total = scale(force, normal);
+        if !self.friction.is_zero() {
+            let along = sub(velocity, scale(approach, normal));
+            let slip = at.value(self.slip);
+            let speed = (dot(along, along) + slip * slip).sqrt();
+            total = sub(total, scale(at.value(self.friction) * force / speed, along));
+        }
+        (depth, force, total)
+    }
+}
+
+impl Compliance for Contact {
+    fn constants(&self) -> usize {
+        1
+    }
+
+    fn signals(&self) -> Vec<&'static str> {
+        vec!["contact_force", "penetration", "force_x", "force_y", "force_z"]
+    }
+
+    fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+        let (depth, force, total) = self.load(own);
+        [vec![force, depth], total.to_vec()].concat()
+    }
+
+    fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
+        let (_, _, total) = self.load(own);
+        let (place, pose, _) = own.now.frame(self.frame);
+        let force = pose.unrotate(total);
+        // It acts where the sphere touches: its radius against the normal from the centre.
+        let lever = pose.unrotate(scale(-own.now.at.value(self.radius), self.normal.map(S::constant)));
+        forces.add(&place, Wrench { torque: cross(lever, force), force });
+    }
+
+    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
+        vec![
+            ("radius", self.radius, 0.0, false),
+            ("stiffness", self.stiffness, 0.0, true),
+            ("damping", self.damping, 0.0, false),
+            ("smoothing", self.smoothing, 0.0, true),
+            ("friction", self.friction, 0.0, false),
+            ("slip", self.slip, 0.0, true),
+        ]
+    }
+}

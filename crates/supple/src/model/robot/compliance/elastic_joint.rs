@@ -1,0 +1,89 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Compliance, ComplianceFile, Names, Unfit};
+use crate::model::robot::situation::{Forces, Own};
+use crate::{Point, Value};
+
+/// A joint that its motor drives through a spring and damper (series elasticity). It adds the motor's position `s` and
+/// velocity to the state; the drive of the joint acts on the motor:
+///
+/// ```text
+/// tau = stiffness (s - q) + damping (s' - q')        motor_inertia s'' = drive - motor_damping s' - tau
+/// ```
+///
+/// All on the joint's side of the gear: the motor's inertia is the reflected one. The motor's reaction on the link that
+/// carries it is that of a joint with high reduction (Spong 1987).
+#[derive(Clone, Debug)]
+pub(crate) struct ElasticJoint {
+    pub dof: usize,
+    stiffness: Value,
+    damping: Value,
+    motor_inertia: Value,
+    motor_damping: Value,
+}
+
+/// A spring and damper between a motor and its joint.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Name of the joint.
+    joint: String,
+    /// Stiffness, N m/rad or N/m; at least 0.
+    stiffness: Value,
+    /// Damping of the spring, N m s/rad or N s/m; at least 0.
+    #[serde(default)]
+    damping: Value,
+    /// Inertia of the motor, reflected to the joint, kg m^2 or kg; above 0.
+    motor_inertia: Value,
+    /// Damping of the motor, N m s/rad or N s/m; at least 0.
+    #[serde(default)]
+    motor_damping: Value,
+}
+
+impl ComplianceFile for ElasticJoint {
+    type File = File;
+
+    fn build(file: File, names: &Names) -> Result<Self, Unfit> {
+        let File { joint, stiffness, damping, motor_inertia, motor_damping } = file;
+        Ok(Self { dof: names.joint("joint", &joint)?, stiffness, damping, motor_inertia, motor_damping })
+    }
+}
+
+impl Compliance for ElasticJoint {
+    fn coordinates(&self) -> usize {
+        1
+    }
+
+    fn inertias<S: Scalar>(&self, at: &Point<S>) -> Vec<S> {
+        vec![at.value(self.motor_inertia)]
+    }
+
+    fn signals(&self) -> Vec<&'static str> {
+        vec!["torque"]
+    }
+
+    fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+        let (now, at) = (own.now, own.now.at);
+        let (position, velocity) = own.motor();
+        let stretch = position - now.q()[self.dof];
+        let rate = velocity - now.v()[self.dof];
+        vec![at.value(self.stiffness) * stretch + at.value(self.damping) * rate]
+    }
+
+    fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
+        let torque = self.measure(own)[0];
+        let (_, velocity) = own.motor();
+        forces.generalised[self.dof] += torque;
+        forces.generalised[own.place()] -= torque + own.now.at.value(self.motor_damping) * velocity;
+    }
+
+    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
+        vec![
+            ("stiffness", self.stiffness, 0.0, false),
+            ("damping", self.damping, 0.0, false),
+            ("motor_inertia", self.motor_inertia, 0.0, true),
+            ("motor_damping", self.motor_damping, 0.0, false),
+        ]
+    }
+}

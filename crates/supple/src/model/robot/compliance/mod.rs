@@ -1,0 +1,166 @@
+//! Compliance: springs, dampers and contacts that a designer adds to a robot.
+//!
+//! A new kind is one file, and one line in the table at the end of this file.
+
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::situation::{Forces, Own};
+use crate::file::{ReadError, Reader};
+use crate::{Point, Value};
+
+mod bushing;
+mod contact;
+mod elastic_joint;
+mod spring;
+
+use bushing::Bushing;
+use contact::Contact;
+use elastic_joint::ElasticJoint;
+use spring::Spring;
+
+/// A named element of compliance, and where in the state it finds what it adds.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub name: String,
+    pub kind: Kind,
+    /// Place of its first coordinate among those that compliance adds.
+    pub coordinate: usize,
+    /// Place of its first constant.
+    pub constant: usize,
+}
+
+/// What an element of compliance does.
+pub(super) trait Compliance {
+    /// How many coordinates with velocities of their own it adds to the state.
+    fn coordinates(&self) -> usize {
+        0
+    }
+
+    /// How many constants it adds to the state.
+    fn constants(&self) -> usize {
+        0
+    }
+
+    /// The inertias of the coordinates that it adds.
+    fn inertias<S: Scalar>(&self, _at: &Point<S>) -> Vec<S> {
+        Vec::new()
+    }
+
+    /// The names of what [`Compliance::measure`] gives.
+    fn signals(&self) -> Vec<&'static str>;
+
+    /// Its forces, and what else sensors and costs may want to know.
+    fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S>;
+
+    /// Adds its forces to those of all.
+    fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
+
+    /// Keys, values, and the least that each value may be; a value with `true` must be more than that.
+    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)>;
+}
+
+/// What an element refers to by name.
+pub(super) struct Names<'a> {
+    /// The degrees of freedom.
+    pub joints: &'a [String],
+    /// All frames.
+    pub frames: &'a [String],
+}
+
+/// A key that does not fit the robot: which one, what is valid, and advice.
+pub(super) type Unfit = (&'static str, String, Option<String>);
+
+impl Names<'_> {
+    /// The degree of freedom of a joint.
+    pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        find(key, "moving joint", name, self.joints)
+    }
+
+    /// The number of a frame.
+    pub fn frame(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        find(key, "link or frame", name, self.frames)
+    }
+}
+
+/// The place of a name in a list.
+pub(super) fn find(key: &'static str, what: &str, name: &str, list: &[String]) -> Result<usize, Unfit> {
+    list.iter().position(|other| other == name).ok_or_else(|| {
+        let message = format!("the robot has no {what} `{name}`: it has {}", supple_files::quoted(list));
+        (key, message, supple_files::nearest(name, list))
+    })
+}
+
+/// How an element is read from a task file.
+pub(super) trait ComplianceFile: Sized {
+    /// The keys of its table, but for `kind` and `name`.
+    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+
+    /// The element, or what does not fit the robot.
+    fn build(file: Self::File, names: &Names) -> Result<Self, Unfit>;
+}
+
+/// The table of all kinds of compliance: name in the file, type.
+macro_rules! compliance_kinds {
+    ($($(#[$doc:meta])* $name:literal => $kind:ident,)*) => {
+        /// An element of compliance, by kind.
+        #[derive(Clone, Debug)]
+        pub(super) enum Kind {
+            $($(#[$doc])* $kind($kind),)*
+        }
+
+        impl Compliance for Kind {
+            fn coordinates(&self) -> usize {
+                match self { $(Self::$kind(kind) => kind.coordinates(),)* }
+            }
+            fn constants(&self) -> usize {
+                match self { $(Self::$kind(kind) => kind.constants(),)* }
+            }
+            fn inertias<S: Scalar>(&self, at: &Point<S>) -> Vec<S> {
+                match self { $(Self::$kind(kind) => kind.inertias(at),)* }
+            }
+            fn signals(&self) -> Vec<&'static str> {
+                match self { $(Self::$kind(kind) => kind.signals(),)* }
+            }
+            fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+                match self { $(Self::$kind(kind) => kind.measure(own),)* }
+            }
+            fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
+                match self { $(Self::$kind(kind) => kind.apply(own, forces),)* }
+            }
+            fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
+                match self { $(Self::$kind(kind) => kind.rules(),)* }
+            }
+        }
+
+        /// The names of all kinds, as files write them.
+        pub(super) const KINDS: &[&str] = &[$($name),*];
+
+        /// Reads the element of kind `kind` from its table, without the keys `kind` and `name`; `None` where there is no
+        /// such kind.
+        pub(super) fn read(kind: &str, table: Reader, names: &Names) -> Option<Result<Result<Kind, Unfit>, ReadError>> {
+            match kind {
+                $($name => Some(
+                    <$kind as ComplianceFile>::File::deserialize(table).map(|file| $kind::build(file, names).map(Kind::$kind)),
+                ),)*
+                _ => None,
+            }
+        }
+
+        /// The schema of each kind's table, by name.
+        pub(super) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+            vec![$(($name, <<$kind as ComplianceFile>::File as schemars::JsonSchema>::json_schema(generator)),)*]
+        }
+    };
+}
+
+compliance_kinds! {
+    /// 6-D spring and damper between two frames.
+    "bushing" => Bushing,
+    /// Point or sphere against a wall of uncertain place.
+    "contact" => Contact,
+    /// Spring and damper between a motor and its joint.
+    "elastic_joint" => ElasticJoint,
+    /// Spring and damper beside a joint.
+    "spring" => Spring,
+}

@@ -1,0 +1,364 @@
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use supple_files::FileError;
+use supple_robot::{LoadOptions, Tree, load};
+
+use super::compliance::{self, Compliance, Element, Names, Unfit, find};
+use super::numbers::{FrameNumbers, Override};
+use super::sensor::{self, Context, Sensor};
+use super::{Drive, Robot};
+use crate::Value;
+use crate::file::{Document, Place, list_of_tables};
+use crate::parameters::Parameters;
+
+/// `[model]` of kind `robot`. Compliance and sensors are read by kind.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// The robot's file, URDF, SDF or MJCF, from the folder of the task file.
+    file: String,
+    /// Folders in which packages are looked for, from the folder of the task file.
+    #[serde(default)]
+    package_roots: Vec<String>,
+    /// Whether joints that follow others are joints of their own.
+    #[serde(default)]
+    independent_mimic: bool,
+    /// Acceleration by gravity in the world, m/s^2; that of the robot's file where left out, or 0, 0, -9.81.
+    gravity: Option<[Value; 3]>,
+    /// Names of the joints with drives, in the order of the controls; all that move where left out.
+    actuated: Option<Vec<String>>,
+    /// Gears and rotors of drives, by joint.
+    #[serde(default)]
+    drives: BTreeMap<String, DriveFile>,
+    /// Numbers of links, by link, in place of those of the robot's file.
+    #[serde(default)]
+    links: BTreeMap<String, LinkFile>,
+    /// Numbers of joints, by joint, in place of those of the robot's file.
+    #[serde(default)]
+    joints: BTreeMap<String, JointFile>,
+    /// Frames of the task's own, by name.
+    #[serde(default)]
+    frames: BTreeMap<String, FrameFile>,
+    /// Speed over which friction of joints sets in, rad/s or m/s; above 0.
+    #[serde(default = "slow")]
+    friction_smoothing: Value,
+    /// Steps of integration in each time step.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 1000))]
+    substeps: usize,
+    /// Compliance: a list of tables, each with a `kind` and a `name`.
+    #[serde(default)]
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    compliance: IgnoredAny,
+    /// Sensors: a list of tables, each with a `kind`.
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    sensors: IgnoredAny,
+}
+
+/// The drive of a joint.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct DriveFile {
+    /// Torque or force on the joint for a unit of control; not 0.
+    #[serde(default = "unit")]
+    gear: Value,
+    /// Inertia of the rotor, felt `gear^2` times at the joint, kg m^2; at least 0.
+    #[serde(default)]
+    rotor_inertia: Value,
+}
+
+/// Numbers of a link.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct LinkFile {
+    /// Mass, kg; at least 0.
+    mass: Option<Value>,
+    /// Factor on the moments of inertia; at least 0.
+    inertia_scale: Option<Value>,
+    /// Centre of mass in the link's frame, m.
+    center: Option<[Value; 3]>,
+}
+
+/// Numbers of a joint.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JointFile {
+    /// Damping, N m s/rad or N s/m; at least 0.
+    damping: Option<Value>,
+    /// Friction, N m or N; at least 0.
+    friction: Option<Value>,
+    /// Inertia of the drive felt at the joint, kg m^2 or kg; at least 0.
+    armature: Option<Value>,
+    /// Stiffness of a spring beside the joint, N m/rad or N/m; at least 0.
+    stiffness: Option<Value>,
+    /// Position at which that spring is at rest, rad or m.
+    rest: Option<Value>,
+    /// Added to the joint's place in the parent link, in that link's axes, m.
+    offset: Option<[Value; 3]>,
+    /// Factor on the joint's place in the parent link: how long that link is; at least 0.
+    length_scale: Option<Value>,
+}
+
+/// A frame on a link.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FrameFile {
+    /// Name of the link, or of a frame of the robot's file, that it is fixed to.
+    on: String,
+    /// Its origin there, m.
+    #[serde(default)]
+    position: [Value; 3],
+    /// Its roll, pitch and yaw there, rad.
+    #[serde(default)]
+    rpy: [Value; 3],
+}
+
+fn slow() -> Value {
+    Value::Number(1e-2)
+}
+
+fn unit() -> Value {
+    Value::Number(1.0)
+}
+
+fn one() -> usize {
+    1
+}
+
+/// Reads a robot from the parts of its table.
+struct Build<'a> {
+    document: &'a Document<'a>,
+    parameters: &'a Parameters,
+    robot: supple_robot::Robot,
+    tree: Tree,
+    joints: Vec<String>,
+    frames: Vec<String>,
+}
+
+/// Reads `[model]` of kind `robot`; `folder` is that of the task file.
+pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Robot, FileError> {
+    let at = ["model".into()];
+    let (_, table) = document.table_with_kind(&at, &["robot"])?;
+    let file = File::deserialize(table).map_err(|error| document.read_error(&at, error))?;
+    let options = LoadOptions {
+        package_roots: file.package_roots.iter().map(|root| folder.join(root)).collect(),
+        independent_mimic: file.independent_mimic,
+    };
+    let path: PathBuf = folder.join(&file.file);
+    let robot = load(&path, &options).map_err(|error| match error.line {
+        0 => document.error(&["model".into(), "file".into()], error.to_string()),
+        _ => error,
+    })?;
+    let tree = Tree::new(&robot);
+    let joints = tree.joints().to_vec();
+    let links = robot.links.iter().map(|link| link.name.clone());
+    let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
+    Build { document, parameters, robot, tree, joints, frames }.build(file)
+}
+
+impl Build<'_> {
+    fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
+        let at: Vec<Place> = std::iter::once("model".into()).chain(keys.iter().copied()).collect();
+        self.document.error(&at, message)
+    }
+
+    fn unfit(&self, keys: &[Place], (key, message, help): Unfit) -> FileError {
+        let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
+        FileError { help, ..self.error(&keys, message) }
+    }
+
+    /// Checks that a value is at least `least`, or more than it.
+    fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
+        match self.parameters.least(value) {
+            Some(found) if found < least || more && found <= least => {
+                let valid = if more { "must be above" } else { "must be at least" };
+                Err(self.error(keys, format!("{valid} {least}; {}", value.found(found))))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn build(mut self, file: File) -> Result<Robot, FileError> {
+        if self.tree.dofs() == 0 {
+            return Err(self.error(&["file".into()], "the robot has no joint that moves"));
+        }
+        if !(1..=1000).contains(&file.substeps) {
+            let message = format!("must be from 1 to 1000; found {}", file.substeps);
+            return Err(self.error(&["substeps".into()], message));
+        }
+        self.check(&["friction_smoothing".into()], file.friction_smoothing, 0.0, true)?;
+        let frames = self.frames(file.frames)?;
+        let overrides = self.overrides(file.links, file.joints)?;
+        let compliance = self.compliance()?;
+        let drives = self.drives(file.actuated, file.drives, &compliance)?;
+        let sensors = self.sensors(&compliance)?;
+        let gravity = file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
+        let robot = Robot {
+            robot: Arc::new(self.robot.clone()),
+            tree: Arc::new(self.tree.clone()),
+            gravity,
+            overrides,
+            frames,
+            drives,
+            compliance,
+            sensors,
+            friction_smoothing: file.friction_smoothing,
+            substeps: file.substeps,
+        };
+        self.check_inertia(&robot)?;
+        Ok(robot)
+    }
+
+    /// Every joint must move something that has inertia.
+    fn check_inertia(&self, robot: &Robot) -> Result<(), FileError> {
+        let phi = self.parameters.initial();
+        let at = crate::Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
+        let numbers = robot.numbers(&at);
+        let q = vec![0.1; self.tree.dofs()];
+        let checked = supple_robot::check_inertia(&self.tree, &numbers, &q);
+        checked.map_err(|error| self.error(&["file".into()], error.to_string()))
+    }
+
+    fn frames(&mut self, list: BTreeMap<String, FrameFile>) -> Result<Vec<FrameNumbers>, FileError> {
+        let known = self.frames.clone();
+        let mut frames = Vec::new();
+        for (name, FrameFile { on, position, rpy }) in list {
+            let keys = ["frames".into(), Place::Key(&name)];
+            if known.contains(&name) {
+                return Err(self.error(&keys, format!("the robot has a link or frame `{name}` already")));
+            }
+            let on = find("on", "link or frame", &on, &known).map_err(|unfit| self.unfit(&keys, unfit))?;
+            self.frames.push(name.clone());
+            frames.push(FrameNumbers { name, on, position, rpy });
+        }
+        Ok(frames)
+    }
+
+    fn overrides(
+        &self,
+        links: BTreeMap<String, LinkFile>,
+        joints: BTreeMap<String, JointFile>,
+    ) -> Result<Vec<Override>, FileError> {
+        let mut overrides = Vec::new();
+        let link_names: Vec<_> = self.robot.links.iter().map(|link| link.name.clone()).collect();
+        for (name, LinkFile { mass, inertia_scale, center }) in links {
+            let keys = ["links".into(), Place::Key(&name)];
+            let link = find("", "link", &name, &link_names);
+            let link = link.map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
+            let change = Override::Link { link, mass, inertia_scale, center };
+            self.check_override(&keys, &change)?;
+            overrides.push(change);
+        }
+        let joint_names: Vec<_> = self.robot.joints.iter().map(|joint| joint.name.clone()).collect();
+        for (name, JointFile { damping, friction, armature, stiffness, rest, offset, length_scale }) in joints {
+            let keys = ["joints".into(), Place::Key(&name)];
+            let joint = find("", "joint", &name, &joint_names);
+            let joint = joint.map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
+            let change =
+                Override::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale };
+            self.check_override(&keys, &change)?;
+            overrides.push(change);
+        }
+        Ok(overrides)
+    }
+
+    fn check_override(&self, keys: &[Place], change: &Override) -> Result<(), FileError> {
+        change.rules().into_iter().try_for_each(|(key, value, least)| {
+            let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
+            least.map_or(Ok(()), |least| self.check(&keys, value, least, false))
+        })
+    }
+
+    fn drives(
+        &self,
+        actuated: Option<Vec<String>>,
+        mut files: BTreeMap<String, DriveFile>,
+        compliance: &[Element],
+    ) -> Result<Vec<Drive>, FileError> {
+        let names = actuated.unwrap_or_else(|| self.joints.clone());
+        let mut drives: Vec<Drive> = Vec::new();
+        for name in &names {
+            let dof = find("actuated", "moving joint", name, &self.joints).map_err(|unfit| self.unfit(&[], unfit))?;
+            if drives.iter().any(|drive| drive.dof == dof) {
+                return Err(self.error(&["actuated".into()], format!("joint `{name}` is there twice")));
+            }
+            let DriveFile { gear, rotor_inertia: rotor } =
+                files.remove(name).unwrap_or(DriveFile { gear: unit(), rotor_inertia: Value::default() });
+            let keys = |key: &'static str| ["drives".into(), Place::Key(name), key.into()];
+            self.check(&keys("rotor_inertia"), rotor, 0.0, false)?;
+            if gear.is_zero() {
+                return Err(self.error(&keys("gear"), "must not be 0: the drive would do nothing"));
+            }
+            let motor = compliance.iter().find(|element| element.kind.is_motor_of(dof));
+            drives.push(Drive { dof, motor: motor.map(|element| element.coordinate), gear, rotor });
+        }
+        if drives.is_empty() {
+            return Err(self.error(&["actuated".into()], "name at least one joint: there must be a control"));
+        }
+        if let Some((name, _)) = files.pop_first() {
+            let message = format!("joint `{name}` is not actuated: actuated are {}", supple_files::quoted(&names));
+            return Err(self.error(&["drives".into(), Place::Key(&name)], message));
+        }
+        Ok(drives)
+    }
+
+    fn names(&self) -> Names<'_> {
+        Names { joints: &self.joints, frames: &self.frames }
+    }
+
+    fn compliance(&self) -> Result<Vec<Element>, FileError> {
+        let mut elements: Vec<Element> = Vec::new();
+        let at = ["model".into(), "compliance".into()];
+        for index in 0..list_of_tables(self.document, &at)? {
+            let keys = ["compliance".into(), index.into()];
+            let at = ["model".into(), "compliance".into(), index.into()];
+            let (kind, table) = self.document.table_with_kind(&at, compliance::KINDS)?;
+            let name = self.document.text_of(&at, "name")?;
+            let own = [name.clone()];
+            if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
+                return Err(self.error(&[keys[0], keys[1], "name".into()], format!("`{name}` is taken already")));
+            }
+            let read = compliance::read(kind, table.without("name"), &self.names())
+                .ok_or_else(|| self.document.unknown_kind(&at, kind, compliance::KINDS))?
+                .map_err(|error| self.document.read_error(&at, error))?
+                .map_err(|unfit| self.unfit(&keys, unfit))?;
+            for (key, value, least, more) in read.rules() {
+                self.check(&[keys[0], keys[1], key.into()], value, least, more)?;
+            }
+            let [name] = own;
+            let coordinate = elements.iter().map(|element| element.kind.coordinates()).sum();
+            let constant = elements.iter().map(|element| element.kind.constants()).sum();
+            elements.push(Element { name, kind: read, coordinate, constant });
+        }
+        Ok(elements)
+    }
+
+    fn sensors(&self, compliance: &[Element]) -> Result<Vec<Sensor>, FileError> {
+        let at = ["model".into(), "sensors".into()];
+        let context = Context { names: self.names(), compliance };
+        let count = list_of_tables(self.document, &at)?;
+        if count == 0 {
+            return Err(self.error(&["sensors".into()], "must be a list of one or more tables: [[model.sensors]]"));
+        }
+        let read = |index: usize| {
+            let keys = ["sensors".into(), index.into()];
+            let at = ["model".into(), "sensors".into(), index.into()];
+            let (kind, table) = self.document.table_with_kind(&at, sensor::KINDS)?;
+            let sensor = sensor::read(kind, table, &context)
+                .ok_or_else(|| self.document.unknown_kind(&at, kind, sensor::KINDS))?
+                .map_err(|error| self.document.read_error(&at, error))?
+                .map_err(|unfit| self.unfit(&keys, unfit))?;
+            for &variance in &sensor.variance {
+                self.check(&[keys[0], keys[1], "variance".into()], variance, 0.0, true)?;
+            }
+            Ok(sensor)
+        };
+        (0..count).map(read).collect()
+    }
+}

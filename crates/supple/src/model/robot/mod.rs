@@ -1,0 +1,271 @@
+//! Robots of rigid bodies from URDF, SDF or MJCF files, with compliance where the designer puts it.
+//!
+//! ```text
+//! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
+//! situation.rs: where everything is               compliance/: forces        sensor/: measurements
+//! ```
+
+use std::sync::Arc;
+
+use supple_kernels::{Ldl, Scalar};
+use supple_robot::{Tree, inverse_dynamics, mass_matrix, passive_forces};
+
+use super::{Dimensions, Limit, Model, Point};
+use crate::Value;
+
+mod compliance;
+mod file;
+mod numbers;
+mod schema;
+mod sensor;
+mod situation;
+
+use compliance::{Compliance, Element};
+use numbers::{FrameNumbers, Override};
+use sensor::{Measure, Sensor};
+use situation::{Forces, Situation};
+
+/// A robot of rigid bodies, its drives, compliance and sensors.
+///
+/// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such as
+/// motors of elastic joints), their velocities, and constants that are not known exactly (such as where a wall is). The
+/// controls are torques or forces of the drives. Semi-implicit Euler:
+///
+/// ```text
+/// M(q) a = tau(q, v, u) - h(q, v)      v+ = v + dt a      q+ = q + dt v+
+/// ```
+#[derive(Clone, Debug)]
+pub struct Robot {
+    robot: Arc<supple_robot::Robot>,
+    tree: Arc<Tree>,
+    gravity: [Value; 3],
+    /// Numbers of the file that the task says anew.
+    overrides: Vec<Override>,
+    frames: Vec<FrameNumbers>,
+    drives: Vec<Drive>,
+    compliance: Vec<Element>,
+    sensors: Vec<Sensor>,
+    friction_smoothing: Value,
+    substeps: usize,
+}
+
+/// A drive: one control.
+#[derive(Clone, Debug)]
+struct Drive {
+    /// Index of the degree of freedom whose joint it drives.
+    dof: usize,
+    /// Place of the motor among what compliance adds, where the joint is elastic.
+    motor: Option<usize>,
+    /// Torque on the joint for a unit of control.
+    gear: Value,
+    /// Inertia of the rotor, felt `gear^2` times at the joint.
+    rotor: Value,
+}
+
+impl Robot {
+    /// How many positions there are: degrees of freedom, and with what compliance adds.
+    fn positions(&self) -> (usize, usize) {
+        let dofs = self.tree.dofs();
+        (dofs, dofs + self.compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>())
+    }
+
+    fn constants(&self) -> usize {
+        self.compliance.iter().map(|element| element.kind.constants()).sum()
+    }
+
+    /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
+    fn forces<S: Scalar>(&self, now: &Situation<S>) -> Forces<S> {
+        let at = now.at;
+        let (dofs, positions) = self.positions();
+        let smoothing = at.value(self.friction_smoothing);
+        let mut forces = Forces {
+            generalised: passive_forces(&self.tree, &now.numbers, now.q(), now.v(), smoothing),
+            wrenches: Vec::new(),
+        };
+        forces.generalised.resize(positions, S::zero());
+        for (drive, &u) in self.drives.iter().zip(at.u) {
+            let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
+            forces.generalised[place] += at.value(drive.gear) * u;
+        }
+        for element in &self.compliance {
+            element.kind.apply(&now.seen_by(element), &mut forces);
+        }
+        forces
+    }
+
+    /// `M`, with the rotors and what compliance adds.
+    fn inertia<S: Scalar>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
+        let (dofs, positions) = self.positions();
+        let mut mass = mass_matrix(&self.tree, &now.numbers, &now.kinematics);
+        for row in &mut mass {
+            row.resize(positions, S::zero());
+        }
+        mass.resize(positions, vec![S::zero(); positions]);
+        for element in &self.compliance {
+            for (i, inertia) in element.kind.inertias(now.at).into_iter().enumerate() {
+                let place = dofs + element.coordinate + i;
+                mass[place][place] += inertia;
+            }
+        }
+        for (place, rotor) in self.rotors(now.at) {
+            mass[place][place] += rotor;
+        }
+        mass
+    }
+
+    /// Inertias of rotors, felt at their joints or motors.
+    fn rotors<S: Scalar>(&self, at: &Point<S>) -> Vec<(usize, S)> {
+        let (dofs, _) = self.positions();
+        let felt = |drive: &Drive| {
+            let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
+            (place, at.value(drive.gear).square() * at.value(drive.rotor))
+        };
+        self.drives.iter().map(felt).collect()
+    }
+
+    /// `M a - forces`: 0 at the accelerations.
+    fn unbalanced<S: Scalar>(&self, now: &Situation<S>, a: &[S]) -> Vec<S> {
+        let (dofs, positions) = self.positions();
+        let forces = self.forces(now);
+        let mut needed = inverse_dynamics(&self.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
+        needed.resize(positions, S::zero());
+        for element in &self.compliance {
+            for (i, inertia) in element.kind.inertias(now.at).into_iter().enumerate() {
+                let place = dofs + element.coordinate + i;
+                needed[place] += inertia * a[place];
+            }
+        }
+        for (place, rotor) in self.rotors(now.at) {
+            needed[place] += rotor * a[place];
+        }
+        needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
+    }
+
+    /// One step of semi-implicit Euler over `dt` from the state `x`, given the accelerations.
+    fn integrate<S: Scalar>(&self, x: &[S], a: &[S], dt: S, next: &mut [S]) {
+        let count = a.len();
+        for i in 0..count {
+            let velocity = x[count + i] + dt * a[i];
+            next[count + i] = velocity;
+            next[i] = x[i] + dt * velocity;
+        }
+        next[2 * count..].copy_from_slice(&x[2 * count..]);
+    }
+}
+
+impl Model for Robot {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions {
+            states: 2 * self.positions().1 + self.constants(),
+            controls: self.drives.len(),
+            measurements: self.sensors.iter().map(Measure::len).sum(),
+        }
+    }
+
+    fn unknowns(&self) -> usize {
+        // Sub-steps have accelerations of their own, which are solved for on the way.
+        if self.substeps == 1 { self.positions().1 } else { 0 }
+    }
+
+    fn balance<S: Scalar>(&self, at: &Point<S>, residual: &mut [S]) {
+        if !residual.is_empty() {
+            residual.copy_from_slice(&self.unbalanced(&Situation::of(self, at), at.w));
+        }
+    }
+
+    fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
+        if !matrix.is_empty() {
+            matrix.copy_from_slice(&self.inertia(&Situation::of(self, at)).concat());
+        }
+    }
+
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+        if self.substeps == 1 {
+            return self.integrate(at.x, at.w, at.time_step, next);
+        }
+        let dt = at.time_step / self.substeps as f64;
+        let mut x = at.x.to_vec();
+        for _ in 0..self.substeps {
+            let at = Point { x: &x, ..*at };
+            let now = Situation::of(self, &at);
+            let zero = vec![S::zero(); self.positions().1];
+            let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
+            let a: Vec<S> = a.into_iter().map(|a| -a).collect();
+            self.integrate(&x, &a, dt, next);
+            x.copy_from_slice(next);
+        }
+    }
+
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+        let now = Situation::of(self, at);
+        let mut rest = y;
+        for sensor in &self.sensors {
+            let (own, others) = rest.split_at_mut(sensor.len());
+            sensor.measure(&now, own);
+            rest = others;
+        }
+    }
+
+    /// Of every named frame its position, `NAME.x` to `NAME.z`, and its rotation matrix by rows, `NAME.xx` to `NAME.zz`;
+    /// of every element of compliance its forces, `NAME.FORCE`.
+    fn signals(&self) -> Vec<String> {
+        let frames = self.frame_names().into_iter().flat_map(|frame| {
+            FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}"))
+        });
+        let forces = self.compliance.iter().flat_map(|element| {
+            element.kind.signals().into_iter().map(|signal| format!("{}.{signal}", element.name))
+        });
+        frames.chain(forces).collect()
+    }
+
+    fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
+        let now = Situation::of(self, at);
+        let mut values = Vec::with_capacity(out.len());
+        for pose in now.frames() {
+            values.extend(pose.position);
+            values.extend(pose.rotation.concat());
+        }
+        for element in &self.compliance {
+            values.extend(element.kind.measure(&now.seen_by(element)));
+        }
+        out.copy_from_slice(&values);
+    }
+
+    fn state_names(&self) -> Vec<String> {
+        let own = |prefix: &'static str| {
+            self.compliance.iter().flat_map(move |element| {
+                let count = element.kind.coordinates();
+                (0..count).map(move |_| format!("{prefix}.{}", element.name))
+            })
+        };
+        let joints = |prefix: &'static str| self.tree.joints().iter().map(move |joint| format!("{prefix}.{joint}"));
+        let constants = self.compliance.iter().flat_map(|element| {
+            (0..element.kind.constants()).map(move |_| format!("c.{}", element.name))
+        });
+        joints("q").chain(own("q")).chain(joints("v")).chain(own("v")).chain(constants).collect()
+    }
+
+    fn limits(&self) -> Vec<Limit> {
+        let (_, positions) = self.positions();
+        let mut limits = Vec::new();
+        for (dof, &joint) in self.tree.joint_indices().iter().enumerate() {
+            let joint = &self.robot.joints[joint];
+            let [lower, upper] = [joint.limits.lower, joint.limits.upper];
+            limits.push(Limit::state(format!("position of joint `{}`", joint.name), dof, lower, upper));
+            let most = joint.limits.velocity;
+            limits.push(Limit::state(format!("velocity of joint `{}`", joint.name), positions + dof, -most, most));
+        }
+        for (control, drive) in self.drives.iter().enumerate() {
+            let joint = &self.robot.joints[self.tree.joint_indices()[drive.dof]];
+            if let Value::Number(gear) = drive.gear {
+                let most = joint.limits.effort / gear.abs();
+                limits.push(Limit::control(format!("effort of joint `{}`", joint.name), control, -most, most));
+            }
+        }
+        limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
+        limits
+    }
+}
+
+/// What is known of a frame, in the order of its signals.
+const FRAME_SIGNALS: [&str; 12] = ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];

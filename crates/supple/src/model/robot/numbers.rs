@@ -1,0 +1,152 @@
+use supple_kernels::Scalar;
+use supple_robot::vector::{add, scale};
+use supple_robot::{Numbers, Pose};
+
+use super::Robot;
+use crate::{Point, Value};
+
+/// Numbers of a link or joint that the task says anew; others stay those of the robot's file.
+#[derive(Clone, Debug)]
+pub(super) enum Override {
+    Link {
+        link: usize,
+        mass: Option<Value>,
+        /// Factor on the moments of inertia.
+        inertia_scale: Option<Value>,
+        center: Option<[Value; 3]>,
+    },
+    Joint {
+        joint: usize,
+        damping: Option<Value>,
+        friction: Option<Value>,
+        armature: Option<Value>,
+        stiffness: Option<Value>,
+        rest: Option<Value>,
+        /// Added to the joint's place in the parent link.
+        offset: Option<[Value; 3]>,
+        /// Factor on the joint's place in the parent link: how long that link is.
+        length_scale: Option<Value>,
+    },
+}
+
+/// A frame that the task places on a link.
+#[derive(Clone, Debug)]
+pub(super) struct FrameNumbers {
+    pub name: String,
+    /// Number of the frame that it is placed in: a link's or another of the robot's file.
+    pub on: usize,
+    pub position: [Value; 3],
+    pub rpy: [Value; 3],
+}
+
+/// Where a frame is: its link, and its pose in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<S> {
+    pub link: usize,
+    pub pose: Pose<S>,
+}
+
+/// Three values at a point.
+fn vector<S: Scalar>(at: &Point<S>, values: [Value; 3]) -> [S; 3] {
+    values.map(|value| at.value(value))
+}
+
+impl Robot {
+    /// All numbers at a point.
+    pub(super) fn numbers<S: Scalar>(&self, at: &Point<S>) -> Numbers<S> {
+        let mut numbers = Numbers::of(&self.robot, [0.0; 3]);
+        numbers.gravity = vector(at, self.gravity);
+        for change in &self.overrides {
+            change.apply(at, &mut numbers);
+        }
+        numbers
+    }
+
+    /// Names of all frames, in the order of their numbers: links, other frames of the file, frames of the task.
+    pub(super) fn frame_names(&self) -> Vec<&str> {
+        let links = self.robot.links.iter().map(|link| link.name.as_str());
+        let others = self.robot.frames.iter().map(|frame| frame.name.as_str());
+        links.chain(others).chain(self.frames.iter().map(|frame| frame.name.as_str())).collect()
+    }
+
+    /// Where the frame with this number is.
+    pub(super) fn place<S: Scalar>(&self, frame: usize, at: &Point<S>) -> Place<S> {
+        let (links, others) = (self.robot.links.len(), self.robot.frames.len());
+        if frame < links {
+            return Place { link: frame, pose: Pose::identity() };
+        }
+        if frame < links + others {
+            let frame = &self.robot.frames[frame - links];
+            return Place { link: frame.link, pose: frame.pose.cast() };
+        }
+        let own = &self.frames[frame - links - others];
+        let outer = self.place(own.on, at);
+        let inner = turned(vector(at, own.rpy), vector(at, own.position));
+        Place { link: outer.link, pose: outer.pose.compose(&inner) }
+    }
+}
+
+/// The pose at `position`, turned by roll, pitch and yaw.
+pub(super) fn turned<S: Scalar>(rpy: [S; 3], position: [S; 3]) -> Pose<S> {
+    let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(Scalar::sin_cos);
+    let rotation = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ];
+    Pose { rotation, position }
+}
+
+impl Override {
+    fn apply<S: Scalar>(&self, at: &Point<S>, numbers: &mut Numbers<S>) {
+        let set = |to: &mut S, value: &Option<Value>| {
+            if let Some(value) = value {
+                *to = at.value(*value);
+            }
+        };
+        match self {
+            Self::Link { link, mass, inertia_scale, center } => {
+                let numbers = &mut numbers.links[*link];
+                set(&mut numbers.mass, mass);
+                if let Some(center) = center {
+                    numbers.center = vector(at, *center);
+                }
+                if let Some(factor) = inertia_scale {
+                    numbers.moment = numbers.moment.map(|row| scale(at.value(*factor), row));
+                }
+            }
+            Self::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale } => {
+                let numbers = &mut numbers.joints[*joint];
+                set(&mut numbers.damping, damping);
+                set(&mut numbers.friction, friction);
+                set(&mut numbers.armature, armature);
+                set(&mut numbers.stiffness, stiffness);
+                set(&mut numbers.rest, rest);
+                let position = &mut numbers.origin.position;
+                if let Some(factor) = length_scale {
+                    *position = scale(at.value(*factor), *position);
+                }
+                if let Some(offset) = offset {
+                    *position = add(*position, vector(at, *offset));
+                }
+            }
+        }
+    }
+
+    /// The keys that were given, with their values, and the least that each may be; none where any will do.
+    pub fn rules(&self) -> Vec<(&'static str, Value, Option<f64>)> {
+        let list = match self {
+            Self::Link { mass, inertia_scale, .. } => {
+                vec![("mass", *mass, Some(0.0)), ("inertia_scale", *inertia_scale, Some(0.0))]
+            }
+            Self::Joint { damping, friction, armature, stiffness, length_scale, .. } => vec![
+                ("damping", *damping, Some(0.0)),
+                ("friction", *friction, Some(0.0)),
+                ("armature", *armature, Some(0.0)),
+                ("stiffness", *stiffness, Some(0.0)),
+                ("length_scale", *length_scale, Some(0.0)),
+            ],
+        };
+        list.into_iter().filter_map(|(key, value, least)| Some((key, value?, least))).collect()
+    }
+}
