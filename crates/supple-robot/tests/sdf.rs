@@ -250,7 +250,17 @@ fn what_is_not_modelled_is_listed_once() {
          </model></world></sdf>",
     );
     assert_eq!(robot.gravity, Some([0.0, 0.0, -1.6]));
-    let expected = ["element `light` is ignored (line 2)", "element `physics` is ignored (line 2)"];
+    let expected = [
+        "element `light` is ignored (line 2)",
+        "`physics` elements are ignored (2 of them, first at line 2)",
+        "element `plugin` is ignored (line 6)",
+        "`lnik` in `model` is not known and is ignored; did you mean `link`? (line 6)",
+        "`sensor` elements are ignored (2 of them, first at line 4)",
+        "element `velocity_decay` is ignored (line 5)",
+        "element `x:own` is ignored (line 5)",
+        "link `a`: gravity acts on it, though the file asks for none (line 4)",
+        "link `a`: it is moved by forces, though the file says kinematic (line 4)",
+    ];
     assert_eq!(robot.warnings, expected);
 }
 

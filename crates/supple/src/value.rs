@@ -154,3 +154,51 @@ impl schemars::JsonSchema for Value {
         })
     }
 }
+
+/// One number, or a list of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct OneOrMore(pub Vec<Value>);
+
+impl<'de> Deserialize<'de> for OneOrMore {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Numbers;
+
+        impl<'de> Visitor<'de> for Numbers {
+            type Value = OneOrMore;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number, the name of a parameter, or a list of them")
+            }
+            fn visit_f64<E: de::Error>(self, number: f64) -> Result<OneOrMore, E> {
+                Value::deserialize(de::value::F64Deserializer::new(number)).map(|value| OneOrMore(vec![value]))
+            }
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<OneOrMore, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<OneOrMore, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<OneOrMore, E> {
+                Value::deserialize(de::value::StrDeserializer::new(name)).map(|value| OneOrMore(vec![value]))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<OneOrMore, A::Error> {
+                Vec::deserialize(de::value::SeqAccessDeserializer::new(list)).map(OneOrMore)
+            }
+        }
+
+        deserializer.deserialize_any(Numbers)
+    }
+}
+
+impl schemars::JsonSchema for OneOrMore {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "OneOrMore".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let value = generator.subschema_for::<Value>();
+        schemars::json_schema!({
+            "description": "A number, or a list of numbers",
+            "anyOf": [value, { "type": "array", "items": value }]
+        })
+    }
+}

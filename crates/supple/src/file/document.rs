@@ -10,7 +10,7 @@ use crate::value::as_key;
 
 /// A step on the way to a place in a file.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Place<'a> {
+pub(crate) enum Place<'a> {
     Key(&'a str),
     Index(usize),
 }
@@ -28,7 +28,7 @@ impl From<usize> for Place<'_> {
 }
 
 /// A parsed file that knows where everything is.
-pub(super) struct Document<'a> {
+pub(crate) struct Document<'a> {
     name: &'a str,
     text: &'a str,
     root: Spanned<DeValue<'a>>,
@@ -78,6 +78,22 @@ impl<'a> Document<'a> {
             Some(DeValue::String(kind)) => Ok((kind, Reader::new(value).without("kind"))),
             Some(_) => wrong("must be"),
             None => wrong("is missing: it must be"),
+        }
+    }
+
+    /// The text under a key of the table at a place, which must not be empty.
+    pub fn text_of(&self, at: &[Place], key: &'static str) -> Result<String, FileError> {
+        let place: Vec<Place> = at.iter().copied().chain([key.into()]).collect();
+        let text: String = self.read(&place)?;
+        if text.is_empty() { Err(self.error(&place, "must not be empty")) } else { Ok(text) }
+    }
+
+    /// How many tables the list at a place has; none where nothing is there.
+    pub fn tables(&self, at: &[Place]) -> Result<usize, FileError> {
+        match self.get(at).map(Spanned::get_ref) {
+            None => Ok(0),
+            Some(DeValue::Array(list)) => Ok(list.len()),
+            Some(_) => Err(self.error(at, "must be a list of tables")),
         }
     }
 

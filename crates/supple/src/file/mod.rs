@@ -11,13 +11,15 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use document::{Document, Place};
+pub(crate) use document::{Document, Place};
 pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
+pub(crate) use schema::{one_of, plain};
 pub use supple_files::{FileError, read_text};
 
 use crate::design::DesignSettings;
 use crate::model::{self, AnyModel};
+use crate::parameters::Parameters;
 use crate::plan::PlanSettings;
 use crate::problem::Problem;
 use crate::value::with_names;
@@ -60,7 +62,8 @@ impl Problem {
         top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
         let parameters = parameters::read(&document)?;
         let (read, used) = with_names(&parameters.names(), || {
-            let model = read_model(&document, &parameters)?;
+            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+            let model = read_model(&document, &parameters, folder)?;
             tasks::read(&document, &*model, &parameters)
         });
         let tasks = read?;
@@ -77,12 +80,8 @@ impl Problem {
 }
 
 /// Reads `[model]`: its `kind` decides the rest.
-fn read_model(document: &Document, parameters: &crate::parameters::Parameters) -> Result<Box<dyn AnyModel>, FileError> {
+fn read_model(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Box<dyn AnyModel>, FileError> {
     let at = ["model".into()];
-    let (kind, table) = document.table_with_kind(&at, model::KINDS)?;
-    let model = model::read(kind, table)
-        .ok_or_else(|| document.unknown_kind(&at, kind, model::KINDS))?
-        .map_err(|error| document.read_error(&at, error))?;
-    model.check(parameters).map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
-    Ok(model)
+    let (kind, _) = document.table_with_kind(&at, model::KINDS)?;
+    model::read(kind, document, parameters, folder).ok_or_else(|| document.unknown_kind(&at, kind, model::KINDS))?
 }

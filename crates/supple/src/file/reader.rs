@@ -115,18 +115,18 @@ fn name_of(found: Unexpected) -> String {
 #[derive(Clone, Copy)]
 pub(crate) struct Reader<'a> {
     value: &'a Spanned<DeValue<'a>>,
-    /// A key of the table that was read already.
-    done: Option<&'static str>,
+    /// Keys of the table that were read already.
+    done: [&'static str; 2],
 }
 
 impl<'a> Reader<'a> {
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { value, done: None }
+        Self { value, done: [""; 2] }
     }
 
-    /// Leaves out a key of the table.
+    /// Leaves out a key of the table; of two at most.
     pub fn without(self, key: &'static str) -> Self {
-        Self { done: Some(key), ..self }
+        Self { done: [self.done[1], key], ..self }
     }
 
     fn unexpected(&self) -> Unexpected<'a> {
@@ -143,7 +143,8 @@ impl<'a> Reader<'a> {
 
     /// The entries of a table in the order of the file.
     fn entries(&self, table: &'a DeTable<'a>) -> Table<'a> {
-        let mut entries: Vec<_> = table.iter().filter(|(key, _)| Some(key.get_ref().as_ref()) != self.done).collect();
+        let mut entries: Vec<_> =
+            table.iter().filter(|(key, _)| !self.done.contains(&key.get_ref().as_ref())).collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         Table { entries: entries.into_iter(), value: None }
     }

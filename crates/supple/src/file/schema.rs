@@ -11,7 +11,7 @@ use crate::{cost, model};
 pub fn json_schema() -> Json {
     let mut generator = SchemaGenerator::default();
     let models = one_of(model::schemas(&mut generator));
-    let costs = one_of(cost::schemas(&mut generator));
+    let costs = one_of(plain(cost::schemas(&mut generator)));
     let parameter = generator.subschema_for::<ParameterFile>();
     let planning = generator.subschema_for::<PlanSettings>();
     let design = generator.subschema_for::<DesignSettings>();
@@ -51,9 +51,8 @@ pub fn json_schema() -> Json {
 }
 
 /// One of several tables, told apart by `kind`.
-fn one_of(kinds: Vec<(&'static str, schemars::Schema)>) -> Json {
-    let tables = kinds.into_iter().map(|(kind, schema)| {
-        let mut table = schema.to_value();
+pub(crate) fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
+    let tables = kinds.into_iter().map(|(kind, mut table)| {
         table["properties"]["kind"] = json!({ "const": kind });
         match table["required"].as_array_mut() {
             Some(required) => required.insert(0, json!("kind")),
@@ -62,4 +61,9 @@ fn one_of(kinds: Vec<(&'static str, schemars::Schema)>) -> Json {
         table
     });
     json!({ "oneOf": tables.collect::<Vec<_>>() })
+}
+
+/// Schemas as JSON.
+pub(crate) fn plain(kinds: Vec<(&'static str, schemars::Schema)>) -> Vec<(&'static str, Json)> {
+    kinds.into_iter().map(|(kind, schema)| (kind, schema.to_value())).collect()
 }

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Dimensions, Model, ModelFile, Point};
+use super::{Dimensions, Model, PlainFile, Point};
 use crate::Value;
 use crate::parameters::Parameters;
 
@@ -49,7 +49,7 @@ impl Model for Linear {
     }
 }
 
-impl ModelFile for Linear {
+impl PlainFile for Linear {
     fn check(&self, _: &Parameters) -> Result<(), (&'static str, String)> {
         let n = self.A.len();
         let wrong = |rows: &[Vec<Value>], cols: usize| rows.iter().position(|row| row.len() != cols);

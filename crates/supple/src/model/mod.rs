@@ -1,18 +1,22 @@
 //! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
 
+use std::path::Path;
+
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use crate::Value;
 use crate::cost::{Cost, Vocabulary};
-use crate::file::{ReadError, Reader};
+use crate::file::{Document, FileError};
 use crate::parameters::Parameters;
 use crate::system::{Authored, System};
 
 mod linear;
+mod robot;
 mod two_mass;
 
 pub use linear::Linear;
+pub use robot::Robot;
 pub use two_mass::TwoMass;
 
 /// How many numbers a model's vectors have.
@@ -30,6 +34,40 @@ impl Dimensions {
     /// Length of `z = (x, u)`.
     pub fn joint(self) -> usize {
         self.states + self.controls
+    }
+}
+
+/// Bounds of a state or control that the real thing has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// What it is, for people: ``velocity of joint `elbow` ``.
+    pub name: String,
+    /// Which number it is about.
+    pub of: Limited,
+    /// The least it may be; may be infinite.
+    pub lower: f64,
+    /// The most it may be; may be infinite.
+    pub upper: f64,
+}
+
+/// A state or a control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limited {
+    /// The state with this index.
+    State(usize),
+    /// The control with this index.
+    Control(usize),
+}
+
+impl Limit {
+    /// Of a state.
+    pub fn state(name: String, index: usize, lower: f64, upper: f64) -> Self {
+        Self { name, of: Limited::State(index), lower, upper }
+    }
+
+    /// Of a control.
+    pub fn control(name: String, index: usize, lower: f64, upper: f64) -> Self {
+        Self { name, of: Limited::Control(index), lower, upper }
     }
 }
 
@@ -112,6 +150,11 @@ pub trait Model: Send + Sync + 'static {
     /// The signals, in the order of their names.
     fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
 
+    /// What states and controls must stay within for the real thing: reported where a plan does not.
+    fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
     /// Names of the states, by which tasks select them: `x1`, `x2`... unless said otherwise.
     fn state_names(&self) -> Vec<String> {
         (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()
@@ -119,27 +162,54 @@ pub trait Model: Send + Sync + 'static {
 }
 
 /// How a model is read from a task file.
-pub(crate) trait ModelFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
+pub(crate) trait ModelFile: Model + Clone {
+    /// The keys of `[model]`, but for `kind`.
+    type File: schemars::JsonSchema;
+
+    /// Reads `[model]`; files that it names are looked for in `folder`.
+    fn read(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Self, FileError>;
+
+    /// Variances of the measurements, where the model knows them.
+    fn variances(&self) -> Option<Vec<Value>> {
+        None
+    }
+
+    /// More of the schema than [`ModelFile::File`] says.
+    fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator) {}
+}
+
+/// A model all of whose table serde reads.
+pub(crate) trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
     /// What is wrong with its numbers or shapes, given the parameters' bounds: the key, and what is valid.
-    fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        Ok(())
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
+}
+
+impl<M: PlainFile> ModelFile for M {
+    type File = M;
+
+    fn read(document: &Document, parameters: &Parameters, _: &Path) -> Result<Self, FileError> {
+        let at = ["model".into()];
+        let (_, table) = document.table_with_kind(&at, KINDS)?;
+        let model = Self::deserialize(table).map_err(|error| document.read_error(&at, error))?;
+        model.check(parameters).map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
+        Ok(model)
     }
 }
 
 /// A model read from a file, of whatever kind.
 pub(crate) trait AnyModel {
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
     fn dimensions(&self) -> Dimensions;
+    fn variances(&self) -> Option<Vec<Value>>;
     fn vocabulary(&self) -> Vocabulary;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System>;
 }
 
 impl<M: ModelFile> AnyModel for M {
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        ModelFile::check(self, parameters)
-    }
     fn dimensions(&self) -> Dimensions {
         Model::dimensions(self)
+    }
+    fn variances(&self) -> Option<Vec<Value>> {
+        ModelFile::variances(self)
     }
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)
@@ -155,27 +225,35 @@ macro_rules! model_kinds {
         /// The names of all kinds, as files write them.
         pub(crate) const KINDS: &[&str] = &[$($name),*];
 
-        /// Reads the model of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
+        /// Reads `[model]` as the kind `kind`; `None` where there is no such kind.
         pub(crate) fn read(
             kind: &str,
-            table: Reader,
-        ) -> Option<Result<Box<dyn AnyModel>, ReadError>> {
+            document: &Document,
+            parameters: &Parameters,
+            folder: &Path,
+        ) -> Option<Result<Box<dyn AnyModel>, FileError>> {
             match kind {
                 $($name => Some(
-                    <$kind>::deserialize(table).map(|model| Box::new(model) as Box<dyn AnyModel>),
+                    <$kind as ModelFile>::read(document, parameters, folder)
+                        .map(|model| Box::new(model) as Box<dyn AnyModel>),
                 ),)*
                 _ => None,
             }
         }
 
         /// The schema of each kind's table, by name.
-        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
-            vec![$(($name, <$kind as schemars::JsonSchema>::json_schema(generator)),)*]
+        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, serde_json::Value)> {
+            vec![$(($name, {
+                let mut schema = <<$kind as ModelFile>::File as schemars::JsonSchema>::json_schema(generator).to_value();
+                <$kind as ModelFile>::complete_schema(&mut schema, generator);
+                schema
+            }),)*]
         }
     };
 }
 
 model_kinds! {
     "linear" => Linear,
+    "robot" => Robot,
     "two_mass" => TwoMass,
 }

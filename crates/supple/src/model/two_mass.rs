@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Dimensions, Model, ModelFile, Point};
+use super::{Dimensions, Model, PlainFile, Point};
 use crate::Value;
 use crate::parameters::Parameters;
 
@@ -86,7 +86,7 @@ impl Model for TwoMass {
 /// A key, its values, what is valid, and whether their least is.
 type Rule<'a> = (&'static str, &'a [Value], &'static str, fn(f64) -> bool);
 
-impl ModelFile for TwoMass {
+impl PlainFile for TwoMass {
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         let rules: [Rule; 4] = [
             ("mass", &self.mass, "must be above 0 kg", |least| least > 0.0),

@@ -12,7 +12,7 @@ use super::numbers::{FrameNumbers, Override};
 use super::sensor::{self, Context, Sensor};
 use super::{Drive, Robot};
 use crate::Value;
-use crate::file::{Document, Place, list_of_tables};
+use crate::file::{Document, Place};
 use crate::parameters::Parameters;
 
 /// `[model]` of kind `robot`. Compliance and sensors are read by kind.
@@ -198,7 +198,8 @@ impl Build<'_> {
         let compliance = self.compliance()?;
         let drives = self.drives(file.actuated, file.drives, &compliance)?;
         let sensors = self.sensors(&compliance)?;
-        let gravity = file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
+        let gravity =
+            file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
         let robot = Robot {
             robot: Arc::new(self.robot.clone()),
             tree: Arc::new(self.tree.clone()),
@@ -260,8 +261,7 @@ impl Build<'_> {
             let keys = ["joints".into(), Place::Key(&name)];
             let joint = find("", "joint", &name, &joint_names);
             let joint = joint.map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
-            let change =
-                Override::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale };
+            let change = Override::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale };
             self.check_override(&keys, &change)?;
             overrides.push(change);
         }
@@ -315,12 +315,11 @@ impl Build<'_> {
     fn compliance(&self) -> Result<Vec<Element>, FileError> {
         let mut elements: Vec<Element> = Vec::new();
         let at = ["model".into(), "compliance".into()];
-        for index in 0..list_of_tables(self.document, &at)? {
+        for index in 0..self.document.tables(&at)? {
             let keys = ["compliance".into(), index.into()];
             let at = ["model".into(), "compliance".into(), index.into()];
             let (kind, table) = self.document.table_with_kind(&at, compliance::KINDS)?;
             let name = self.document.text_of(&at, "name")?;
-            let own = [name.clone()];
             if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
                 return Err(self.error(&[keys[0], keys[1], "name".into()], format!("`{name}` is taken already")));
             }
@@ -331,7 +330,6 @@ impl Build<'_> {
             for (key, value, least, more) in read.rules() {
                 self.check(&[keys[0], keys[1], key.into()], value, least, more)?;
             }
-            let [name] = own;
             let coordinate = elements.iter().map(|element| element.kind.coordinates()).sum();
             let constant = elements.iter().map(|element| element.kind.constants()).sum();
             elements.push(Element { name, kind: read, coordinate, constant });
@@ -342,7 +340,7 @@ impl Build<'_> {
     fn sensors(&self, compliance: &[Element]) -> Result<Vec<Sensor>, FileError> {
         let at = ["model".into(), "sensors".into()];
         let context = Context { names: self.names(), compliance };
-        let count = list_of_tables(self.document, &at)?;
+        let count = self.document.tables(&at)?;
         if count == 0 {
             return Err(self.error(&["sensors".into()], "must be a list of one or more tables: [[model.sensors]]"));
         }

@@ -5,13 +5,16 @@
 //! situation.rs: where everything is               compliance/: forces        sensor/: measurements
 //! ```
 
+use std::path::Path;
 use std::sync::Arc;
 
 use supple_kernels::{Ldl, Scalar};
 use supple_robot::{Tree, inverse_dynamics, mass_matrix, passive_forces};
 
-use super::{Dimensions, Limit, Model, Point};
+use super::{Dimensions, Limit, Model, ModelFile, Point};
 use crate::Value;
+use crate::file::{Document, FileError};
+use crate::parameters::Parameters;
 
 mod compliance;
 mod file;
@@ -209,12 +212,14 @@ impl Model for Robot {
     /// Of every named frame its position, `NAME.x` to `NAME.z`, and its rotation matrix by rows, `NAME.xx` to `NAME.zz`;
     /// of every element of compliance its forces, `NAME.FORCE`.
     fn signals(&self) -> Vec<String> {
-        let frames = self.frame_names().into_iter().flat_map(|frame| {
-            FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}"))
-        });
-        let forces = self.compliance.iter().flat_map(|element| {
-            element.kind.signals().into_iter().map(|signal| format!("{}.{signal}", element.name))
-        });
+        let frames = self
+            .frame_names()
+            .into_iter()
+            .flat_map(|frame| FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}")));
+        let forces = self
+            .compliance
+            .iter()
+            .flat_map(|element| element.kind.signals().into_iter().map(|signal| format!("{}.{signal}", element.name)));
         frames.chain(forces).collect()
     }
 
@@ -239,9 +244,10 @@ impl Model for Robot {
             })
         };
         let joints = |prefix: &'static str| self.tree.joints().iter().map(move |joint| format!("{prefix}.{joint}"));
-        let constants = self.compliance.iter().flat_map(|element| {
-            (0..element.kind.constants()).map(move |_| format!("c.{}", element.name))
-        });
+        let constants = self
+            .compliance
+            .iter()
+            .flat_map(|element| (0..element.kind.constants()).map(move |_| format!("c.{}", element.name)));
         joints("q").chain(own("q")).chain(joints("v")).chain(own("v")).chain(constants).collect()
     }
 
@@ -264,6 +270,22 @@ impl Model for Robot {
         }
         limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
         limits
+    }
+}
+
+impl ModelFile for Robot {
+    type File = file::File;
+
+    fn read(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Self, FileError> {
+        file::read(document, parameters, folder)
+    }
+
+    fn variances(&self) -> Option<Vec<Value>> {
+        Some(self.sensors.iter().flat_map(|sensor| sensor.variance.clone()).collect())
+    }
+
+    fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator) {
+        schema::complete(schema, generator);
     }
 }
 

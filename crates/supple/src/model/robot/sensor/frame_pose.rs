@@ -38,9 +38,7 @@ impl SensorFile for FramePose {
 /// The turn of a rotation from a reference, in the axes of the reference: the sine of the angle along the axis, half
 /// the skew part of `R_ref' R`. It is the rotation vector for small angles, and bounded and smooth for all.
 pub(crate) fn turn<S: Scalar>(rotation: &[[S; 3]; 3], reference: &[[S; 3]; 3]) -> [S; 3] {
-    let entry = |i: usize, j: usize| {
-        (0..3).fold(S::zero(), |sum, k| sum + reference[k][i] * rotation[k][j])
-    };
+    let entry = |i: usize, j: usize| (0..3).fold(S::zero(), |sum, k| sum + reference[k][i] * rotation[k][j]);
     let half = |i: usize, j: usize| (entry(i, j) - entry(j, i)) * 0.5;
     [half(2, 1), half(0, 2), half(1, 0)]
 }

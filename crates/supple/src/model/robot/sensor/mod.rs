@@ -9,6 +9,7 @@ use super::compliance::{Element, Names, Unfit};
 use super::situation::Situation;
 use crate::Value;
 use crate::file::{ReadError, Reader};
+use crate::value::OneOrMore;
 
 mod coupling_force;
 mod frame_point;
@@ -52,18 +53,17 @@ impl Measure for Sensor {
 }
 
 /// One variance for all entries of a sensor, or one each.
-#[derive(Clone, Debug, Deserialize, PartialEq, schemars::JsonSchema)]
-#[serde(transparent)]
-pub(super) struct Variance(#[schemars(with = "f64")] crate::noise::OneOrMore);
+pub(super) type Variance = OneOrMore;
 
-impl Variance {
+impl OneOrMore {
     /// The variance of each of `len` entries.
-    pub fn each(self, len: usize) -> Result<Vec<Value>, Unfit> {
-        match self.0.0 {
+    fn each(self, len: usize) -> Result<Vec<Value>, Unfit> {
+        match self.0 {
             list if list.len() == len => Ok(list),
             list if list.len() == 1 => Ok(vec![list[0]; len]),
             list => {
-                let message = format!("must be one number, or {len} of them, one per measurement; found {}", list.len());
+                let message =
+                    format!("must be one number, or {len} of them, one per measurement; found {}", list.len());
                 Err(("variance", message, None))
             }
         }

@@ -1,0 +1,27 @@
+use schemars::SchemaGenerator;
+use serde_json::{Value as Json, json};
+
+use super::{compliance, sensor};
+use crate::file::{one_of, plain};
+
+/// Adds the lists of compliance and sensors to the schema of a robot's table.
+pub(super) fn complete(schema: &mut Json, generator: &mut SchemaGenerator) {
+    let mut elements = one_of(plain(compliance::schemas(generator)));
+    if let Some(tables) = elements["oneOf"].as_array_mut() {
+        for table in tables {
+            let name = json!({ "type": "string", "minLength": 1, "description": "Its name, unlike any other" });
+            table["properties"]["name"] = name;
+            if let Some(required) = table["required"].as_array_mut() {
+                required.push(json!("name"));
+            }
+        }
+    }
+    let sensors = one_of(plain(sensor::schemas(generator)));
+    schema["properties"]["compliance"] =
+        json!({ "description": "Springs, dampers and contacts", "type": "array", "items": elements });
+    schema["properties"]["sensors"] =
+        json!({ "description": "What is measured", "type": "array", "minItems": 1, "items": sensors });
+    if let Some(required) = schema["required"].as_array_mut().filter(|list| !list.contains(&json!("sensors"))) {
+        required.push(json!("sensors"));
+    }
+}
