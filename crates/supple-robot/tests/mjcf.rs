@@ -167,7 +167,7 @@ fn the_arm_is_read_whole() {
     let frames: Vec<_> = robot.frames.iter().map(|frame| (frame.name.as_str(), frame.link)).collect();
     assert_eq!(frames, [("corner", 0), ("shoulder", 2), ("elbow", 4), ("grip", 5)]);
     assert_eq!(robot.joints[6].mimic, Some(Mimic { joint: 5, ratio: 0.9, offset: 0.002 }));
-    assert_eq!(robot.warnings, ["element `actuator` is ignored (line 54)", "element `light` is ignored (line 21)"]);
+    assert_eq!(robot.warnings, ["element `actuator` is ignored (line 55)", "element `light` is ignored (line 21)"]);
 }
 
 /// The joints of a world with one body, which has `text` in it, under `sections`.
@@ -332,5 +332,29 @@ fn what_is_not_modelled_is_listed_once() {
          <site/><camera/><plugin/><jiont/></body></worldbody>\n\
          <tendon/><sensor/><actuator/><actuator/><contact/>\n</mujoco>",
     );
-    assert_eq!(robot.warnings, [""]);
+    let expected = [
+        "element `keyframe` is ignored (line 4)",
+        "`sesnor` in `mujoco` is not known and is ignored; did you mean `sensor`? (line 4)",
+        "element `tendon` is ignored (line 9)",
+        "element `sensor` is ignored (line 9)",
+        "`actuator` elements are ignored (2 of them, first at line 9)",
+        "element `contact` is ignored (line 9)",
+        "compiler: attribute `angel` is not known and is ignored; did you mean `angle`? (line 2)",
+        "attribute `density` of `option` is ignored (line 3)",
+        "attribute `spring` of `flag` is ignored (line 3)",
+        "`jiont` in `default` is not known and is ignored; did you mean `joint`? (line 5)",
+        "`texture` elements are ignored (2 of them, first at line 5)",
+        "element `material` is ignored (line 5)",
+        "`camera` elements are ignored (2 of them, first at line 6)",
+        "element `light` is ignored (line 6)",
+        "attribute `gravcomp` of `body` is ignored (line 6)",
+        "element `plugin` is ignored (line 8)",
+        "`jiont` in `body` is not known and is ignored; did you mean `joint`? (line 8)",
+        "joint of body `a`: attribute `rnage` is not known and is ignored; did you mean `range`? (line 7)",
+        "joint of body `a`: its `actuatorfrcrange` is not symmetric; the greater bound is taken for both directions \
+         (line 7)",
+        "inertial of body `a`: it has neither `diaginertia` nor `fullinertia`, and is taken as a point (line 7)",
+        "geom of body `a`: attribute `cocon` is not known and is ignored; did you mean `condim`? (line 7)",
+    ];
+    assert_eq!(robot.warnings, expected);
 }

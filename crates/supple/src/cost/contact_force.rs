@@ -20,6 +20,8 @@ pub struct ContactForce {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct File {
+    /// Name of the contact, in models that name theirs.
+    contact: Option<String>,
     /// Force to reach, N.
     target: Value,
     /// Force gamma over which pulling is cut off, N.
@@ -37,7 +39,7 @@ impl CostFile for ContactForce {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
-        let signal = vocabulary.signal("contact_force")?;
+        let signal = vocabulary.contact_signal(file.contact.as_deref(), "contact_force")?;
         Ok(Cost {
             kind: CostKind::ContactForce(Self { signal, target: file.target, smoothing: file.smoothing }),
             norm: file.norm,

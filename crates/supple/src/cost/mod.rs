@@ -11,12 +11,22 @@ use crate::{Model, Point, Value};
 
 mod contact_force;
 mod control;
+mod coupling_force;
+mod frame_point;
+mod frame_pose;
+mod joint_position;
+mod joint_velocity;
 mod penetration;
 mod quadratic;
 mod state;
 
 pub use contact_force::ContactForce;
 pub use control::Control;
+pub use coupling_force::CouplingForce;
+pub use frame_point::FramePoint;
+pub use frame_pose::FramePose;
+pub use joint_position::JointPosition;
+pub use joint_velocity::JointVelocity;
 pub use penetration::Penetration;
 pub use quadratic::Quadratic;
 pub use state::State;
@@ -26,6 +36,8 @@ pub use state::State;
 pub struct Vocabulary {
     /// Names of the states.
     pub states: Vec<String>,
+    /// Names of the joints, of which `q.NAME` and `v.NAME` are states.
+    pub joints: Vec<String>,
     /// How many controls there are.
     pub controls: usize,
     /// Names of the model's signals.
@@ -35,7 +47,45 @@ pub struct Vocabulary {
 impl Vocabulary {
     /// The names and sizes of a model.
     pub fn of<M: Model>(model: &M) -> Self {
-        Self { states: model.state_names(), controls: model.dimensions().controls, signals: model.signals() }
+        Self {
+            states: model.state_names(),
+            joints: model.joint_names(),
+            controls: model.dimensions().controls,
+            signals: model.signals(),
+        }
+    }
+
+    /// The place of the signal `SIGNAL` of something named, `NAME.SIGNAL`; `key` is the one that names it, `what` what
+    /// it is.
+    pub fn signal_of(&self, key: &'static str, what: &str, name: &str, signal: &str) -> Result<usize, CostError> {
+        let whole = format!("{name}.{signal}");
+        let place = self.signals.iter().position(|other| *other == whole);
+        place.ok_or_else(|| {
+            let of_name: Vec<_> =
+                self.signals.iter().filter_map(|other| other.strip_prefix(name)?.strip_prefix('.')).collect();
+            if of_name.is_empty() {
+                let ending = format!(".{signal}");
+                let named: Vec<_> = self.signals.iter().filter_map(|other| other.strip_suffix(&ending)).collect();
+                let has = if named.is_empty() {
+                    "it has none".to_owned()
+                } else {
+                    format!("it has {}", supple_files::quoted(&named))
+                };
+                return CostError { key, message: format!("the model has no {what} `{name}`: {has}") };
+            }
+            CostError {
+                key: "select",
+                message: format!("`{name}` has no `{signal}`: it has {}", supple_files::quoted(&of_name)),
+            }
+        })
+    }
+
+    /// The place of a contact's signal, by the contact's name where the model has named ones.
+    pub fn contact_signal(&self, contact: Option<&str>, signal: &'static str) -> Result<usize, CostError> {
+        match contact {
+            Some(name) => self.signal_of("contact", "contact", name, signal),
+            None => self.signal(signal),
+        }
     }
 
     /// The place of the signal `name`.
@@ -242,6 +292,16 @@ cost_kinds! {
     "contact_force" => ContactForce,
     /// All controls.
     "control" => Control,
+    /// Forces in compliance against targets.
+    "coupling_force" => CouplingForce,
+    /// The origin of a frame against a target.
+    "frame_point" => FramePoint,
+    /// A frame against a target.
+    "frame_pose" => FramePose,
+    /// Positions of joints against targets.
+    "joint_position" => JointPosition,
+    /// Velocities of joints against targets.
+    "joint_velocity" => JointVelocity,
     /// Signed depth of a contact.
     "penetration" => Penetration,
     /// `x'Qx + u'Ru`.

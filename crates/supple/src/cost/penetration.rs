@@ -17,6 +17,8 @@ pub struct Penetration {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct File {
+    /// Name of the contact, in models that name theirs.
+    contact: Option<String>,
     /// Depth to reach, m.
     #[serde(default)]
     target: Value,
@@ -33,7 +35,7 @@ impl CostFile for Penetration {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
-        let signal = vocabulary.signal("penetration")?;
+        let signal = vocabulary.contact_signal(file.contact.as_deref(), "penetration")?;
         Ok(Cost {
             kind: CostKind::Penetration(Self { signal, target: file.target }),
             norm: file.norm,

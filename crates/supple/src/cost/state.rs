@@ -33,15 +33,31 @@ impl CostFile for State {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
-        if file.select.is_empty() {
-            return Err(CostError { key: "select", message: "name at least one state".into() });
+        Ok(Cost {
+            kind: CostKind::State(Self::select(&file.select, file.target, vocabulary)?),
+            norm: file.norm,
+            stage: Weights::Equal(file.weight),
+            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
+        })
+    }
+}
+
+impl State {
+    /// The states with these names, and one target each; 0 where there are none.
+    pub(super) fn select(
+        names: &[String],
+        targets: Option<Vec<Value>>,
+        vocabulary: &Vocabulary,
+    ) -> Result<Self, CostError> {
+        if names.is_empty() {
+            return Err(CostError { key: "select", message: "name at least one".into() });
         }
-        let targets = file.target.unwrap_or_else(|| vec![Value::Number(0.0); file.select.len()]);
-        if targets.len() != file.select.len() {
-            let message = format!("{} targets for {} selected states: give one each", targets.len(), file.select.len());
+        let targets = targets.unwrap_or_else(|| vec![Value::Number(0.0); names.len()]);
+        if targets.len() != names.len() {
+            let message = format!("{} targets for {} that are selected: give one each", targets.len(), names.len());
             return Err(CostError { key: "target", message });
         }
-        let selected = file.select.iter().zip(targets).map(|(name, target)| {
+        let selected = names.iter().zip(targets).map(|(name, target)| {
             match vocabulary.states.iter().position(|state| state == name) {
                 Some(index) => Ok((index, target)),
                 None => {
@@ -50,12 +66,7 @@ impl CostFile for State {
                 }
             }
         });
-        Ok(Cost {
-            kind: CostKind::State(Self { selected: selected.collect::<Result<_, _>>()? }),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        Ok(Self { selected: selected.collect::<Result<_, _>>()? })
     }
 }
 

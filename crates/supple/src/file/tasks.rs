@@ -1,9 +1,10 @@
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
-use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use supple_files::{FileError, nearest, quoted};
 use supple_kernels::{Matrices, rows};
 use toml::de::DeValue;
-
-use supple_files::FileError;
 
 use super::document::{Document, Place};
 use crate::cost::{self, Cost, CostKind};
@@ -29,8 +30,8 @@ pub(super) struct TaskFile {
     /// Weight of its information in the objective; 1 where left out.
     #[serde(default = "one")]
     information_weight: f64,
-    /// Mean of the first state, one number per state.
-    initial_state: Vec<Value>,
+    /// Mean of the first state: one number per state, or by the states' names, 0 where left out.
+    initial_state: Rows,
     /// First guess of the controls: one row for all steps, or one row per step; zero where left out.
     initial_control: Option<Guess>,
     /// Its noise.
@@ -45,23 +46,24 @@ fn one() -> f64 {
     1.0
 }
 
-/// The noise of a task, per step: variances, or full symmetric matrices.
+/// The noise of a task, per step: variances, variances by the states' names, or full symmetric matrices.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NoiseFile {
     /// Of the first state, n.
-    initial: Covariance,
+    initial: Rows,
     /// Of the process, n; may be singular.
-    process: Covariance,
-    /// Of the measurement, p; positive definite.
-    measurement: Covariance,
+    process: Rows,
+    /// Of the measurement, p; positive definite. That of the model's sensors where left out.
+    measurement: Option<Rows>,
 }
 
-/// A list of numbers, or a list of rows of numbers.
+/// A list of numbers, a list of rows of numbers, or numbers by name.
 #[derive(Debug)]
 enum Rows {
     Flat(Vec<Value>),
     Nested(Vec<Vec<Value>>),
+    Named(BTreeMap<String, Value>),
 }
 
 impl<'de> Deserialize<'de> for Rows {
@@ -72,7 +74,10 @@ impl<'de> Deserialize<'de> for Rows {
             type Value = Rows;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a list of numbers, or a list of rows of numbers")
+                f.write_str("a list of numbers, a list of rows of numbers, or a table of numbers by name")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Rows, A::Error> {
+                BTreeMap::deserialize(de::value::MapAccessDeserializer::new(table)).map(Rows::Named)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Rows, A::Error> {
                 let (mut flat, mut nested) = (Vec::new(), Vec::new());
@@ -131,15 +136,6 @@ impl<'de> Deserialize<'de> for Entry {
     }
 }
 
-impl<'de> Deserialize<'de> for Covariance {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(match Rows::deserialize(deserializer)? {
-            Rows::Flat(variances) => Self::Diagonal(variances),
-            Rows::Nested(rows) => Self::Full(rows),
-        })
-    }
-}
-
 /// A first guess of the controls.
 #[derive(Debug)]
 struct Guess(Rows);
@@ -150,23 +146,45 @@ impl<'de> Deserialize<'de> for Guess {
     }
 }
 
-fn rows_schema(generator: &mut schemars::SchemaGenerator, about: &str) -> schemars::Schema {
-    let value = generator.subschema_for::<Value>();
-    schemars::json_schema!({
-        "description": about,
-        "anyOf": [
-            { "type": "array", "items": value },
-            { "type": "array", "items": { "type": "array", "items": value } }
-        ]
-    })
+/// Numbers given by names, of which `*` stands for any letters, in the order of `names`; 0 where none is given. A whole
+/// name counts before a pattern, a longer pattern before a shorter one.
+///
+/// # Errors
+/// The first name or pattern that is none of them, with advice.
+fn by_name(given: &BTreeMap<String, Value>, names: &[String]) -> Result<Vec<Value>, (String, Option<String>)> {
+    for key in given.keys() {
+        if !names.iter().any(|name| matches(key, name)) {
+            return Err((key.clone(), nearest(key, names)));
+        }
+    }
+    let best = |name: &String| {
+        let fitting = given.iter().filter(|(key, _)| matches(key, name));
+        fitting.max_by_key(|(key, _)| (*key == name, key.len())).map_or(Value::Number(0.0), |(_, &value)| value)
+    };
+    Ok(names.iter().map(best).collect())
 }
 
-impl schemars::JsonSchema for Covariance {
+/// Whether a name fits a pattern in which `*` stands for any letters.
+fn matches(pattern: &str, name: &str) -> bool {
+    let Some((head, tail)) = pattern.split_once('*') else { return pattern == name };
+    let Some(rest) = name.strip_prefix(head) else { return false };
+    (0..=rest.len()).filter(|&i| rest.is_char_boundary(i)).any(|i| matches(tail, &rest[i..]))
+}
+
+impl schemars::JsonSchema for Rows {
     fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Covariance".into()
+        "Numbers".into()
     }
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        rows_schema(generator, "Variances, or the rows of a full symmetric matrix")
+        let value = generator.subschema_for::<Value>();
+        schemars::json_schema!({
+            "description": "A list of numbers, the rows of a matrix, or numbers by name, in which * stands for any letters",
+            "anyOf": [
+                { "type": "array", "items": value },
+                { "type": "array", "items": { "type": "array", "items": value } },
+                { "type": "object", "additionalProperties": value }
+            ]
+        })
     }
 }
 
@@ -175,7 +193,14 @@ impl schemars::JsonSchema for Guess {
         "Guess".into()
     }
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        rows_schema(generator, "One row of controls for all steps, or one row per step")
+        let value = generator.subschema_for::<Value>();
+        schemars::json_schema!({
+            "description": "One row of controls for all steps, or one row per step",
+            "anyOf": [
+                { "type": "array", "items": value },
+                { "type": "array", "items": { "type": "array", "items": value } }
+            ]
+        })
     }
 }
 
@@ -242,13 +267,9 @@ impl Reader<'_> {
             let message = format!("must be at least 0, as every expected cost is; {}", bound.found(least));
             return Err(self.error(&["bound".into()], message));
         }
-        if file.initial_state.len() != size.states {
-            let found = file.initial_state.len();
-            let names = supple_files::quoted(&model.vocabulary().states);
-            let message = format!("must have {} entries ({names}); found {found}", size.states);
-            return Err(self.error(&["initial_state".into()], message));
-        }
-        let noise = self.noise(file.noise, size)?;
+        let states = model.vocabulary().states;
+        let initial_state = self.initial_state(file.initial_state, &states)?;
+        let noise = self.noise(file.noise, model, &states)?;
         let costs = self.costs(model)?;
         let initial_control = match file.initial_control {
             Some(guess) => self.guess(guess, size, file.steps)?,
@@ -260,7 +281,7 @@ impl Reader<'_> {
             time_step: file.time_step,
             bound: file.bound,
             information_weight: file.information_weight,
-            initial_state: file.initial_state,
+            initial_state,
             initial_control,
             noise,
             system: model.system(costs, file.time_step, self.parameters.len()),
@@ -279,6 +300,7 @@ impl Reader<'_> {
                 let message = format!("must be {valid}; found {} numbers", row.len());
                 Err(self.error(&["initial_control".into()], message))
             }
+            Rows::Named(_) => Err(self.error(&["initial_control".into()], format!("must be {valid}"))),
             Rows::Nested(rows) => {
                 if let Some(row) = rows.iter().position(|row| row.len() != m) {
                     let message = format!("must be {valid}; this row has {} numbers", rows[row].len());
@@ -314,7 +336,60 @@ impl Reader<'_> {
         (0..count).map(read).collect()
     }
 
-    fn noise(&self, file: NoiseFile, size: Dimensions) -> Result<NoiseModel, FileError> {
+    fn initial_state(&self, rows: Rows, states: &[String]) -> Result<Vec<Value>, FileError> {
+        let found = match rows {
+            Rows::Flat(list) if list.len() == states.len() => return Ok(list),
+            Rows::Named(given) => return self.named(&["initial_state".into()], &given, states),
+            Rows::Flat(list) => list.len(),
+            Rows::Nested(rows) => rows.len(),
+        };
+        let message = format!("must have {} entries ({}); found {found}", states.len(), quoted(states));
+        Err(self.error(&["initial_state".into()], message))
+    }
+
+    /// Numbers by the names of states.
+    fn named(
+        &self,
+        keys: &[Place],
+        given: &BTreeMap<String, Value>,
+        states: &[String],
+    ) -> Result<Vec<Value>, FileError> {
+        by_name(given, states).map_err(|(key, help)| {
+            let keys: Vec<Place> = keys.iter().copied().chain([Place::Key(&key)]).collect();
+            let message = format!("no state is `{key}`: there are {}", quoted(states));
+            FileError { help, ..self.error(&keys, message) }
+        })
+    }
+
+    /// A covariance of the states, or of measurements, which have no names.
+    fn read_covariance(
+        &self,
+        key: &'static str,
+        rows: Rows,
+        names: Option<&[String]>,
+    ) -> Result<Covariance, FileError> {
+        let keys = ["noise".into(), key.into()];
+        match (rows, names) {
+            (Rows::Flat(variances), _) => Ok(Covariance::Diagonal(variances)),
+            (Rows::Nested(rows), _) => Ok(Covariance::Full(rows)),
+            (Rows::Named(given), Some(states)) => self.named(&keys, &given, states).map(Covariance::Diagonal),
+            (Rows::Named(_), None) => Err(self
+                .error(&keys, "must be a list of numbers, or a list of rows of numbers: measurements have no names")),
+        }
+    }
+
+    fn noise(&self, file: NoiseFile, model: &dyn AnyModel, states: &[String]) -> Result<NoiseModel, FileError> {
+        let size = model.dimensions();
+        let measurement = match (file.measurement, model.variances()) {
+            (Some(rows), _) => self.read_covariance("measurement", rows, None)?,
+            (None, Some(variances)) => Covariance::Diagonal(variances),
+            (None, None) => return Err(self.error(&["noise".into(), "measurement".into()], "is missing")),
+        };
+        let file = NoiseModel {
+            initial: self.read_covariance("initial", file.initial, Some(states))?,
+            process: self.read_covariance("process", file.process, Some(states))?,
+            measurement,
+        };
         self.covariance("initial", &file.initial, size.states)?;
         self.covariance("process", &file.process, size.states)?;
         self.covariance("measurement", &file.measurement, size.measurements)?;
@@ -327,7 +402,7 @@ impl Reader<'_> {
             );
             return Err(self.error(&["noise".into(), "measurement".into()], message));
         }
-        Ok(NoiseModel { initial: file.initial, process: file.process, measurement: file.measurement })
+        Ok(file)
     }
 
     /// A covariance at the parameters' initial values.

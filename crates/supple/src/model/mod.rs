@@ -17,6 +17,7 @@ mod two_mass;
 
 pub use linear::Linear;
 pub use robot::Robot;
+pub(crate) use robot::turn;
 pub use two_mass::TwoMass;
 
 /// How many numbers a model's vectors have.
@@ -152,6 +153,11 @@ pub trait Model: Send + Sync + 'static {
 
     /// What states and controls must stay within for the real thing: reported where a plan does not.
     fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
+    /// Names of the joints, each with the states `q.NAME` and `v.NAME`; none in models that have no joints.
+    fn joint_names(&self) -> Vec<String> {
         Vec::new()
     }
 

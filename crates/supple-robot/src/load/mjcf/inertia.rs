@@ -121,11 +121,15 @@ fn sum(solids: &[Solid]) -> Option<Inertia> {
 /// The inertia within the bounds that the compiler settings ask for: least mass, least principal moments, and, with
 /// `balanceinertia`, the mean of the principal moments where one is greater than the sum of the others.
 fn bounded(inertia: Inertia, settings: &Settings) -> Inertia {
-    let mut inertia = Inertia { mass: inertia.mass.max(settings.least_mass), ..inertia };
-    if settings.least_moment == 0.0 && !settings.balance {
-        return inertia;
+    let mut inertia = inertia;
+    // What is negative is an error later, and not raised to a bound.
+    if (0.0..settings.least_mass).contains(&inertia.mass) {
+        inertia.mass = settings.least_mass;
     }
     let (moments, axes) = principal(inertia.moment);
+    if settings.least_moment == 0.0 && !settings.balance || moments.iter().any(|&moment| moment < 0.0) {
+        return inertia;
+    }
     if moments.iter().any(|&moment| moment < settings.least_moment) {
         inertia.moment = turned(axes, diagonal_matrix(moments.map(|moment| moment.max(settings.least_moment))));
     }

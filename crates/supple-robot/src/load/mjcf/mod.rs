@@ -55,7 +55,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
         if SECTIONS_IGNORED.contains(&tag) {
             warnings.ignore(section);
         } else if !SECTIONS.contains(&tag) && !SECTIONS_PASSED.contains(&tag) {
-            warnings.unknown(section, &SECTIONS);
+            warnings.unknown(section, &[&SECTIONS[..], &SECTIONS_IGNORED].concat());
         }
     }
     let settings = Settings::read(root, &mut warnings)?;

@@ -212,7 +212,7 @@ impl<'a> Frames<'a> {
             let by_attribute = at.attributes().any(|attribute| at.attribute(attribute) == Some(name));
             let error = if by_attribute { at.error_naming(name, message) } else { at.error_in_content(message) };
             let names: Vec<_> = self.nodes.iter().skip(1).map(|node| node.name).collect();
-            match near(name, &names) {
+            match near(name, &names).filter(|_| name != WORLD && !name.contains("::")) {
                 Some(help) => error.with_help(help),
                 None => error,
             }

@@ -25,6 +25,7 @@ mod situation;
 
 use compliance::{Compliance, Element};
 use numbers::{FrameNumbers, Override};
+pub(crate) use sensor::turn;
 use sensor::{Measure, Sensor};
 use situation::{Forces, Situation};
 
@@ -234,6 +235,10 @@ impl Model for Robot {
             values.extend(element.kind.measure(&now.seen_by(element)));
         }
         out.copy_from_slice(&values);
+    }
+
+    fn joint_names(&self) -> Vec<String> {
+        self.tree.joints().to_vec()
     }
 
     fn state_names(&self) -> Vec<String> {

@@ -21,6 +21,7 @@ mod joint_velocity;
 use coupling_force::CouplingForce;
 use frame_point::FramePoint;
 use frame_pose::FramePose;
+pub(crate) use frame_pose::turn;
 use joint_position::JointPosition;
 use joint_torque::JointTorque;
 use joint_velocity::JointVelocity;

@@ -1,0 +1,281 @@
+//! MJCF files that are wrong, or ask for what is not supported.
+
+/// What is wrong, the file, and its error.
+pub const MJCF: &[(&str, &str, &str)] = &[
+    ("no world", "<mujoco/>", ""),
+    ("a file that includes another", "<mujoco>\n<worldbody/>\n<include file='other.xml'/></mujoco>", ""),
+    ("a document type", "<!DOCTYPE mujoco [<!ENTITY a 'b'>]>\n<mujoco><worldbody/></mujoco>", ""),
+    (
+        "a ball joint",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j' type='ball'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a ball joint of a class",
+        "<mujoco><default>\n<default class='ball'>\n<joint type='ball'/></default></default>\n<worldbody>\n<body name='a'>\n<joint name='j' class='ball'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a free joint",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j' type='free'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a freejoint",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<freejoint name='floating'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "an unknown type",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint type='hinged'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "no mass",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "no centre of mass",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a negative mass",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "negative moments",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 -1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "moments that are not positive",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' fullinertia='1 1 1 2 0 0'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "moments given twice",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 1' fullinertia='1 1 1 0 0 0'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "full moments in other axes",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' euler='0 0 1' fullinertia='1 1 1 0 0 0'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "two inertials",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "an inertial of the world",
+        "<mujoco>\n<worldbody>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</worldbody></mujoco>",
+        "",
+    ),
+    ("a joint of the world", "<mujoco>\n<worldbody>\n<joint/>\n</worldbody></mujoco>", ""),
+    (
+        "an unknown class",
+        "<mujoco><default><default class='strong'/></default>\n<worldbody>\n<body name='a'>\n<joint class='strnog'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    ("an unknown childclass", "<mujoco>\n<worldbody>\n<body childclass='x'/>\n</worldbody></mujoco>", ""),
+    (
+        "a class twice",
+        "<mujoco><default><default class='a'/>\n<default class='a'/></default>\n<worldbody>\n\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a class in itself",
+        "<mujoco><default><default class='a'>\n<default class='a'/></default></default>\n<worldbody>\n\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a class called as the outermost",
+        "<mujoco><default><default class='main'/></default>\n<worldbody>\n\n</worldbody></mujoco>",
+        "",
+    ),
+    ("a class without a name", "<mujoco><default>\n<default/></default>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    ("a named outermost class", "<mujoco><default class='robot'/>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    (
+        "an element twice in a class",
+        "<mujoco><default><joint/>\n<joint/></default>\n<worldbody>\n\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "an unknown joint that follows",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='jj' joint2='j'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "an unknown joint that is followed",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "a joint that follows none",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "a joint that follows itself",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='j'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "a joint that follows two",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><joint name='k'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k'/>\n<joint joint1='j' joint2='k'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "joints that follow each other",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><joint name='k'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k'/>\n<joint joint1='k' joint2='j'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "a relation that is not linear",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><joint name='k'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k' polycoef='0 1 2'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "a weld",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<weld body1='a'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "a connection",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<connect name='loop' body1='a' anchor='0 0 0'/></equality></mujoco>",
+        "",
+    ),
+    (
+        "tendons that are equal",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<tendon tendon1='a'/></equality></mujoco>",
+        "",
+    ),
+    ("a quaternion of length 0", "<mujoco>\n<worldbody>\n<body quat='0 0 0 0'/>\n</worldbody></mujoco>", ""),
+    ("an axis of length 0", "<mujoco>\n<worldbody>\n<body axisangle='0 0 0 90'/>\n</worldbody></mujoco>", ""),
+    ("a z axis of length 0", "<mujoco>\n<worldbody>\n<body zaxis='0 0 0'/>\n</worldbody></mujoco>", ""),
+    ("parallel axes", "<mujoco>\n<worldbody>\n<body xyaxes='1 0 0 2 0 0'/>\n</worldbody></mujoco>", ""),
+    ("two orientations", "<mujoco>\n<worldbody>\n<body quat='1 0 0 0' euler='0 0 0'/>\n</worldbody></mujoco>", ""),
+    ("too few numbers", "<mujoco>\n<worldbody>\n<body pos='1 2'/>\n</worldbody></mujoco>", ""),
+    ("too many numbers", "<mujoco>\n<worldbody>\n<body euler='1 2 3 4'/>\n</worldbody></mujoco>", ""),
+    ("no number", "<mujoco>\n<worldbody>\n<body pos='1 2 x'/>\n</worldbody></mujoco>", ""),
+    ("numbers with commas", "<mujoco>\n<worldbody>\n<body pos='1, 2, 3'/>\n</worldbody></mujoco>", ""),
+    ("an infinite number", "<mujoco>\n<worldbody>\n<body pos='1 2 inf'/>\n</worldbody></mujoco>", ""),
+    ("a number too great", "<mujoco>\n<worldbody>\n<body pos='1 2 1e40'/>\n</worldbody></mujoco>", ""),
+    ("an unknown unit of angles", "<mujoco><compiler angle='degrees'/>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    ("an unknown sequence of axes", "<mujoco><compiler eulerseq='xyw'/>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    ("global coordinates", "<mujoco><compiler coordinate='global'/>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    ("a total mass", "<mujoco><compiler settotalmass='5'/>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    ("a negative bound", "<mujoco><compiler boundmass='-5'/>\n<worldbody>\n\n</worldbody></mujoco>", ""),
+    (
+        "an empty range",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint range='90 -90'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "an empty range of a class",
+        "<mujoco><default>\n<joint range='1 1'/></default>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "limits without a range",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint limited='true'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a range that is not said to limit",
+        "<mujoco><compiler autolimits='false'/>\n<worldbody>\n<body name='a'>\n<joint range='0 1'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "an axis of a joint of length 0",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint axis='0 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "negative damping",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint damping='-1'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "damping that is not linear",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint damping='1 2'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a spring by its frequency",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint springdamper='1 1'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "two joints of one name",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/>\n<joint name='j'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    ("two bodies of one name", "<mujoco>\n<worldbody>\n<body name='a'/>\n<body name='a'/>\n</worldbody></mujoco>", ""),
+    ("a body called world", "<mujoco>\n<worldbody>\n<body name='world'/>\n</worldbody></mujoco>", ""),
+    (
+        "a mesh that gives the mass",
+        "<mujoco><asset><mesh name='m' file='m.obj'/></asset>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom name='g' type='mesh' mesh='m'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    ("an unknown mesh", "<mujoco>\n<worldbody>\n<geom type='mesh' mesh='m'/>\n</worldbody></mujoco>", ""),
+    (
+        "two meshes of one name",
+        "<mujoco><asset><mesh file='a/m.obj'/>\n<mesh file='b/m.stl'/></asset>\n<worldbody>\n\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a mesh in another folder",
+        "<mujoco><asset><mesh name='m' file='../../m.obj'/></asset>\n<worldbody>\n<geom type='mesh' mesh='m'/>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a shell",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' shellinertia='true'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a size of 0",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom type='box' size='1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "too many sizes",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1 1 1 1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a negative mass of a geom",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' mass='-1'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a place given twice",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom type='capsule' size='1' fromto='0 0 0 1 0 0' pos='1 0 0'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "two ends in one",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom type='capsule' size='1' fromto='1 0 0 1 0 0'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a sphere between two points",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' fromto='0 0 0 1 0 0'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "bodies that are multiplied",
+        "<mujoco>\n<worldbody>\n<replicate count='5'>\n<body/></replicate>\n</worldbody></mujoco>",
+        "",
+    ),
+    (
+        "a composite",
+        "<mujoco>\n<worldbody>\n<body name='a'>\n<composite type='cable'/>\n</body>\n</worldbody></mujoco>",
+        "",
+    ),
+];

@@ -1,0 +1,67 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use crate::{Point, Value};
+
+/// Forces or torques in an element of compliance against targets, N or N m.
+#[derive(Clone, Debug)]
+pub struct CouplingForce {
+    /// Place of each selected force among the model's signals, and its target.
+    pub selected: Vec<(usize, Value)>,
+}
+
+/// Forces or torques in an element of compliance against targets.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Name of the element of compliance.
+    coupling: String,
+    /// Which of its forces.
+    select: Vec<String>,
+    /// One target per selected force; 0 where left out.
+    target: Option<Vec<Value>>,
+    /// Weight in every stage, 1/N^2 or 1/(N m)^2 (with the quadratic norm).
+    weight: Value,
+    /// Weight in the final cost; as `weight` where left out.
+    final_weight: Option<Value>,
+    /// How the residual becomes a cost.
+    #[serde(default)]
+    norm: Norm,
+}
+
+impl CostFile for CouplingForce {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
+        if file.select.is_empty() {
+            return Err(CostError { key: "select", message: "name at least one force".into() });
+        }
+        let targets = file.target.unwrap_or_else(|| vec![Value::Number(0.0); file.select.len()]);
+        if targets.len() != file.select.len() {
+            let message = format!("{} targets for {} selected forces: give one each", targets.len(), file.select.len());
+            return Err(CostError { key: "target", message });
+        }
+        let selected = file.select.iter().zip(targets).map(|(force, target)| {
+            Ok((vocabulary.signal_of("coupling", "compliance", &file.coupling, force)?, target))
+        });
+        Ok(Cost {
+            kind: CostKind::CouplingForce(Self { selected: selected.collect::<Result<_, _>>()? }),
+            norm: file.norm,
+            stage: Weights::Equal(file.weight),
+            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
+        })
+    }
+}
+
+impl Residual for CouplingForce {
+    fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
+        for (out, &(signal, target)) in out.iter_mut().zip(&self.selected) {
+            *out = signals[signal] - at.value(target);
+        }
+    }
+}
