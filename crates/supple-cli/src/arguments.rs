@@ -63,6 +63,11 @@ pub enum Command {
     Evaluate(EvaluateOptions),
     /// Validate a task file and compare every derivative with finite differences
     Check(CheckOptions),
+    /// Show the links and joints of a robot file, or its dynamics at a state
+    ///
+    /// Without a state: the tree of links and joints, with masses, limits and warnings. With one (any of --q, --v and
+    /// --tau), or with --json: the dynamics as one JSON object. What is left out of a state is 0.
+    Robot(RobotOptions),
     /// Print the JSON schema of task files
     Schema,
     /// Write a commented task file that runs
@@ -210,6 +215,47 @@ pub struct CheckOptions {
     #[command(flatten)]
     pub task: TaskArguments,
     /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the dynamics of `supple robot` are.
+const DYNAMICS: &str = "\
+Dynamics, in SI units and radians:
+  {\"joints\": [..], \"mass_matrix\": [[..]], \"bias\": [..], \"acceleration\": [..],
+   \"frames\": {\"LINK\": {\"position\": [..], \"rotation\": [[..]]}, ..}}
+They satisfy mass_matrix acceleration + bias = tau: the bias holds Coriolis forces and gravity less the forces of \
+springs, dampers and friction in the joints. Friction is f v / sqrt(v^2 + 0.01^2), as in robot models by default. \
+`acceleration` is null, with a warning, where the mass matrix is singular. Frames are those of the links in the \
+world; rotations are by rows. Warnings go to standard error.
+
+Lists such as --q -0.5,1 are in the order of `joints`, which the tree shows too: the joints that move and follow no \
+other. What is left out at the end of a list is 0.";
+
+#[derive(Args, Debug)]
+#[command(after_long_help = DYNAMICS)]
+pub struct RobotOptions {
+    /// Robot file: URDF, SDF or MJCF
+    pub file: PathBuf,
+    /// Let joints that follow others (mimic) move on their own
+    #[arg(long)]
+    pub independent_mimic: bool,
+    /// Folder with packages: where package://NAME/ and model://NAME/ are looked for; may be given several times
+    #[arg(long = "package-root", value_name = "DIR")]
+    pub package_roots: Vec<PathBuf>,
+    /// Positions, rad or m
+    #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
+    pub q: Option<String>,
+    /// Velocities, rad/s or m/s
+    #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
+    pub v: Option<String>,
+    /// Torques or forces of the drives, N m or N
+    #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
+    pub tau: Option<String>,
+    /// Gravity in the world, m/s^2; 0,0,-9.81 where left out, whatever the file says
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub gravity: Option<String>,
+    /// Print the dynamics as one JSON object and nothing else; without a state, those at rest with every position at 0
     #[arg(long)]
     pub json: bool,
 }

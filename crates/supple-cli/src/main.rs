@@ -42,6 +42,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Design(options) => commands::design(&options),
         Command::Evaluate(options) => commands::evaluate(&options),
         Command::Check(options) => commands::check(&options),
+        Command::Robot(options) => commands::robot(&options),
         Command::Schema => commands::schema(),
         Command::New(options) => commands::new(&options),
         Command::Completions { shell } => commands::completions(shell),

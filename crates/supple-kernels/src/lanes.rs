@@ -11,6 +11,9 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// One number with the arithmetic of one lane.
     type Single: Scalar + Into<f64>;
 
+    /// Whether there are registers enough to keep sixteen sets of lanes at once.
+    const WIDE: bool;
+
     /// The lanes from an array.
     fn from_array(values: [f64; LANES]) -> Self;
 
@@ -58,6 +61,7 @@ impl Neg for Portable {
 
 impl Lanes for Portable {
     type Single = f64;
+    const WIDE: bool = false;
     #[inline(always)]
     fn from_array(values: [f64; LANES]) -> Self {
         Self(values)
@@ -173,6 +177,7 @@ pub(crate) mod x86 {
 
             impl Lanes for $name {
                 type Single = $single;
+                const WIDE: bool = $parts == 1;
                 #[inline(always)]
                 fn from_array(values: [f64; LANES]) -> Self {
                     // SAFETY: the array holds eight numbers.

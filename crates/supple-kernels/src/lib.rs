@@ -19,6 +19,7 @@ pub mod graph;
 mod lanes;
 mod ldl;
 mod matrices;
+mod pair;
 pub mod rows;
 mod scalar;
 mod scratch;

@@ -62,33 +62,59 @@ pub fn multiply<L: Lanes>(
     }
     assert!(inner == 0 || left.data.len() > (rows - 1) * left.row + (inner - 1) * left.inner);
     let (out, right) = (out.as_mut_ptr(), right.as_ptr());
-    for column in (0..stride).step_by(LANES) {
-        let mut row = 0;
-        // SAFETY: the assertions above cover every row, column and inner index used below.
-        unsafe {
-            while row + 4 <= rows {
-                let to = out.add(row * stride + column);
-                block::<L, 4>(to, left, row, right.add(column), stride, inner, into, column);
-                row += 4;
-            }
-            let (out, right) = (out.add(row * stride + column), right.add(column));
-            match rows - row {
-                3 => block::<L, 3>(out, left, row, right, stride, inner, into, column),
-                2 => block::<L, 2>(out, left, row, right, stride, inner, into, column),
-                1 => block::<L, 1>(out, left, row, right, stride, inner, into, column),
-                _ => {}
-            }
+    let mut column = 0;
+    // SAFETY: the assertions above cover every row, column and inner index used below.
+    unsafe {
+        while L::WIDE && column + 2 * LANES <= stride {
+            columns::<L, 2>(out, left, right, stride, (rows, inner), into, column);
+            column += 2 * LANES;
+        }
+        while column < stride {
+            columns::<L, 1>(out, left, right, stride, (rows, inner), into, column);
+            column += LANES;
         }
     }
 }
 
-/// `R` rows and one lane of columns of a product, from `column` on.
+/// `C` lanes of columns of a product, from `column` on.
+///
+/// # Safety
+/// As [`multiply`] asserts.
+#[inline(always)]
+unsafe fn columns<L: Lanes, const C: usize>(
+    out: *mut f64,
+    left: Left,
+    right: *const f64,
+    stride: usize,
+    (rows, inner): (usize, usize),
+    into: Into,
+    column: usize,
+) {
+    let mut row = 0;
+    // SAFETY: the caller's.
+    unsafe {
+        while row + 4 <= rows {
+            let to = out.add(row * stride + column);
+            block::<L, 4, C>(to, left, row, right.add(column), stride, inner, into, column);
+            row += 4;
+        }
+        let (out, right) = (out.add(row * stride + column), right.add(column));
+        match rows - row {
+            3 => block::<L, 3, C>(out, left, row, right, stride, inner, into, column),
+            2 => block::<L, 2, C>(out, left, row, right, stride, inner, into, column),
+            1 => block::<L, 1, C>(out, left, row, right, stride, inner, into, column),
+            _ => {}
+        }
+    }
+}
+
+/// `R` rows and `C` lanes of columns of a product, from `column` on.
 ///
 /// # Safety
 /// Rows `row..row + R` of `left`, `out` and the base, and `inner` rows of `right`, must exist.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-unsafe fn block<L: Lanes, const R: usize>(
+unsafe fn block<L: Lanes, const R: usize, const C: usize>(
     out: *mut f64,
     left: Left,
     row: usize,
@@ -100,23 +126,30 @@ unsafe fn block<L: Lanes, const R: usize>(
 ) {
     // SAFETY: the caller's.
     unsafe {
-        let mut sums = [L::zero(); R];
+        let mut sums = [[L::zero(); C]; R];
         let left_row = left.data.as_ptr().add(row * left.row);
         for k in 0..inner {
-            let line = L::load(right.add(k * stride));
-            for (r, sum) in sums.iter_mut().enumerate() {
-                *sum = L::constant(*left_row.add(r * left.row + k * left.inner)).mul_add(line, *sum);
+            let mut lines = [L::zero(); C];
+            for (c, line) in lines.iter_mut().enumerate() {
+                *line = L::load(right.add(k * stride + c * LANES));
+            }
+            for (r, sums) in sums.iter_mut().enumerate() {
+                let factor = L::constant(*left_row.add(r * left.row + k * left.inner));
+                for (sum, line) in sums.iter_mut().zip(lines) {
+                    *sum = factor.mul_add(line, *sum);
+                }
             }
         }
-        for (r, sum) in sums.into_iter().enumerate() {
-            let to = out.add(r * stride);
-            match into {
-                Into::Set => sum.store(to),
-                Into::Add => (L::load(to) + sum).store(to),
-                Into::Subtract => (L::load(to) - sum).store(to),
-                Into::AddTo(base) => (L::load(base.as_ptr().add((row + r) * stride + column)) + sum).store(to),
-                Into::SubtractFrom(base) => {
-                    (L::load(base.as_ptr().add((row + r) * stride + column)) - sum).store(to);
+        for (r, sums) in sums.into_iter().enumerate() {
+            for (c, sum) in sums.into_iter().enumerate() {
+                let to = out.add(r * stride + c * LANES);
+                let place = (row + r) * stride + column + c * LANES;
+                match into {
+                    Into::Set => sum.store(to),
+                    Into::Add => (L::load(to) + sum).store(to),
+                    Into::Subtract => (L::load(to) - sum).store(to),
+                    Into::AddTo(base) => (L::load(base.as_ptr().add(place)) + sum).store(to),
+                    Into::SubtractFrom(base) => (L::load(base.as_ptr().add(place)) - sum).store(to),
                 }
             }
         }

@@ -166,6 +166,21 @@ fn a_long_chain_of_followers_is_resolved() {
 }
 
 #[test]
+fn a_fixed_joint_follows_nothing_whatever_is_said() {
+    let text = r#"<robot name="r">
+<link name="a"/>
+<link name="b"/>
+<joint name="j" type="fixed"><parent link="a"/><child link="b"/><mimic joint="of a part that is left out"/></joint>
+</robot>"#;
+    let robot = read(text).unwrap();
+    assert_eq!(robot.joints[0].mimic, None);
+    let warning = "joint `j`: it is fixed; that it follows `of a part that is left out` is ignored (line 4)";
+    assert_eq!(robot.warnings, [warning]);
+    let options = LoadOptions { independent_mimic: true, ..LoadOptions::default() };
+    assert_eq!(parse(text, "robot.urdf", &options).unwrap().warnings, [""; 0]);
+}
+
+#[test]
 fn what_is_too_deep_or_too_wide_is_refused() {
     let deep = format!("<robot name='r'>{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
     assert_eq!(soon(&deep).unwrap_err(), "robot.urdf:1:782: elements are nested more than 256 deep");

@@ -170,6 +170,14 @@ fn the_arm_is_read_whole() {
     assert_eq!(robot.warnings, ["element `actuator` is ignored (line 55)", "element `light` is ignored (line 21)"]);
 }
 
+#[test]
+fn a_site_with_the_name_of_a_body_is_warned_of() {
+    let robot = world("<body name='a'><site name='a' pos='1 0 0'/></body>");
+    assert_eq!(robot.frame("a"), Some((1, Pose::IDENTITY)));
+    let said = "site `a`: a body has this name, too, and is meant where the name is used (line 1)";
+    assert_eq!(robot.warnings, [said]);
+}
+
 /// The joints of a world with one body, which has `text` in it, under `sections`.
 fn joints(sections: &str, text: &str) -> Vec<Joint> {
     let body = format!("<worldbody><body>{INERTIAL}{text}</body></worldbody>");

@@ -60,6 +60,10 @@ macro_rules! with_shape {
                 let $name = $crate::shape::Shape { n: 5, m: 1, p: 2 };
                 $run
             }
+            (16, 7, 14) => {
+                let $name = $crate::shape::Shape { n: 16, m: 7, p: 14 };
+                $run
+            }
             _ => {
                 let $name = shape;
                 $run

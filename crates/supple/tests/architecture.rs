@@ -1,12 +1,27 @@
-//! Every path that the documents of the repository name exists, and ARCHITECTURE.md leaves no module out.
+//! Every path that the documents of the repository name exists, ARCHITECTURE.md leaves no module out, and every
+//! equation that is cited stands in the theory.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
 
-const DOCUMENTS: [&str; 3] = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"];
+/// All documents, by path from the root.
+fn documents() -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let mut documents: Vec<PathBuf> =
+        ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(PathBuf::from).to_vec();
+    for folder in ["docs", "docs/theory"] {
+        for entry in fs::read_dir(Path::new(ROOT).join(folder))? {
+            let path = Path::new(folder).join(entry?.file_name());
+            if path.extension().is_some_and(|extension| extension == "md") {
+                documents.push(path);
+            }
+        }
+    }
+    Ok(documents)
+}
 
 /// What stands between back quotes, outside of blocks of code.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
@@ -29,32 +44,106 @@ fn is_path(word: &str) -> bool {
 #[test]
 fn every_path_exists() -> Result<(), Box<dyn Error>> {
     let mut missing = Vec::new();
-    for document in DOCUMENTS {
-        let text = fs::read_to_string(Path::new(ROOT).join(document))?;
-        let targets =
-            links(&text).filter(|target| !target.contains("://")).filter_map(|target| target.split('#').next());
-        let mut paths: Vec<&str> = quoted(&text).filter(|word| is_path(word)).chain(targets).collect();
+    for document in documents()? {
+        let text = fs::read_to_string(Path::new(ROOT).join(&document))?;
+        let folder = document.parent().unwrap_or(Path::new(""));
+        let targets = links(&text).filter(|target| !target.contains("://") && !target.starts_with('#'));
+        let targets = targets.filter_map(|target| target.split('#').next()).map(|target| folder.join(target));
+        let mut paths: Vec<PathBuf> =
+            quoted(&text).filter(|word| is_path(word)).map(PathBuf::from).chain(targets).collect();
         paths.retain(|path| !Path::new(ROOT).join(path).exists());
-        missing.extend(paths.into_iter().map(|path| format!("{document}: {path}")));
+        missing.extend(paths.into_iter().map(|path| format!("{}: {}", document.display(), path.display())));
     }
     assert!(missing.is_empty(), "these do not exist: {missing:#?}");
+    Ok(())
+}
+
+/// Whether the map has a folder's entry: in a folder of which it names one, it names all but `mod.rs`.
+fn is_on_the_map(named: &[&str], folder: &str, entry: &str, top: bool) -> bool {
+    let inside = |name: &&str| name.strip_prefix(folder).is_some_and(|rest| rest.starts_with('/'));
+    let is_listed = top || named.iter().any(|name| inside(name) && !name.ends_with("/mod.rs"));
+    !is_listed || entry == "mod.rs" || named.contains(&format!("{folder}/{entry}").as_str())
+}
+
+fn find_unmapped(named: &[&str], folder: &str, top: bool, missing: &mut Vec<String>) -> Result<(), Box<dyn Error>> {
+    for entry in fs::read_dir(Path::new(ROOT).join(folder))? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !is_on_the_map(named, folder, &name, top) {
+            missing.push(format!("{folder}/{name}"));
+        }
+        if entry.path().is_dir() {
+            find_unmapped(named, &format!("{folder}/{name}"), false, missing)?;
+        }
+    }
     Ok(())
 }
 
 #[test]
 fn every_module_is_on_the_map() -> Result<(), Box<dyn Error>> {
     let text = fs::read_to_string(Path::new(ROOT).join("ARCHITECTURE.md"))?;
-    let named: Vec<&str> = quoted(&text).map(|word| word.trim_end_matches('/')).collect();
+    let first_cells = text.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
+    let named: Vec<&str> = first_cells.map(|(path, _)| path.trim_end_matches('/')).collect();
     let mut missing = Vec::new();
     for member in fs::read_dir(Path::new(ROOT).join("crates"))? {
-        let name = member?.file_name().to_string_lossy().into_owned();
-        for entry in fs::read_dir(Path::new(ROOT).join("crates").join(&name).join("src"))? {
-            let path = format!("crates/{name}/src/{}", entry?.file_name().to_string_lossy());
-            if !named.contains(&path.as_str()) {
-                missing.push(path);
-            }
-        }
+        let folder = format!("crates/{}/src", member?.file_name().to_string_lossy());
+        find_unmapped(&named, &folder, true, &mut missing)?;
     }
     assert!(missing.is_empty(), "ARCHITECTURE.md does not name {missing:#?}");
+    Ok(())
+}
+
+/// The numbers of equations, such as `P.2a`, that stand after `mark`.
+fn equations<'a>(text: &'a str, mark: &str) -> Vec<&'a str> {
+    let number = |rest: &'a str| {
+        let (section, rest_of) = rest.split_once('.')?;
+        let digits = rest_of.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest_of.len());
+        let letter = usize::from(rest_of[digits..].starts_with(|c: char| c.is_ascii_lowercase()));
+        let capital = section.len() == 1 && section.starts_with(|c: char| c.is_ascii_uppercase());
+        (capital && digits > 0).then(|| &rest[..2 + digits + letter])
+    };
+    text.split(mark).skip(1).filter_map(number).collect()
+}
+
+/// The files with Rust code below a folder.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            sources(&path, found)?;
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_cited_equation_exists() -> Result<(), Box<dyn Error>> {
+    let mut numbered: BTreeMap<String, usize> = BTreeMap::new();
+    let mut cited: Vec<(String, String)> = Vec::new();
+    for document in documents()? {
+        let text = fs::read_to_string(Path::new(ROOT).join(&document))?;
+        for number in equations(&text, "\\tag{") {
+            *numbered.entry(number.to_owned()).or_default() += 1;
+        }
+        let name = document.display().to_string();
+        cited.extend(equations(&text, "(").into_iter().map(|number| (name.clone(), number.to_owned())));
+    }
+    let mut files = Vec::new();
+    for member in fs::read_dir(Path::new(ROOT).join("crates"))? {
+        sources(&member?.path().join("src"), &mut files)?;
+    }
+    for file in files {
+        let text = fs::read_to_string(&file)?;
+        for mark in ["equation ", "equations "] {
+            let numbers = equations(&text, mark);
+            cited.extend(numbers.into_iter().map(|number| (file.display().to_string(), number.to_owned())));
+        }
+    }
+    let twice: Vec<_> = numbered.iter().filter(|&(_, &count)| count > 1).collect();
+    assert!(twice.is_empty(), "two equations have one number: {twice:?}");
+    let missing: Vec<_> = cited.iter().filter(|(_, number)| !numbered.contains_key(number)).collect();
+    assert!(cited.len() > 100 && missing.is_empty(), "the theory has no such equations: {missing:#?}");
     Ok(())
 }

@@ -1,12 +1,20 @@
 //! Walks every registry: each kind of model and cost has a problem here whose every derivative agrees with finite
-//! differences. A new kind without one fails.
+//! differences. A new kind without one fails. What robots are made of is walked in `robot/registries.rs`.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
 
 use supple::Problem;
 use supple::check::check;
+use supple::cost::CostKind;
 use supple::file::json_schema;
+
+#[allow(dead_code)]
+#[path = "robot/arm.rs"]
+mod arm;
+#[allow(dead_code)]
+#[path = "robot/examples.rs"]
+mod examples;
 
 const PARAMETERS: &str = r#"
     [parameters.a]
@@ -44,6 +52,7 @@ fn models() -> Vec<(&'static str, Problem)> {
     vec![
         ("two_mass", problem(TWO_MASS, &format!("{state}{CONTROL}"), (5, 2))),
         ("linear", problem(LINEAR, &format!("{state}{CONTROL}"), (2, 1))),
+        ("robot", examples::of_compliance().remove(0).problem()),
     ]
 }
 
@@ -52,7 +61,7 @@ fn costs() -> Vec<(&'static str, Problem)> {
     let two_mass = |cost: &str| problem(TWO_MASS, &format!("[[tasks.costs]]\n{cost}\n{CONTROL}"), (5, 2));
     let linear = |cost: &str| problem(LINEAR, &format!("[[tasks.costs]]\n{cost}\n"), (2, 1));
     let absolute = "norm = { absolute = { smoothing = \"b\" } }";
-    vec![
+    let mut list = vec![
         ("contact_force", two_mass("kind = \"contact_force\"\ntarget = 2.0\nsmoothing = \"b\"\nweight = 0.3")),
         (
             "contact_force",
@@ -68,7 +77,18 @@ fn costs() -> Vec<(&'static str, Problem)> {
                 "kind = \"quadratic\"\nQ = [[1.0, \"b\"], [\"b\", 2.0]]\nR = [[\"a\"]]\nfinal = [[3.0, 0.0], [0.0, 1.0]]",
             ),
         ),
-    ]
+    ];
+    list.extend(of_robots());
+    list
+}
+
+/// The kinds of cost that robots alone have.
+fn of_robots() -> Vec<(&'static str, Problem)> {
+    let robots = ["coupling_force", "frame_point", "frame_pose", "joint_position", "joint_velocity"];
+    let kind_of = |costs: &str| CostKind::NAMES.iter().find(|kind| costs.split('"').nth(1) == Some(**kind)).copied();
+    let all = examples::of_costs().into_iter();
+    let with_kind = all.filter_map(|example| kind_of(&example.costs).map(|kind| (kind, example)));
+    with_kind.filter(|(kind, _)| robots.contains(kind)).map(|(kind, example)| (kind, example.problem())).collect()
 }
 
 /// The kinds that the schema offers at a place.

@@ -4,11 +4,13 @@ mod check;
 mod design;
 mod evaluate;
 mod new;
+mod robot;
 
 pub use check::check;
 pub use design::{DesignReport, design};
 pub use evaluate::evaluate;
 pub use new::new;
+pub use robot::robot;
 
 use clap::CommandFactory;
 

@@ -70,10 +70,6 @@ fn propagate(node: Node, g: Node, active: &[bool], adjoint: &mut [Node]) {
             give(a, &|| g * b);
             give(b, &|| g * a);
         }
-        Op::Div(a, b) => {
-            give(a, &|| g / b);
-            give(b, &|| -(g / b * node));
-        }
         Op::Atan2(y, x) => {
             let scaled = g / (y * y + x * x);
             give(y, &|| scaled * x);
@@ -132,7 +128,6 @@ fn rate_of(node: Node, rates: &[Node]) -> Node {
         Op::Add(a, b) => rate(a) + rate(b),
         Op::Sub(a, b) => rate(a) - rate(b),
         Op::Mul(a, b) => rate(a) * b + a * rate(b),
-        Op::Div(a, b) => (rate(a) - node * rate(b)) / b,
         Op::Atan2(y, x) => (rate(y) * x - rate(x) * y) / (y * y + x * x),
         Op::Select(condition, positive, otherwise) => condition.select(rate(positive), rate(otherwise)),
         Op::Opaque(a, _) => rate(a),

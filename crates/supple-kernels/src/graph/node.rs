@@ -27,7 +27,6 @@ pub(super) enum Op {
     Add(Node, Node),
     Sub(Node, Node),
     Mul(Node, Node),
-    Div(Node, Node),
     /// Angle of the point (second, first).
     Atan2(Node, Node),
     Neg(Node),
@@ -56,7 +55,7 @@ impl Op {
             | Self::Exp(a)
             | Self::Ln(a) => ([a; 3], 1),
             Self::Opaque(a, _) => ([a; 3], 1),
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::Atan2(a, b) => ([a, b, b], 2),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Atan2(a, b) => ([a, b, b], 2),
             Self::Select(a, b, c) => ([a, b, c], 3),
         };
         list.into_iter().take(len)
@@ -154,6 +153,11 @@ impl Node {
         intern(Op::Opaque(self, number))
     }
 
+    /// A node for the negative of this one, as it stands.
+    pub(super) fn negative(self) -> Self {
+        intern(Op::Neg(self))
+    }
+
     /// The number that this node always is, if it is one.
     pub fn known(self) -> Option<f64> {
         match self.op() {
@@ -243,11 +247,8 @@ impl Div for Node {
     fn div(self, other: Self) -> Self {
         match (self.known(), other.known()) {
             (Some(a), Some(b)) => Self::constant(a / b),
-            (Some(0.0), _) => Self::constant(0.0),
-            (Some(1.0), _) => other.recip(),
-            (_, Some(1.0)) => self,
-            (_, Some(b)) => self * Self::constant(1.0 / b),
-            _ => intern(Op::Div(self, other)),
+            // Reciprocals are slow, and often shared.
+            _ => self * other.recip(),
         }
     }
 }

@@ -1,7 +1,8 @@
 use std::collections::HashMap;
 
 use super::node::{Node, Op, operations};
-use super::schedule::{Kind, Step, fuse, results, schedule};
+use super::schedule::{Kind, Step, Units, fuse, results, schedule, without_negatives};
+use crate::Scalar;
 
 /// Where a result of a program goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +44,9 @@ pub(super) struct Instruction {
     pub c: u32,
 }
 
+/// Instructions name slots by this many times their number, so that no multiplication is needed to find them.
+pub(super) const SCALE: usize = 8;
+
 /// A straight sequence of arithmetic, compiled from a graph: no branches, no memory but numbered slots.
 ///
 /// Slots hold constants and parameters first, then what is read at each knot, then results on the way.
@@ -67,7 +71,9 @@ impl Program {
     pub fn compile(outputs: &[(Node, Target)]) -> Self {
         let nodes = outputs.iter().map(|&(node, _)| node);
         let ends = operations(|ops| results(ops, nodes));
-        let steps = schedule(operations(|ops| fuse(ops, &ends)));
+        let units = Units { zero: Node::zero(), one: Node::one(), minus_one: -Node::one() };
+        let steps = operations(|ops| fuse(ops, &ends, units));
+        let steps = schedule(without_negatives(steps, units));
         let mut slots = Slots::new(&steps, &ends);
         let instructions = steps.iter().enumerate().map(|(place, step)| slots.instruction(place, step)).collect();
         let mut runs: Vec<(Kind, usize)> = Vec::new();
@@ -171,6 +177,7 @@ impl Slots {
             (Kind::SinCos, None) => to,
             _ => c,
         };
+        let [to, a, b, c] = [to, a, b, c].map(|slot| slot * SCALE as u32);
         Instruction { to, a, b, c }
     }
 }

@@ -1,7 +1,8 @@
 use std::cell::RefCell;
 
-use super::program::{Fixed, Instruction, Program, Target};
+use super::program::{Fixed, Instruction, Program, SCALE, Target};
 use super::schedule::Kind;
+use crate::pair::Pair;
 use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
 
 /// What a program reads at its knots: matrices, from the knot itself or from one further on.
@@ -50,7 +51,7 @@ impl Program {
     /// Runs the program at one knot: sources and sinks are single matrices by rows, padded as those of [`Matrices`] are.
     pub fn run_single(&self, sources: &[&[f64]], parameters: &[f64], sinks: &mut [&mut [f64]]) {
         assert!(self.sources <= sources.len() && self.parameters <= parameters.len(), "all that is read is given");
-        dispatch(Single { program: self, sources, parameters, sinks });
+        SINGLE.with_borrow_mut(|scratch| dispatch(Single { program: self, sources, parameters, sinks, scratch }));
     }
 }
 
@@ -59,50 +60,45 @@ impl Program {
 fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
     assert!(program.slots <= slots.len());
     let base = slots.as_mut_ptr();
-    let mut rest = program.instructions.as_slice();
     // Macros, not closures: a closure does not inherit the instructions of run-time dispatch.
-    macro_rules! get {
-        ($slot:expr) => {
-            // SAFETY: `compile` numbers all slots below `program.slots`, which is at most the length of `slots`.
-            unsafe { *base.add($slot as usize) }
+    macro_rules! slot {
+        ($place:expr) => {
+            // SAFETY: `compile` gives places `SCALE slot` with `slot` below `program.slots`, at most the length of
+            // `slots`.
+            *unsafe { &mut *base.byte_add($place as usize * (size_of::<V>() / SCALE)) }
         };
     }
     macro_rules! each {
-        ($now:ident, |$i:ident| $value:expr) => {
-            for $i in $now {
-                let value = $value;
-                // SAFETY: as above.
-                unsafe { *base.add($i.to as usize) = value };
+        ($now:ident, |$i:ident| $value:expr) => {{
+            let (pairs, odd) = $now.as_chunks::<4>();
+            for chunk in pairs {
+                for $i in chunk {
+                    slot!($i.to) = $value;
+                }
             }
-        };
+            for $i in odd {
+                slot!($i.to) = $value;
+            }
+        }};
     }
+    let mut rest = program.instructions.as_slice();
     for &(kind, count) in &program.runs {
         let (now, later): (&[Instruction], _) = rest.split_at(count);
         rest = later;
         match kind {
-            Kind::MulAdd => each!(now, |i| get!(i.a).mul_add(get!(i.b), get!(i.c))),
-            Kind::NegMulAdd => each!(now, |i| (-get!(i.a)).mul_add(get!(i.b), get!(i.c))),
-            Kind::MulSub => each!(now, |i| get!(i.a).mul_add(get!(i.b), -get!(i.c))),
-            Kind::Add => each!(now, |i| get!(i.a) + get!(i.b)),
-            Kind::Sub => each!(now, |i| get!(i.a) - get!(i.b)),
-            Kind::Mul => each!(now, |i| get!(i.a) * get!(i.b)),
-            Kind::Div => each!(now, |i| get!(i.a) / get!(i.b)),
-            Kind::Neg => each!(now, |i| -get!(i.a)),
-            Kind::Recip => each!(now, |i| get!(i.a).recip()),
-            Kind::Sqrt => each!(now, |i| get!(i.a).sqrt()),
-            Kind::Atan2 => each!(now, |i| get!(i.a).atan2(get!(i.b))),
-            Kind::Exp => each!(now, |i| get!(i.a).exp()),
-            Kind::Ln => each!(now, |i| get!(i.a).ln()),
-            Kind::Cos => each!(now, |i| get!(i.a).sin_cos().1),
-            Kind::Select => each!(now, |i| get!(i.a).select(get!(i.b), get!(i.c))),
+            Kind::MulAdd => each!(now, |i| slot!(i.a).mul_add(slot!(i.b), slot!(i.c))),
+            Kind::Recip => each!(now, |i| slot!(i.a).recip()),
+            Kind::Sqrt => each!(now, |i| slot!(i.a).sqrt()),
+            Kind::Atan2 => each!(now, |i| slot!(i.a).atan2(slot!(i.b))),
+            Kind::Exp => each!(now, |i| slot!(i.a).exp()),
+            Kind::Ln => each!(now, |i| slot!(i.a).ln()),
+            Kind::Cos => each!(now, |i| slot!(i.a).sin_cos().1),
+            Kind::Select => each!(now, |i| slot!(i.a).select(slot!(i.b), slot!(i.c))),
             Kind::SinCos => {
                 for i in now {
-                    let (sin, cos) = get!(i.a).sin_cos();
-                    // SAFETY: as above.
-                    unsafe {
-                        *base.add(i.c as usize) = cos;
-                        *base.add(i.to as usize) = sin;
-                    }
+                    let (sin, cos) = slot!(i.a).sin_cos();
+                    slot!(i.c) = cos;
+                    slot!(i.to) = sin;
                 }
             }
         }
@@ -134,10 +130,30 @@ impl Job for Run<'_, '_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { program, batch, sources, parameters, sinks, sums, scratch } = self;
-        // SAFETY: lanes hold plain numbers; every slot is written before it is read.
+        // Two sets of lanes at once while there are knots for both.
+        let whole = batch.count - batch.count % (2 * LANES);
+        if whole > 0 {
+            // SAFETY: lanes hold plain numbers; every slot is written before it is read.
+            let slots = unsafe { scratch.leftovers::<Pair<L>>(program.slots) };
+            fix(program, parameters, slots);
+            for first in (batch.first..batch.first + whole).step_by(2 * LANES) {
+                let inputs = &mut slots[program.fixed.len()..];
+                for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
+                    let source = &sources[source];
+                    *slot = Pair(gather(source, first, LANES, offset), gather(source, first + LANES, LANES, offset));
+                }
+                execute(program, slots);
+                for &(slot, target) in &program.outputs {
+                    let Pair(one, two) = slots[slot];
+                    scatter(target, one, (first, LANES), sinks, sums);
+                    scatter(target, two, (first + LANES, LANES), sinks, sums);
+                }
+            }
+        }
+        // SAFETY: as above.
         let slots = unsafe { scratch.leftovers::<L>(program.slots) };
         fix(program, parameters, slots);
-        for start in (0..batch.count).step_by(LANES) {
+        for start in (whole..batch.count).step_by(LANES) {
             let (first, count) = (batch.first + start, LANES.min(batch.count - start));
             let inputs = &mut slots[program.fixed.len()..];
             for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
@@ -145,26 +161,38 @@ impl Job for Run<'_, '_> {
             }
             execute(program, slots);
             for &(slot, target) in &program.outputs {
-                let values = slots[slot].to_array();
-                match target {
-                    Target::Set { sink, offset } => {
-                        let (data, size) = column(sinks[sink], first, offset);
-                        for lane in 0..count {
-                            data[lane * size] = values[lane];
-                        }
-                    }
-                    Target::Add { sink, offset } => {
-                        let (data, size) = column(sinks[sink], first, offset);
-                        for lane in 0..count {
-                            data[lane * size] += values[lane];
-                        }
-                    }
-                    Target::Sum { index } => {
-                        for value in &values[..count] {
-                            sums[index] += value;
-                        }
-                    }
-                }
+                scatter(target, slots[slot], (first, count), sinks, sums);
+            }
+        }
+    }
+}
+
+/// Puts a result of the `count` knots from `first` on where it belongs.
+#[inline(always)]
+fn scatter<L: Lanes>(
+    target: Target,
+    values: L,
+    (first, count): (usize, usize),
+    sinks: &mut [&mut Matrices],
+    sums: &mut [f64],
+) {
+    let values = values.to_array();
+    match target {
+        Target::Set { sink, offset } => {
+            let (data, size) = column(sinks[sink], first, offset);
+            for lane in 0..count {
+                data[lane * size] = values[lane];
+            }
+        }
+        Target::Add { sink, offset } => {
+            let (data, size) = column(sinks[sink], first, offset);
+            for lane in 0..count {
+                data[lane * size] += values[lane];
+            }
+        }
+        Target::Sum { index } => {
+            for value in &values[..count] {
+                sums[index] += value;
             }
         }
     }
@@ -194,6 +222,7 @@ struct Single<'a, 'b> {
     sources: &'a [&'a [f64]],
     parameters: &'a [f64],
     sinks: &'a mut [&'b mut [f64]],
+    scratch: &'a mut Scratch,
 }
 
 thread_local! {
@@ -204,24 +233,22 @@ thread_local! {
 impl Job for Single<'_, '_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { program, sources, parameters, sinks } = self;
-        SINGLE.with_borrow_mut(|scratch| {
-            // SAFETY: as in `Run`.
-            let slots = unsafe { scratch.leftovers::<L::Single>(program.slots) };
-            fix(program, parameters, slots);
-            let inputs = &mut slots[program.fixed.len()..];
-            for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
-                *slot = L::Single::constant(sources[source][offset]);
+        let Self { program, sources, parameters, sinks, scratch } = self;
+        // SAFETY: as in `Run`.
+        let slots = unsafe { scratch.leftovers::<L::Single>(program.slots) };
+        fix(program, parameters, slots);
+        let inputs = &mut slots[program.fixed.len()..];
+        for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
+            *slot = L::Single::constant(sources[source][offset]);
+        }
+        execute(program, slots);
+        for &(slot, target) in &program.outputs {
+            let value: f64 = slots[slot].into();
+            match target {
+                Target::Set { sink, offset } => sinks[sink][offset] = value,
+                Target::Add { sink, offset } => sinks[sink][offset] += value,
+                Target::Sum { index } => sinks[0][index] += value,
             }
-            execute(program, slots);
-            for &(slot, target) in &program.outputs {
-                let value: f64 = slots[slot].into();
-                match target {
-                    Target::Set { sink, offset } => sinks[sink][offset] = value,
-                    Target::Add { sink, offset } => sinks[sink][offset] += value,
-                    Target::Sum { index } => sinks[0][index] += value,
-                }
-            }
-        });
+        }
     }
 }

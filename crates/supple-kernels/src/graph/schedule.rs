@@ -1,21 +1,14 @@
 use std::collections::{HashMap, HashSet};
 
 use super::node::{Node, Op};
+use crate::Scalar;
 
 /// What an instruction does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Kind {
-    /// `a b + c`
+    /// `a b + c`: also every sum, difference and product, so that nearly all instructions are of one kind and a program
+    /// hardly branches.
     MulAdd,
-    /// `c - a b`
-    NegMulAdd,
-    /// `a b - c`
-    MulSub,
-    Add,
-    Sub,
-    Mul,
-    Neg,
-    Div,
     Recip,
     Sqrt,
     /// Sine to the first result, cosine to the second where it is needed.
@@ -35,6 +28,8 @@ pub(super) struct Step {
     /// The second result, of those that have one.
     pub second: Option<Node>,
     pub operands: [Option<Node>; 3],
+    /// Whether the product counts with the opposite sign: so until [`without_negatives`].
+    pub negative: bool,
 }
 
 impl Step {
@@ -76,16 +71,17 @@ fn count_uses(ops: &[Op], ends: &[Node]) -> Vec<u32> {
 
 /// The instructions that the nodes `ends` need, in the order in which they were recorded; a product that is only added
 /// to something is fused with the addition.
-pub(super) fn fuse(ops: &[Op], ends: &[Node]) -> Vec<Step> {
+pub(super) fn fuse(ops: &[Op], ends: &[Node], units: Units) -> Vec<Step> {
     let uses = count_uses(ops, ends);
     let mut fused = vec![false; uses.len()];
     let mut steps = Vec::new();
     for i in (0..uses.len()).filter(|&i| uses[i] > 0) {
         if let Op::Add(a, b) | Op::Sub(a, b) = ops[i] {
-            let [a, b] = [a, b].map(|node| behind(ops, node));
-            let factor =
-                [b, a].into_iter().find(|node| matches!(ops[node.index()], Op::Mul(..)) && uses[node.index()] == 1);
-            if let Some(product) = factor {
+            let terms = [b, a].map(|node| behind(ops, node));
+            // Of a difference only what is taken off can be a product.
+            let terms = if matches!(ops[i], Op::Add(..)) { &terms[..] } else { &terms[..1] };
+            let lone = |node: &&Node| matches!(ops[node.index()], Op::Mul(..)) && uses[node.index()] == 1;
+            if let Some(product) = terms.iter().find(lone) {
                 fused[product.index()] = true;
             }
         }
@@ -98,63 +94,104 @@ pub(super) fn fuse(ops: &[Op], ends: &[Node]) -> Vec<Step> {
         {
             continue;
         }
-        steps.extend(step(ops, node, &fused));
+        steps.extend(step(ops, node, &fused, units));
     }
     pair_sines(&mut steps, ops, &uses);
     steps
 }
 
 /// The instruction of one node.
-fn step(ops: &[Op], to: Node, fused: &[bool]) -> Option<Step> {
-    let make = |kind, operands: [Option<Node>; 3]| {
+fn step(ops: &[Op], to: Node, fused: &[bool], units: Units) -> Option<Step> {
+    let make = |kind, negative, operands: [Option<Node>; 3]| {
         let operands = operands.map(|node| node.map(|node| behind(ops, node)));
-        Some(Step { kind, to, second: None, operands })
+        Some(Step { kind, to, second: None, operands, negative })
     };
-    let one = |kind, a| make(kind, [Some(a), None, None]);
-    let two = |kind, a, b| make(kind, [Some(a), Some(b), None]);
-    let three = |kind, a, b, c| make(kind, [Some(a), Some(b), Some(c)]);
+    let one = |kind, a| make(kind, false, [Some(a), None, None]);
+    let fuse = |negative, (a, b), c| make(Kind::MulAdd, negative, [Some(a), Some(b), Some(c)]);
     // The factors of a product that is part of this instruction.
     let product = |node: Node| match ops[behind(ops, node).index()] {
         Op::Mul(a, b) if fused[behind(ops, node).index()] => Some((a, b)),
         _ => None,
     };
+    let Units { zero, one: unit, minus_one } = units;
     match ops[to.index()] {
         Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) | Op::Opaque(..) => None,
         Op::Add(a, b) => match (product(a), product(b)) {
-            (_, Some((x, y))) => three(Kind::MulAdd, x, y, a),
-            (Some((x, y)), _) => three(Kind::MulAdd, x, y, b),
-            _ => two(Kind::Add, a, b),
+            (_, Some(factors)) => fuse(false, factors, a),
+            (Some(factors), _) => fuse(false, factors, b),
+            _ => fuse(false, (a, unit), b),
         },
-        Op::Sub(a, b) => match (product(a), product(b)) {
-            (_, Some((x, y))) => three(Kind::NegMulAdd, x, y, a),
-            (Some((x, y)), _) => three(Kind::MulSub, x, y, b),
-            _ => two(Kind::Sub, a, b),
+        Op::Sub(a, b) => match product(b) {
+            Some(factors) => fuse(true, factors, a),
+            None => fuse(false, (b, minus_one), a),
         },
-        Op::Mul(a, b) => two(Kind::Mul, a, b),
-        Op::Div(a, b) => two(Kind::Div, a, b),
-        Op::Atan2(a, b) => two(Kind::Atan2, a, b),
-        Op::Neg(a) => one(Kind::Neg, a),
+        Op::Mul(a, b) => fuse(false, (a, b), zero),
+        Op::Neg(a) => fuse(false, (a, minus_one), zero),
         Op::Recip(a) => one(Kind::Recip, a),
         Op::Sqrt(a) => one(Kind::Sqrt, a),
         Op::Sin(a) | Op::Cos(a) => one(Kind::SinCos, a),
+        Op::Atan2(a, b) => make(Kind::Atan2, false, [Some(a), Some(b), None]),
         Op::Exp(a) => one(Kind::Exp, a),
         Op::Ln(a) => one(Kind::Ln, a),
-        Op::Select(a, b, c) => three(Kind::Select, a, b, c),
+        Op::Select(a, b, c) => make(Kind::Select, false, [Some(a), Some(b), Some(c)]),
     }
 }
 
-/// Makes sine and cosine of one angle the two results of one instruction.
+/// The nodes 0, 1 and -1.
+#[derive(Clone, Copy)]
+pub(super) struct Units {
+    pub zero: Node,
+    pub one: Node,
+    pub minus_one: Node,
+}
+
+/// The same instructions without negative products: one factor of each is negated beforehand, once for all.
+pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
+    let mut wanted: HashMap<Node, usize> = HashMap::new();
+    for step in steps.iter().filter(|step| step.negative) {
+        for node in step.operands[..2].iter().flatten() {
+            *wanted.entry(*node).or_default() += 1;
+        }
+    }
+    let made: HashSet<Node> = steps.iter().map(|step| step.to).collect();
+    let mut negated: HashMap<Node, Node> = HashMap::new();
+    let mut out = Vec::with_capacity(steps.len());
+    for mut step in steps {
+        if let (true, [Some(a), Some(b), c]) = (step.negative, step.operands) {
+            // Constants cost nothing; else the factor that most others want.
+            let rank = |node: Node| (node.known().is_some(), negated.contains_key(&node), wanted[&node]);
+            let (factor, other) = if rank(b) > rank(a) { (b, a) } else { (a, b) };
+            let negative = match factor.known() {
+                Some(value) => Node::constant(-value),
+                None => *negated.entry(factor).or_insert_with(|| {
+                    let to = factor.negative();
+                    // One that the graph has already stands further on, perhaps; it may be made twice.
+                    let to = if made.contains(&to) { to.opaque() } else { to };
+                    let operands = [Some(factor), Some(units.minus_one), Some(units.zero)];
+                    out.push(Step { kind: Kind::MulAdd, to, second: None, operands, negative: false });
+                    to
+                }),
+            };
+            step.operands = [Some(negative), Some(other), c];
+            step.negative = false;
+        }
+        out.push(step);
+    }
+    out
+}
+
+/// Makes sine and cosine of one angle the two results of one instruction. An opaque node is an angle of its own: its
+/// sine is another node than that of what stands behind it.
 fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
     let used = ops[..uses.len()].iter().enumerate().filter(|&(i, _)| uses[i] > 0);
     let sines: HashMap<Node, Node> = used
         .clone()
-        .filter_map(|(i, op)| if let Op::Sin(a) = op { Some((behind(ops, *a), Node(i as u32))) } else { None })
+        .filter_map(|(i, op)| if let Op::Sin(a) = op { Some((*a, Node(i as u32))) } else { None })
         .collect();
-    let cosines: HashMap<Node, Node> = used
-        .filter_map(|(i, op)| if let Op::Cos(a) = op { Some((behind(ops, *a), Node(i as u32))) } else { None })
-        .collect();
+    let cosines: HashMap<Node, Node> =
+        used.filter_map(|(i, op)| if let Op::Cos(a) = op { Some((*a, Node(i as u32))) } else { None }).collect();
     for step in steps.iter_mut().filter(|step| step.kind == Kind::SinCos) {
-        let Some(angle) = step.operands[0] else { continue };
+        let (Op::Sin(angle) | Op::Cos(angle)) = ops[step.to.index()] else { continue };
         match (sines.get(&angle), cosines.get(&angle)) {
             (Some(&sine), cosine) => (step.to, step.second) = (sine, cosine.copied()),
             (None, Some(&cosine)) => (step.kind, step.to) = (Kind::Cos, cosine),
@@ -164,7 +201,7 @@ fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
 }
 
 /// How many instructions are put in a new order together.
-const WINDOW: usize = 192;
+const WINDOW: usize = 256;
 
 /// The same instructions in an order in which those of one kind follow one another, so that the loop over them seldom
 /// changes what it does: within each window, all that are ready of the kind that most are ready of, and again.

@@ -160,7 +160,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     let links = Names::new(parts.links.iter().map(|link| (link.name.as_str(), link.at)), "link")?;
     let joints = Names::new(parts.joints.iter().map(|joint| (joint.name.as_str(), joint.at)), "joint")?;
     Names::new(parts.frames.iter().map(|frame| (frame.name.as_str(), frame.link.at)), "frame")?;
-    let mimics = follow(&parts.joints, &joints)?;
+    let mimics = follow(&parts.joints, &joints, &mut parts.warnings)?;
     let ends = ends(&parts.joints, &links)?;
     let order = order(document, &parts, &ends)?;
     let mut frames = Vec::with_capacity(parts.frames.len());

@@ -4,6 +4,7 @@ use supple_files::FileError;
 
 use super::assemble::{JointPart, MimicPart, Names};
 use super::physics::GREATEST;
+use super::warnings::Warnings;
 use super::words::{listed, shown};
 use crate::{JointKind, Mimic};
 
@@ -13,12 +14,24 @@ use crate::{JointKind, Mimic};
 /// a = r b + o,  b = s c + p   =>   a = r s c + (r p + o)
 /// ```
 ///
+/// A fixed joint follows nothing, whatever the file says: files that fix joints of a larger robot often keep the words.
+///
 /// # Errors
-/// Where a joint follows one that is not known or fixed, or, in the end, itself; or is fixed and follows another.
-pub(super) fn follow(joints: &[JointPart], names: &Names) -> Result<Vec<Option<Mimic>>, FileError> {
-    let mut direct = Vec::with_capacity(joints.len());
+/// Where a joint follows one that is not known or fixed, or, in the end, itself.
+pub(super) fn follow(
+    joints: &[JointPart],
+    names: &Names,
+    warnings: &mut Warnings,
+) -> Result<Vec<Option<Mimic>>, FileError> {
+    let mut direct = vec![None; joints.len()];
     for (i, joint) in joints.iter().enumerate() {
-        direct.push(joint.mimic.as_ref().map(|mimic| leader(joints, i, mimic, names)).transpose()?);
+        let Some(mimic) = &joint.mimic else { continue };
+        if joint.kind == JointKind::Fixed {
+            let followed = shown(&mimic.joint.name);
+            warnings.note("fixed mimic", joint.at, || format!("it is fixed; that it follows {followed} is ignored"));
+            continue;
+        }
+        direct[i] = Some(leader(joints, i, mimic, names)?);
     }
     let mut resolved = vec![None; joints.len()];
     let mut done = vec![false; joints.len()];
@@ -64,9 +77,6 @@ fn leader(joints: &[JointPart], follower: usize, mimic: &MimicPart, names: &Name
     let fail = |message: String| Err(joint.at.error_naming(&joint.name, message));
     if index == follower {
         return fail("a joint cannot follow itself".to_owned());
-    }
-    if joints[follower].kind == JointKind::Fixed {
-        return fail("a fixed joint cannot follow another".to_owned());
     }
     if joints[index].kind == JointKind::Fixed {
         return fail(format!("joint {} is fixed and cannot be followed", shown(&joint.name)));

@@ -356,7 +356,8 @@ impl Reader<'_> {
     ) -> Result<Vec<Value>, FileError> {
         by_name(given, states).map_err(|(key, help)| {
             let keys: Vec<Place> = keys.iter().copied().chain([Place::Key(&key)]).collect();
-            let message = format!("no state is `{key}`: there are {}", quoted(states));
+            let fits = if key.contains('*') { "fits" } else { "is" };
+            let message = format!("no state {fits} `{key}`: there are {}", quoted(states));
             FileError { help, ..self.error(&keys, message) }
         })
     }
@@ -372,7 +373,12 @@ impl Reader<'_> {
         match (rows, names) {
             (Rows::Flat(variances), _) => Ok(Covariance::Diagonal(variances)),
             (Rows::Nested(rows), _) => Ok(Covariance::Full(rows)),
-            (Rows::Named(given), Some(states)) => self.named(&keys, &given, states).map(Covariance::Diagonal),
+            (Rows::Named(given), Some(states)) => {
+                for (name, &variance) in &given {
+                    self.variance((key, &[Place::Key(name)]), variance)?;
+                }
+                self.named(&keys, &given, states).map(Covariance::Diagonal)
+            }
             (Rows::Named(_), None) => Err(self
                 .error(&keys, "must be a list of numbers, or a list of rows of numbers: measurements have no names")),
         }

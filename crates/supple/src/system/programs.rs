@@ -61,7 +61,7 @@ impl<M: Model> Recorder<'_, M> {
         record(|| Program::compile(&vector(&[self.trace(last).cost(self.costs, last)])))
     }
 
-    /// `[A B]`
+    /// `[A B]` (theory, equation U.3)
     pub fn dynamics_jacobian(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
@@ -93,7 +93,7 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// `[l_zz | l_z]` (theory, equation C.2): with Gauss-Newton curvature `J' phi_rr J`, `J = dr/dz`.
+    /// `[l_zz | l_z]` (theory, equation P.1a): with Gauss-Newton curvature `R' nu_rr R`, `R = dr/dz`.
     pub fn cost_quadratic(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
             let trace = self.trace(last);
@@ -159,7 +159,7 @@ impl<M: Model> Recorder<'_, M> {
         hessian
     }
 
-    /// `(lambda' f)_zz`, added (theory, equation G.7): with `mu = -M^-1 F_w' lambda` and `D = [I; W]`,
+    /// `(lambda' f)_zz`, added (theory, equation U.5): with `mu = -M^-1 F_w' lambda` and `D = [I; W]`,
     /// `D' (lambda' F + mu' r)'' D` by `(z, w)`.
     pub fn dynamics_curvature(&self) -> Program {
         record(|| {
@@ -198,7 +198,7 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// The gradient of `<F_bar, [A B]>` (theory, equation G.8).
+    /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).
     ///
     /// With `mu_j = -M^-1 F_w' F_bar_j` it is that of `sum_j (F_bar_j, mu_j)' (F, r)' (e_j, W_j)`, all but the
     /// derivatives `(F, r)'` held fixed, and with `w` moving as it must.
@@ -292,7 +292,7 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// The gradient by the parameters of the Lagrangian `l + lambda' f`.
+    /// The gradient by the parameters of the Lagrangian `l + lambda' f` (theory, equation U.4).
     pub fn parameter_gradient(&self, last: bool) -> Program {
         record(|| {
             let trace = self.trace(last);
@@ -315,7 +315,7 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// The derivative of that gradient along a variation `(dz, dlambda)`:
+    /// The derivative of that gradient along a variation `(dz, dlambda)` (theory, equation U.8):
     /// `dz' (l + lambda' f)_{z phi} + dlambda' f_phi`.
     pub fn parameter_gradient_along(&self, last: bool) -> Program {
         record(|| {

@@ -112,10 +112,11 @@ impl<'a, M: Model> Trace<'a, M> {
     }
 }
 
-/// The dynamics `f(z; phi) = F(z, w; phi)` with unknowns `w(z; phi)` such that `r(z, w; phi) = 0`, `r_w = M`.
+/// The dynamics `f(z; phi) = F(z, w; phi)` with unknowns `w(z; phi)` such that `r(z, w; phi) = 0`, `r_w = M` (theory,
+/// equation U.1).
 ///
 /// In derivatives of `F` and `r`, `w` counts as a variable of its own. Along `z_j` it moves by `W_j = -M^-1 r_{z_j}`,
-/// and `f` by `F_{z_j} + F_w W_j`.
+/// and `f` by `F_{z_j} + F_w W_j` (theory, equations U.2 and U.3).
 pub(super) struct Dynamics {
     /// `F` at the unknowns.
     pub next: Vec<Node>,
@@ -160,7 +161,7 @@ impl Dynamics {
         Linearised { f_z, f_w, r_z, directions }
     }
 
-    /// `-M^-1 F_w' lambda`: how much each unit of `r` changes `lambda' f`.
+    /// `-M^-1 F_w' lambda`: how much each unit of `r` changes `lambda' f` (theory, equation U.4).
     pub fn multipliers(&self, f_w: &[Vec<Node>], lambda: &[Node]) -> Vec<Node> {
         self.respond((0..self.w.len()).map(|l| dot(column(f_w, l), lambda.iter().copied())).collect())
     }

@@ -7,6 +7,7 @@ use supple_files::FileError;
 
 use super::super::LoadOptions;
 use super::super::assemble::{FramePart, JointPart, LinkPart, Parts, Reference};
+use super::super::sdf::check_position;
 use super::super::warnings::Warnings;
 use super::super::words::shown;
 use super::super::xml::Element;
@@ -108,6 +109,28 @@ impl<'a, 'o> Reader<'a, 'o> {
         while let Some(task) = open.pop() {
             let (name, items, moves) = self.body(task)?;
             open.extend(tasks(items, &name, moves));
+        }
+        self.check_sites()
+    }
+
+    /// # Errors
+    /// Where two sites have one name, or one is too far away.
+    fn check_sites(&mut self) -> Result<(), FileError> {
+        let Parts { links, frames, warnings, .. } = &mut self.parts;
+        let links: HashSet<_> = links.iter().map(|link| link.name.as_str()).collect();
+        let mut sites = HashMap::new();
+        for frame in frames {
+            let at = frame.link.at;
+            if let Some(first) = sites.insert(frame.name.as_str(), at) {
+                let line = first.line();
+                return Err(at.error_at("name", format!("there is another site of this name, at line {line}")));
+            }
+            if links.contains(frame.name.as_str()) {
+                warnings.note("shadowed", at, || {
+                    "a body has this name, too, and is meant where the name is used".to_owned()
+                });
+            }
+            check_position(at, &frame.pose)?;
         }
         Ok(())
     }

@@ -119,15 +119,19 @@ fn sum(solids: &[Solid]) -> Option<Inertia> {
 }
 
 /// The inertia within the bounds that the compiler settings ask for: least mass, least principal moments, and, with
-/// `balanceinertia`, the mean of the principal moments where one is greater than the sum of the others.
+/// `balanceinertia`, the mean of the principal moments where one is greater than the sum of the others. What has no
+/// centre of mass of its own gets its mass at the body's origin.
 fn bounded(inertia: Inertia, settings: &Settings) -> Inertia {
     let mut inertia = inertia;
     // What is negative is an error later, and not raised to a bound.
     if (0.0..settings.least_mass).contains(&inertia.mass) {
         inertia.mass = settings.least_mass;
     }
+    if settings.least_moment == 0.0 && !settings.balance {
+        return inertia;
+    }
     let (moments, axes) = principal(inertia.moment);
-    if settings.least_moment == 0.0 && !settings.balance || moments.iter().any(|&moment| moment < 0.0) {
+    if moments.iter().any(|&moment| moment < 0.0) {
         return inertia;
     }
     if moments.iter().any(|&moment| moment < settings.least_moment) {

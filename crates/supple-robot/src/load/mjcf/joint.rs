@@ -116,9 +116,9 @@ const HELP: &str = "a robot stands on the world: remove the joint, or give it hi
 
 /// A coefficient that grows linearly: further coefficients of the polynomial must be 0.
 fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
-    let found = values.list(name)?.unwrap_or_default();
-    if found.len() > 3 || found.iter().skip(1).any(|&coefficient| coefficient != 0.0) {
-        return Err(values.error(name, format!("only a linear `{name}` is supported: one number")));
+    let Some(found) = values.list(name)? else { return Ok(0.0) };
+    match found[..] {
+        [linear] | [linear, 0.0] | [linear, 0.0, 0.0] => Ok(linear),
+        _ => Err(values.error(name, format!("only a linear `{name}` is supported: one number"))),
     }
-    Ok(found.first().copied().unwrap_or(0.0))
 }

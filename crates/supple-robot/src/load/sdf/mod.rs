@@ -88,6 +88,18 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     assemble(document, parts, options)
 }
 
+/// Checks the place of a named frame.
+///
+/// # Errors
+/// Where it is further away than any part of a robot.
+pub(super) fn check_position(at: Element, pose: &Pose) -> Result<(), FileError> {
+    const FURTHEST: f64 = 1e30;
+    if pose.position.iter().all(|entry| entry.abs() < FURTHEST) {
+        return Ok(());
+    }
+    Err(at.error(format!("positions must be below {FURTHEST:e} m")))
+}
+
 /// The error about an `include`.
 fn included(at: Element) -> FileError {
     at.error("only this one file is read, and it includes another one")
@@ -144,16 +156,19 @@ impl Reader<'_> {
         for node in frames.joints() {
             joints.push(self.joint(node, &frames, &placed)?);
         }
-        let named = frames.named().map(|(name, node)| {
-            let link = frames.link_of(node);
-            let reference = Reference { at: frames.element(node), name: frames.name(link).to_owned() };
-            FramePart { name: name.to_owned(), link: reference, pose: frames.between(link, node) }
-        });
+        let mut named = Vec::new();
+        for (name, node) in frames.named() {
+            let (at, link) = (frames.element(node), frames.link_of(node));
+            let pose = frames.between(link, node);
+            check_position(at, &pose)?;
+            let link = Reference { at, name: frames.name(link).to_owned() };
+            named.push(FramePart { name: name.to_owned(), link, pose });
+        }
         let mut parts = Parts {
             name: model.required("name")?.to_owned(),
             links,
             joints,
-            frames: named.collect(),
+            frames: named,
             gravity: None,
             warnings: Warnings::default(),
         };

@@ -209,17 +209,6 @@ pub const TREES: &[(&str, &str, &str)] = &[
         "robot.urdf:5:84: mimic of joint `j`: joint `k` is fixed and cannot be followed",
     ),
     (
-        "a fixed joint that follows another",
-        r#"<robot name="r">
-<link name="a"/>
-<link name="b"/>
-<link name="c"/>
-<joint name="j" type="fixed"><parent link="a"/><child link="b"/><mimic joint="k"/></joint>
-<joint name="k" type="continuous"><parent link="b"/><child link="c"/></joint>
-</robot>"#,
-        "robot.urdf:5:79: mimic of joint `j`: a fixed joint cannot follow another",
-    ),
-    (
         "ratios that multiply to a huge one",
         r#"<robot name="r">
 <link name="a"/>

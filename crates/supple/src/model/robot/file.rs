@@ -220,7 +220,11 @@ impl Build<'_> {
     fn check_inertia(&self, robot: &Robot) -> Result<(), FileError> {
         let phi = self.parameters.initial();
         let at = crate::Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
-        let numbers = robot.numbers(&at);
+        let mut numbers = robot.numbers(&at);
+        for drive in robot.drives.iter().filter(|drive| drive.motor.is_none()) {
+            let felt = at.value(drive.gear).powi(2) * at.value(drive.rotor);
+            numbers.joints[self.tree.joint_indices()[drive.dof]].armature += felt;
+        }
         let q = vec![0.1; self.tree.dofs()];
         let checked = supple_robot::check_inertia(&self.tree, &numbers, &q);
         checked.map_err(|error| self.error(&["file".into()], error.to_string()))
@@ -302,8 +306,11 @@ impl Build<'_> {
             return Err(self.error(&["actuated".into()], "name at least one joint: there must be a control"));
         }
         if let Some((name, _)) = files.pop_first() {
+            let keys = ["drives".into(), Place::Key(&name)];
+            find("", "moving joint", &name, &self.joints)
+                .map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
             let message = format!("joint `{name}` is not actuated: actuated are {}", supple_files::quoted(&names));
-            return Err(self.error(&["drives".into(), Place::Key(&name)], message));
+            return Err(self.error(&keys, message));
         }
         Ok(drives)
     }
@@ -330,6 +337,12 @@ impl Build<'_> {
             for (key, value, least, more) in read.rules() {
                 self.check(&[keys[0], keys[1], key.into()], value, least, more)?;
             }
+            if let Some(dof) = (0..self.joints.len()).find(|&dof| read.is_motor_of(dof))
+                && let Some(other) = elements.iter().find(|other| other.kind.is_motor_of(dof))
+            {
+                let message = format!("`{}` makes joint `{}` elastic already", other.name, self.joints[dof]);
+                return Err(self.error(&[keys[0], keys[1], "joint".into()], message));
+            }
             let coordinate = elements.iter().map(|element| element.kind.coordinates()).sum();
             let constant = elements.iter().map(|element| element.kind.constants()).sum();
             elements.push(Element { name, kind: read, coordinate, constant });
@@ -352,6 +365,9 @@ impl Build<'_> {
                 .ok_or_else(|| self.document.unknown_kind(&at, kind, sensor::KINDS))?
                 .map_err(|error| self.document.read_error(&at, error))?
                 .map_err(|unfit| self.unfit(&keys, unfit))?;
+            if sensor.variance.is_empty() {
+                return Err(self.error(&[keys[0], keys[1], "select".into()], "name at least one"));
+            }
             for &variance in &sensor.variance {
                 self.check(&[keys[0], keys[1], "variance".into()], variance, 0.0, true)?;
             }

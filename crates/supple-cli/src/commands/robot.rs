@@ -1,0 +1,180 @@
+//! `supple robot`: what a robot file says, and the dynamics of its rigid bodies.
+
+mod page;
+
+use std::io::{BufWriter, ErrorKind, Write};
+
+use serde::{Serialize, Serializer};
+use supple_robot::{
+    Kinematics, LoadOptions, Numbers, Pose, Robot, Tree, bias, check_inertia, forward_dynamics, load, mass_matrix,
+    passive_forces,
+};
+
+use crate::Outcome;
+use crate::arguments::RobotOptions;
+use crate::failure::Failure;
+use crate::output::print_text;
+
+/// Gravity where nothing else is asked for, m/s^2.
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+/// Velocity over which friction is smoothed, rad/s or m/s: the default of robots in task files.
+const SMOOTHING: f64 = 1e-2;
+
+/// `supple robot FILE`
+pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
+    if let Some(folder) = options.package_roots.iter().find(|folder| !folder.is_dir()) {
+        return Err(Failure::usage(format!("--package-root {}: there is no such folder", folder.display())));
+    }
+    let gravity = options.gravity.as_deref().map_or(Ok(GRAVITY), three)?;
+    let package_roots = options.package_roots.clone();
+    let robot = load(&options.file, &LoadOptions { package_roots, independent_mimic: options.independent_mimic })?;
+    let tree = Tree::new(&robot);
+    let lists = [("--q", &options.q), ("--v", &options.v), ("--tau", &options.tau)];
+    if !options.json && lists.iter().all(|(_, list)| list.is_none()) {
+        print_text(&page::robot_page(&robot, &tree, gravity))?;
+        return Ok(Outcome::Success);
+    }
+    let [q, v, tau] = lists.map(|(option, list)| by_joint(option, list.as_deref().unwrap_or_default(), tree.joints()));
+    let state = State { q: q?, v: v?, tau: tau?, gravity };
+    robot.warnings.iter().for_each(|warning| warn(warning));
+    if let Some([x, y, z]) = robot.gravity.filter(|&said| options.gravity.is_none() && said != gravity) {
+        warn(&format!("the file asks for gravity {x},{y},{z}; this is at 0,0,-9.81: see --gravity"));
+    }
+    print(&dynamics(&robot, &tree, &state)?)?;
+    Ok(Outcome::Success)
+}
+
+/// A warning on standard error.
+fn warn(warning: &str) {
+    // Nobody is left to tell where this fails.
+    let _ = writeln!(std::io::stderr(), "warning: {warning}");
+}
+
+/// The numbers of a list; what is left out at its end is 0.
+///
+/// # Errors
+/// Where there are more than joints, or something is no finite number.
+fn by_joint(option: &str, list: &str, joints: &[String]) -> Result<Vec<f64>, Failure> {
+    let order = || match joints.len() {
+        0 => "no joint moves".to_owned(),
+        1 => format!("the one joint is {}", supple_files::quoted(joints)),
+        count => format!("the {count} joints are {}", supple_files::quoted(joints)),
+    };
+    let wrong = |what: String| Failure::usage(format!("{option}: {what}; {}", order()));
+    let mut numbers = numbers(list).map_err(wrong)?;
+    if numbers.len() > joints.len() {
+        return Err(wrong(format!("there are {} numbers for {} joints", numbers.len(), joints.len())));
+    }
+    numbers.resize(joints.len(), 0.0);
+    Ok(numbers)
+}
+
+/// The three numbers of `--gravity`.
+fn three(list: &str) -> Result<[f64; 3], Failure> {
+    let wrong = |what: String| Failure::usage(format!("--gravity: {what}; write x,y,z in m/s^2, such as 0,0,-9.81"));
+    let numbers = numbers(list).map_err(wrong)?;
+    let count = numbers.len();
+    numbers.try_into().map_err(|_| wrong(format!("there are {count} numbers, not 3")))
+}
+
+/// Finite numbers between commas; none in an empty list.
+fn numbers(list: &str) -> Result<Vec<f64>, String> {
+    if list.trim().is_empty() {
+        return Ok(Vec::new());
+    }
+    let number = |(index, entry): (usize, &str)| {
+        let shown: String = entry.trim().chars().filter(|c| !c.is_control()).take(40).collect();
+        match entry.trim().parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            Ok(_) => Err(format!("entry {} is `{shown}`, which is not finite", index + 1)),
+            Err(_) => {
+                Err(format!("entry {} is `{shown}`, which is no number; write numbers between commas", index + 1))
+            }
+        }
+    };
+    list.split(',').enumerate().map(number).collect()
+}
+
+/// Where a robot is and what acts on it; lists in the order of the joints.
+struct State {
+    /// Positions, rad or m.
+    q: Vec<f64>,
+    /// Velocities, rad/s or m/s.
+    v: Vec<f64>,
+    /// Torques or forces of the drives, N m or N.
+    tau: Vec<f64>,
+    /// Gravity in the world, m/s^2.
+    gravity: [f64; 3],
+}
+
+/// `mass_matrix acceleration + bias = tau`, and where the links are.
+#[derive(Serialize)]
+struct Dynamics<'a> {
+    joints: &'a [String],
+    mass_matrix: Vec<Vec<f64>>,
+    bias: Vec<f64>,
+    acceleration: Option<Vec<f64>>,
+    frames: Frames<'a>,
+}
+
+/// Poses in the world by link.
+struct Frames<'a>(Vec<(&'a str, Pose)>);
+
+#[derive(Serialize)]
+struct Frame {
+    position: [f64; 3],
+    rotation: [[f64; 3]; 3],
+}
+
+impl Serialize for Frames<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let frame = |pose: &Pose| Frame { position: pose.position, rotation: pose.rotation };
+        serializer.collect_map(self.0.iter().map(|(link, pose)| (link, frame(pose))))
+    }
+}
+
+/// The dynamics at a state.
+///
+/// # Errors
+/// Where numbers are so great that products of them are not finite.
+fn dynamics<'a>(robot: &'a Robot, tree: &'a Tree, state: &State) -> Result<Dynamics<'a>, Failure> {
+    let State { q, v, tau, gravity } = state;
+    let numbers = Numbers::of(robot, *gravity);
+    let kinematics = Kinematics::of(tree, &numbers, q, v);
+    let bias = bias(tree, &numbers, &kinematics, q, v, SMOOTHING);
+    let mass_matrix = mass_matrix(tree, &numbers, &kinematics);
+    let poses = kinematics.poses().iter().flat_map(|pose| pose.position.into_iter().chain(pose.rotation.concat()));
+    if !mass_matrix.iter().flatten().chain(&bias).copied().chain(poses).all(f64::is_finite) {
+        let message = "the dynamics are not finite at this state: its numbers, or those of the file, are too great";
+        return Err(Failure::usage(message.to_owned()));
+    }
+    let acceleration = match check_inertia(tree, &numbers, q) {
+        Err(singular) => {
+            warn(&format!("the mass matrix is singular: {singular}"));
+            None
+        }
+        Ok(()) => {
+            let passive = passive_forces(tree, &numbers, q, v, SMOOTHING);
+            let forces: Vec<_> = tau.iter().zip(passive).map(|(tau, passive)| tau + passive).collect();
+            let found = forward_dynamics(tree, &numbers, &kinematics, &forces, &[]);
+            let finite = found.iter().all(|entry| entry.is_finite());
+            if !finite {
+                warn("the accelerations are not finite: forces are too great for the inertia that they move");
+            }
+            finite.then_some(found)
+        }
+    };
+    let frames = robot.links.iter().zip(kinematics.poses()).map(|(link, pose)| (link.name.as_str(), *pose));
+    Ok(Dynamics { joints: tree.joints(), mass_matrix, bias, acceleration, frames: Frames(frames.collect()) })
+}
+
+/// Prints JSON as it is made: that of many joints is larger than what it is made of. A reader that hung up is no
+/// failure.
+fn print(dynamics: &Dynamics) -> Result<(), Failure> {
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let written = serde_json::to_writer_pretty(&mut out, dynamics).map_err(std::io::Error::from);
+    match written.and_then(|()| writeln!(out)).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::write("standard output", error)),
+        _ => Ok(()),
+    }
+}

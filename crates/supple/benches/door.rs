@@ -1,0 +1,101 @@
+//! How fast the door task is linearised, planned, measured and designed, in process on one thread but for `design`:
+//! 16 states, 7 controls, 14 measurements, 500 steps, the bushing included.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::hint::black_box;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use supple::belief::{Belief, kalman};
+use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::gradient::Functional;
+use supple::information::{Information, information};
+use supple::pipeline::TaskState;
+use supple::plan::{PlanSettings, Policy, Regularisation, rollout, solve_riccati};
+use supple::system::Curvature;
+use supple::{EvaluateOptions, Level, Problem, Scratch};
+
+fn load() -> Problem {
+    Problem::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/iiwa_door.toml")).unwrap()
+}
+
+/// The parts of one iLQG iteration, of the belief and of the gradient, at every level of instructions.
+fn parts(c: &mut Criterion) {
+    let problem = load();
+    let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+    let system = &*task.system;
+    let best = Level::current();
+    for level in Level::ALL.into_iter().filter(|level| level.force()) {
+        let mut state = TaskState::new(task);
+        state.evaluate(task, &phi, &PlanSettings::default(), None).unwrap();
+        let trajectory = state.plan.trajectory.clone();
+        let mut knots = state.plan.knots.clone();
+        let mut policy = Policy::zeros(system.dimensions(), task.steps);
+        let mut candidate = trajectory.clone();
+        let mut scratch = Scratch::new();
+        let size = system.dimensions();
+        let mut belief = Belief::zeros(size.states, size.measurements, task.steps);
+        let mut found = Information::default();
+        let mut gradient = Vec::new();
+        let mut group = c.benchmark_group(format!("door/{level:?}"));
+        group.bench_function("linearise", |b| {
+            b.iter(|| {
+                let at = black_box(&trajectory).points();
+                knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
+            });
+        });
+        group.bench_function("riccati", |b| {
+            b.iter(|| {
+                solve_riccati(&knots.dynamics, black_box(&knots.cost), Regularisation::default(), &mut policy).unwrap()
+            });
+        });
+        group.bench_function("rollout", |b| {
+            b.iter(|| rollout(system, &phi, black_box(&trajectory), (&policy, 1.0), &mut candidate, &mut scratch));
+        });
+        group.bench_function("iteration", |b| {
+            b.iter(|| {
+                let at = black_box(&trajectory).points();
+                knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
+                solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+                rollout(system, &phi, &trajectory, (&policy, 1.0), &mut candidate, &mut scratch)
+            });
+        });
+        group.bench_function("kalman_and_information", |b| {
+            b.iter(|| {
+                kalman(black_box(&knots), &state.noise, &mut belief).unwrap();
+                information(&belief, &state.noise, &mut found).unwrap();
+            });
+        });
+        group.bench_function("information_gradient", |b| {
+            b.iter(|| state.total_gradient(task, &phi, Functional::INFORMATION, &mut gradient).unwrap());
+        });
+        group.bench_function("cost_gradient", |b| {
+            b.iter(|| {
+                state.total_gradient(task, &phi, Functional::NOISE, &mut gradient).unwrap();
+                state.nominal_gradient(task, &phi, &mut gradient);
+            });
+        });
+        group.finish();
+    }
+    best.force();
+}
+
+/// A whole evaluation with the total gradient, and a whole design from one start.
+fn whole(c: &mut Criterion) {
+    let problem = load();
+    let phi = problem.parameters.initial();
+    let mut group = c.benchmark_group("door");
+    group.sample_size(10);
+    let options = EvaluateOptions { total_gradient: true, ..Default::default() };
+    group
+        .bench_function("evaluate_total_gradient", |b| b.iter(|| problem.evaluate(black_box(&phi), &options).unwrap()));
+    let settings = DesignSettings { starts: 1, ..Default::default() };
+    let stop = AtomicBool::new(false);
+    let control = Control { observer: &NoObserver, stop: &stop };
+    group.bench_function("design_one_start", |b| b.iter(|| design(&problem, &phi, &settings, control).unwrap()));
+    group.finish();
+}
+
+criterion_group!(benches, parts, whole);
+criterion_main!(benches);

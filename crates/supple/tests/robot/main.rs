@@ -1,0 +1,27 @@
+//! Robots from files through the public interface: against independent programs, by their physics, and bad task files.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod arm;
+mod bad_tasks;
+mod bad_uses;
+#[path = "../common/mod.rs"]
+mod common;
+mod contact;
+mod door;
+mod elastic;
+mod examples;
+mod fields;
+mod golden;
+mod mimic;
+mod overrides;
+#[path = "../common/reference/mod.rs"]
+mod reference;
+mod registries;
+mod substeps;
+
+/// Compares lists of numbers, relative to the largest.
+#[track_caller]
+fn assert_close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
+    let error = reference::relative_error(found, expected);
+    assert!(error <= tolerance, "{what}: {found:?} instead of {expected:?}, off by {error:.1e}");
+}

@@ -1,0 +1,101 @@
+//! Every shipped task file loads, plans from its first guess and has right gradients; robots' files say what a design
+//! gives.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "common/mod.rs"]
+mod common;
+#[path = "common/reference/mod.rs"]
+mod reference;
+
+use std::sync::atomic::AtomicBool;
+
+use common::{repository, shipped};
+use reference::differences::total_gradient_errors;
+use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, design};
+use supple::pipeline::TaskState;
+use supple::{EvaluateOptions, Problem};
+
+/// The files in `tasks`.
+fn files() -> Vec<String> {
+    let entries = std::fs::read_dir(repository("tasks")).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name.ends_with(".toml"));
+    names.sort();
+    names
+}
+
+#[test]
+fn every_task_plans_from_its_file() {
+    assert!(files().len() >= 7);
+    for file in files() {
+        let problem = shipped(&file);
+        let found = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
+        for task in &found.tasks {
+            assert!(task.status.is_converged(), "{file}, {}: {}", task.name, task.status);
+            assert!(task.cost.bound.is_some(), "{file}, {} has no bound", task.name);
+        }
+        assert!(found.feasible, "{file} starts above a bound");
+        assert!(!problem.parameters.design().is_empty(), "{file} has nothing to design");
+    }
+}
+
+#[test]
+fn total_gradients_are_those_of_tasks_planned_anew() {
+    for file in files() {
+        let problem = shipped(&file);
+        let phi = problem.parameters.initial();
+        let scales: Vec<f64> = phi.iter().map(|value| value.abs()).collect();
+        for task in &problem.tasks {
+            let mut state = TaskState::new(task);
+            state.evaluate(task, &phi, &reference::differences::tight(), None).unwrap();
+            for (name, error) in total_gradient_errors(task, &mut state, &phi, &scales) {
+                assert!(error < 1e-4, "{file}, {}, {name}: off by {error:.1e}", task.name);
+            }
+        }
+    }
+}
+
+/// Three digits.
+fn short(number: f64) -> String {
+    let last = number.abs().log10().floor() - 2.0;
+    let (unit, digits) = (10f64.powf(last.max(0.0)), (-last).max(0.0) as usize);
+    let number = if last > 0.0 { (number / unit).round() * unit } else { number };
+    let text = format!("{number:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// What a file says of its design: parameters, bits, costs.
+fn said(problem: &Problem) -> (Vec<String>, DesignStatus) {
+    let start = problem.parameters.initial();
+    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let settings = DesignSettings { starts: 1, ..problem.design.clone() };
+    let found = design(problem, &start, &settings, control).unwrap();
+    let best = &found.starts[found.best];
+    let before = problem.evaluate(&start, &EvaluateOptions::default()).unwrap();
+    let line = |name: &str, from: f64, to: f64, unit: &str| {
+        format!("#     {name}: {} -> {} {unit}", short(from), short(to)).trim_end().to_owned()
+    };
+    let mut lines = Vec::new();
+    for (parameter, (&from, &to)) in problem.parameters.iter().zip(start.iter().zip(&best.to)) {
+        lines.push(line(&parameter.name, from, to, &parameter.unit));
+    }
+    let bits = best.information / std::f64::consts::LN_2;
+    lines.push(line("information", before.objective.information_bits, bits, "bits"));
+    for (task, &cost) in before.tasks.iter().zip(&best.costs) {
+        lines.push(line(&format!("cost of {}", task.name), task.cost.expected, cost, ""));
+    }
+    (lines, found.status)
+}
+
+#[test]
+fn files_say_what_a_design_gives() {
+    for file in ["elastic_elbow", "wiping_arm", "soft_gripper", "peg_on_wall", "iiwa_door"] {
+        let path = format!("{file}.toml");
+        let text = std::fs::read_to_string(repository("tasks").join(&path)).unwrap();
+        let (lines, status) = said(&shipped(&path));
+        assert_eq!(status, DesignStatus::Converged, "{path}");
+        let missing: Vec<_> = lines.iter().filter(|line| !text.lines().any(|other| other == *line)).collect();
+        assert!(missing.is_empty(), "{path} does not say\n{}", lines.join("\n"));
+    }
+}
