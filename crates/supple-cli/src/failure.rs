@@ -1,3 +1,5 @@
+use std::io::Write;
+
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
 use supple::FileError;
 
@@ -46,16 +48,14 @@ impl Failure {
         Self::Write { what: what.to_string(), error }
     }
 
-    /// Tells the user, on standard error.
+    /// Tells the user, on standard error; where that cannot be written, the exit code has to do.
     pub fn report(&self) {
-        match self {
-            Self::File(error) => {
-                // One line for programs and logs, then the place in the file for people.
-                eprintln!("error: {error}");
-                eprint!("{}", picture(error).unwrap_or_default());
-            }
-            other => eprintln!("error: {other}"),
-        }
+        // One line for programs and logs, then the place in the file for people.
+        let picture = match self {
+            Self::File(error) => picture(error).unwrap_or_default(),
+            _ => String::new(),
+        };
+        let _ = write!(std::io::stderr(), "error: {self}\n{picture}");
     }
 }
 

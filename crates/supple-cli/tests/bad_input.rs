@@ -378,7 +378,7 @@ fn names_of_tasks_states_and_signals() {
             ["kind = \"control\"", "kind = \"penetration\""],
             "\"penetration\"",
             "tasks[1].costs[1].kind",
-            "it has no signals",
+            "the model has no contact",
         ),
     ]);
 }

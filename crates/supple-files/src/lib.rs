@@ -116,6 +116,11 @@ pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     (best > 0.7).then(|| format!("did you mean `{name}`?"))
 }
 
+/// What something has, for messages that say what it has not: `it has` and its names, or `it has none`.
+pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
+    if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", quoted(names)) }
+}
+
 /// Names in back quotes, separated by commas; the first twenty where there are more.
 pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     const MOST: usize = 20;

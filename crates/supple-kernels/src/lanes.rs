@@ -31,6 +31,22 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// # Safety
     /// Eight numbers must be writable at `to`.
     unsafe fn store(self, to: *mut f64);
+
+    /// Eight rows of eight numbers, as columns.
+    #[inline(always)]
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
+        let mut columns = [[0.0; LANES]; LANES];
+        for (i, row) in rows.into_iter().enumerate() {
+            for (column, value) in columns.iter_mut().zip(row.to_array()) {
+                column[i] = value;
+            }
+        }
+        let mut out = rows;
+        for (out, column) in out.iter_mut().zip(columns) {
+            *out = Self::from_array(column);
+        }
+        out
+    }
 }
 
 /// Eight numbers in a plain array, for machines whose vector instructions are not known here.
@@ -154,7 +170,7 @@ pub(crate) mod x86 {
     macro_rules! lanes {
         ($(#[$doc:meta])* $name:ident, $register:ty, $parts:literal, $width:literal, {
             $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $splat:ident $load:ident $store:ident
-        }, single: $single:ty, fma: $fma:expr, negate: $negate:expr, select: $select:expr) => {
+        }, single: $single:ty, fma: $fma:expr, $(transpose: $transpose:ident,)? negate: $negate:expr, select: $select:expr) => {
             $(#[$doc])*
             #[derive(Clone, Copy, Debug)]
             pub struct $name([$register; $parts]);
@@ -199,6 +215,11 @@ pub(crate) mod x86 {
                     }
                     parts
                 }
+                $(#[inline(always)]
+                fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
+                    // SAFETY: instructions as in `neg`.
+                    unsafe { $transpose(rows) }
+                })?
                 #[inline(always)]
                 unsafe fn store(self, to: *mut f64) {
                     for i in 0..$parts {
@@ -322,6 +343,34 @@ pub(crate) mod x86 {
         }
     }
 
+    /// Pairs of neighbours first, then pairs of pairs, then halves.
+    #[inline(always)]
+    unsafe fn transpose_avx512(rows: [Avx512; LANES]) -> [Avx512; LANES] {
+        let [[a], [b], [c], [d], [e], [f], [g], [h]] = rows.map(|row| row.0);
+        // SAFETY: the caller's level has AVX-512 F.
+        unsafe {
+            let (ab0, ab1) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+            let (cd0, cd1) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+            let (ef0, ef1) = (_mm512_unpacklo_pd(e, f), _mm512_unpackhi_pd(e, f));
+            let (gh0, gh1) = (_mm512_unpacklo_pd(g, h), _mm512_unpackhi_pd(g, h));
+            // Lanes of 128 bits: (0, 2) and (1, 3) of both operands.
+            let (p0, p1) = (_mm512_shuffle_f64x2::<0x88>(ab0, cd0), _mm512_shuffle_f64x2::<0x88>(ab1, cd1));
+            let (p2, p3) = (_mm512_shuffle_f64x2::<0xdd>(ab0, cd0), _mm512_shuffle_f64x2::<0xdd>(ab1, cd1));
+            let (q0, q1) = (_mm512_shuffle_f64x2::<0x88>(ef0, gh0), _mm512_shuffle_f64x2::<0x88>(ef1, gh1));
+            let (q2, q3) = (_mm512_shuffle_f64x2::<0xdd>(ef0, gh0), _mm512_shuffle_f64x2::<0xdd>(ef1, gh1));
+            [
+                Avx512([_mm512_shuffle_f64x2::<0x88>(p0, q0)]),
+                Avx512([_mm512_shuffle_f64x2::<0x88>(p1, q1)]),
+                Avx512([_mm512_shuffle_f64x2::<0x88>(p2, q2)]),
+                Avx512([_mm512_shuffle_f64x2::<0x88>(p3, q3)]),
+                Avx512([_mm512_shuffle_f64x2::<0xdd>(p0, q0)]),
+                Avx512([_mm512_shuffle_f64x2::<0xdd>(p1, q1)]),
+                Avx512([_mm512_shuffle_f64x2::<0xdd>(p2, q2)]),
+                Avx512([_mm512_shuffle_f64x2::<0xdd>(p3, q3)]),
+            ]
+        }
+    }
+
     lanes!(
         /// Eight numbers in four SSE2 registers, without fused multiply-add.
         Sse2, __m128d, 4, 2,
@@ -338,6 +387,6 @@ pub(crate) mod x86 {
         /// Eight numbers in one AVX-512 register, with fused multiply-add.
         Avx512, __m512d, 1, 8,
         { _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd },
-        single: Fused, fma: _mm512_fmadd_pd, negate: negate_avx512, select: select_avx512
+        single: Fused, fma: _mm512_fmadd_pd, transpose: transpose_avx512, negate: negate_avx512, select: select_avx512
     );
 }

@@ -222,13 +222,25 @@ pub fn add_scaled<L: Lanes>(out: &mut [f64], factor: f64, row: &[f64]) {
     }
 }
 
-/// `out (cols x rows) = a' ` for `a` of `rows x cols`.
+/// `out (cols x rows) = a'` for `a` of `rows x cols`.
 #[inline(always)]
-pub fn transpose(out: &mut [f64], out_stride: usize, a: &[f64], stride: usize, (rows, cols): (usize, usize)) {
+pub fn transpose<L: Lanes>(out: &mut [f64], out_stride: usize, a: &[f64], stride: usize, (rows, cols): (usize, usize)) {
     if rows == 0 || cols == 0 {
         return;
     }
     assert!(out.len() > (cols - 1) * out_stride + rows - 1 && a.len() > (rows - 1) * stride + cols - 1);
+    if L::WIDE && rows.is_multiple_of(LANES) && cols.is_multiple_of(LANES) {
+        for i in (0..rows).step_by(LANES) {
+            for j in (0..cols).step_by(LANES) {
+                // SAFETY: whole blocks of eight by eight lie inside both.
+                unsafe {
+                    let block = load_block::<L>(a.as_ptr().add(i * stride + j), stride);
+                    store_block(L::transposed(block), out.as_mut_ptr().add(j * out_stride + i), out_stride);
+                }
+            }
+        }
+        return;
+    }
     for i in 0..rows {
         for j in 0..cols {
             // SAFETY: the assertion covers the last entry of both.
@@ -237,13 +249,48 @@ pub fn transpose(out: &mut [f64], out_stride: usize, a: &[f64], stride: usize, (
     }
 }
 
+/// Eight rows of eight numbers, `stride` apart.
+///
+/// # Safety
+/// They must be readable.
+#[inline(always)]
+unsafe fn load_block<L: Lanes>(from: *const f64, stride: usize) -> [L; LANES] {
+    let mut block = [L::zero(); LANES];
+    for (i, row) in block.iter_mut().enumerate() {
+        // SAFETY: the caller's.
+        *row = unsafe { L::load(from.add(i * stride)) };
+    }
+    block
+}
+
+/// Writes what [`load_block`] reads.
+///
+/// # Safety
+/// The rows must be writable.
+#[inline(always)]
+unsafe fn store_block<L: Lanes>(block: [L; LANES], to: *mut f64, stride: usize) {
+    for (i, row) in block.into_iter().enumerate() {
+        // SAFETY: the caller's.
+        unsafe { row.store(to.add(i * stride)) };
+    }
+}
+
 /// `a = (a + a') / 2` for a square matrix of order `n`.
 #[inline(always)]
-pub fn symmetrise(a: &mut [f64], n: usize, stride: usize) {
+pub fn symmetrise<L: Lanes>(a: &mut [f64], n: usize, stride: usize) {
     if n == 0 {
         return;
     }
     assert!(a.len() > (n - 1) * stride + n - 1);
+    if L::WIDE && n.is_multiple_of(LANES) {
+        for i in (0..n).step_by(LANES) {
+            for j in (0..=i).step_by(LANES) {
+                // SAFETY: whole blocks of eight by eight lie inside.
+                unsafe { symmetrise_blocks::<L>(a.as_mut_ptr(), (i, j), stride) };
+            }
+        }
+        return;
+    }
     for i in 1..n {
         for j in 0..i {
             // SAFETY: the assertion covers the last entry.
@@ -252,6 +299,27 @@ pub fn symmetrise(a: &mut [f64], n: usize, stride: usize) {
                 *a.get_unchecked_mut(i * stride + j) = mean;
                 *a.get_unchecked_mut(j * stride + i) = mean;
             }
+        }
+    }
+}
+
+/// The mean of a block and its mirror, in both places.
+///
+/// # Safety
+/// Blocks of eight by eight from rows and columns `i` and `j` must lie inside.
+#[inline(always)]
+unsafe fn symmetrise_blocks<L: Lanes>(a: *mut f64, (i, j): (usize, usize), stride: usize) {
+    // SAFETY: the caller's.
+    unsafe {
+        let (here, there) = (a.add(i * stride + j), a.add(j * stride + i));
+        let mut mean = load_block::<L>(here, stride);
+        let mirror = L::transposed(load_block::<L>(there, stride));
+        for (mean, mirror) in mean.iter_mut().zip(mirror) {
+            *mean = (*mean + mirror) * L::constant(0.5);
+        }
+        store_block(mean, here, stride);
+        if i != j {
+            store_block(L::transposed(mean), there, stride);
         }
     }
 }
@@ -464,6 +532,33 @@ mod tests {
                 for j in 0..n {
                     let product: f64 = (0..n).map(|k| a.get(0, i, k) * x.get(0, k, j)).sum();
                     prop_assert!((product - b.get(0, i, j)).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn symmetry_and_transposes_at_every_level() {
+        struct Both<'a>(&'a mut Matrices, &'a mut Matrices);
+        impl Job for Both<'_> {
+            #[inline(always)]
+            fn run<L: Lanes>(self) {
+                let (n, stride) = (self.0.rows(), self.0.stride());
+                transpose::<L>(self.1.at_mut(0), stride, self.0.at(0), stride, (n, n));
+                symmetrise::<L>(self.0.at_mut(0), n, stride);
+            }
+        }
+        for level in Level::ALL.into_iter().filter(|level| level.force()) {
+            for n in [1, 5, 8, 13, 16, 24] {
+                let (before, mut out) = (filled(n, n, 7), Matrices::zeros(1, n, n));
+                let mut mean = before.clone();
+                dispatch(Both(&mut mean, &mut out));
+                for i in 0..n {
+                    for j in 0..n {
+                        let (here, there) = (before.get(0, i, j), before.get(0, j, i));
+                        assert_eq!(out.get(0, i, j), there, "{level:?}");
+                        assert_eq!(mean.get(0, i, j), 0.5 * (here + there), "{level:?}");
+                    }
                 }
             }
         }

@@ -105,7 +105,7 @@ impl Setting {
         let mut sums = vec![0.0; outputs];
         let batch = Batch { first, count };
         let inputs = (&self.sources()[..], &self.parameters[..]);
-        program.run(batch, inputs, (&mut [&mut out], &mut sums), &mut Scratch::new());
+        program.run(batch, inputs, (Some(&mut out), &mut sums), &mut Scratch::new());
         (out, sums)
     }
 

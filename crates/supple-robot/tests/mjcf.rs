@@ -331,7 +331,7 @@ fn meshes_that_are_shown_are_found() {
 #[test]
 fn what_is_not_modelled_is_listed_once() {
     let robot = read(
-        "<mujoco>\n<compiler angel='radian' fusestatic='true'/>\n\
+        "<mujoco>\n<compiler fusestatic='true'/>\n\
          <option density='1.2'><flag spring='disable'/></option>\n\
          <size/><statistic/><visual><map/></visual><custom/><keyframe><key/></keyframe><sesnor/>\n\
          <asset><texture/><material/><texture/></asset><default><motor/><jiont/></default>\n\
@@ -347,7 +347,6 @@ fn what_is_not_modelled_is_listed_once() {
         "element `sensor` is ignored (line 9)",
         "`actuator` elements are ignored (2 of them, first at line 9)",
         "element `contact` is ignored (line 9)",
-        "compiler: attribute `angel` is not known and is ignored; did you mean `angle`? (line 2)",
         "attribute `density` of `option` is ignored (line 3)",
         "attribute `spring` of `flag` is ignored (line 3)",
         "`jiont` in `default` is not known and is ignored; did you mean `joint`? (line 5)",

@@ -196,6 +196,10 @@ fn what_looks_like_a_mistake_is_said_once() {
         "inertial of link `b`: no body has the principal moments of inertia 1, 2 and 4: each is at most the sum of the others (line 3)",
     );
     one(
+        &pair(&inertial(0.01, [9e-8, -3.5e-8, 8e-8]), "continuous", ""),
+        "inertial of link `b`: the principal moments of inertia must be at least 0, and are -3.5e-8, 8e-8 and 9e-8; they are used as they are (line 3)",
+    );
+    one(
         &pair(&inertial(0.0, [1.0; 3]), "continuous", ""),
         "inertial of link `b`: it has moments of inertia and no mass (line 3)",
     );
@@ -225,6 +229,8 @@ fn what_looks_like_a_mistake_is_said_once() {
     );
     // A joint without inertia that follows another, or turns a drive, is no mistake.
     assert_eq!(read(&pair(&inertial(1.0, [0.0; 3]), "continuous", "")).warnings, [""; 0]);
+    let robot = read(&pair(&inertial(0.01, [9e-8, -3.5e-8, 8e-8]), "continuous", ""));
+    assert_eq!(robot.links[1].inertia.map(|inertia| inertia.moment[1]), Some([0.0, -3.5e-8, 0.0]));
     // Rounding in a file: a thin plate, and a rod.
     assert_eq!(read(&pair(&inertial(1.0, [0.0123, 0.0456, 0.0580]), "fixed", "")).warnings, [""; 0]);
     assert_eq!(read(&pair(&inertial(1.0, [-1e-20, 0.0, 1e-20]), "fixed", "")).warnings.len(), 1);

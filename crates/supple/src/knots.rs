@@ -19,6 +19,8 @@ pub struct Knots {
     pub measurement: Matrices,
     /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
     pub cost: Matrices,
+    /// Which state each measurement is, where every one is just a state, so that `C` picks states.
+    pub picks: Option<Vec<usize>>,
 }
 
 impl Knots {
@@ -30,6 +32,7 @@ impl Knots {
             dynamics: Matrices::zeros(steps, n, joint),
             measurement: Matrices::zeros(steps + 1, dimensions.measurements, n),
             cost: Matrices::zeros(steps + 1, joint, joint + 1),
+            picks: None,
         }
     }
 
@@ -54,6 +57,9 @@ impl Knots {
     /// Fills `C` at all points of a trajectory.
     pub fn linearise_measurement(&mut self, system: &dyn System, at: Points, phi: &[f64], scratch: &mut Scratch) {
         system.measurement_jacobians(at, phi, &mut self.measurement, scratch);
+        if self.picks.is_none() {
+            self.picks = system.picks();
+        }
     }
 
     /// The first step with an entry that is not finite, as an error.

@@ -166,6 +166,14 @@ impl Node {
         }
     }
 
+    /// The place of the entry that this node is, if it is one of source number `source`.
+    pub fn entry_of(self, source: usize) -> Option<usize> {
+        match self.op() {
+            Op::Entry { source: other, offset } if other as usize == source => Some(offset as usize),
+            _ => None,
+        }
+    }
+
     /// Whether this node is always 0.
     pub fn is_zero(self) -> bool {
         self.known() == Some(0.0)

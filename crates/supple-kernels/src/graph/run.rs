@@ -30,22 +30,53 @@ pub struct Batch {
 }
 
 impl Program {
-    /// Runs the program at every knot of a batch, eight at a time.
+    /// Runs the program at every knot of a batch, several at a time. Its only sink is `sink`.
     ///
-    /// Results with [`Target::Sum`] are added to `sums` in the order of the knots. Allocates nothing once `scratch`
-    /// has been used.
+    /// Results with [`Target::Sum`] are added to `sums` in the order of the knots. Long work without them is shared by
+    /// the threads of the current pool: the results are the same whatever their number. Allocates nothing once
+    /// `scratch` has been used, but for what threads need.
     pub fn run(
         &self,
         batch: Batch,
         (sources, parameters): (&[Source], &[f64]),
-        (sinks, sums): (&mut [&mut Matrices], &mut [f64]),
+        (sink, sums): (Option<&mut Matrices>, &mut [f64]),
         scratch: &mut Scratch,
     ) {
-        if self.is_empty() {
+        if self.is_empty() || batch.count == 0 {
             return;
         }
         assert!(self.sources <= sources.len() && self.parameters <= parameters.len(), "all that is read is given");
-        dispatch(Run { program: self, batch, sources, parameters, sinks, sums, scratch });
+        let sink = sink.map_or(Sink { data: &mut [], size: 0 }, |sink| {
+            let size = sink.rows() * sink.stride();
+            Sink { data: &mut sink.as_mut_slice()[batch.first * size..(batch.first + batch.count) * size], size }
+        });
+        let threads = rayon::current_num_threads();
+        if sums.is_empty() && threads > 1 && self.len() * batch.count >= 2 * SHARE {
+            self.share(batch, (sources, parameters), sink);
+        } else {
+            dispatch(Run { program: self, batch, sources, parameters, sink, sums, scratch });
+        }
+    }
+
+    /// Halves the knots among threads until there is little left to do.
+    fn share(&self, batch: Batch, given: (&[Source], &[f64]), sink: Sink) {
+        let half = (batch.count / 2).next_multiple_of(2 * LANES);
+        if self.len() * batch.count < 2 * SHARE || half >= batch.count {
+            let (sources, parameters) = given;
+            let sums = &mut [];
+            return SINGLE.with_borrow_mut(|scratch| {
+                dispatch(Run { program: self, batch, sources, parameters, sink, sums, scratch });
+            });
+        }
+        let Batch { first, count } = batch;
+        let (head, tail) = sink.data.split_at_mut(half * sink.size);
+        rayon::join(
+            || self.share(Batch { first, count: half }, given, Sink { data: head, size: sink.size }),
+            || {
+                let rest = Batch { first: first + half, count: count - half };
+                self.share(rest, given, Sink { data: tail, size: sink.size });
+            },
+        );
     }
 
     /// Runs the program at one knot: sources and sinks are single matrices by rows, padded as those of [`Matrices`] are.
@@ -53,6 +84,15 @@ impl Program {
         assert!(self.sources <= sources.len() && self.parameters <= parameters.len(), "all that is read is given");
         SINGLE.with_borrow_mut(|scratch| dispatch(Single { program: self, sources, parameters, sinks, scratch }));
     }
+}
+
+/// Operations that are worth a thread's while.
+const SHARE: usize = 1_000_000;
+
+/// The matrices that a batch writes to, and how many numbers each has.
+struct Sink<'a> {
+    data: &'a mut [f64],
+    size: usize,
 }
 
 /// Does the arithmetic, all inputs being in their slots.
@@ -116,27 +156,28 @@ fn fix<V: Scalar>(program: &Program, parameters: &[f64], slots: &mut [V]) {
     }
 }
 
-struct Run<'a, 'b> {
+struct Run<'a> {
     program: &'a Program,
     batch: Batch,
     sources: &'a [Source<'a>],
     parameters: &'a [f64],
-    sinks: &'a mut [&'b mut Matrices],
+    sink: Sink<'a>,
     sums: &'a mut [f64],
     scratch: &'a mut Scratch,
 }
 
-impl Job for Run<'_, '_> {
+impl Job for Run<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { program, batch, sources, parameters, sinks, sums, scratch } = self;
+        let Self { program, batch, sources, parameters, mut sink, sums, scratch } = self;
         // Two sets of lanes at once while there are knots for both.
         let whole = batch.count - batch.count % (2 * LANES);
         if whole > 0 {
             // SAFETY: lanes hold plain numbers; every slot is written before it is read.
             let slots = unsafe { scratch.leftovers::<Pair<L>>(program.slots) };
             fix(program, parameters, slots);
-            for first in (batch.first..batch.first + whole).step_by(2 * LANES) {
+            for start in (0..whole).step_by(2 * LANES) {
+                let first = batch.first + start;
                 let inputs = &mut slots[program.fixed.len()..];
                 for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
                     let source = &sources[source];
@@ -145,8 +186,8 @@ impl Job for Run<'_, '_> {
                 execute(program, slots);
                 for &(slot, target) in &program.outputs {
                     let Pair(one, two) = slots[slot];
-                    scatter(target, one, (first, LANES), sinks, sums);
-                    scatter(target, two, (first + LANES, LANES), sinks, sums);
+                    scatter(target, one, (start, LANES), &mut sink, sums);
+                    scatter(target, two, (start + LANES, LANES), &mut sink, sums);
                 }
             }
         }
@@ -161,33 +202,27 @@ impl Job for Run<'_, '_> {
             }
             execute(program, slots);
             for &(slot, target) in &program.outputs {
-                scatter(target, slots[slot], (first, count), sinks, sums);
+                scatter(target, slots[slot], (start, count), &mut sink, sums);
             }
         }
     }
 }
 
-/// Puts a result of the `count` knots from `first` on where it belongs.
+/// Puts a result of the `count` knots from `start` of the batch on where it belongs.
 #[inline(always)]
-fn scatter<L: Lanes>(
-    target: Target,
-    values: L,
-    (first, count): (usize, usize),
-    sinks: &mut [&mut Matrices],
-    sums: &mut [f64],
-) {
+fn scatter<L: Lanes>(target: Target, values: L, (start, count): (usize, usize), sink: &mut Sink, sums: &mut [f64]) {
     let values = values.to_array();
     match target {
-        Target::Set { sink, offset } => {
-            let (data, size) = column(sinks[sink], first, offset);
+        Target::Set { offset, .. } => {
+            let data = &mut sink.data[start * sink.size + offset..];
             for lane in 0..count {
-                data[lane * size] = values[lane];
+                data[lane * sink.size] = values[lane];
             }
         }
-        Target::Add { sink, offset } => {
-            let (data, size) = column(sinks[sink], first, offset);
+        Target::Add { offset, .. } => {
+            let data = &mut sink.data[start * sink.size + offset..];
             for lane in 0..count {
-                data[lane * size] += values[lane];
+                data[lane * sink.size] += values[lane];
             }
         }
         Target::Sum { index } => {
@@ -210,13 +245,6 @@ fn gather<L: Lanes>(source: &Source, first: usize, count: usize, offset: usize) 
     L::from_array(values)
 }
 
-/// Entry `offset` of the matrix at knot `first` and what follows, and how far on the next one is.
-#[inline(always)]
-fn column(sink: &mut Matrices, first: usize, offset: usize) -> (&mut [f64], usize) {
-    let size = sink.rows() * sink.stride();
-    (&mut sink.as_mut_slice()[first * size + offset..], size)
-}
-
 struct Single<'a, 'b> {
     program: &'a Program,
     sources: &'a [&'a [f64]],
@@ -226,7 +254,7 @@ struct Single<'a, 'b> {
 }
 
 thread_local! {
-    /// Slots of single runs.
+    /// Slots of single runs, and of threads that share a batch.
     static SINGLE: RefCell<Scratch> = RefCell::default();
 }
 

@@ -15,28 +15,42 @@ use crate::{Numbers, Tree};
 /// # Panics
 /// Where `kinematics` are those of another tree.
 pub fn mass_matrix<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, kinematics: &Kinematics<S>) -> Vec<Vec<S>> {
+    let mut mass = vec![vec![S::zero(); tree.dofs()]; tree.dofs()];
+    for_each_part(tree, numbers, kinematics, |row, column, part| {
+        mass[row][column] += part;
+        if row != column {
+            mass[column][row] = mass[row][column];
+        }
+    });
+    mass
+}
+
+/// Calls `add` with the row, the column and the value of every part of the mass matrix that is not a constant zero; of
+/// entries off the diagonal only those on one side of it.
+///
+/// # Panics
+/// As [`mass_matrix`].
+pub(super) fn for_each_part<S: Scalar>(
+    tree: &Tree,
+    numbers: &Numbers<S>,
+    kinematics: &Kinematics<S>,
+    mut add: impl FnMut(usize, usize, S),
+) {
     let bodies = tree.bodies();
     let composites = composites(tree, kinematics);
-    let mut mass = vec![vec![S::zero(); tree.dofs()]; tree.dofs()];
     for (index, body) in bodies.iter().enumerate() {
         let mut force = unit_force(body.motion, &composites[index]);
         let own = (along(body.motion, &force) + numbers.joints[body.joint].armature) * (body.ratio * body.ratio);
-        mass[body.dof][body.dof] += own;
+        add(body.dof, body.dof, own);
         let mut below = index;
         for above in tree.path(body.parent) {
             force = force.inward(&kinematics.moved[below].step);
             let other = &bodies[above];
             let shared = along(other.motion, &force) * (body.ratio * other.ratio);
-            if other.dof == body.dof {
-                mass[body.dof][body.dof] += shared * 2.0;
-            } else {
-                mass[body.dof][other.dof] += shared;
-                mass[other.dof][body.dof] = mass[body.dof][other.dof];
-            }
+            add(body.dof, other.dof, if other.dof == body.dof { shared * 2.0 } else { shared });
             below = above;
         }
     }
-    mass
 }
 
 /// The inertia of each body with all that it carries.

@@ -15,13 +15,16 @@ const SHORTEST_AXIS: f64 = 1e-9;
 const ROUNDING: f64 = 1e-6;
 /// Negative principal moments that are too small to matter, by the mass, m^2.
 const NEGLIGIBLE: f64 = 1e-12;
+/// Greatest negative principal moment that is taken as it is, with a warning, kg m^2: public files of robots have such
+/// moments of light links.
+const TINY: f64 = 1e-6;
 /// Excess over the triangle inequality that rounding in a file explains.
 const EXCESS: f64 = 0.01;
 
 /// The inertia of a link.
 ///
 /// # Errors
-/// Where its mass or a principal moment is negative, or a number is too great.
+/// Where its mass is negative, or a principal moment by more than a tiny one, or a number is too great.
 pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(), FileError> {
     let Some((inertia, at)) = &link.inertia else { return Ok(()) };
     let Inertia { mass, center, moment } = *inertia;
@@ -34,12 +37,12 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
     let [least, middle, greatest] = principal_moments(moment);
     let said = || format!("{}, {} and {}", three(least), three(middle), three(greatest));
     if least < -(ROUNDING * greatest.abs()).max(NEGLIGIBLE * mass) {
-        return Err(at.error_about(
-            "inertia",
-            format!("the principal moments of inertia must be at least 0, and are {}", said()),
-        ));
-    }
-    if greatest > (least + middle) * (1.0 + EXCESS) {
+        let message = || format!("the principal moments of inertia must be at least 0, and are {}", said());
+        if least <= -TINY {
+            return Err(at.error_about("inertia", message()));
+        }
+        warnings.note("negative moment", *at, || format!("{}; they are used as they are", message()));
+    } else if greatest > (least + middle) * (1.0 + EXCESS) {
         warnings.note("triangle", *at, || {
             format!("no body has the principal moments of inertia {}: each is at most the sum of the others", said())
         });

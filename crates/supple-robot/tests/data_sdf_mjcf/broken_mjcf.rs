@@ -239,6 +239,16 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:1:26: compiler: `angle` is `degrees`; valid are `radian`, `degree` (did you mean `degree`?)",
     ),
     (
+        "a misspelt unit of angles",
+        "<mujoco><compiler meshdir='m' angel='radian'/>\n<worldbody>\n\n</worldbody></mujoco>",
+        "robot.xml:1:38: compiler: attribute `angel` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more (did you mean `angle`?)",
+    ),
+    (
+        "a setting that is like no other",
+        "<mujoco>\n<compiler x='1'/><worldbody>\n\n</worldbody></mujoco>",
+        "robot.xml:2:14: compiler: attribute `x` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more",
+    ),
+    (
         "an unknown sequence of axes",
         "<mujoco><compiler eulerseq='xyw'/>\n<worldbody>\n\n</worldbody></mujoco>",
         "robot.xml:1:29: compiler: `eulerseq` is three letters of `xyzXYZ`, and this is `xyw`",

@@ -130,3 +130,48 @@ fn joints_that_move_no_inertia_are_named() {
     let message = SingularMass { joints: vec!["tip".into()] }.to_string();
     assert_eq!(message, "the joint `tip` moves nothing that has inertia, so its acceleration is not determined");
 }
+
+/// Time and memory grow with the entries of the mass matrix that are not always 0.
+#[test]
+fn inertia_of_many_arms_is_checked_fast() {
+    const ARMS: usize = 5000;
+    let mut joints = Vec::new();
+    for arm in 0..ARMS {
+        let mut tip = joint(&format!("tip {arm}"), 2 * arm + 1);
+        tip.origin.position = [0.0, 0.5, 0.0];
+        joints.extend([joint(&format!("base {arm}"), 0), tip]);
+    }
+    let mut inertias = vec![Some(rod()); 2 * ARMS];
+    let check = |inertias: &[Option<Inertia>]| {
+        let robot = robot(joints.clone(), inertias);
+        let tree = Tree::new(&robot);
+        check_inertia(&tree, &Numbers::of(&robot, [0.0; 3]), &vec![0.3; 2 * ARMS]).map_err(|error| error.joints)
+    };
+    let start = std::time::Instant::now();
+    assert_eq!(check(&inertias), Ok(()));
+    inertias[77] = None;
+    assert_eq!(check(&inertias), Err(vec!["tip 38".to_owned()]));
+    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+}
+
+/// Joints that follow others share entries that no single chain of bodies has.
+#[test]
+fn inertia_is_checked_where_joints_follow_others() {
+    // The tips of two arms follow one joint: the mass matrix couples both arms with it.
+    let arms = |inertias: &[Option<Inertia>]| {
+        let mut joints = vec![joint("one", 0), joint("two", 0), joint("tip", 1), joint("other tip", 2)];
+        for tip in &mut joints[2..] {
+            tip.origin.position = [0.0, 0.5, 0.0];
+        }
+        joints[3].mimic = Some(Mimic { joint: 2, ratio: 0.5, offset: 0.0 });
+        let robot = robot(joints, inertias);
+        let tree = Tree::new(&robot);
+        check_inertia(&tree, &Numbers::of(&robot, [0.0; 3]), &[0.3; 3]).map_err(|error| error.joints)
+    };
+    assert_eq!(arms(&[Some(rod()), Some(rod()), Some(rod()), Some(rod())]), Ok(()));
+    assert_eq!(arms(&[None, None, Some(rod()), Some(rod())]), Ok(()));
+    assert_eq!(arms(&[Some(rod()), Some(rod()), None, Some(rod())]), Ok(()));
+    assert_eq!(arms(&[Some(rod()), Some(rod()), None, None]), Err(vec!["tip".to_owned()]));
+    // Three motions, and two rods that turn: one motion is free.
+    assert_eq!(arms(&[Some(rod()), None, None, None]).unwrap_err().contains(&"two".to_owned()), true);
+}

@@ -1,7 +1,7 @@
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
-use super::Belief;
+use super::{Belief, sequential};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::shape::{Shape, with_shape};
@@ -19,10 +19,10 @@ pub struct BeliefSeeds<'a> {
 /// Memory of the reverse sweep.
 #[derive(Clone, Debug)]
 pub struct BeliefAdjoint {
-    sigma: Matrices,
+    pub(super) sigma: Matrices,
     square: Matrices,
-    other: Matrices,
-    cross: Matrices,
+    pub(super) other: Matrices,
+    pub(super) cross: Matrices,
     inverse: Matrices,
 }
 
@@ -49,7 +49,7 @@ impl BeliefAdjoint {
 /// ```
 ///
 /// with `i` the weight of the information. Overwrites `adjoints.dynamics` (its A part; B has none) and
-/// `adjoints.measurement`; adds to `noise_adjoint`.
+/// `adjoints.measurement` (but where measurements are states, taken one at a time: `C` has no adjoint then); adds to `noise_adjoint`.
 pub fn reverse_kalman(
     (knots, noise, belief): (&Knots, &Noise, &Belief),
     seeds: BeliefSeeds,
@@ -82,8 +82,15 @@ impl Sweep<'_> {
     fn sweep<L: Lanes>(&mut self, shape: Shape) {
         let steps = self.knots.steps();
         self.work.sigma.clear();
+        let picks = self.knots.picks.as_deref().filter(|picks| sequential::applies(Some(picks), self.noise));
         for t in (0..=steps).rev() {
-            self.correct::<L>(shape, t);
+            match picks {
+                Some(picks) => {
+                    let to = (&mut *self.work, &mut *self.noise_adjoint);
+                    sequential::reverse::<L>(shape, t, (picks, self.seeds.information), self.belief, to);
+                }
+                None => self.correct::<L>(shape, t),
+            }
             if t > 0 {
                 self.predict::<L>(shape, t);
             }
@@ -145,7 +152,7 @@ impl Sweep<'_> {
         }
         let base = Into::SubtractFrom(square);
         multiply::<L>(predicted, Left::transposed(c, stride), cross, stride, (n, p), base);
-        rows::symmetrise(predicted, n, stride);
+        rows::symmetrise::<L>(predicted, n, stride);
     }
 
     /// From the adjoint of P_t in `other` to that of Sigma_{t-1} in `sigma`.
@@ -175,7 +182,7 @@ impl Sweep<'_> {
         rows::multiply_into_strided::<L>((a, wide), Left::plain(square, stride), corrected, stride, (n, n), 2.0);
 
         multiply::<L>(sigma, Left::transposed(f, wide), square, stride, (n, n), Into::Set);
-        rows::symmetrise(sigma, n, stride);
+        rows::symmetrise::<L>(sigma, n, stride);
         if let Some((weights, factor)) = seeds.weights {
             rows::add_scaled::<L>(sigma, 0.5 * factor, weights.at(t - 1));
         }

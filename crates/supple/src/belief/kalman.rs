@@ -1,7 +1,7 @@
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
-use super::guard;
+use super::{guard, sequential};
 use crate::Error;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -16,8 +16,11 @@ pub struct Belief {
     pub corrected: Matrices,
     /// Transposed Kalman gain `L_t'`, p x n, N + 1 of them.
     pub gain_transposed: Matrices,
-    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them.
+    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, where measurements are taken one at a time,
+    /// the roots of their variances on the diagonal, whose product is the same.
     pub innovation_factor: Matrices,
+    /// Rows of the covariance that were measured, p x n, N + 1 of them, where measurements are taken one at a time.
+    pub(super) pivots: Matrices,
     /// How often rounding had to be mended for `Sigma` to stay positive semidefinite.
     pub repairs: usize,
     work: Work,
@@ -43,6 +46,7 @@ impl Belief {
             corrected: Matrices::zeros(steps + 1, n, n),
             gain_transposed: Matrices::zeros(steps + 1, p, n),
             innovation_factor: Matrices::zeros(steps + 1, p, p),
+            pivots: Matrices::zeros(steps + 1, p, n),
             repairs: 0,
             work: Work {
                 square: Matrices::zeros(1, n, n),
@@ -63,6 +67,7 @@ impl Belief {
 ///
 /// With `T = P - L C P` and `D = T C' - L V`, zero but for rounding, the last line is `T - D L'`: the same number in
 /// n^2 p operations, with the same cancellation of rounding errors. `P`, `Sigma`, `W` and `X_0` may be singular.
+/// Measurements that are single states with independent noise are taken one at a time instead, which is the same.
 ///
 /// # Errors
 /// Where an innovation covariance is not positive definite.
@@ -94,13 +99,17 @@ impl Job for Sweep<'_> {
 fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
     let steps = knots.steps();
     belief.repairs = 0;
+    let picks = knots.picks.as_deref().filter(|picks| sequential::applies(Some(picks), noise));
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
         if t > 0 {
             predict::<L>(shape, (t - 1, t), knots, noise, belief);
         }
-        correct::<L>(shape, t, knots, noise, belief)
-            .map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?;
+        let corrected = match picks {
+            Some(picks) => sequential::correct::<L>(shape, t, (picks, &noise.measurement), belief),
+            None => correct::<L>(shape, t, knots, noise, belief),
+        };
+        corrected.map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?;
         if t % GUARD_INTERVAL == 0 || t == steps {
             belief.repairs += usize::from(guard::mend(belief.corrected.at_mut(t), shape.n, shape.narrow()));
         }
@@ -122,11 +131,11 @@ pub(super) fn predict<L: Lanes>(
     let Work { square, transposed, .. } = &mut belief.work;
     let (a_sigma, transposed) = (square.at_mut(0), transposed.at_mut(0));
     multiply::<L>(a_sigma, Left::plain(f, wide), belief.corrected.at(from), stride, (n, n), Into::Set);
-    rows::transpose(transposed, stride, f, wide, (n, n));
+    rows::transpose::<L>(transposed, stride, f, wide, (n, n));
     let predicted = belief.predicted.at_mut(to);
     let base = Into::AddTo(noise.process.at(from));
     multiply::<L>(predicted, Left::plain(a_sigma, stride), transposed, stride, (n, n), base);
-    rows::symmetrise(predicted, n, stride);
+    rows::symmetrise::<L>(predicted, n, stride);
 }
 
 /// From `P_t` to `Sigma_t`.
@@ -160,10 +169,10 @@ pub(super) fn correct<L: Lanes>(
     let corrected = belief.corrected.at_mut(t);
     let base = Into::SubtractFrom(predicted);
     multiply::<L>(corrected, Left::transposed(gain, stride), cross, stride, (n, p), base);
-    rows::symmetrise(corrected, n, stride);
+    rows::symmetrise::<L>(corrected, n, stride);
     multiply::<L>(defect, Left::plain(c, stride), corrected, stride, (p, n), Into::Set);
     multiply::<L>(defect, Left::plain(v, small), gain, stride, (p, p), Into::Subtract);
     multiply::<L>(corrected, Left::transposed(defect, stride), gain, stride, (n, p), Into::Subtract);
-    rows::symmetrise(corrected, n, stride);
+    rows::symmetrise::<L>(corrected, n, stride);
     Ok(())
 }

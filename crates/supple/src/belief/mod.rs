@@ -4,6 +4,7 @@ mod adjoint;
 mod ekf;
 mod guard;
 mod kalman;
+mod sequential;
 
 pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
 pub use ekf::{ExtendedKalman, FilterBatch};

@@ -35,16 +35,15 @@ impl CostFile for CouplingForce {
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
         if file.select.is_empty() {
-            return Err(CostError { key: "select", message: "name at least one force".into() });
+            return Err(CostError::new("select", "name at least one force"));
         }
         let targets = file.target.unwrap_or_else(|| vec![Value::Number(0.0); file.select.len()]);
         if targets.len() != file.select.len() {
             let message = format!("{} targets for {} selected forces: give one each", targets.len(), file.select.len());
-            return Err(CostError { key: "target", message });
+            return Err(CostError::new("target", message));
         }
-        let selected = file.select.iter().zip(targets).map(|(force, target)| {
-            Ok((vocabulary.signal_of("coupling", "compliance", &file.coupling, force)?, target))
-        });
+        let place = |force: &String| vocabulary.force_of(&file.coupling, force);
+        let selected = file.select.iter().zip(targets).map(|(force, target)| Ok((place(force)?, target)));
         Ok(Cost {
             kind: CostKind::CouplingForce(Self { selected: selected.collect::<Result<_, _>>()? }),
             norm: file.norm,

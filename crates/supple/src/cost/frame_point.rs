@@ -47,7 +47,7 @@ impl CostFile for FramePoint {
         let axes = file.axes.unwrap_or(vec![Axis::X, Axis::Y, Axis::Z]);
         if file.target.len() != axes.len() {
             let message = format!("{} targets for {} coordinates: give one each", file.target.len(), axes.len());
-            return Err(CostError { key: "target", message });
+            return Err(CostError::new("target", message));
         }
         let selected = axes.into_iter().zip(file.target).map(|(axis, target)| (x + axis as usize, target)).collect();
         Ok(Cost {

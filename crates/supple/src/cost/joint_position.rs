@@ -35,12 +35,11 @@ impl File {
     ) -> Result<Cost, CostError> {
         let joints = &vocabulary.joints;
         if joints.is_empty() {
-            return Err(CostError { key: "kind", message: "the model has no joints".into() });
+            return Err(CostError::new("kind", "the model has no joints"));
         }
         let select = self.select.unwrap_or_else(|| joints.clone());
         if let Some(name) = select.iter().find(|name| !joints.contains(name)) {
-            let message = format!("the robot has no moving joint `{name}`: it has {}", supple_files::quoted(joints));
-            return Err(CostError { key: "select", message });
+            return Err(CostError::unknown("select", &format!("the robot has no moving joint `{name}`"), name, joints));
         }
         let states: Vec<String> = select.iter().map(|name| format!("{prefix}.{name}")).collect();
         Ok(Cost {

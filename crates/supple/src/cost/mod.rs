@@ -42,6 +42,8 @@ pub struct Vocabulary {
     pub controls: usize,
     /// Names of the model's signals.
     pub signals: Vec<String>,
+    /// Names of the elements of compliance, of which `NAME.FORCE` are signals.
+    pub couplings: Vec<String>,
 }
 
 impl Vocabulary {
@@ -52,6 +54,7 @@ impl Vocabulary {
             joints: model.joint_names(),
             controls: model.dimensions().controls,
             signals: model.signals(),
+            couplings: model.coupling_names(),
         }
     }
 
@@ -61,22 +64,26 @@ impl Vocabulary {
         let whole = format!("{name}.{signal}");
         let place = self.signals.iter().position(|other| *other == whole);
         place.ok_or_else(|| {
-            let of_name: Vec<_> =
-                self.signals.iter().filter_map(|other| other.strip_prefix(name)?.strip_prefix('.')).collect();
-            if of_name.is_empty() {
-                let ending = format!(".{signal}");
-                let named: Vec<_> = self.signals.iter().filter_map(|other| other.strip_suffix(&ending)).collect();
-                let has = if named.is_empty() {
-                    "it has none".to_owned()
-                } else {
-                    format!("it has {}", supple_files::quoted(&named))
-                };
-                return CostError { key, message: format!("the model has no {what} `{name}`: {has}") };
-            }
-            CostError {
-                key: "select",
-                message: format!("`{name}` has no `{signal}`: it has {}", supple_files::quoted(&of_name)),
-            }
+            let named: Vec<_> = self.with_signal(signal).collect();
+            CostError::unknown(key, &format!("the model has no {what} `{name}`"), name, &named)
+        })
+    }
+
+    /// What has a signal `NAME.SIGNAL`.
+    fn with_signal<'a>(&'a self, signal: &'a str) -> impl Iterator<Item = &'a str> {
+        self.signals.iter().filter_map(move |other| other.strip_suffix(signal)?.strip_suffix('.'))
+    }
+
+    /// The place of the signal `FORCE` of an element of compliance; `coupling` and `select` are the keys that name them.
+    pub fn force_of(&self, coupling: &str, force: &str) -> Result<usize, CostError> {
+        if !self.couplings.iter().any(|other| other == coupling) {
+            let what = format!("the model has no compliance `{coupling}`");
+            return Err(CostError::unknown("coupling", &what, coupling, &self.couplings));
+        }
+        let whole = format!("{coupling}.{force}");
+        self.signals.iter().position(|other| *other == whole).ok_or_else(|| {
+            let forces = self.signals.iter().filter_map(|other| other.strip_prefix(coupling)?.strip_prefix('.'));
+            CostError::unknown("select", &format!("`{coupling}` has no `{force}`"), force, &forces.collect::<Vec<_>>())
         })
     }
 
@@ -84,19 +91,15 @@ impl Vocabulary {
     pub fn contact_signal(&self, contact: Option<&str>, signal: &'static str) -> Result<usize, CostError> {
         match contact {
             Some(name) => self.signal_of("contact", "contact", name, signal),
-            None => self.signal(signal),
+            None => self.signals.iter().position(|other| other == signal).ok_or_else(|| {
+                let named: Vec<_> = self.with_signal(signal).collect();
+                if named.is_empty() {
+                    return CostError::new("kind", format!("the model has no contact: it has no signal `{signal}`"));
+                }
+                let message = format!("is missing: the model has {}", supple_files::quoted(&named));
+                CostError { help: Some("name the contact".into()), ..CostError::new("contact", message) }
+            }),
         }
-    }
-
-    /// The place of the signal `name`.
-    pub fn signal(&self, name: &'static str) -> Result<usize, CostError> {
-        self.signals.iter().position(|signal| signal == name).ok_or_else(|| {
-            let has = match self.signals.as_slice() {
-                [] => "it has no signals".to_owned(),
-                signals => format!("it has {}", supple_files::quoted(signals)),
-            };
-            CostError { key: "kind", message: format!("the model has no signal `{name}`: {has}") }
-        })
     }
 }
 
@@ -108,6 +111,21 @@ pub struct CostError {
     pub key: &'static str,
     /// What was found and what is valid.
     pub message: String,
+    /// Advice, where there is any.
+    pub help: Option<String>,
+}
+
+impl CostError {
+    /// Without advice.
+    pub fn new(key: &'static str, message: impl Into<String>) -> Self {
+        Self { key, message: message.into(), help: None }
+    }
+
+    /// A name that is none of `valid`: `what` says so. With the nearest of them as advice.
+    fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
+        let message = format!("{what}: {}", supple_files::owned(valid));
+        Self { key, message, help: supple_files::nearest(name, valid) }
+    }
 }
 
 /// How the residual `r` becomes a number.

@@ -48,7 +48,7 @@ impl CostFile for Quadratic {
 }
 
 fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Result<(), CostError> {
-    let error = |message| Err(CostError { key, message });
+    let error = |message: String| Err(CostError::new(key, message));
     if rows.len() != order || rows.iter().any(|row| row.len() != order) {
         let widths: Vec<_> = rows.iter().map(Vec::len).collect();
         return error(format!("must be {order} x {order}; it has {} rows of {widths:?} entries", rows.len()));

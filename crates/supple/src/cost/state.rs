@@ -3,7 +3,6 @@ use supple_kernels::Scalar;
 
 use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
 use crate::{Point, Value};
-use supple_files::quoted;
 
 /// Selected states against targets.
 #[derive(Clone, Debug)]
@@ -50,21 +49,18 @@ impl State {
         vocabulary: &Vocabulary,
     ) -> Result<Self, CostError> {
         if names.is_empty() {
-            return Err(CostError { key: "select", message: "name at least one".into() });
+            return Err(CostError::new("select", "name at least one"));
         }
         let targets = targets.unwrap_or_else(|| vec![Value::Number(0.0); names.len()]);
         if targets.len() != names.len() {
             let message = format!("{} targets for {} that are selected: give one each", targets.len(), names.len());
-            return Err(CostError { key: "target", message });
+            return Err(CostError::new("target", message));
         }
         let selected = names.iter().zip(targets).map(|(name, target)| {
-            match vocabulary.states.iter().position(|state| state == name) {
-                Some(index) => Ok((index, target)),
-                None => {
-                    let message = format!("the model has no state `{name}`: it has {}", quoted(&vocabulary.states));
-                    Err(CostError { key: "select", message })
-                }
-            }
+            let index = vocabulary.states.iter().position(|state| state == name);
+            let unknown =
+                || CostError::unknown("select", &format!("the model has no state `{name}`"), name, &vocabulary.states);
+            Ok((index.ok_or_else(unknown)?, target))
         });
         Ok(Self { selected: selected.collect::<Result<_, _>>()? })
     }

@@ -329,7 +329,7 @@ impl Reader<'_> {
             let cost = cost::read(kind, table, &vocabulary)
                 .ok_or_else(|| self.document.unknown_kind(&at, kind, CostKind::NAMES))?
                 .map_err(|error| self.document.read_error(&at, error))?
-                .map_err(|error| self.error(&here(error.key), error.message))?;
+                .map_err(|error| FileError { help: error.help, ..self.error(&here(error.key), error.message) })?;
             cost.check(self.parameters).map_err(|(key, message)| self.error(&here(key), message))?;
             Ok(cost)
         };

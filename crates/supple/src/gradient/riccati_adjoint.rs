@@ -122,9 +122,9 @@ impl Sweep<'_> {
             // product = F Qb; Sb_{t+1} = product F' + W part; Fb += 2 S product.
             let f = knots.dynamics.at(t);
             multiply::<L>(product, Left::plain(f, wide), q, wide, (n, joint), Into::Set);
-            rows::transpose(transposed, narrow, f, wide, (n, joint));
+            rows::transpose::<L>(transposed, narrow, f, wide, (n, joint));
             multiply::<L>(s, Left::plain(product, wide), transposed, narrow, (n, joint), Into::Set);
-            rows::symmetrise(s, n, narrow);
+            rows::symmetrise::<L>(s, n, narrow);
             rows::add_scaled::<L>(s, 0.5 * seeds.process, noise.process.at(t));
             rows::scale::<L>(product, 2.0);
             let next = policy.curvature.at(t + 1);

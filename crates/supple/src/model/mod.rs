@@ -161,6 +161,11 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
+    /// Names of the elements of compliance, each with the signals `NAME.FORCE`; none in models that do not name theirs.
+    fn coupling_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Names of the states, by which tasks select them: `x1`, `x2`... unless said otherwise.
     fn state_names(&self) -> Vec<String> {
         (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()

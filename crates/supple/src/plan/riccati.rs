@@ -200,7 +200,7 @@ fn step<L: Lanes>(
     let quu_k = &mut product[..m * narrow];
     multiply::<L>(quu_k, Left::plain(&q[n * wide + n..], wide), feedback, narrow, (m, m), Into::Set);
     multiply::<L>(xi, Left::transposed(feedback, narrow), quu_k, narrow, (n, m), Into::Set);
-    rows::symmetrise(xi, n, narrow);
+    rows::symmetrise::<L>(xi, n, narrow);
 
     // T = [I K'] Q, then [S | J_x] = T [I; K | k].
     let (upper, lower) = q.split_at_mut(n * wide);
@@ -216,7 +216,7 @@ fn step<L: Lanes>(
         }
         slope[i] = row[joint] + rows::dot(&row[n..joint], feedforward);
     }
-    rows::symmetrise(curvature, n, narrow);
+    rows::symmetrise::<L>(curvature, n, narrow);
     Ok(decrease)
 }
 

@@ -110,6 +110,10 @@ impl<M: Model> System for Authored<M> {
         self.program(&self.programs.observe, |r| r.observe()).run_single(&[x], phi, &mut [y]);
     }
 
+    fn picks(&self) -> Option<Vec<usize>> {
+        self.recorder().picks()
+    }
+
     fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
         self.cost(x, u, phi, false)
     }
@@ -121,13 +125,13 @@ impl<M: Model> System for Authored<M> {
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
         let program = self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian());
         let batch = Batch { first: 0, count: at.stages };
-        program.run(batch, (&at_points(at), phi), (&mut [out], &mut []), scratch);
+        program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
         let program = self.program(&self.programs.measurement_jacobian, |r| r.measurement_jacobian());
         let batch = Batch { first: 0, count: at.count() };
-        program.run(batch, (&at_points(at), phi), (&mut [out], &mut []), scratch);
+        program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
 
     fn cost_quadratics(
@@ -142,7 +146,7 @@ impl<M: Model> System for Authored<M> {
         for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
             let cell = &cells[usize::from(last)];
             let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
-            program.run(batch, (&at_points(at), phi), (&mut [out], &mut []), scratch);
+            program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
         }
     }
 
@@ -157,7 +161,7 @@ impl<M: Model> System for Authored<M> {
         let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
         let sources = [at.states.into(), at.controls.into(), after(costates)];
         let batch = Batch { first: 0, count: at.stages };
-        program.run(batch, (&sources, phi), (&mut [out], &mut []), scratch);
+        program.run(batch, (&sources, phi), (Some(out), &mut []), scratch);
     }
 
     fn contract(
@@ -174,7 +178,7 @@ impl<M: Model> System for Authored<M> {
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
         let mut run = |program: &Program, batch| {
-            program.run(batch, (&sources, phi), (&mut [&mut *joint], parameters), scratch);
+            program.run(batch, (&sources, phi), (Some(&mut *joint), parameters), scratch);
         };
         let stages = Batch { first: 0, count: at.stages };
         run(self.program(&programs.contract_dynamics, |r| r.contract_dynamics()), stages);
@@ -211,7 +215,7 @@ impl<M: Model> System for Authored<M> {
                     self.program(&self.programs.parameter_gradient_along[cell], |r| r.parameter_gradient_along(last))
                 }
             };
-            program.run(batch, (&sources, phi), (&mut [], parameters), scratch);
+            program.run(batch, (&sources, phi), (None, parameters), scratch);
         }
     }
 }

@@ -103,6 +103,11 @@ pub trait System: Send + Sync {
     /// `y = g(x)`.
     fn observe(&self, x: &[f64], phi: &[f64], y: &mut [f64]);
 
+    /// Which state each measurement is, where every one is just a state; none where any is not, or that is not known.
+    fn picks(&self) -> Option<Vec<usize>> {
+        None
+    }
+
     /// The stage cost `l(x, u)`.
     fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
 

@@ -59,6 +59,10 @@ fn sensors() {
              `flexible` (did you mean `flexible`?)",
         ),
         (
+            arm().sensing(&sensor("coupling_force", "coupling = \"gripper\"\nvariance = 1.0")),
+            "task.toml:6:12: model.sensors[0].coupling: the robot has no compliance `gripper`: it has none",
+        ),
+        (
             contact("normal = [1.0, 0.0, 0.0]")
                 .sensing(&sensor("coupling_force", "coupling = \"wall\"\nselect = [\"penetration\"]\nvariance = 1.0")),
             "task.toml:14:10: model.sensors[0].select: the robot has no measurable force `penetration`: it has \
@@ -140,7 +144,7 @@ fn costs() {
         (
             one("joint_position", "select = [\"elbo\"]"),
             "task.toml:24:10: tasks[0].costs[0].select: the robot has no moving joint `elbo`: it has \
-             `shoulder`, `elbow`, `slide`",
+             `shoulder`, `elbow`, `slide` (did you mean `elbow`?)",
         ),
         (
             one("joint_position", "target = [1.0]"),
@@ -150,12 +154,12 @@ fn costs() {
         (
             one("state", "select = [\"elbow\"]"),
             "task.toml:24:10: tasks[0].costs[0].select: the model has no state `elbow`: it has `q.shoulder`, \
-             `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide`",
+             `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide` (did you mean `q.elbow`?)",
         ),
         (
             one("frame_point", "frame = \"tol\"\ntarget = [0.0, 0.0, 0.0]"),
             "task.toml:24:9: tasks[0].costs[0].frame: the model has no link or frame `tol`: it has `base`, \
-             `upper`, `fore`, `tip`, `tool`",
+             `upper`, `fore`, `tip`, `tool` (did you mean `tool`?)",
         ),
         (
             one("frame_point", "frame = \"tool\"\naxes = [\"x\"]\ntarget = [0.0, 0.0, 0.0]"),
@@ -174,13 +178,36 @@ fn costs() {
             "task.toml:24:11: tasks[0].costs[0].contact: the model has no contact `wall`: it has none",
         ),
         (
+            contact("normal = [1.0, 0.0, 0.0]")
+                .costing(&cost("contact_force", &all("contact = \"wal\"\ntarget = 1.0\nsmoothing = 0.1"))),
+            "task.toml:32:11: tasks[0].costs[0].contact: the model has no contact `wal`: it has `wall` (did you \
+             mean `wall`?)",
+        ),
+        (
+            contact("normal = [1.0, 0.0, 0.0]").costing(&cost("penetration", &all("target = 1e-3"))),
+            "task.toml:30:1: tasks[0].costs[0].contact: is missing: the model has `wall` (name the contact)",
+        ),
+        (
+            one("penetration", "target = 1.0"),
+            "task.toml:23:8: tasks[0].costs[0].kind: the model has no contact: it has no signal `penetration`",
+        ),
+        (
             force("coupling = \"griper\"\nselect = [\"force_x\"]"),
-            "task.toml:91:12: tasks[0].costs[0].coupling: the model has no compliance `griper`: it has `gripper`",
+            "task.toml:91:12: tasks[0].costs[0].coupling: the model has no compliance `griper`: it has \
+             `gripper` (did you mean `gripper`?)",
+        ),
+        (
+            force("coupling = \"tool\"\nselect = [\"x\"]"),
+            "task.toml:91:12: tasks[0].costs[0].coupling: the model has no compliance `tool`: it has `gripper`",
+        ),
+        (
+            one("coupling_force", "coupling = \"tool\"\nselect = [\"x\"]"),
+            "task.toml:24:12: tasks[0].costs[0].coupling: the model has no compliance `tool`: it has none",
         ),
         (
             force("coupling = \"gripper\"\nselect = [\"force\"]"),
             "task.toml:92:10: tasks[0].costs[0].select: `gripper` has no `force`: it has `torque_x`, \
-             `torque_y`, `torque_z`, `force_x`, `force_y`, `force_z`",
+             `torque_y`, `torque_z`, `force_x`, `force_y`, `force_z` (did you mean `force_x`?)",
         ),
         (
             force("coupling = \"gripper\"\nselect = []"),

@@ -42,12 +42,14 @@ fn positive(value: f64, smoothing: f64) -> f64 {
     0.5 * ((value * value + smoothing * smoothing).sqrt() + value)
 }
 
-/// Normal force and the one along x, by the formulas of the documentation.
-fn forces(depth: f64, [vx, vy, _]: [f64; 3]) -> (f64, f64) {
+/// Normal force and the one along x, by the formulas of the documentation: the rim, at `(0, -radius)` from the centre,
+/// moves by `vx + radius turn` along the wall.
+fn forces(radius: f64, depth: f64, [vx, vy, turn]: [f64; 3]) -> (f64, f64) {
+    let rim = vx + radius * turn;
     let slope = 0.5 * (1.0 + depth / (depth * depth + SMOOTHING * SMOOTHING).sqrt());
     let raw = STIFFNESS * positive(depth, SMOOTHING) - DAMPING * vy * slope;
     let force = positive(raw, STIFFNESS * SMOOTHING);
-    (force, -FRICTION * force * vx / (vx * vx + SLIP * SLIP).sqrt())
+    (force, -FRICTION * force * rim / (rim * rim + SLIP * SLIP).sqrt())
 }
 
 #[test]
@@ -58,10 +60,20 @@ fn forces_and_depth_are_those_of_the_formulas() {
     {
         let x = state(y, velocity, wall);
         let depth = wall - (y - 0.2) + 0.1;
-        let (normal, along) = forces(depth, velocity);
+        let (normal, along) = forces(0.1, depth, velocity);
         assert_close("forces", &observe(&problem, &x, &[]), &[normal, along, normal, 0.0], 1e-12);
         assert_close("depth squared", &[stage_cost(&problem, &x, &[0.0; 3], &[])], &[depth * depth], 1e-12);
     }
+}
+
+/// A disc that rolls along the wall feels no friction, and one that turns in its place is driven along it.
+#[test]
+fn friction_is_that_of_the_point_that_touches() {
+    let problem = rough(0.1);
+    let along = |velocity| observe(&problem, &state(0.29, velocity, 0.0), &[])[1];
+    assert!(along([0.2, 0.0, -2.0]).abs() < 1e-12);
+    assert!(along([0.0, 0.0, 2.0]) < -1.0);
+    assert_eq!(along([0.0, 0.0, 2.0]), along([0.2, 0.0, 0.0]));
 }
 
 /// Friction acts at the rim, and turns the disc; the normal force passes through its centre. All of it is divided by
@@ -72,7 +84,7 @@ fn forces_act_where_the_sphere_touches() {
         let problem = rough(radius);
         let velocity = [0.3, -0.1, 2.0];
         let x = state(0.2 + radius - 0.004, velocity, 0.0);
-        let (normal, along) = forces(0.004, velocity);
+        let (normal, along) = forces(radius, 0.004, velocity);
         let expected = [along / 2.0, normal / 1.5, radius * along / 0.3];
         assert_close("accelerations", &accelerations(&problem, &x, &[0.0; 3], &[], 3), &expected, 1e-11);
     }
@@ -84,7 +96,8 @@ fn walls_never_pull_and_friction_opposes_motion_within_its_cone() {
     for depth in [-1.0, -0.01, -1e-3, 0.0, 1e-3, 0.02] {
         for vy in [-30.0, -1.0, 0.0, 1.0, 30.0] {
             for vx in [-2.0, -0.01, 0.0, 0.01, 2.0] {
-                let y = observe(&problem, &state(0.3 - depth, [vx, vy, -1.0], 0.0), &[]);
+                // The rim moves by vx: the centre and the turn of 4 rad/s make it up.
+                let y = observe(&problem, &state(0.3 - depth, [vx - 0.4, vy, 4.0], 0.0), &[]);
                 let [normal, along] = [y[0], y[1]];
                 assert!(normal >= 0.0, "depth {depth}, approach {vy}: {normal}");
                 assert!(along * vx <= 0.0 && (vx != 0.0 || along.abs() < 1e-9), "{along} along a motion of {vx}");

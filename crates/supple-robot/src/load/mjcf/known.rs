@@ -1,7 +1,9 @@
 //! Names of attributes that MJCF knows, so that others are told of: most often they are misspelt.
 
+use supple_files::FileError;
+
 use super::super::warnings::Warnings;
-use super::super::words::{near, shown};
+use super::super::words::{listed, near, shown};
 use super::super::xml::Element;
 
 /// Ways to give an orientation.
@@ -41,6 +43,17 @@ pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
         _ => "",
     };
     known.split_ascii_whitespace()
+}
+
+/// Finds attributes that are not known where they could change what the whole file means, such as its units.
+///
+/// # Errors
+/// The first of them, with what is known.
+pub(super) fn require_attributes(at: Element, tag: &str) -> Result<(), FileError> {
+    let known: Vec<_> = attributes(tag).collect();
+    let Some(name) = at.attributes().find(|name| !known.contains(name)) else { return Ok(()) };
+    let error = at.error_at(name, format!("attribute {} is not known; valid are {}", shown(name), listed(&known)));
+    Err(FileError { help: near(name, &known), ..error })
 }
 
 /// Warns of attributes of an element that are not known; `tag` as for [`attributes`].

@@ -58,7 +58,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
             warnings.unknown(section, &[&SECTIONS[..], &SECTIONS_IGNORED].concat());
         }
     }
-    let settings = Settings::read(root, &mut warnings)?;
+    let settings = Settings::read(root)?;
     let gravity = gravity(root, &mut warnings)?;
     let classes = Classes::read(root, &mut warnings)?;
     let mut reader = Reader::new(&settings, &classes, names, options, folder, warnings);

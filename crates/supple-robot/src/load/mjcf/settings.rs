@@ -5,7 +5,7 @@ use supple_files::FileError;
 use super::super::warnings::Warnings;
 use super::super::words::shown;
 use super::super::xml::Element;
-use super::known::check_attributes;
+use super::known::require_attributes;
 
 /// Switches of `flag` that change the dynamics where they are disabled.
 const FLAGS: [&str; 7] = ["constraint", "equality", "frictionloss", "limit", "spring", "damper", "actuation"];
@@ -57,8 +57,8 @@ impl Settings {
     /// The settings of a file.
     ///
     /// # Errors
-    /// Where one is not valid, or asks for what is not supported.
-    pub(super) fn read(root: Element, warnings: &mut Warnings) -> Result<Self, FileError> {
+    /// Where one is not valid, or not known: it may change units, or asks for what is not supported.
+    pub(super) fn read(root: Element) -> Result<Self, FileError> {
         let mut settings = Self {
             angle: std::f64::consts::PI / 180.0,
             euler: [0, 1, 2].map(|axis| Turn { axis, moving: true }),
@@ -73,7 +73,7 @@ impl Settings {
         };
         let mut asset_folder = String::new();
         for at in root.all("compiler") {
-            check_attributes(at, "compiler", warnings);
+            require_attributes(at, "compiler")?;
             settings.update(at)?;
             if let Some(folder) = at.attribute("assetdir") {
                 folder.clone_into(&mut asset_folder);

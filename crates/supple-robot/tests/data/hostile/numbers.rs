@@ -19,6 +19,14 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
         "robot.urdf:3:1: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 1",
     ),
     (
+        "a negative moment of a small link, too great for a warning",
+        r#"<robot name="r">
+<link name="a"><inertial><mass value="0.01"/>
+<inertia ixx="-1e-6" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>
+</robot>"#,
+        "robot.urdf:3:1: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1e-6, 1e-5 and 1e-5",
+    ),
+    (
         "moments that are not positive semidefinite",
         r#"<robot name="r">
 <link name="a"><inertial><mass value="1"/>

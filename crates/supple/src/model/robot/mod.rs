@@ -241,6 +241,10 @@ impl Model for Robot {
         self.tree.joints().to_vec()
     }
 
+    fn coupling_names(&self) -> Vec<String> {
+        self.compliance.iter().map(|element| element.name.clone()).collect()
+    }
+
     fn state_names(&self) -> Vec<String> {
         let own = |prefix: &'static str| {
             self.compliance.iter().flat_map(move |element| {

@@ -1,24 +1,26 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
-use supple_robot::Wrench;
+use supple_robot::{Pose, Wrench};
 use supple_robot::vector::{cross, dot, scale, sub};
 
 use super::{Compliance, ComplianceFile, Names, Unfit};
-use crate::Value;
+use crate::{Point, Value};
 use crate::model::robot::situation::{Forces, Own};
 
 /// A point or sphere on a frame against a wall whose place is not known exactly. It adds the wall's place `c` along its
 /// normal to the state, as a constant, m.
 ///
-/// With depth `d = c - n'(p - point) + radius` of the sphere about the frame's origin `p`, velocity `v` of that origin and
-/// its part `v_t` along the wall:
+/// With depth `d = c - n'(p - point) + radius` of the sphere about the frame's origin `p`, velocity `v` of that origin,
+/// and the part `v_t` along the wall of the velocity `v + w x (-radius n)` of the point that touches the wall, where `w` is
+/// the angular velocity:
 ///
 /// ```text
 /// force = (stiffness (d)_+ - damping n'v s(d))_+      (z)_+ = 1/2 (sqrt(z^2 + smoothing^2) + z), s = d(d)_+/dd
 /// friction = -friction force v_t / sqrt(|v_t|^2 + slip^2)
 /// ```
 ///
-/// where the second `(.)_+` is smoothed over the force `stiffness smoothing`, so that the wall does not pull.
+/// The force acts at that point. A turn does not move it along the normal, so damping needs no more than `v`. Above,
+/// the second `(.)_+` is smoothed over the force `stiffness smoothing`, so that the wall does not pull.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact {
     frame: usize,
@@ -81,7 +83,12 @@ impl ComplianceFile for Contact {
 }
 
 impl Contact {
-    /// Depth, normal force and the whole force on the frame in the world.
+    /// From the frame's origin to the point that touches the wall, in the axes of the frame.
+    fn lever<S: Scalar>(&self, at: &Point<S>, pose: &Pose<S>) -> [S; 3] {
+        pose.unrotate(scale(-at.value(self.radius), self.normal.map(S::constant)))
+    }
+
+    /// Depth, normal force and the whole force on the frame in the world (theory, equations R.14 and R.15).
     fn load<S: Scalar>(&self, own: &Own<S>) -> (S, S, [S; 3]) {
         let at = own.now.at;
         let (_, pose, twist) = own.now.frame(self.frame);
@@ -99,7 +106,8 @@ impl Contact {
         let force = if self.damping.is_zero() { force } else { force.smooth_positive_part(stiffness * smoothing) };
         let mut total = scale(force, normal);
         if !self.friction.is_zero() {
-            let along = sub(velocity, scale(approach, normal));
+            let touch = pose.rotate(twist.at(self.lever(at, &pose)));
+            let along = sub(touch, scale(approach, normal));
             let slip = at.value(self.slip);
             let speed = (dot(along, along) + slip * slip).sqrt();
             total = sub(total, scale(at.value(self.friction) * force / speed, along));
@@ -126,9 +134,7 @@ impl Compliance for Contact {
         let (_, _, total) = self.load(own);
         let (place, pose, _) = own.now.frame(self.frame);
         let force = pose.unrotate(total);
-        // It acts where the sphere touches: its radius against the normal from the centre.
-        let lever = pose.unrotate(scale(-own.now.at.value(self.radius), self.normal.map(S::constant)));
-        forces.add(&place, Wrench { torque: cross(lever, force), force });
+        forces.add(&place, Wrench { torque: cross(self.lever(own.now.at, &pose), force), force });
     }
 
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {

@@ -86,7 +86,7 @@ impl Names<'_> {
 /// The place of a name in a list.
 pub(super) fn find(key: &'static str, what: &str, name: &str, list: &[String]) -> Result<usize, Unfit> {
     list.iter().position(|other| other == name).ok_or_else(|| {
-        let message = format!("the robot has no {what} `{name}`: it has {}", supple_files::quoted(list));
+        let message = format!("the robot has no {what} `{name}`: {}", supple_files::owned(list));
         (key, message, supple_files::nearest(name, list))
     })
 }

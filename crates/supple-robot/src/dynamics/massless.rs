@@ -1,0 +1,154 @@
+//! Motions that move no inertia.
+
+use std::fmt;
+
+use super::Kinematics;
+use super::mass::for_each_part;
+use crate::{Numbers, Tree};
+
+/// Pivots of the mass matrix that are smaller than this part of its diagonal count as zero: rounding leaves about
+/// 1e-15.
+const SMALLEST_PIVOT: f64 = 1e-12;
+
+/// Some joints can be accelerated without force: they move no inertia.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SingularMass {
+    /// Names of the joints that such an acceleration moves.
+    pub joints: Vec<String>,
+}
+
+impl fmt::Display for SingularMass {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let names = supple_files::quoted(&self.joints);
+        match self.joints.len() {
+            1 => write!(f, "the joint {names} moves nothing that has inertia, so its acceleration is not determined"),
+            _ => write!(
+                f,
+                "the joints {names} can move together without moving anything that has inertia, so their accelerations \
+                 are not determined"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for SingularMass {}
+
+/// Whether every motion of the robot moves inertia, at positions `q`, rad or m, of the degrees of freedom.
+///
+/// # Errors
+/// Where the mass matrix is singular, naming the joints that can move without moving any inertia.
+///
+/// # Panics
+/// As [`Kinematics::of`].
+pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(), SingularMass> {
+    let mut mass = Sparse::of(tree, numbers, q);
+    let diagonal = mass.diagonal.clone();
+    let Some(motion) = mass.massless() else { return Ok(()) };
+    // In units in which each joint alone has inertia 1, or any where it has none.
+    let sizes: Vec<f64> = motion
+        .iter()
+        .zip(&diagonal)
+        .map(|(rate, inertia)| rate.abs() * if *inertia > 0.0 { inertia.sqrt() } else { 1.0 })
+        .collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let names = tree.joints().iter().zip(&sizes).filter(|(_, size)| **size > 1e-6 * largest);
+    Err(SingularMass { joints: names.map(|(name, _)| name.clone()).collect() })
+}
+
+/// A mass matrix without the entries that are always 0.
+struct Sparse {
+    diagonal: Vec<f64>,
+    /// Of every row the columns before the diagonal, in ascending order, and their entries.
+    rows: Vec<Vec<(usize, f64)>>,
+}
+
+impl Sparse {
+    fn of(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Self {
+        let mut diagonal = vec![0.0; tree.dofs()];
+        let mut rows = vec![Vec::new(); tree.dofs()];
+        for_each_part(tree, numbers, &Kinematics::at_rest(tree, numbers, q), |i, j, part| {
+            if i == j {
+                diagonal[i] += part;
+            } else {
+                rows[i.max(j)].push((i.min(j), part));
+            }
+        });
+        for row in &mut rows {
+            *row = merged(std::mem::take(row));
+        }
+        // Elimination of a row adds to all entries between its columns. The nearest row above gets those columns here,
+        // and passes them on. Only joints that follow others need this: else the columns are the bodies that carry one.
+        for k in (0..rows.len()).rev() {
+            let (above, row) = rows.split_at_mut(k);
+            let Some((&(nearest, _), others)) = row[0].split_last() else { continue };
+            let target = &mut above[nearest];
+            if !has_columns(target, others) {
+                target.extend(others.iter().map(|&(column, _)| (column, 0.0)));
+                *target = merged(std::mem::take(target));
+            }
+        }
+        Self { diagonal, rows }
+    }
+
+    /// A direction `x` with `M x = 0`, if there is one. Elimination runs from the last row to the first, `M = L' D L`
+    /// with unit lower triangular `L`, and leaves `D` on the diagonal and `L` in the rows up to the first pivot that
+    /// counts as zero.
+    fn massless(&mut self) -> Option<Vec<f64>> {
+        let least: Vec<f64> = self.diagonal.iter().map(|inertia| SMALLEST_PIVOT * inertia).collect();
+        let size = least.len();
+        let singular = (0..size).rev().find(|&k| {
+            // False where it is not a number, too.
+            let sound = self.diagonal[k] > least[k];
+            if sound {
+                self.eliminate(k);
+            }
+            !sound
+        })?;
+        // L x = the unit vector of that row, with zeros before it.
+        let mut x = vec![0.0; size];
+        x[singular] = 1.0;
+        for row in singular + 1..size {
+            x[row] = -self.rows[row].iter().map(|&(column, entry)| entry * x[column]).sum::<f64>();
+        }
+        Some(x)
+    }
+
+    /// Eliminates row `k` from those before it, of which it then is a row of `L`.
+    fn eliminate(&mut self, k: usize) {
+        let mut row = std::mem::take(&mut self.rows[k]);
+        let inverse = 1.0 / self.diagonal[k];
+        for (count, &(i, entry)) in row.iter().enumerate() {
+            let factor = entry * inverse;
+            self.diagonal[i] -= factor * entry;
+            let mut targets = self.rows[i].iter_mut();
+            for &(j, other) in &row[..count] {
+                if let Some((_, target)) = targets.find(|(column, _)| *column == j) {
+                    *target -= factor * other;
+                }
+            }
+        }
+        for (_, entry) in &mut row {
+            *entry *= inverse;
+        }
+        self.rows[k] = row;
+    }
+}
+
+/// A row with its columns in ascending order, each once.
+fn merged(mut row: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+    row.sort_by_key(|&(column, _)| column);
+    row.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1 += next.1;
+        }
+        same
+    });
+    row
+}
+
+/// Whether a row has all columns of another; both in ascending order.
+fn has_columns(row: &[(usize, f64)], others: &[(usize, f64)]) -> bool {
+    let mut columns = row.iter().map(|&(column, _)| column);
+    others.iter().all(|&(column, _)| columns.any(|other| other == column))
+}

@@ -1,0 +1,117 @@
+//! Second derivatives of costs and dynamics.
+
+use supple_kernels::graph::{Node, Program, Target, record, vjp};
+use supple_kernels::{Scalar, padded};
+
+use super::{Outputs, Recorder, add, set, weigh};
+use crate::Model;
+use crate::cost::{Norm, Weights};
+use crate::system::Curvature;
+use crate::system::trace::{Linearised, Trace, column, dot, entries, jacobian, source};
+
+impl<M: Model> Recorder<'_, M> {
+    /// `[l_zz | l_z]` (theory, equation P.1a): with Gauss-Newton curvature `R' nu_rr R`, `R = dr/dz`.
+    pub fn cost_quadratic(&self, curvature: Curvature, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let joint = trace.z.len();
+            let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &trace.z);
+            let exact = jacobian(&gradient, &trace.z);
+            let hessian = match curvature {
+                Curvature::Exact => exact.clone(),
+                Curvature::GaussNewton => self.gauss_newton(&trace, last),
+            };
+            let stride = padded(joint + 1);
+            let mut outputs = Outputs::new();
+            for a in 0..joint {
+                set(&mut outputs, gradient[a], a * stride + joint);
+                // Both curvatures write the same entries: they take turns with one matrix.
+                for b in (a..joint).filter(|&b| !(hessian[a][b].is_zero() && exact[a][b].is_zero())) {
+                    outputs.push((hessian[a][b], Target::Set { sink: 0, offset: a * stride + b }));
+                    if a != b {
+                        outputs.push((hessian[a][b], Target::Set { sink: 0, offset: b * stride + a }));
+                    }
+                }
+            }
+            Program::compile(&outputs)
+        })
+    }
+
+    fn gauss_newton(&self, trace: &Trace<M>, last: bool) -> Vec<Vec<Node>> {
+        let joint = trace.z.len();
+        let mut hessian = vec![vec![Node::zero(); joint]; joint];
+        for (cost, r) in self.costs.iter().zip(trace.residuals(self.costs)) {
+            let rows = jacobian(&r, &trace.z);
+            let mut add = |i: usize, j: usize, weight: Node| {
+                for a in 0..joint {
+                    for b in a..joint {
+                        hessian[a][b] += weight * rows[i][a] * rows[j][b];
+                    }
+                }
+            };
+            match (cost.weights(last), cost.norm) {
+                (Weights::Equal(weight), norm) => {
+                    let weight: Node = weight.resolve(&trace.phi);
+                    for (i, &r) in r.iter().enumerate() {
+                        let curvature = match norm {
+                            Norm::Quadratic => Node::constant(2.0),
+                            Norm::Absolute { smoothing } => {
+                                let s: Node = smoothing.resolve(&trace.phi);
+                                let inverse = r.mul_add(r, s * s).sqrt().recip();
+                                s * s * inverse * inverse * inverse
+                            }
+                        };
+                        add(i, i, weight * curvature);
+                    }
+                }
+                (Weights::Matrix(weights), _) => {
+                    for (i, row) in weights.iter().enumerate() {
+                        for (j, weight) in row.iter().enumerate() {
+                            add(i, j, weight.resolve::<Node>(&trace.phi) * 2.0);
+                        }
+                    }
+                }
+            }
+        }
+        hessian
+    }
+
+    /// `(lambda' f)_zz`, added (theory, equation U.5): with `mu = -M^-1 F_w' lambda` and `D = [I; W]`,
+    /// `D' (lambda' F + mu' r)'' D` by `(z, w)`.
+    pub fn dynamics_curvature(&self) -> Program {
+        record(|| {
+            let trace = self.trace(false);
+            let dynamics = trace.dynamics();
+            let Linearised { f_w, directions, .. } = dynamics.linearise(&trace.z);
+            let lambda = entries(source::COSTATE, dynamics.next.len());
+            let mu: Vec<Node> = dynamics.multipliers(&f_w, &lambda).into_iter().map(Node::opaque).collect();
+            let joint = trace.z.len();
+            // The multipliers stand still: they are variables that nothing moves.
+            let variables: Vec<Node> = dynamics.variables(&trace.z).into_iter().chain(mu.iter().copied()).collect();
+            let lagrangian: Vec<_> = weigh(&dynamics.next, &lambda).chain(weigh(&dynamics.residual, &mu)).collect();
+            let gradient = vjp(&lagrangian, &variables);
+            let moving = joint + dynamics.w.len();
+            let hessian: Vec<Vec<Node>> =
+                gradient[..moving].iter().map(|&entry| vjp(&[(entry, Node::one())], &variables)).collect();
+            let by_unknown = |a: usize| hessian[a][joint..moving].iter().copied();
+            let stride = padded(joint + 1);
+            let mut outputs = Outputs::new();
+            for a in 0..joint {
+                // W_a' H_ww
+                let through: Vec<Node> =
+                    (joint..moving).map(|l| dot(directions[a].iter().copied(), column(&hessian[joint..], l))).collect();
+                for b in a..joint {
+                    let sum = hessian[a][b]
+                        + dot(by_unknown(a), directions[b].iter().copied())
+                        + dot(by_unknown(b), directions[a].iter().copied())
+                        + dot(through.iter().copied(), directions[b].iter().copied());
+                    add(&mut outputs, sum, a * stride + b);
+                    if a != b {
+                        add(&mut outputs, sum, b * stride + a);
+                    }
+                }
+            }
+            Program::compile(&outputs)
+        })
+    }
+}

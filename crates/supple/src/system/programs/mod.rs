@@ -1,0 +1,77 @@
+//! The programs of a system: its functions and their derivatives, recorded and compiled. One file by kind of derivative.
+
+use supple_kernels::graph::{Node, Target, depends, record, vjp};
+
+use super::trace::{Dynamics, Trace};
+use crate::cost::Cost;
+use crate::{Model, Value};
+
+mod contraction;
+mod curvature;
+mod jacobians;
+mod parameters;
+mod values;
+
+/// A model with its costs, to be recorded.
+#[derive(Clone, Copy)]
+pub(super) struct Recorder<'a, M> {
+    pub model: &'a M,
+    pub costs: &'a [Cost],
+    pub time_step: Value,
+    pub parameters: usize,
+}
+
+/// Entries that become results, but for those that are always 0 where they are only to be added.
+type Outputs = Vec<(Node, Target)>;
+
+impl<M: Model> Recorder<'_, M> {
+    fn trace(&self, last: bool) -> Trace<'_, M> {
+        Trace::new(self.model, self.time_step, self.parameters, last)
+    }
+
+    /// Which parameters any function depends on.
+    pub fn dependencies(&self) -> Vec<bool> {
+        record(|| {
+            let trace = self.trace(false);
+            let Dynamics { next, residual, .. } = trace.dynamics();
+            let mut all = [next, residual, trace.measurement()].concat();
+            all.extend([trace.cost(self.costs, false), self.trace(true).cost(self.costs, true)]);
+            trace.phi.iter().map(|&parameter| depends(&all, parameter)).collect()
+        })
+    }
+
+    /// `nu' r_phi`
+    fn by_parameters(&self, trace: &Trace<M>, dynamics: &Dynamics, nu: &[Node]) -> Vec<Node> {
+        let held = dynamics.variables(&trace.z);
+        let weighed: Vec<_> = weigh(&dynamics.residual, nu).collect();
+        vjp(&weighed, &[held.clone(), trace.phi.clone()].concat()).split_off(held.len())
+    }
+}
+
+/// Pairs of outputs and their weights.
+fn weigh<'a>(outputs: &'a [Node], weights: &'a [Node]) -> impl Iterator<Item = (Node, Node)> + 'a {
+    outputs.iter().copied().zip(weights.iter().copied())
+}
+
+fn vector(nodes: &[Node]) -> Outputs {
+    nodes.iter().enumerate().map(|(i, &node)| (node, Target::Set { sink: 0, offset: i })).collect()
+}
+
+/// An entry that is always 0 stays so: outputs begin as zeros.
+fn set(outputs: &mut Outputs, node: Node, offset: usize) {
+    if !node.is_zero() {
+        outputs.push((node, Target::Set { sink: 0, offset }));
+    }
+}
+
+fn add(outputs: &mut Outputs, node: Node, offset: usize) {
+    if !node.is_zero() {
+        outputs.push((node, Target::Add { sink: 0, offset }));
+    }
+}
+
+fn sum(outputs: &mut Outputs, node: Node, index: usize) {
+    if !node.is_zero() {
+        outputs.push((node, Target::Sum { index }));
+    }
+}

@@ -1,0 +1,83 @@
+//! Gradients by the parameters of the Lagrangian of a plan.
+
+use supple_kernels::Scalar;
+use supple_kernels::graph::{Node, Program, record, tangent, vjp};
+
+use super::{Outputs, Recorder, sum, weigh};
+use crate::Model;
+use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
+
+impl<M: Model> Recorder<'_, M> {
+    /// The gradient by the parameters of the Lagrangian `l + lambda' f` (theory, equation U.4).
+    pub fn parameter_gradient(&self, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let mut weighed = vec![(trace.cost(self.costs, last), Node::one())];
+            let mut held = trace.z.clone();
+            if !last {
+                let dynamics = trace.dynamics();
+                let Linearised { f_w, .. } = dynamics.linearise(&trace.z);
+                let lambda = entries(source::COSTATE, dynamics.next.len());
+                weighed.extend(weigh(&dynamics.next, &lambda));
+                weighed.extend(weigh(&dynamics.residual, &dynamics.multipliers(&f_w, &lambda)));
+                held = dynamics.variables(&trace.z);
+            }
+            let gradient = vjp(&weighed, &[held.clone(), trace.phi.clone()].concat());
+            let mut outputs = Outputs::new();
+            for (i, &entry) in gradient[held.len()..].iter().enumerate() {
+                sum(&mut outputs, entry, i);
+            }
+            Program::compile(&outputs)
+        })
+    }
+
+    /// The derivative of that gradient along a variation `(dz, dlambda)` (theory, equation U.8):
+    /// `dz' (l + lambda' f)_{z phi} + dlambda' f_phi`.
+    pub fn parameter_gradient_along(&self, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let dz = entries(source::VARIATION, trace.z.len());
+            let seeds: Vec<_> = weigh(&trace.z, &dz).collect();
+            let cost = trace.cost(self.costs, last);
+            let total = if last {
+                vjp(&[(tangent(&[cost], &seeds)[0], Node::one())], &trace.phi)
+            } else {
+                self.stage_gradient_along(&trace, cost, seeds, &dz)
+            };
+            let mut outputs = Outputs::new();
+            for (i, entry) in total.into_iter().enumerate() {
+                sum(&mut outputs, entry, i);
+            }
+            Program::compile(&outputs)
+        })
+    }
+
+    fn stage_gradient_along(
+        &self,
+        trace: &Trace<M>,
+        cost: Node,
+        mut seeds: Vec<(Node, Node)>,
+        dz: &[Node],
+    ) -> Vec<Node> {
+        let dynamics = trace.dynamics();
+        let Linearised { f_w, directions, .. } = dynamics.linearise(&trace.z);
+        let n = dynamics.next.len();
+        let (lambda, dlambda) = (entries(source::COSTATE, n), entries(source::COSTATE_VARIATION, n));
+        let mu = dynamics.multipliers(&f_w, &lambda);
+        // The variation stands still: it is a variable that nothing moves.
+        let dw: Vec<Node> =
+            (0..dynamics.w.len()).map(|l| dot(column(&directions, l), dz.iter().copied()).opaque()).collect();
+        seeds.extend(weigh(&dynamics.w, &dw));
+        let rates = tangent(&[vec![cost], dynamics.next.clone(), dynamics.residual.clone()].concat(), &seeds);
+        let weights = [vec![Node::one()], lambda, mu].concat();
+        let mut weighed: Vec<_> = weigh(&rates, &weights).collect();
+        weighed.extend(weigh(&dynamics.next, &dlambda));
+        let moving = dynamics.variables(&trace.z);
+        let held = [moving.clone(), dw].concat();
+        let gradient = vjp(&weighed, &[held.clone(), trace.phi.clone()].concat());
+        // What moves w moves the rates, and dlambda' F, through it.
+        let nu = dynamics.respond(gradient[trace.z.len()..moving.len()].to_vec());
+        let through = self.by_parameters(trace, &dynamics, &nu);
+        gradient[held.len()..].iter().zip(through).map(|(&direct, through)| direct + through).collect()
+    }
+}

@@ -1,0 +1,39 @@
+//! The functions themselves.
+
+use supple_kernels::graph::{Program, Target, record};
+
+use super::{Recorder, vector};
+use crate::Model;
+use crate::system::trace::source;
+
+impl<M: Model> Recorder<'_, M> {
+    /// `f`
+    pub fn step(&self) -> Program {
+        record(|| Program::compile(&vector(&self.trace(false).dynamics().next)))
+    }
+
+    /// `f`, and `l` as the second sink.
+    pub fn advance(&self) -> Program {
+        record(|| {
+            let trace = self.trace(false);
+            let mut outputs = vector(&trace.dynamics().next);
+            outputs.push((trace.cost(self.costs, false), Target::Set { sink: 1, offset: 0 }));
+            Program::compile(&outputs)
+        })
+    }
+
+    /// `g`
+    pub fn observe(&self) -> Program {
+        record(|| Program::compile(&vector(&self.trace(false).measurement())))
+    }
+
+    /// Which state each measurement is, where every one is just a state.
+    pub fn picks(&self) -> Option<Vec<usize>> {
+        record(|| self.trace(true).measurement().into_iter().map(|y| y.entry_of(source::STATE)).collect())
+    }
+
+    /// `l` or `l_N`
+    pub fn cost(&self, last: bool) -> Program {
+        record(|| Program::compile(&vector(&[self.trace(last).cost(self.costs, last)])))
+    }
+}
