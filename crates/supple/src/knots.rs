@@ -57,8 +57,9 @@ impl Knots {
     /// Fills `C` at all points of a trajectory.
     pub fn linearise_measurement(&mut self, system: &dyn System, at: Points, phi: &[f64], scratch: &mut Scratch) {
         system.measurement_jacobians(at, phi, &mut self.measurement, scratch);
-        if self.picks.is_none() {
-            self.picks = system.picks();
+        let picks = system.picks();
+        if self.picks.as_deref() != picks {
+            self.picks = picks.map(<[usize]>::to_vec);
         }
     }
 

@@ -245,8 +245,8 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     ),
     (
         "a setting that is like no other",
-        "<mujoco>\n<compiler x='1'/><worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:14: compiler: attribute `x` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more",
+        "<mujoco>\n<compiler qq='1'/><worldbody>\n\n</worldbody></mujoco>",
+        "robot.xml:2:14: compiler: attribute `qq` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more",
     ),
     (
         "an unknown sequence of axes",

@@ -172,6 +172,9 @@ fn inertia_is_checked_where_joints_follow_others() {
     assert_eq!(arms(&[None, None, Some(rod()), Some(rod())]), Ok(()));
     assert_eq!(arms(&[Some(rod()), Some(rod()), None, Some(rod())]), Ok(()));
     assert_eq!(arms(&[Some(rod()), Some(rod()), None, None]), Err(vec!["tip".to_owned()]));
-    // Three motions, and two rods that turn: one motion is free.
-    assert_eq!(arms(&[Some(rod()), None, None, None]).unwrap_err().contains(&"two".to_owned()), true);
+    assert_eq!(arms(&[Some(rod()), None, Some(rod()), None]), Err(vec!["two".to_owned()]));
+    // Three joints, and two bodies that can only be turned: one motion turns neither.
+    let wheel = Inertia { mass: 0.0, center: [0.0; 3], moment: [[0.0; 3], [0.0; 3], [0.0, 0.0, 1.0]] };
+    let all = ["one", "two", "tip"].map(str::to_owned).to_vec();
+    assert_eq!(arms(&[None, None, Some(wheel), Some(wheel)]), Err(all));
 }

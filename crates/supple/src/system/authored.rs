@@ -27,6 +27,7 @@ struct Programs {
     step: OnceLock<Program>,
     advance: OnceLock<Program>,
     observe: OnceLock<Program>,
+    picks: OnceLock<Option<Vec<usize>>>,
     cost: [OnceLock<Program>; 2],
     dynamics_jacobian: OnceLock<Program>,
     measurement_jacobian: OnceLock<Program>,
@@ -110,8 +111,8 @@ impl<M: Model> System for Authored<M> {
         self.program(&self.programs.observe, |r| r.observe()).run_single(&[x], phi, &mut [y]);
     }
 
-    fn picks(&self) -> Option<Vec<usize>> {
-        self.recorder().picks()
+    fn picks(&self) -> Option<&[usize]> {
+        self.programs.picks.get_or_init(|| self.recorder().picks()).as_deref()
     }
 
     fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {

@@ -104,7 +104,7 @@ pub trait System: Send + Sync {
     fn observe(&self, x: &[f64], phi: &[f64], y: &mut [f64]);
 
     /// Which state each measurement is, where every one is just a state; none where any is not, or that is not known.
-    fn picks(&self) -> Option<Vec<usize>> {
+    fn picks(&self) -> Option<&[usize]> {
         None
     }
 
