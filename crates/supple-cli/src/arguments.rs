@@ -6,6 +6,7 @@ use supple::design::{GradientKind, Method};
 use supple::{Level, Problem, file};
 
 use crate::failure::Failure;
+use crate::output::warn;
 
 /// Design compliant robots that need little information to be controlled.
 #[derive(Debug, Parser)]
@@ -104,7 +105,7 @@ pub struct Loaded {
 }
 
 impl TaskArguments {
-    /// The problem, and its parameters as set.
+    /// The problem, and its parameters as set; warnings go to standard error.
     pub fn load(&self) -> Result<Loaded, Failure> {
         let text = file::read_text(&self.task)?;
         let problem = Problem::parse(&text, &self.task.display().to_string())?;
@@ -115,6 +116,7 @@ impl TaskArguments {
             let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
             problem.parameters.set(&mut phi, name.trim(), value).map_err(|error| wrong(&error.to_string()))?;
         }
+        problem.warnings.iter().for_each(|warning| warn(warning));
         Ok(Loaded { problem, phi, text })
     }
 }

@@ -1,5 +1,4 @@
 //! `supple`: design compliant robots that need little information to be controlled.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod arguments;
 mod commands;

@@ -20,6 +20,12 @@ pub fn print_text(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// A warning on standard error.
+pub fn warn(warning: &str) {
+    // Nobody is left to tell where this fails.
+    let _ = writeln!(std::io::stderr(), "warning: {warning}");
+}
+
 fn to_json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value).map_err(|error| Failure::write("JSON", error.into()))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use comfy_table::{CellAlignment, Table, presets};
 use supple::check::CheckReport;
 use supple::design::DesignStatus;
-use supple::{Evaluation, Problem, TaskEvaluation};
+use supple::{Evaluation, LimitViolation, Problem, TaskEvaluation};
 
 use crate::commands::DesignReport;
 
@@ -106,6 +106,9 @@ pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
     if !at_box.is_empty() {
         let _ = writeln!(page, "{}.\n", at_box.join("; "));
     }
+    for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
+        let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
+    }
     let _ = writeln!(page, "{}", verdict(problem, report));
     page
 }
@@ -198,12 +201,28 @@ pub fn evaluation_page(problem: &Problem, at: &Evaluation) -> String {
         align_right(&mut rows, 1..2);
         let body = rows.to_string();
         let _ = writeln!(page, "{}\n", body.trim_start_matches(|c: char| c.is_whitespace() && c != ' ').trim_end());
+        if !task.limits_violated.is_empty() {
+            let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
+        }
+        if task.stability.numerically_unstable {
+            let _ = writeln!(page, "  {}\n", task.stability);
+        }
         page.push_str(&gradient_tables(task));
     }
     if at.tasks.len() > 1 {
         let _ = writeln!(page, "all tasks: {} bits", number(at.objective.information_bits));
     }
     page
+}
+
+/// A line for each limit that the plan of a task violates.
+fn limit_lines(task: &TaskEvaluation) -> String {
+    let line = |LimitViolation { name, worst, limit, step, steps }: &LimitViolation| {
+        let side = if worst > limit { "above" } else { "below" };
+        let steps = if *steps == 1 { "1 step".into() } else { format!("{steps} steps") };
+        format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), number(*limit))
+    };
+    task.limits_violated.iter().map(line).collect()
 }
 
 /// How far a cost is above its bound, also relative to a bound that is not 0.

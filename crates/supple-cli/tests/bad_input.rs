@@ -133,7 +133,7 @@ fn missing_keys() {
     meet("", (1, 1), "model", "is missing");
     meet("\n# nothing\n", (1, 1), "model", "is missing");
     meet_all(&[
-        two_mass(["kind = \"two_mass\"", ""], "[model]", "model.kind", "must be one of `linear`, `two_mass`"),
+        two_mass(["kind = \"two_mass\"", ""], "[model]", "model.kind", "must be one of `linear`, `robot`, `two_mass`"),
         two_mass(["kind = \"contact_force\"", ""], "[[tasks.costs]]", "tasks[0].costs[0].kind", "`contact_force`"),
         two_mass(["initial = 60.0", ""], "[parameters.k1]", "parameters.k1.initial", "is missing"),
         two_mass(["bounds = [20.0, 120.0]", ""], "[parameters.k1]", "parameters.k1.bounds", "is missing"),
@@ -373,7 +373,7 @@ fn names_of_tasks_states_and_signals() {
             "tasks[0].costs[2].select",
             "no state `w`: it has `x1`",
         ),
-        linear(["[\"x1\", \"x2\"]", "[]"], "[]", "tasks[1].costs[0].select", "name at least one state"),
+        linear(["[\"x1\", \"x2\"]", "[]"], "[]", "tasks[1].costs[0].select", "name at least one"),
         linear(
             ["kind = \"control\"", "kind = \"penetration\""],
             "\"penetration\"",

@@ -428,6 +428,7 @@ fn violations(schema: &Value, value: &Value, root: &Value, path: &str) -> Vec<St
             let count = argument.as_array().unwrap().iter().filter(fits).count();
             broken(count == 1, format!("fits {count} and not one"))
         }
+        "enum" => broken(argument.as_array().unwrap().contains(value), format!("is none of {argument}")),
         "const" => broken(value == argument, format!("is not {argument}")),
         "type" => {
             let name = match value {
@@ -609,6 +610,16 @@ fn a_full_disk_is_a_failure() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let run = Run::of(&command.stdout(full).output().unwrap());
     assert!(run.error().contains("standard output: "), "{run:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_error_that_cannot_be_told_is_still_one() {
+    let folder = Folder::with_task(TWO_MASS.replace("steps = ", "stesp = "));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(["evaluate", "task.toml"]).current_dir(folder.path(""));
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    assert_eq!(command.stderr(full).output().unwrap().status.code(), Some(2));
 }
 
 #[cfg(unix)]

@@ -425,3 +425,32 @@ fn what_is_known_is_folded() {
     });
     assert!(Program::compile(&[]).is_empty());
 }
+
+/// Long batches are shared by the threads of the pool, in whatever pieces.
+#[test]
+fn threads_do_not_change_a_bit() {
+    let program = record(|| {
+        let inputs = nodes();
+        let mut x = inputs[0];
+        for _ in 0..200 {
+            x = (x * inputs[1] + inputs[5]).sin() * inputs[6] + inputs[2];
+        }
+        Program::compile(&set(&[x, x * x]))
+    });
+    let setting = Setting::new(9_001, 5);
+    let run = |threads: usize, first: usize, count: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut out = Matrices::vectors(setting.knots.count(), 2);
+        pool.install(|| {
+            let inputs = (&setting.sources()[..], &setting.parameters[..]);
+            program.run(Batch { first, count }, inputs, (Some(&mut out), &mut []), &mut Scratch::new());
+        });
+        out
+    };
+    let alone = run(1, 3, 8_997);
+    assert_eq!(alone.get(2, 0, 0), 0.0);
+    assert_eq!(alone.get(9_000, 0, 0), 0.0);
+    for threads in [2, 3, 7] {
+        assert!(run(threads, 3, 8_997) == alone, "{threads} threads");
+    }
+}

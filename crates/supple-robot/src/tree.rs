@@ -61,7 +61,7 @@ pub(crate) struct Place {
 }
 
 impl Tree {
-    /// The tree of a robot, which has to be as [`load`](crate::load) gives them: links after their parents, joint `i`
+    /// The tree of a robot, which has to be as [`load`](crate::load()) gives them: links after their parents, joint `i`
     /// carrying link `i + 1`, and every joint that follows another leading to a joint that moves and follows none. A
     /// joint that does not lead to one, for example because joints follow one another in a circle, is taken to follow
     /// none.

@@ -1,3 +1,5 @@
+use crate::stability::Stability;
+
 /// Why something could not be computed.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Error {
@@ -16,6 +18,16 @@ pub enum Error {
         what: &'static str,
         /// Where.
         step: usize,
+    },
+    /// A plan could not be computed where the time step is too large for the model.
+    #[error("task `{task}`: {error}: {stability}")]
+    TimeStep {
+        /// The task.
+        task: String,
+        /// What could not be computed.
+        error: Box<Error>,
+        /// How large the time step may be.
+        stability: Stability,
     },
     /// Something has the wrong shape.
     #[error("{what} has length {found}, not {expected}")]

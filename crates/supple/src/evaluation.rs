@@ -7,11 +7,13 @@ use supple_kernels::Matrices;
 use crate::design::{best_of_guesses, search_branches};
 use crate::gradient::{FrozenGradient, Functional, recursion_radius};
 use crate::information::{entropy_form, paper_form};
+use crate::limits::{LimitViolation, limits_violated};
 use crate::parameters::Parameters;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task};
 use crate::simulate::{MonteCarlo, monte_carlo};
+use crate::stability::{Stability, stability};
 use crate::{CostParts, Error};
 
 /// What to find beside information and cost.
@@ -101,6 +103,10 @@ pub struct TaskEvaluation {
     /// Different local minima of the plan seen, where they were searched for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branches: Option<usize>,
+    /// Limits of the model that its plan violates.
+    pub limits_violated: Vec<LimitViolation>,
+    /// Whether the time step is short enough.
+    pub stability: Stability,
     /// Its expected cost.
     pub cost: CostReport,
     /// Its directed information.
@@ -278,6 +284,8 @@ fn evaluate_task(
         regularised_iterations: state.plan.regularised,
         belief_repairs: state.belief.repairs,
         branches,
+        limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
+        stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
         information: information_report(task, phi, state),
         gradient,

@@ -10,6 +10,7 @@ pub mod file;
 pub mod gradient;
 pub mod information;
 pub mod knots;
+mod limits;
 mod model;
 pub mod noise;
 pub mod parameters;
@@ -18,6 +19,7 @@ pub mod plan;
 mod problem;
 mod shape;
 pub mod simulate;
+mod stability;
 pub mod system;
 mod trajectory;
 mod value;
@@ -29,8 +31,10 @@ pub use evaluation::{
     Objective, TaskEvaluation, TotalReport, TrajectoryReport, VALID_STATIONARITY,
 };
 pub use file::FileError;
-pub use model::{Dimensions, Linear, Model, Point, TwoMass};
+pub use limits::{LimitViolation, limits_violated};
+pub use model::{Dimensions, Limit, Limited, Linear, Model, Point, TwoMass};
 pub use problem::{Problem, Task};
+pub use stability::{Stability, stability};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};
 pub use trajectory::Trajectory;
 pub use value::Value;

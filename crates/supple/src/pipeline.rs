@@ -76,10 +76,11 @@ impl TaskState {
         settings: &PlanSettings,
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
+        self.gradient_work.forget();
         task.write_guess(phi, controls, &mut self.plan.trajectory);
         match settings.mode {
             PlanMode::Nominal => {
-                plan(&*task.system, phi, settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
+                plan(task.nominal(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
             }
             PlanMode::Sampled => {
                 task.noise.resolve(phi, &mut self.noise)?;
@@ -93,6 +94,7 @@ impl TaskState {
     /// # Errors
     /// Where a covariance is indefinite.
     pub fn assess(&mut self, task: &Task, phi: &[f64]) -> Result<(), Error> {
+        self.gradient_work.forget();
         task.noise.resolve(phi, &mut self.noise)?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;

@@ -3,7 +3,7 @@ use supple_kernels::Matrices;
 use crate::design::DesignSettings;
 use crate::noise::NoiseModel;
 use crate::parameters::Parameters;
-use crate::plan::PlanSettings;
+use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
 use crate::system::System;
 use crate::trajectory::Trajectory;
 use crate::{Error, Value};
@@ -20,6 +20,8 @@ pub struct Problem {
     pub planning: PlanSettings,
     /// How designs are searched for.
     pub design: DesignSettings,
+    /// What of the files is ignored or most likely wrong, for people; empty where all is well.
+    pub warnings: Vec<String>,
 }
 
 /// One task: a system with its costs, start, noise and bound.
@@ -38,6 +40,8 @@ pub struct Task {
     pub initial_state: Vec<Value>,
     /// First guess of the controls: one row for all steps, or one per step; each of length m.
     pub initial_control: Vec<Vec<Value>>,
+    /// Bounds that plans and their control laws keep; none by default.
+    pub control_bounds: Option<ControlBounds>,
     /// Its noise.
     pub noise: NoiseModel,
     /// Model and costs, differentiated.
@@ -45,6 +49,11 @@ pub struct Task {
 }
 
 impl Task {
+    /// What its plan is searched for at `phi`.
+    pub fn nominal<'a>(&'a self, phi: &'a [f64]) -> NominalProblem<'a> {
+        NominalProblem { system: &*self.system, phi, bounds: self.control_bounds.as_ref() }
+    }
+
     /// The first guess of the controls at `phi`, times a factor.
     pub fn guess(&self, phi: &[f64], factor: f64) -> Matrices {
         let mut controls = Matrices::vectors(self.steps, self.system.dimensions().controls);
@@ -82,6 +91,9 @@ impl Task {
         check("the initial covariance", self.noise.initial.order(), size.states)?;
         check("the process covariance", self.noise.process.order(), size.states)?;
         check("the measurement covariance", self.noise.measurement.order(), size.measurements)?;
+        if let Some(bounds) = &self.control_bounds {
+            check("the bounds of the controls", bounds.lower().len(), size.controls)?;
+        }
         if self.initial_control.len() != 1 {
             check("initial_control", self.initial_control.len(), self.steps)?;
         }

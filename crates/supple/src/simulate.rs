@@ -111,7 +111,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Runs all samples under `u = ubar + k + K (mu - xbar)`; sample `i` draws from stream `first + i` of the seed.
+    /// Runs all samples under `u = ubar + k + K (mu - xbar)`, kept within the task's bounds of the controls; sample `i` draws from stream `first + i` of the seed.
     ///
     /// Where `record` is given, it receives the estimates and controls of the first sample.
     pub fn run(
@@ -165,6 +165,9 @@ impl ClosedLoop {
                     let gains = &feedback[a * stride..];
                     let deviation: f64 = gains.iter().zip(mean).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum();
                     *u = ubar[a] + feedforward[a] + deviation;
+                }
+                if let Some(bounds) = &task.control_bounds {
+                    bounds.clamp(u);
                 }
                 let x = states.vector_mut(sample);
                 costs[sample] += task.system.stage_cost(x, u, phi, scratch);

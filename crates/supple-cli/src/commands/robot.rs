@@ -13,7 +13,7 @@ use supple_robot::{
 use crate::Outcome;
 use crate::arguments::RobotOptions;
 use crate::failure::Failure;
-use crate::output::print_text;
+use crate::output::{print_text, warn};
 
 /// Gravity where nothing else is asked for, m/s^2.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -42,12 +42,6 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     }
     print(&dynamics(&robot, &tree, &state)?)?;
     Ok(Outcome::Success)
-}
-
-/// A warning on standard error.
-fn warn(warning: &str) {
-    // Nobody is left to tell where this fails.
-    let _ = writeln!(std::io::stderr(), "warning: {warning}");
 }
 
 /// The numbers of a list; what is left out at its end is 0.

@@ -19,7 +19,7 @@ const SHALLOW: usize = 9;
 ///
 /// `tau` are all forces in the joints, N m or N: those of drives plus [`passive_forces`](crate::passive_forces).
 /// `external` is as in [`inverse_dynamics`]. Where joints follow others, or no more than nine bodies are carried by one
-/// another, this is [`solve`] with the mass matrix, and else [`articulated_bodies`]: both give the same, and this is
+/// another, this is [`solve`](solve()) with the mass matrix, and else [`articulated_bodies`]: both give the same, and this is
 /// what takes fewer operations. Where the mass matrix is singular, which [`check_inertia`](crate::check_inertia) tells,
 /// accelerations are not finite.
 ///

@@ -246,7 +246,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a setting that is like no other",
         "<mujoco>\n<compiler qq='1'/><worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:14: compiler: attribute `qq` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more",
+        "robot.xml:2:15: compiler: attribute `qq` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more",
     ),
     (
         "an unknown sequence of axes",

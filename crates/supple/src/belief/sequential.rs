@@ -15,7 +15,7 @@ pub(super) fn applies(picks: Option<&[usize]>, noise: &Noise) -> bool {
     picks.is_some() && independent()
 }
 
-/// From `P_t` to `Sigma_t`: for each measurement of state `s` with variance `v`, with `g` the row `s` of `P`,
+/// From `P_t` to `Sigma_t` (theory, equation B.2b): for each measurement of state `s` with variance `v`, with `g` the row `s` of `P`,
 ///
 /// ```text
 /// S = g_s + v      P <- P - g g' / S, of which row and column s are g v / S to the last digit
@@ -72,8 +72,8 @@ pub(super) fn correct<L: Lanes>(
     Ok(())
 }
 
-/// From the adjoint `Sb` of `Sigma_t`, in `work.sigma`, to that of `P_t` in `work.other`: the measurements in reverse,
-/// each with
+/// From the adjoint `Sb` of `Sigma_t`, in `work.sigma`, to that of `P_t` in `work.other` (theory, equation B.2c): the
+/// measurements in reverse, each with
 ///
 /// ```text
 /// h = Sb g / S     k = g' h / S + i / (2 S)     Sb <- Sb - h e_s' - e_s h' + k e_s e_s'     vb += k

@@ -8,6 +8,7 @@ use supple_kernels::Matrices;
 use super::visit::{Scaling, continue_plan};
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
+use crate::stability::explain;
 use crate::{Error, Value};
 
 /// Factors by which a constant first guess is scaled to find the plan of least cost.
@@ -39,11 +40,12 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
     }
     match (best, first_error) {
         (Some((.., controls)), _) => {
-            state.plan_only(task, phi, &problem.planning, Some(&controls))?;
+            let planned = state.plan_only(task, phi, &problem.planning, Some(&controls));
             state.plan.iterations += iterations;
-            state.assess(task, phi)
+            let assessed = planned.and_then(|()| state.assess(task, phi));
+            assessed.map_err(|error| explain(task, phi, error, &state.plan.trajectory))
         }
-        (None, Some(error)) => Err(error),
+        (None, Some(error)) => Err(explain(task, phi, error, &state.plan.trajectory)),
         (None, None) => Err(Error::NotFinite { what: "the first guess", step: 0 }),
     }
 }

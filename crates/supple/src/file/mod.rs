@@ -64,9 +64,10 @@ impl Problem {
         let (read, used) = with_names(&parameters.names(), || {
             let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let model = read_model(&document, &parameters, folder)?;
-            tasks::read(&document, &*model, &parameters)
+            let tasks = tasks::read(&document, &*model, &parameters)?;
+            Ok((tasks, model.warnings()))
         });
-        let tasks = read?;
+        let (tasks, warnings) = read?;
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
             let place = ["parameters".into(), Place::Key(name)];
@@ -75,7 +76,7 @@ impl Problem {
                 .error_at_key(&place, message)
                 .with_help("write its name in place of a number, or delete its table"));
         }
-        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design })
+        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design, warnings })
     }
 }
 

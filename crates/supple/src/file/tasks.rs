@@ -11,6 +11,7 @@ use crate::cost::{self, Cost, CostKind};
 use crate::model::AnyModel;
 use crate::noise::{Covariance, NoiseModel, semidefinite_factor};
 use crate::parameters::Parameters;
+use crate::plan::ControlBounds;
 use crate::problem::Task;
 use crate::{Dimensions, Value};
 
@@ -34,6 +35,9 @@ pub(super) struct TaskFile {
     initial_state: Rows,
     /// First guess of the controls: one row for all steps, or one row per step; zero where left out.
     initial_control: Option<Guess>,
+    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints.
+    #[serde(default)]
+    enforce_effort_limits: bool,
     /// Its noise.
     noise: NoiseFile,
     /// What it costs: a list of tables, each with a `kind`.
@@ -210,6 +214,9 @@ const MOST_STEPS: usize = 1_000_000;
 /// Entries that the second derivatives of all steps of a task have at most: a plan needs some 150 bytes for each.
 const MOST_ENTRIES: usize = 40_000_000;
 
+/// Where limits of controls come from.
+const NO_LIMITS: &str = "the robot's file gives efforts to the joints with drives, whose gears must be numbers";
+
 /// Reads `[[tasks]]`.
 pub(super) fn read(document: &Document, model: &dyn AnyModel, parameters: &Parameters) -> Result<Vec<Task>, FileError> {
     let at = ["tasks".into()];
@@ -275,6 +282,12 @@ impl Reader<'_> {
             Some(guess) => self.guess(guess, size, file.steps)?,
             None => vec![vec![Value::Number(0.0); size.controls]],
         };
+        let system = model.system(costs, file.time_step, self.parameters.len());
+        let control_bounds = ControlBounds::of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);
+        if file.enforce_effort_limits && control_bounds.is_none() {
+            let message = "must be false, as the model has no limits of its controls; found true";
+            return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
+        }
         Ok(Task {
             name: file.name,
             steps: file.steps,
@@ -283,8 +296,9 @@ impl Reader<'_> {
             information_weight: file.information_weight,
             initial_state,
             initial_control,
+            control_bounds,
             noise,
-            system: model.system(costs, file.time_step, self.parameters.len()),
+            system,
         })
     }
 

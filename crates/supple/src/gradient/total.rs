@@ -4,7 +4,7 @@ use super::reverse_riccati;
 use super::riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds};
 use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
 use crate::noise::{Noise, NoiseModel};
-use crate::plan::{Plan, Policy, Regularisation, solve_lq, solve_riccati};
+use crate::plan::{Lq, Plan, Policy, Regularisation, solve_limited, solve_lq};
 use crate::system::{KnotAdjoints, System, Variation};
 use crate::{Dimensions, Error, Value};
 
@@ -47,6 +47,9 @@ pub struct GradientWorkspace {
     pub(super) noise: Noise,
     /// `[H | h]`: the Hessian of the Lagrangian, and the functional's gradient by the trajectory.
     pub(super) hessian: Matrices,
+    /// `H` of the plan, without a linear term, where it is known: it is the same for every functional.
+    lagrangian: Matrices,
+    known: bool,
     riccati: RiccatiAdjoint,
     policy: Policy,
     variation: Matrices,
@@ -63,6 +66,8 @@ impl GradientWorkspace {
             adjoints: KnotAdjoints::zeros(dimensions, steps),
             noise: Noise::zeros(states, measurements),
             hessian: Matrices::zeros(steps + 1, joint, joint + 1),
+            lagrangian: Matrices::zeros(steps + 1, joint, joint + 1),
+            known: false,
             riccati: RiccatiAdjoint::new(states, joint),
             policy: Policy::zeros(dimensions, steps),
             variation: Matrices::vectors(steps + 1, joint),
@@ -70,11 +75,25 @@ impl GradientWorkspace {
         }
     }
 
-    fn clear_linear_term(&mut self) {
-        let (joint, stride) = (self.hessian.rows(), self.hessian.stride());
-        for row in self.hessian.as_mut_slice().chunks_exact_mut(stride) {
-            row[joint] = 0.0;
+    /// Forgets what was known of the last plan. To be called when there is another.
+    pub fn forget(&mut self) {
+        self.known = false;
+    }
+
+    /// The Hessian of the Lagrangian at a plan into `hessian`, with no linear term.
+    fn start_hessian(&mut self, task: &TotalGradient, scratch: &mut Scratch) {
+        if !self.known {
+            let &TotalGradient { system, phi, plan, .. } = task;
+            self.lagrangian.copy_from(&plan.knots.cost);
+            let (joint, stride) = (self.lagrangian.rows(), self.lagrangian.stride());
+            for row in self.lagrangian.as_mut_slice().chunks_exact_mut(stride) {
+                row[joint] = 0.0;
+            }
+            let at = plan.trajectory.points();
+            system.add_dynamics_curvature(at, phi, &plan.costates, &mut self.lagrangian, scratch);
+            self.known = true;
         }
+        self.hessian.copy_from(&self.lagrangian);
     }
 }
 
@@ -126,7 +145,10 @@ fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) 
 ///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
 ///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
 ///
-/// The cost does not grow with the number of parameters but for the derivative evaluations.
+/// Controls that the plan holds at a bound do not move (theory, equation P.7c).
+///
+/// The cost does not grow with the number of parameters but for the derivative evaluations. `work` keeps what is the same
+/// for every functional of a plan, until it is told to [forget](GradientWorkspace::forget) it.
 ///
 /// # Errors
 /// Where the trajectory is no strict local optimum, so that it has no derivative.
@@ -155,13 +177,13 @@ pub fn total_gradient(
         add_direct_noise(plan, functional, &mut work.noise);
     }
 
-    work.hessian.copy_from(&plan.knots.cost);
-    work.clear_linear_term();
+    work.start_hessian(task, scratch);
     system.contract(at, phi, &work.adjoints, &mut work.hessian, out, scratch);
     noise_model.add_gradient(&work.noise, out);
 
-    system.add_dynamics_curvature(at, phi, &plan.costates, &mut work.hessian, scratch);
-    solve_riccati(&plan.knots.dynamics, &work.hessian, Regularisation::default(), &mut work.policy)
+    let regularisation = Regularisation::default();
+    let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
+    solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
         .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
     solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
     let variation = Variation { joint: &work.variation, costates: &work.costates };

@@ -156,6 +156,11 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
+    /// Into how many steps of integration each time step is divided, where task files can choose that.
+    fn substeps(&self) -> Option<usize> {
+        None
+    }
+
     /// Names of the joints, each with the states `q.NAME` and `v.NAME`; none in models that have no joints.
     fn joint_names(&self) -> Vec<String> {
         Vec::new()
@@ -185,6 +190,11 @@ pub(crate) trait ModelFile: Model + Clone {
         None
     }
 
+    /// What of the files that it names is ignored or most likely wrong.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// More of the schema than [`ModelFile::File`] says.
     fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator) {}
 }
@@ -211,6 +221,7 @@ impl<M: PlainFile> ModelFile for M {
 pub(crate) trait AnyModel {
     fn dimensions(&self) -> Dimensions;
     fn variances(&self) -> Option<Vec<Value>>;
+    fn warnings(&self) -> Vec<String>;
     fn vocabulary(&self) -> Vocabulary;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System>;
 }
@@ -221,6 +232,9 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn variances(&self) -> Option<Vec<Value>> {
         ModelFile::variances(self)
+    }
+    fn warnings(&self) -> Vec<String> {
+        ModelFile::warnings(self)
     }
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)

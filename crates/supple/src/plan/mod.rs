@@ -1,5 +1,7 @@
 //! Planning: the reference trajectory and the feedback of partially observed iLQG (method: docs/theory/plan.md).
 
+mod bounds;
+mod box_qp;
 mod costates;
 mod nominal;
 mod riccati;
@@ -7,10 +9,12 @@ mod rollout;
 mod sampled;
 mod settings;
 
+pub use bounds::ControlBounds;
 pub(crate) use costates::sweep_costates;
-pub use nominal::{Plan, PlanWorkspace, plan};
-pub(crate) use riccati::solve_lq;
-pub use riccati::{Policy, Regularisation, solve_riccati};
+pub use nominal::{NominalProblem, Plan, PlanWorkspace, plan};
+pub use riccati::{Decrease, Policy, Regularisation, solve_riccati};
+pub(crate) use riccati::{Lq, solve_limited, solve_lq};
+pub(crate) use rollout::rollout_within;
 pub use rollout::{rollout, simulate_controls};
 pub(crate) use sampled::plan_sampled;
 pub use settings::{PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};

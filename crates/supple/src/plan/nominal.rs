@@ -1,7 +1,11 @@
 use supple_kernels::{Matrices, Scratch};
 
+use super::box_qp::Limits;
 use super::costates::Stationarity;
-use super::{PlanSettings, PlanStatus, Policy, Regularisation, rollout, simulate_controls, solve_riccati};
+use super::{
+    ControlBounds, Decrease, Lq, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within, simulate_controls,
+    solve_limited,
+};
 use crate::knots::Knots;
 use crate::system::{Curvature, System};
 use crate::trajectory::Trajectory;
@@ -24,7 +28,7 @@ pub struct Plan {
     pub status: PlanStatus,
     /// Iterations made.
     pub iterations: usize,
-    /// The largest `|l_u + B' lambda|` on the trajectory.
+    /// The largest `|l_u + B' lambda|` on the trajectory; of controls at a bound only what leads inside counts.
     pub stationarity: f64,
     /// The same, relative to 1 plus the largest `|l_u|`.
     pub relative_stationarity: f64,
@@ -55,23 +59,38 @@ impl Plan {
 pub struct PlanWorkspace {
     candidate: Trajectory,
     hessian: Matrices,
+    guess: Matrices,
 }
 
 impl PlanWorkspace {
     /// Memory for `steps` steps.
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let joint = dimensions.joint();
-        Self { candidate: Trajectory::zeros(dimensions, steps), hessian: Matrices::zeros(steps + 1, joint, joint + 1) }
+        Self {
+            candidate: Trajectory::zeros(dimensions, steps),
+            hessian: Matrices::zeros(steps + 1, joint, joint + 1),
+            guess: Matrices::vectors(steps, dimensions.controls),
+        }
     }
 }
 
 const LEAST_MU: f64 = 1e-9;
 const MOST_MU: f64 = 1e12;
 
+/// What a plan is searched for.
+#[derive(Clone, Copy)]
+pub struct NominalProblem<'a> {
+    /// The system with its costs.
+    pub system: &'a dyn System,
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// Bounds that the controls must keep.
+    pub bounds: Option<&'a ControlBounds>,
+}
+
 /// The search's state between iterations.
 struct Search<'a> {
-    system: &'a dyn System,
-    phi: &'a [f64],
+    problem: NominalProblem<'a>,
     settings: &'a PlanSettings,
     plan: &'a mut Plan,
     work: &'a mut PlanWorkspace,
@@ -94,59 +113,104 @@ enum Outcome {
 
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
-/// Starts from the first state and the controls in `plan.trajectory`, and leaves the whole plan in `plan`. Allocates
-/// nothing once workspace and scratch have been used.
+/// Starts from the first state and the controls in `plan.trajectory`, and leaves the whole plan in `plan`. Bounds are
+/// left out of the search at first, unless the controls are within them and at some, as those of an earlier plan are.
+/// Allocates nothing once workspace and scratch have been used.
 ///
 /// # Errors
 /// Where the first guess already leads to a cost or derivative that is not finite.
 pub fn plan(
-    system: &dyn System,
-    phi: &[f64],
+    problem: NominalProblem,
     settings: &PlanSettings,
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    plan.nominal_cost = simulate_controls(system, phi, &mut plan.trajectory, scratch);
+    let controls = &plan.trajectory.controls;
+    let free_first = problem.bounds.is_some_and(|bounds| !(bounds.hold(controls) && bounds.are_met(controls)));
+    let before = if free_first {
+        start_from_free(problem, settings, plan, work, scratch)?
+    } else {
+        start(problem, plan, scratch)?;
+        0
+    };
+    let status = Search { problem, settings, plan, work, scratch, mu: 0.0, close: false }.run();
+    plan.iterations += before;
+    finish(problem, plan, status, scratch)
+}
+
+/// Starts from the plan without bounds, its control law kept within them; or from the guess moved inside, where that
+/// costs no more or there is no such plan. Says how many iterations it took.
+///
+/// Far from an optimum bounds cut much of what the control law asks for, and the search easily ends in another local
+/// minimum; and a plan within the bounds is the same with and without them.
+fn start_from_free(
+    problem: NominalProblem,
+    settings: &PlanSettings,
+    plan: &mut Plan,
+    work: &mut PlanWorkspace,
+    scratch: &mut Scratch,
+) -> Result<usize, Error> {
+    let free = NominalProblem { bounds: None, ..problem };
+    work.guess.copy_from(&plan.trajectory.controls);
+    let mut found = start(free, plan, scratch).is_ok();
+    if found {
+        let status = Search { problem: free, settings, plan, work, scratch, mu: 0.0, close: false }.run();
+        found = status.is_converged() && sweep(free, Regularisation::default(), None, plan).is_ok();
+    }
+    let (iterations, regularised) = (plan.iterations, plan.regularised);
+    let mut cost = f64::NAN;
+    if found {
+        let (around, law) = ((problem.system, problem.phi, problem.bounds), (&plan.policy, 0.0));
+        cost = rollout_within(around, &plan.trajectory, law, &mut work.candidate, scratch);
+    }
+    plan.trajectory.controls.copy_from(&work.guess);
+    let started = start(problem, plan, scratch);
+    plan.regularised = regularised;
+    if cost.is_finite() && (started.is_err() || cost < plan.nominal_cost) {
+        std::mem::swap(&mut plan.trajectory, &mut work.candidate);
+        plan.nominal_cost = cost;
+        return Ok(iterations);
+    }
+    started.map(|()| iterations)
+}
+
+/// Rolls the first guess out, moved inside the bounds.
+pub(super) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scratch) -> Result<(), Error> {
+    if let Some(bounds) = problem.bounds {
+        bounds.clamp_all(&mut plan.trajectory.controls);
+    }
+    plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
     plan.iterations = 0;
     plan.regularised = 0;
-    if !plan.nominal_cost.is_finite() {
-        return Err(Error::NotFinite { what: "the cost of the first guess", step: 0 });
-    }
-    let mut search = Search { system, phi, settings, plan, work, scratch, mu: 0.0, close: false };
-    let status = search.run();
-    finish(system, phi, search.plan, status, search.scratch)
+    let finite = plan.nominal_cost.is_finite();
+    if finite { Ok(()) } else { Err(Error::NotFinite { what: "the cost of the first guess", step: 0 }) }
 }
 
 /// Linearises dynamics and cost at the plan's trajectory, and finds its costates and stationarity.
-pub(super) fn linearise(
-    system: &dyn System,
-    phi: &[f64],
-    plan: &mut Plan,
-    curvature: Curvature,
-    scratch: &mut Scratch,
-) {
+pub(super) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Curvature, scratch: &mut Scratch) {
+    let NominalProblem { system, phi, bounds } = problem;
     plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
+    let bounded = bounds.map(|bounds| (bounds, &plan.trajectory.controls));
     let Stationarity { residual, scale } =
-        super::sweep_costates(&plan.knots.dynamics, &plan.knots.cost, &mut plan.costates);
+        super::sweep_costates(&plan.knots.dynamics, &plan.knots.cost, bounded, &mut plan.costates);
     plan.stationarity = residual;
     plan.relative_stationarity = residual / (1.0 + scale);
 }
 
 /// The final sweep: exact curvature of the cost, no second derivatives of the dynamics, no regularisation.
 pub(super) fn finish(
-    system: &dyn System,
-    phi: &[f64],
+    problem: NominalProblem,
     plan: &mut Plan,
     status: PlanStatus,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    linearise(system, phi, plan, Curvature::Exact, scratch);
-    plan.knots.linearise_measurement(system, plan.trajectory.points(), phi, scratch);
+    linearise(problem, plan, Curvature::Exact, scratch);
+    plan.knots.linearise_measurement(problem.system, plan.trajectory.points(), problem.phi, scratch);
     plan.knots.check_finite()?;
     plan.status = status;
     let mut mu = 0.0;
-    while let Err(step) = sweep_with(mu, plan) {
+    while let Err(step) = sweep(problem, Regularisation { control: mu, state: 0.0 }, None, plan) {
         // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
         plan.status = PlanStatus::Indefinite;
         mu = (10.0 * mu).max(LEAST_MU);
@@ -157,9 +221,16 @@ pub(super) fn finish(
     Ok(())
 }
 
-fn sweep_with(mu: f64, plan: &mut Plan) -> Result<(), usize> {
-    let regularisation = Regularisation { control: mu, state: 0.0 };
-    solve_riccati(&plan.knots.dynamics, &plan.knots.cost, regularisation, &mut plan.policy).map(drop)
+/// The Riccati sweep along a plan within the bounds, with the second derivatives of the cost or others.
+pub(super) fn sweep(
+    problem: NominalProblem,
+    regularisation: Regularisation,
+    hessian: Option<&Matrices>,
+    plan: &mut Plan,
+) -> Result<Decrease, usize> {
+    let limits = problem.bounds.map(|bounds| Limits::Bounds(bounds, &plan.trajectory.controls));
+    let cost = hessian.unwrap_or(&plan.knots.cost);
+    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits }, &mut plan.policy)
 }
 
 impl Search<'_> {
@@ -212,7 +283,7 @@ impl Search<'_> {
     }
 
     fn linearise(&mut self, curvature: Curvature) {
-        linearise(self.system, self.phi, self.plan, curvature, self.scratch);
+        linearise(self.problem, self.plan, curvature, self.scratch);
     }
 
     fn is_stationary(&self) -> bool {
@@ -221,26 +292,24 @@ impl Search<'_> {
 
     fn iterate(&mut self, newton: bool) -> Outcome {
         let mu = self.settings.regularisation.of(self.mu);
-        let Self { system, phi, plan, work, scratch, .. } = self;
-        let swept = if newton {
+        let Self { problem, plan, work, scratch, .. } = self;
+        let hessian = newton.then(|| {
             work.hessian.copy_from(&plan.knots.cost);
-            let at = plan.trajectory.points();
-            system.add_dynamics_curvature(at, phi, &plan.costates, &mut work.hessian, scratch);
-            solve_riccati(&plan.knots.dynamics, &work.hessian, mu, &mut plan.policy)
-        } else {
-            solve_riccati(&plan.knots.dynamics, &plan.knots.cost, mu, &mut plan.policy)
-        };
+            let (at, costates) = (plan.trajectory.points(), &plan.costates);
+            problem.system.add_dynamics_curvature(at, problem.phi, costates, &mut work.hessian, scratch);
+            &work.hessian
+        });
+        let swept = sweep(*problem, mu, hessian, plan);
         let decrease = match swept {
             Ok(decrease) => decrease,
             Err(_) => return Outcome::Indefinite,
         };
         let resolution = 1e-14 * (1.0 + plan.nominal_cost.abs());
-        let mut step = 1.0;
+        let (problem, mut step) = (self.problem, 1.0);
         for _ in 0..=self.settings.max_halvings {
             let predicted = -(step * decrease.linear + step * step * decrease.quadratic);
-            let cost = rollout(
-                self.system,
-                self.phi,
+            let cost = rollout_within(
+                (problem.system, problem.phi, problem.bounds),
                 &self.plan.trajectory,
                 (&self.plan.policy, step),
                 &mut self.work.candidate,

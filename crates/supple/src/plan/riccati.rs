@@ -1,6 +1,7 @@
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 
+use super::box_qp::{BoxQp, Gains, Limits};
 use crate::Dimensions;
 use crate::shape::{Shape, with_shape};
 
@@ -17,6 +18,9 @@ pub struct Policy {
     pub slope: Matrices,
     /// Value of information `Xi = K' Q_uu K`, n x n, N of them.
     pub value_of_information: Matrices,
+    /// Which controls are held at a bound, so that their rows of `K` are zero: m of each of N steps.
+    pub clamped: Vec<bool>,
+    box_qp: BoxQp,
     q: Matrices,
     gain: Matrices,
     product: Matrices,
@@ -34,12 +38,19 @@ impl Policy {
             curvature: Matrices::zeros(steps + 1, n, n),
             slope: Matrices::vectors(steps + 1, n),
             value_of_information: Matrices::zeros(steps, n, n),
+            clamped: vec![false; steps * m],
+            box_qp: BoxQp::new(m),
             q: Matrices::zeros(1, joint, joint + 1),
             gain: Matrices::zeros(1, m, joint + 1),
             product: Matrices::zeros(1, n.max(m), joint + 1),
             factor: Matrices::zeros(1, m, m),
             measurements: dimensions.measurements,
         }
+    }
+
+    /// The same controls held, for another sweep; `None` where all are free.
+    pub(crate) fn held(&self) -> Option<Limits<'_>> {
+        self.clamped.contains(&true).then_some(Limits::Held(&self.clamped))
     }
 }
 
@@ -78,15 +89,32 @@ pub fn solve_riccati(
     regularisation: Regularisation,
     policy: &mut Policy,
 ) -> Result<Decrease, usize> {
+    solve_limited(Lq { dynamics, cost, regularisation, limits: None }, policy)
+}
+
+/// What a sweep is about.
+#[derive(Clone, Copy)]
+pub(crate) struct Lq<'a> {
+    /// `[A B]`, n x (n + m), N of them.
+    pub dynamics: &'a Matrices,
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    pub cost: &'a Matrices,
+    pub regularisation: Regularisation,
+    pub limits: Option<Limits<'a>>,
+}
+
+/// As [`solve_riccati`], under limits of the controls (theory, equation P.7).
+///
+/// # Errors
+/// The step at which `Q_uu` is not positive definite on the controls that are free.
+pub(crate) fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
     let mut result = Ok(Decrease::default());
-    dispatch(Sweep { dynamics, cost, regularisation, policy, result: &mut result });
+    dispatch(Sweep { lq, policy, result: &mut result });
     result
 }
 
 struct Sweep<'a> {
-    dynamics: &'a Matrices,
-    cost: &'a Matrices,
-    regularisation: Regularisation,
+    lq: Lq<'a>,
     policy: &'a mut Policy,
     result: &'a mut Result<Decrease, usize>,
 }
@@ -94,21 +122,23 @@ struct Sweep<'a> {
 impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { dynamics, cost, regularisation, policy, result } = self;
-        let n = dynamics.rows();
-        let shape = Shape { n, m: dynamics.cols() - n, p: policy.measurements };
-        with_shape!(shape, |shape| *result = sweep::<L>(shape, dynamics, cost, regularisation, policy));
+        let Self { lq, policy, result } = self;
+        let n = lq.dynamics.rows();
+        let shape = Shape { n, m: lq.dynamics.cols() - n, p: policy.measurements };
+        *result = if lq.limits.is_some() {
+            sweep::<L>(shape, lq, policy)
+        } else {
+            // Said once more, so that the compiler leaves limits out.
+            let lq = Lq { limits: None, ..lq };
+            policy.clamped.fill(false);
+            with_shape!(shape, |shape| sweep::<L>(shape, lq, policy))
+        };
     }
 }
 
 #[inline(always)]
-fn sweep<L: Lanes>(
-    shape: Shape,
-    dynamics: &Matrices,
-    cost: &Matrices,
-    regularisation: Regularisation,
-    policy: &mut Policy,
-) -> Result<Decrease, usize> {
+fn sweep<L: Lanes>(shape: Shape, lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
+    let Lq { dynamics, cost, .. } = lq;
     let steps = dynamics.count();
     let (n, joint, stride) = (shape.n, shape.joint(), shape.full());
     let end = cost.at(steps);
@@ -120,7 +150,7 @@ fn sweep<L: Lanes>(
     }
     let mut total = Decrease::default();
     for t in (0..steps).rev() {
-        let decrease = step::<L>(shape, t, dynamics, cost, regularisation, policy).map_err(|()| t)?;
+        let decrease = step::<L>(shape, t, lq, policy).map_err(|()| t)?;
         total.linear += decrease.linear;
         total.quadratic += decrease.quadratic;
     }
@@ -128,18 +158,13 @@ fn sweep<L: Lanes>(
 }
 
 #[inline(always)]
-fn step<L: Lanes>(
-    shape: Shape,
-    t: usize,
-    dynamics: &Matrices,
-    cost: &Matrices,
-    regularisation: Regularisation,
-    policy: &mut Policy,
-) -> Result<Decrease, ()> {
+fn step<L: Lanes>(shape: Shape, t: usize, lq: Lq, policy: &mut Policy) -> Result<Decrease, ()> {
+    let Lq { dynamics, cost, regularisation, limits } = lq;
     let Shape { n, m, .. } = shape;
     let (joint, narrow, stride, wide) = (shape.joint(), shape.narrow(), shape.wide(), shape.full());
     let small = padded(m);
-    let Policy { feedback, feedforward, curvature, slope, value_of_information, q, gain, product, factor, .. } = policy;
+    let Policy { feedback, feedforward, curvature, slope, value_of_information, .. } = policy;
+    let Policy { q, gain, product, factor, clamped, box_qp, .. } = policy;
     let (q, gain, product, factor_rows) = (q.at_mut(0), gain.at_mut(0), product.at_mut(0), factor.at_mut(0));
     let f = dynamics.at(t);
 
@@ -173,22 +198,28 @@ fn step<L: Lanes>(
             }
         }
     }
-    for a in 0..m {
-        for b in 0..=a {
-            factor_rows[a * small + b] = gain[a * wide + n + b];
-        }
-        factor_rows[a * small + a] += regularisation.control;
-    }
-    rows::cholesky(factor_rows, m, small).map_err(drop)?;
-    rows::cholesky_solve::<L>(factor_rows, small, gain, wide, m);
     let (feedback, feedforward) = (feedback.at_mut(t), &mut feedforward.at_mut(t)[..m]);
-    let mut decrease = Decrease::default();
-    for a in 0..m {
-        for i in 0..n {
-            feedback[a * narrow + i] = -gain[a * wide + i];
+    if let Some(limits) = limits {
+        let (mu, clamped) = (regularisation.control, &mut clamped[t * m..(t + 1) * m]);
+        let gains = Gains { rows: gain, wide, n, mu, feedback, narrow, feedforward, clamped };
+        box_qp.solve::<L>(limits, t, gains)?;
+    } else {
+        for a in 0..m {
+            for b in 0..=a {
+                factor_rows[a * small + b] = gain[a * wide + n + b];
+            }
+            factor_rows[a * small + a] += regularisation.control;
         }
-        feedforward[a] = -gain[a * wide + joint];
+        rows::cholesky(factor_rows, m, small).map_err(drop)?;
+        rows::cholesky_solve::<L>(factor_rows, small, gain, wide, m);
+        for a in 0..m {
+            for i in 0..n {
+                feedback[a * narrow + i] = -gain[a * wide + i];
+            }
+            feedforward[a] = -gain[a * wide + joint];
+        }
     }
+    let mut decrease = Decrease::default();
     for a in 0..m {
         let lower = &q[(n + a) * wide..];
         decrease.linear += feedforward[a] * lower[joint];

@@ -1,6 +1,6 @@
 use supple_kernels::Scratch;
 
-use super::Policy;
+use super::{ControlBounds, Policy};
 use crate::system::System;
 use crate::trajectory::Trajectory;
 
@@ -10,6 +10,17 @@ use crate::trajectory::Trajectory;
 pub fn rollout(
     system: &dyn System,
     phi: &[f64],
+    reference: &Trajectory,
+    (policy, step): (&Policy, f64),
+    out: &mut Trajectory,
+    scratch: &mut Scratch,
+) -> f64 {
+    rollout_within((system, phi, None), reference, (policy, step), out, scratch)
+}
+
+/// As [`rollout`], with the controls kept within bounds.
+pub(crate) fn rollout_within(
+    (system, phi, bounds): (&dyn System, &[f64], Option<&ControlBounds>),
     reference: &Trajectory,
     (policy, step): (&Policy, f64),
     out: &mut Trajectory,
@@ -31,6 +42,9 @@ pub fn rollout(
             *u = ubar[a]
                 + step * feedforward[a]
                 + gains.iter().zip(x).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum::<f64>();
+        }
+        if let Some(bounds) = bounds {
+            bounds.clamp(u);
         }
         cost += system.advance(x, u, phi, &mut next[..n], scratch);
     }

@@ -1,7 +1,7 @@
 use supple_kernels::Scratch;
 
-use super::nominal::{Plan, finish, linearise};
-use super::{PlanSettings, PlanStatus, simulate_controls, solve_riccati};
+use super::nominal::{Plan, finish, linearise, start, sweep};
+use super::{PlanSettings, PlanStatus};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
@@ -28,24 +28,20 @@ pub(crate) fn plan_sampled(
     plan: &mut Plan,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    let system = &*task.system;
+    let problem = task.nominal(phi);
     let sampled = &settings.sampled;
-    plan.nominal_cost = simulate_controls(system, phi, &mut plan.trajectory, scratch);
-    plan.iterations = 0;
-    plan.regularised = 0;
-    if !plan.nominal_cost.is_finite() {
-        return Err(Error::NotFinite { what: "the cost of the first guess", step: 0 });
-    }
+    start(problem, plan, scratch)?;
     let factors = NoiseFactors::of(noise)?;
-    let mut closed = ClosedLoop::new(system.dimensions(), 1);
-    let mut run = Trajectory::zeros(system.dimensions(), task.steps);
+    let size = task.system.dimensions();
+    let mut closed = ClosedLoop::new(size, 1);
+    let mut run = Trajectory::zeros(size, task.steps);
     let mut mu: f64 = 0.0;
     let mut status = PlanStatus::MaxIterations;
     while plan.iterations < sampled.iterations {
-        linearise(system, phi, plan, Curvature::GaussNewton, scratch);
+        linearise(problem, plan, Curvature::GaussNewton, scratch);
         plan.iterations += 1;
         let regularisation = settings.regularisation.of(mu);
-        if solve_riccati(&plan.knots.dynamics, &plan.knots.cost, regularisation, &mut plan.policy).is_err() {
+        if sweep(problem, regularisation, None, plan).is_err() {
             plan.regularised += 1;
             mu = (10.0 * mu).max(1e-9);
             if mu > 1e12 {
@@ -67,7 +63,7 @@ pub(crate) fn plan_sampled(
         }
     }
     plan.nominal_cost = cost_of(task, phi, &plan.trajectory, scratch);
-    finish(system, phi, plan, status, scratch)
+    finish(problem, plan, status, scratch)
 }
 
 /// Moves the reference by a share towards a run; the relative change of the controls (root mean square).

@@ -6,7 +6,7 @@ use supple_kernels::{Matrices, Scratch};
 use super::programs::Recorder;
 use super::{Curvature, KnotAdjoints, Points, System, Variation};
 use crate::cost::Cost;
-use crate::{Dimensions, Model, Value};
+use crate::{Dimensions, Limit, Model, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
@@ -30,6 +30,8 @@ struct Programs {
     picks: OnceLock<Option<Vec<usize>>>,
     cost: [OnceLock<Program>; 2],
     dynamics_jacobian: OnceLock<Program>,
+    /// With the time step as one parameter more.
+    dynamics_jacobian_with: OnceLock<Program>,
     measurement_jacobian: OnceLock<Program>,
     /// By curvature, of a stage and of the end.
     cost_quadratic: [[OnceLock<Program>; 2]; 2],
@@ -90,6 +92,10 @@ impl<M: Model> System for Authored<M> {
         self.model.state_names()
     }
 
+    fn limits(&self) -> Vec<Limit> {
+        self.model.limits()
+    }
+
     fn depends_on(&self, parameters: usize) -> Vec<bool> {
         let mut dependencies = self.recorder().dependencies();
         dependencies.resize(parameters, false);
@@ -127,6 +133,21 @@ impl<M: Model> System for Authored<M> {
         let program = self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian());
         let batch = Batch { first: 0, count: at.stages };
         program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
+    }
+
+    fn dynamics_jacobian_with(&self, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
+        let program = self.program(&self.programs.dynamics_jacobian_with, |recorder| {
+            let time_step = Value::Parameter(recorder.parameters);
+            Recorder { time_step, parameters: recorder.parameters + 1, ..*recorder }.dynamics_jacobian()
+        });
+        let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
+        let phi = [&phi[..self.parameters], &[time_step]].concat();
+        program.run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);
+        Some(out)
+    }
+
+    fn substeps(&self) -> Option<usize> {
+        self.model.substeps()
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

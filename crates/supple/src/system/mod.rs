@@ -5,7 +5,7 @@
 
 use supple_kernels::{Matrices, Scratch};
 
-use crate::Dimensions;
+use crate::{Dimensions, Limit};
 
 mod authored;
 mod programs;
@@ -88,6 +88,11 @@ pub trait System: Send + Sync {
     /// Names of the states.
     fn state_names(&self) -> Vec<String>;
 
+    /// What states and controls must stay within for the real thing.
+    fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
     /// Which parameters any of the functions depend on.
     fn depends_on(&self, parameters: usize) -> Vec<bool>;
 
@@ -116,6 +121,16 @@ pub trait System: Send + Sync {
 
     /// `[A B] = [f_x f_u]` at every stage: n x (n + m).
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// `[A B]` at one point, were the time step `time_step`, s: one matrix, n x (n + m). None where that is not known.
+    fn dynamics_jacobian_with(&self, _x: &[f64], _u: &[f64], _phi: &[f64], _time_step: f64) -> Option<Matrices> {
+        None
+    }
+
+    /// Into how many steps of integration a time step is divided, where tasks can choose that.
+    fn substeps(&self) -> Option<usize> {
+        None
+    }
 
     /// `C = g_x` at every state: p x n.
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);

@@ -154,7 +154,7 @@ fn costs() {
         (
             one("state", "select = [\"elbow\"]"),
             "task.toml:24:10: tasks[0].costs[0].select: the model has no state `elbow`: it has `q.shoulder`, \
-             `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide` (did you mean `q.elbow`?)",
+             `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide` (did you mean `v.elbow`?)",
         ),
         (
             one("frame_point", "frame = \"tol\"\ntarget = [0.0, 0.0, 0.0]"),
@@ -180,12 +180,12 @@ fn costs() {
         (
             contact("normal = [1.0, 0.0, 0.0]")
                 .costing(&cost("contact_force", &all("contact = \"wal\"\ntarget = 1.0\nsmoothing = 0.1"))),
-            "task.toml:32:11: tasks[0].costs[0].contact: the model has no contact `wal`: it has `wall` (did you \
+            "task.toml:31:11: tasks[0].costs[0].contact: the model has no contact `wal`: it has `wall` (did you \
              mean `wall`?)",
         ),
         (
             contact("normal = [1.0, 0.0, 0.0]").costing(&cost("penetration", &all("target = 1e-3"))),
-            "task.toml:30:1: tasks[0].costs[0].contact: is missing: the model has `wall` (name the contact)",
+            "task.toml:29:1: tasks[0].costs[0].contact: is missing: the model has `wall` (name the contact)",
         ),
         (
             one("penetration", "target = 1.0"),
@@ -207,7 +207,7 @@ fn costs() {
         (
             force("coupling = \"gripper\"\nselect = [\"force\"]"),
             "task.toml:92:10: tasks[0].costs[0].select: `gripper` has no `force`: it has `torque_x`, \
-             `torque_y`, `torque_z`, `force_x`, `force_y`, `force_z` (did you mean `force_x`?)",
+             `torque_y`, `torque_z`, `force_x`, `force_y`, `force_z` (did you mean `force_z`?)",
         ),
         (
             force("coupling = \"gripper\"\nselect = []"),

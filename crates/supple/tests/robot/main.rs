@@ -18,6 +18,7 @@ mod overrides;
 mod reference;
 mod registries;
 mod substeps;
+mod torque_limits;
 
 /// Compares lists of numbers, relative to the largest.
 #[track_caller]

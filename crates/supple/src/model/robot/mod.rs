@@ -280,6 +280,10 @@ impl Model for Robot {
         limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
         limits
     }
+
+    fn substeps(&self) -> Option<usize> {
+        Some(self.substeps)
+    }
 }
 
 impl ModelFile for Robot {
@@ -291,6 +295,10 @@ impl ModelFile for Robot {
 
     fn variances(&self) -> Option<Vec<Value>> {
         Some(self.sensors.iter().flat_map(|sensor| sensor.variance.clone()).collect())
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.robot.warnings.clone()
     }
 
     fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator) {

@@ -109,4 +109,3 @@ fn contraction<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Outputs 
     }
     outputs
 }
-

@@ -33,6 +33,7 @@ pub fn task(
         information_weight: 1.0,
         initial_state,
         initial_control: vec![numbers(initial_control)],
+        control_bounds: None,
         noise,
         system: Box::new(system),
     }

@@ -1,11 +1,11 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
-use supple_robot::{Pose, Wrench};
 use supple_robot::vector::{cross, dot, scale, sub};
+use supple_robot::{Pose, Wrench};
 
 use super::{Compliance, ComplianceFile, Names, Unfit};
-use crate::{Point, Value};
 use crate::model::robot::situation::{Forces, Own};
+use crate::{Point, Value};
 
 /// A point or sphere on a frame against a wall whose place is not known exactly. It adds the wall's place `c` along its
 /// normal to the state, as a constant, m.

@@ -1,0 +1,49 @@
+//! Limits of the real thing that a plan violates.
+
+use serde::Serialize;
+use supple_kernels::Matrices;
+
+use crate::trajectory::Trajectory;
+use crate::{Limit, Limited};
+
+/// A limit of a state or control that a plan violates.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LimitViolation {
+    /// What is limited, for people: ``velocity of joint `elbow` ``.
+    pub name: String,
+    /// The value that is furthest outside; its unit is that of the state or control.
+    pub worst: f64,
+    /// The limit, in the same unit: the upper one where `worst` is above it, the lower one where it is below.
+    pub limit: f64,
+    /// The first step at which the value is `worst`: states at 0 to N, controls at 0 to N - 1.
+    pub step: usize,
+    /// At how many steps the value is outside.
+    pub steps: usize,
+}
+
+/// How far outside a value may be, relative to 1 plus the limit: a plan that is held at a limit rounds.
+const TOLERANCE: f64 = 1e-9;
+
+/// The limits that a trajectory violates, in their order; the upper and the lower side of one limit count as two.
+pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitViolation> {
+    let mut found = Vec::new();
+    for limit in limits {
+        let (values, index) = match limit.of {
+            Limited::State(index) => (&trajectory.states, index),
+            Limited::Control(index) => (&trajectory.controls, index),
+        };
+        found.extend(violation(limit, values, (index, limit.upper, 1.0)));
+        found.extend(violation(limit, values, (index, limit.lower, -1.0)));
+    }
+    found
+}
+
+/// One side of a limit, of entry `index` of `values`: the upper one with the sign 1, the lower one with -1.
+fn violation(limit: &Limit, values: &Matrices, (index, bound, sign): (usize, f64, f64)) -> Option<LimitViolation> {
+    let tolerance = TOLERANCE * (1.0 + bound.abs());
+    let outside = |&(_, value): &(usize, f64)| bound.is_finite() && sign * (value - bound) > tolerance;
+    let all = || (0..values.count()).map(|step| (step, values.vector(step)[index])).filter(outside);
+    let further = |worst: (usize, f64), next: (usize, f64)| if sign * (next.1 - worst.1) > 0.0 { next } else { worst };
+    let (step, worst) = all().reduce(further)?;
+    Some(LimitViolation { name: limit.name.clone(), worst, limit: bound, step, steps: all().count() })
+}
