@@ -54,7 +54,7 @@ impl Policy {
     }
 }
 
-/// Levenberg-Marquardt terms (theory, equation P.3): `mu I` on `Q_uu`, and `mu_x I` on `S_{t+1}` in the gains (Tassa 2012).
+/// Levenberg-Marquardt terms (theory, equation P.2d): `mu I` on `Q_uu`, and `mu_x I` on `S_{t+1}` in the gains (Tassa 2012).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Regularisation {
     /// `mu`.

@@ -52,7 +52,7 @@ pub enum PlanMode {
     Sampled,
 }
 
-/// What the regularisation acts on (theory, equation P.3).
+/// What the regularisation acts on (theory, equation P.2d).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RegularisationKind {

@@ -12,11 +12,13 @@ mod elastic;
 mod examples;
 mod fields;
 mod golden;
+mod limits;
 mod mimic;
 mod overrides;
 #[path = "../common/reference/mod.rs"]
 mod reference;
 mod registries;
+mod stability;
 mod substeps;
 mod torque_limits;
 
