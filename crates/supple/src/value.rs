@@ -18,7 +18,6 @@ pub enum Value {
 
 impl Value {
     /// The value as a scalar, given all parameters as scalars.
-    #[inline(always)]
     pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
         match self {
             Self::Number(number) => S::constant(number),
@@ -43,7 +42,6 @@ impl Value {
     }
 
     /// Whether this is a number, and zero: a term that can be left out.
-    #[inline(always)]
     pub fn is_zero(self) -> bool {
         self == Self::Number(0.0)
     }

@@ -63,7 +63,6 @@ impl Residual for ContactForce {
         }
     }
 
-    #[inline(always)]
     fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
         let force = signals[self.signal];
         out[0] = at.value(self.target) - force.smooth_positive_part(at.value(self.smoothing));

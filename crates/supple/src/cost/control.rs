@@ -40,7 +40,6 @@ impl Residual for Control {
         self.controls
     }
 
-    #[inline(always)]
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &[S], out: &mut [S]) {
         out.copy_from_slice(at.u);
     }

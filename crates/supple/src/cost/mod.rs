@@ -195,7 +195,6 @@ pub struct Cost {
 
 impl Cost {
     /// The weights of a stage or of the end.
-    #[inline(always)]
     pub fn weights(&self, last: bool) -> &Weights {
         if last { &self.last } else { &self.stage }
     }
@@ -218,7 +217,6 @@ impl Cost {
     }
 
     /// The cost of a residual.
-    #[inline(always)]
     pub fn of_residual<S: Scalar>(&self, r: &[S], phi: &[S], last: bool) -> S {
         let mut sum = S::zero();
         match (self.weights(last), self.norm) {
@@ -259,14 +257,12 @@ macro_rules! cost_kinds {
         }
 
         impl Residual for CostKind {
-            #[inline(always)]
             fn len(&self) -> usize {
                 match self { $(Self::$kind(kind) => kind.len(),)* }
             }
             fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
                 match self { $(Self::$kind(kind) => kind.check(parameters),)* }
             }
-            #[inline(always)]
             fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
                 match self { $(Self::$kind(kind) => kind.evaluate(at, signals, out),)* }
             }

@@ -50,7 +50,6 @@ impl Residual for Penetration {
         1
     }
 
-    #[inline(always)]
     fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
         out[0] = signals[self.signal] - at.value(self.target);
     }

@@ -96,7 +96,6 @@ impl Residual for Quadratic {
         Ok(())
     }
 
-    #[inline(always)]
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &[S], out: &mut [S]) {
         let (x, u) = out.split_at_mut(at.x.len());
         x.copy_from_slice(at.x);

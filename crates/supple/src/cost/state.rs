@@ -71,7 +71,6 @@ impl Residual for State {
         self.selected.len()
     }
 
-    #[inline(always)]
     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &[S], out: &mut [S]) {
         for (out, &(index, target)) in out.iter_mut().zip(&self.selected) {
             *out = at.x[index] - at.value(target);

@@ -19,7 +19,6 @@ pub struct Linear {
 }
 
 /// Row `row` of a matrix times a vector, added to `sum`.
-#[inline(always)]
 fn row_times<S: Scalar>(at: &Point<S>, row: &[Value], vector: &[S], mut sum: S) -> S {
     for (&entry, &v) in row.iter().zip(vector) {
         if !entry.is_zero() {
@@ -34,14 +33,12 @@ impl Model for Linear {
         Dimensions { states: self.A.len(), controls: self.B.first().map_or(0, Vec::len), measurements: self.C.len() }
     }
 
-    #[inline(always)]
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         for ((next, a), b) in next.iter_mut().zip(&self.A).zip(&self.B) {
             *next = row_times(at, b, at.u, row_times(at, a, at.x, S::zero()));
         }
     }
 
-    #[inline(always)]
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
         for (y, c) in y.iter_mut().zip(&self.C) {
             *y = row_times(at, c, at.x, S::zero());

@@ -30,7 +30,6 @@ pub struct TwoMass {
 }
 
 impl TwoMass {
-    #[inline(always)]
     fn penetration<S: Scalar>(at: &Point<S>) -> S {
         at.x[2] - at.x[4]
     }
@@ -41,7 +40,6 @@ impl Model for TwoMass {
         Dimensions { states: 5, controls: 1, measurements: 2 }
     }
 
-    #[inline(always)]
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         let &[x1, v1, x2, v2, xw] = at.x else { return };
         let ([m1, m2], [b1, b2], [k1, k2]) = (self.mass, self.damping, self.stiffness);
@@ -61,7 +59,6 @@ impl Model for TwoMass {
         next[4] = xw;
     }
 
-    #[inline(always)]
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
         y[0] = at.x[0];
         y[1] = at.value(self.stiffness[0]) * (at.x[2] - at.x[0]);
@@ -71,7 +68,6 @@ impl Model for TwoMass {
         ["contact_force", "penetration"].map(String::from).to_vec()
     }
 
-    #[inline(always)]
     fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
         let depth = Self::penetration(at);
         out[0] = at.value(self.stiffness[1]) * depth;
