@@ -131,6 +131,9 @@ fn one() -> usize {
     1
 }
 
+/// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes here.
+const MOST_WORK: usize = 150_000;
+
 /// Reads a robot from the parts of its table.
 struct Build<'a> {
     document: &'a Document<'a>,
@@ -196,6 +199,13 @@ impl Build<'_> {
         let frames = self.frames(file.frames)?;
         let overrides = self.overrides(file.links, file.joints)?;
         let compliance = self.compliance()?;
+        let positions = self.tree.dofs() + compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>();
+        let most = (MOST_WORK / positions.pow(3)).max(1);
+        if file.substeps > most {
+            let message = format!("must be at most {most} with {positions} positions; found {}", file.substeps);
+            let error = self.error(&["substeps".into()], message);
+            return Err(error.with_help("a shorter time_step with more steps does the same"));
+        }
         let drives = self.drives(file.actuated, file.drives, &compliance)?;
         let sensors = self.sensors(&compliance)?;
         let gravity =
