@@ -1,9 +1,11 @@
 //! Robot files: URDF, SDF or MJCF text in, [`Robot`] out; every error names file, line, element and what is valid.
 
 mod assemble;
+mod joint_kind;
 mod meshes;
 mod mimic;
 mod mjcf;
+mod moments;
 mod physics;
 mod scan;
 mod sdf;

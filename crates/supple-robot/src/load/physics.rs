@@ -3,6 +3,7 @@
 use supple_files::FileError;
 
 use super::assemble::{Ends, JointPart, LinkPart};
+use super::moments::principal;
 use super::warnings::Warnings;
 use super::words::{digits, shown};
 use crate::{Inertia, JointKind, Limits};
@@ -34,7 +35,9 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
     if mass < 0.0 {
         return Err(at.error_about("mass", format!("the mass must be at least 0, and is {}", digits(mass))));
     }
-    let [least, middle, greatest] = principal_moments(moment);
+    let (mut moments, _) = principal(moment);
+    moments.sort_by(f64::total_cmp);
+    let [least, middle, greatest] = moments;
     let said = || format!("{}, {} and {}", three(least), three(middle), three(greatest));
     if least < -(ROUNDING * greatest.abs()).max(NEGLIGIBLE * mass) {
         let message = || format!("the principal moments of inertia must be at least 0, and are {}", said());
@@ -61,32 +64,6 @@ fn three(number: f64) -> String {
 /// Whether a number is one of a robot.
 fn small(number: f64) -> bool {
     number.abs() < GREATEST
-}
-
-/// The eigenvalues of a symmetric matrix, the least first: Jacobi's rotations, which are accurate to rounding.
-fn principal_moments(mut a: [[f64; 3]; 3]) -> [f64; 3] {
-    for _ in 0..8 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if a[p][q] == 0.0 {
-                continue;
-            }
-            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-            let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
-            let sine = tangent * cosine;
-            for row in &mut a {
-                (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
-            }
-            let (first, second) = (a[p], a[q]);
-            for j in 0..3 {
-                a[p][j] = cosine * first[j] - sine * second[j];
-                a[q][j] = sine * first[j] + cosine * second[j];
-            }
-        }
-    }
-    let mut moments = [a[0][0], a[1][1], a[2][2]];
-    moments.sort_by(f64::total_cmp);
-    moments
 }
 
 /// The numbers of a joint; its axis is brought to length 1, and what has no meaning for its kind is left out.

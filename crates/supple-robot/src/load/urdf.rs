@@ -8,9 +8,11 @@ use supple_files::FileError;
 
 use super::LoadOptions;
 use super::assemble::{JointPart, LinkPart, MimicPart, Parts, Reference, assemble};
+use super::joint_kind::joint_kind;
 use super::meshes::mesh_path;
+use super::moments::turned;
 use super::warnings::Warnings;
-use super::words::{RUN_XACRO, XACRO, listed, near, shown};
+use super::words::{RUN_XACRO, XACRO};
 use super::xml::{Document, Element};
 use crate::{Inertia, JointKind, Limits, Mesh, Pose, Robot};
 
@@ -116,14 +118,6 @@ fn inertial(at: Element) -> Result<Inertia, FileError> {
     Ok(Inertia { mass, center: position, moment })
 }
 
-/// `R I R'`, exactly symmetric.
-pub(super) fn turned(r: [[f64; 3]; 3], moment: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let axes = [0, 1, 2];
-    let half = r.map(|row| axes.map(|j| axes.map(|k| row[k] * moment[k][j]).iter().sum::<f64>()));
-    let entry = |i: usize, j: usize| axes.map(|k| half[i][k] * r[j][k]).iter().sum::<f64>();
-    axes.map(|i| axes.map(|j| if i <= j { entry(i, j) } else { entry(j, i) }))
-}
-
 /// The `origin` of an element: `xyz` in metres and `rpy` in radians, both 0 where nothing is said.
 fn origin(at: Element) -> Result<Pose, FileError> {
     let Some(origin) = at.child("origin")? else { return Ok(Pose::IDENTITY) };
@@ -143,7 +137,7 @@ fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnin
 /// A `joint`.
 fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, FileError> {
     let name = at.required("name")?.to_owned();
-    let kind = kind(at)?;
+    let kind = joint_kind(at, &["floating", "planar"])?;
     for element in at.children() {
         pass_over(element, &JOINT, &JOINT_IGNORED, warnings);
     }
@@ -169,28 +163,6 @@ fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, 
         });
     }
     Ok(joint)
-}
-
-/// The `type` of a joint.
-fn kind(at: Element) -> Result<JointKind, FileError> {
-    const VALID: [&str; 4] = ["fixed", "revolute", "continuous", "prismatic"];
-    Ok(match at.required("type")? {
-        "fixed" => JointKind::Fixed,
-        "revolute" => JointKind::Revolute,
-        "continuous" => JointKind::Continuous,
-        "prismatic" => JointKind::Prismatic,
-        found => {
-            let known = match found {
-                "floating" | "planar" => "is not supported",
-                _ => "is not a type of joint",
-            };
-            let error = at.error_at("type", format!("type {} {known}; valid are {}", shown(found), listed(&VALID)));
-            return Err(match near(found, &VALID) {
-                Some(help) => error.with_help(help),
-                None => error,
-            });
-        }
-    })
 }
 
 /// The `limit` of a joint. Positions that are not given are 0, as URDF has it.

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary};
 use crate::parameters::Parameters;
 use crate::{Point, Value};
 
@@ -40,12 +40,8 @@ impl CostFile for ContactForce {
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
         let signal = vocabulary.contact_signal(file.contact.as_deref(), "contact_force")?;
-        Ok(Cost {
-            kind: CostKind::ContactForce(Self { signal, target: file.target, smoothing: file.smoothing }),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        let kind = CostKind::ContactForce(Self { signal, target: file.target, smoothing: file.smoothing });
+        Ok(Cost::weighed(kind, file.norm, file.weight, file.final_weight))
     }
 }
 

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, targets};
 use crate::{Point, Value};
 
 /// Forces or torques in an element of compliance against targets, N or N m.
@@ -37,19 +37,11 @@ impl CostFile for CouplingForce {
         if file.select.is_empty() {
             return Err(CostError::new("select", "name at least one force"));
         }
-        let targets = file.target.unwrap_or_else(|| vec![Value::Number(0.0); file.select.len()]);
-        if targets.len() != file.select.len() {
-            let message = format!("{} targets for {} selected forces: give one each", targets.len(), file.select.len());
-            return Err(CostError::new("target", message));
-        }
+        let targets = targets(file.target, file.select.len(), "selected forces")?;
         let place = |force: &String| vocabulary.force_of(&file.coupling, force);
         let selected = file.select.iter().zip(targets).map(|(force, target)| Ok((place(force)?, target)));
-        Ok(Cost {
-            kind: CostKind::CouplingForce(Self { selected: selected.collect::<Result<_, _>>()? }),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        let kind = CostKind::CouplingForce(Self { selected: selected.collect::<Result<_, _>>()? });
+        Ok(Cost::weighed(kind, file.norm, file.weight, file.final_weight))
     }
 }
 

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, targets};
 use crate::{Point, Value};
 
 /// The origin of a frame in the world against a target, m.
@@ -45,17 +45,10 @@ impl CostFile for FramePoint {
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
         let x = vocabulary.signal_of("frame", "link or frame", &file.frame, "x")?;
         let axes = file.axes.unwrap_or(vec![Axis::X, Axis::Y, Axis::Z]);
-        if file.target.len() != axes.len() {
-            let message = format!("{} targets for {} coordinates: give one each", file.target.len(), axes.len());
-            return Err(CostError::new("target", message));
-        }
-        let selected = axes.into_iter().zip(file.target).map(|(axis, target)| (x + axis as usize, target)).collect();
-        Ok(Cost {
-            kind: CostKind::FramePoint(Self { selected }),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        let targets = targets(Some(file.target), axes.len(), "coordinates")?;
+        let selected = axes.into_iter().zip(targets).map(|(axis, target)| (x + axis as usize, target)).collect();
+        let kind = CostKind::FramePoint(Self { selected });
+        Ok(Cost::weighed(kind, file.norm, file.weight, file.final_weight))
     }
 }
 

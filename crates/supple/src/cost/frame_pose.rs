@@ -2,7 +2,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_robot::Pose;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary};
 use crate::model::turn;
 use crate::{Point, Value};
 
@@ -48,12 +48,8 @@ impl CostFile for FramePose {
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
         let signal = vocabulary.signal_of("frame", "link or frame", &file.frame, "x")?;
         let rotation = Pose::from_rpy([0.0; 3], file.rpy).rotation;
-        Ok(Cost {
-            kind: CostKind::FramePose(Self { signal, position: file.position, rotation, lever: file.lever }),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        let kind = CostKind::FramePose(Self { signal, position: file.position, rotation, lever: file.lever });
+        Ok(Cost::weighed(kind, file.norm, file.weight, file.final_weight))
     }
 }
 

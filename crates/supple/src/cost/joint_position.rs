@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, State, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, State, Vocabulary};
 use crate::{Point, Value};
 
 /// Positions of joints against targets, rad or m.
@@ -42,12 +42,8 @@ impl File {
             return Err(CostError::unknown("select", &format!("the robot has no moving joint `{name}`"), name, joints));
         }
         let states: Vec<String> = select.iter().map(|name| format!("{prefix}.{name}")).collect();
-        Ok(Cost {
-            kind: kind(State::select(&states, self.target, vocabulary)?),
-            norm: self.norm,
-            stage: Weights::Equal(self.weight),
-            last: Weights::Equal(self.final_weight.unwrap_or(self.weight)),
-        })
+        let kind = kind(State::select(&states, self.target, vocabulary)?);
+        Ok(Cost::weighed(kind, self.norm, self.weight, self.final_weight))
     }
 }
 

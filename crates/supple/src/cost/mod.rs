@@ -193,7 +193,23 @@ pub struct Cost {
     pub last: Weights,
 }
 
+/// The targets that a file gives for `count` things, 0 where it gives none; `what` is what they are.
+fn targets(given: Option<Vec<Value>>, count: usize, what: &str) -> Result<Vec<Value>, CostError> {
+    let targets = given.unwrap_or_else(|| vec![Value::Number(0.0); count]);
+    if targets.len() == count {
+        return Ok(targets);
+    }
+    let message = format!("{} targets for {count} {what}: give one each", targets.len());
+    Err(CostError::new("target", message))
+}
+
 impl Cost {
+    /// A residual with one weight for all of its entries; the final one is that of the stages where left out.
+    fn weighed(kind: CostKind, norm: Norm, weight: Value, final_weight: Option<Value>) -> Self {
+        let last = Weights::Equal(final_weight.unwrap_or(weight));
+        Self { kind, norm, stage: Weights::Equal(weight), last }
+    }
+
     /// The weights of a stage or of the end.
     pub fn weights(&self, last: bool) -> &Weights {
         if last { &self.last } else { &self.stage }

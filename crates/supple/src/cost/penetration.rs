@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary};
 use crate::{Point, Value};
 
 /// How deep a contact is, negative when apart, against a target, in m.
@@ -36,12 +36,8 @@ impl CostFile for Penetration {
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
         let signal = vocabulary.contact_signal(file.contact.as_deref(), "penetration")?;
-        Ok(Cost {
-            kind: CostKind::Penetration(Self { signal, target: file.target }),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        let kind = CostKind::Penetration(Self { signal, target: file.target });
+        Ok(Cost::weighed(kind, file.norm, file.weight, file.final_weight))
     }
 }
 

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary};
 use crate::{Point, Value};
 
 /// Selected states against targets.
@@ -32,12 +32,8 @@ impl CostFile for State {
     type File = File;
 
     fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
-        Ok(Cost {
-            kind: CostKind::State(Self::select(&file.select, file.target, vocabulary)?),
-            norm: file.norm,
-            stage: Weights::Equal(file.weight),
-            last: Weights::Equal(file.final_weight.unwrap_or(file.weight)),
-        })
+        let kind = CostKind::State(Self::select(&file.select, file.target, vocabulary)?);
+        Ok(Cost::weighed(kind, file.norm, file.weight, file.final_weight))
     }
 }
 
@@ -51,11 +47,7 @@ impl State {
         if names.is_empty() {
             return Err(CostError::new("select", "name at least one"));
         }
-        let targets = targets.unwrap_or_else(|| vec![Value::Number(0.0); names.len()]);
-        if targets.len() != names.len() {
-            let message = format!("{} targets for {} that are selected: give one each", targets.len(), names.len());
-            return Err(CostError::new("target", message));
-        }
+        let targets = super::targets(targets, names.len(), "that are selected")?;
         let selected = names.iter().zip(targets).map(|(name, target)| {
             let index = vocabulary.states.iter().position(|state| state == name);
             let unknown =

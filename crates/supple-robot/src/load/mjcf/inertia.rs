@@ -2,7 +2,7 @@
 
 use supple_files::FileError;
 
-use super::super::urdf::turned;
+use super::super::moments::{diagonal_matrix, principal, turned};
 use super::super::xml::Element;
 use super::body::{Items, Reader};
 use super::defaults::Values;
@@ -142,37 +142,4 @@ fn bounded(inertia: Inertia, settings: &Settings) -> Inertia {
         inertia.moment = diagonal_matrix([(a + b + c) / 3.0; 3]);
     }
     inertia
-}
-
-/// A diagonal matrix.
-fn diagonal_matrix([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
-    [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
-}
-
-/// The principal moments of a symmetric matrix, and the rotation whose columns are their axes, by Jacobi's rotations:
-/// `A = R diag(moments) R'`.
-fn principal(mut a: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-    let mut axes = diagonal_matrix([1.0; 3]);
-    for _ in 0..8 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if a[p][q] == 0.0 {
-                continue;
-            }
-            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-            let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
-            let sine = tangent * cosine;
-            let mix = |row: &mut [f64; 3]| {
-                (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
-            };
-            a.iter_mut().for_each(mix);
-            axes.iter_mut().for_each(mix);
-            let (first, second) = (a[p], a[q]);
-            for j in 0..3 {
-                a[p][j] = cosine * first[j] - sine * second[j];
-                a[q][j] = sine * first[j] + cosine * second[j];
-            }
-        }
-    }
-    ([a[0][0], a[1][1], a[2][2]], axes)
 }

@@ -3,7 +3,8 @@
 use supple_files::FileError;
 
 use super::super::assemble::{JointPart, MimicPart, Reference};
-use super::super::words::{listed, near, shown};
+use super::super::joint_kind::joint_kind;
+use super::super::words::shown;
 use super::super::xml::Element;
 use super::frames::{Frames, MODEL, child};
 use super::values::{Version, flag, number, pass_over};
@@ -42,7 +43,7 @@ impl Reader<'_> {
         placed: &Pose,
     ) -> Result<JointPart<'a>, FileError> {
         let at = frames.element(node);
-        let kind = kind(at)?;
+        let kind = joint_kind(at, &["ball", "universal", "screw", "gearbox", "revolute2"])?;
         for element in at.children() {
             pass_over(element, &JOINT, &JOINT_IGNORED, &mut self.warnings);
         }
@@ -115,28 +116,6 @@ impl Reader<'_> {
         joint.mimic = at.child("mimic")?.map(mimic).transpose()?;
         Ok(())
     }
-}
-
-/// The `type` of a joint.
-fn kind(at: Element) -> Result<JointKind, FileError> {
-    const VALID: [&str; 4] = ["fixed", "revolute", "continuous", "prismatic"];
-    Ok(match at.required("type")? {
-        "fixed" => JointKind::Fixed,
-        "revolute" => JointKind::Revolute,
-        "continuous" => JointKind::Continuous,
-        "prismatic" => JointKind::Prismatic,
-        found => {
-            let known = match found {
-                "ball" | "universal" | "screw" | "gearbox" | "revolute2" => "is not supported",
-                _ => "is not a type of joint",
-            };
-            let error = at.error_at("type", format!("type {} {known}; valid are {}", shown(found), listed(&VALID)));
-            return Err(match near(found, &VALID) {
-                Some(help) if known != "is not supported" => error.with_help(help),
-                _ => error,
-            });
-        }
-    })
 }
 
 /// The `limit` of an axis. Numbers of 1e16 and more are none, and so are a negative effort and velocity.

@@ -4,7 +4,7 @@ use supple_files::FileError;
 
 use super::super::assemble::LinkPart;
 use super::super::meshes::mesh_path;
-use super::super::urdf::turned;
+use super::super::moments::turned;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::Reader;
