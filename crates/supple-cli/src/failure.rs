@@ -2,6 +2,7 @@ use std::io::Write;
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
 use supple::FileError;
+use supple_study::StudyError;
 
 /// Why a command could not do what was asked: exit code 2, nothing written.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +19,18 @@ pub enum Failure {
     /// A file or stream could not be written.
     #[error("{what}: {error}")]
     Write { what: String, error: std::io::Error },
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::File(error) => Self::File(error),
+            StudyError::Usage(message) => Self::Usage(message),
+            StudyError::Compute(error) => Self::Compute(error),
+            StudyError::Io { what, error } => Self::Write { what, error },
+            kept @ StudyError::Kept { .. } => Self::Usage(kept.to_string()),
+        }
+    }
 }
 
 impl From<FileError> for Failure {

@@ -30,26 +30,6 @@ fn to_json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value).map_err(|error| Failure::write("JSON", error.into()))
 }
 
-/// Checks that a file can be written to a folder before long work is done for it. Leaves nothing behind.
-pub fn check_writable(folder: &Path, name: &str) -> Result<(), Failure> {
-    let path = folder.join(name);
-    let existing = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
-    match tempfile::tempfile_in(existing) {
-        Err(error) => Err(Failure::write(path.display(), error)),
-        Ok(_) if path.is_dir() => Err(Failure::write(path.display(), ErrorKind::IsADirectory.into())),
-        Ok(_) => Ok(()),
-    }
-}
-
-/// Writes a JSON file whole or not at all, in place of one that is there already.
-pub fn write_json(folder: &Path, name: &str, value: &impl Serialize) -> Result<(), Failure> {
-    let path = folder.join(name);
-    let text = format!("{}\n", to_json(value)?);
-    let written = std::fs::create_dir_all(folder).and_then(|()| temporary(folder, &text));
-    let written = written.and_then(|file| file.persist(&path).map_err(|error| error.error));
-    written.map(|_| ()).map_err(|error| Failure::write(path.display(), error))
-}
-
 /// Writes a text file whole or not at all, where there is none yet.
 pub fn write_new(path: &Path, text: &str) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -70,3 +70,40 @@ impl Observer for Progress {
         self.bar.set_message(format!("{ended} of {of} starts, {evaluations} designs, best {best}"));
     }
 }
+
+/// A bar with rate and time left on standard error, where that is a terminal.
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    pub fn new() -> Self {
+        let bar = ProgressBar::new(0);
+        let template = "{msg} {wide_bar} {pos} of {len}, {per_sec}, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(100));
+        Self(bar)
+    }
+
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+impl supple_study::Progress for Bar {
+    fn begin(&self, what: &str, done: u64, total: u64) {
+        self.0.reset();
+        self.0.set_length(total);
+        self.0.set_position(done);
+        self.0.reset_eta();
+        self.0.set_message(what.to_owned());
+    }
+
+    fn advance(&self, parts: u64) {
+        self.0.inc(parts);
+    }
+
+    fn say(&self, message: &str) {
+        self.0.set_message(message.to_owned());
+    }
+}

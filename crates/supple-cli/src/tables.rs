@@ -5,9 +5,9 @@ use std::fmt::Write;
 use comfy_table::{CellAlignment, Table, presets};
 use supple::check::CheckReport;
 use supple::design::DesignStatus;
-use supple::{Evaluation, LimitViolation, Problem, TaskEvaluation};
-
-use crate::commands::DesignReport;
+use supple::{Evaluation, LimitViolation, TaskEvaluation};
+use supple_study::design::DesignReport;
+use supple_study::{About, AboutTask};
 
 /// A number with about six significant digits.
 fn number(value: f64) -> String {
@@ -43,19 +43,19 @@ fn percent(from: f64, to: f64) -> String {
     format!("{:+.1} %", 100.0 * (to - from) / from.abs())
 }
 
-fn heading(problem: &Problem) -> String {
-    if problem.title.is_empty() { String::new() } else { format!("{}\n\n", problem.title) }
+fn heading(about: &About) -> String {
+    if about.title.is_empty() { String::new() } else { format!("{}\n\n", about.title) }
 }
 
 /// The page of `supple design`.
-pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
+pub fn design_page(about: &About, report: &DesignReport) -> String {
     let (start, optimum) = (&report.start, &report.optimum);
-    let mut page = heading(problem);
+    let mut page = heading(about);
     let mut parameters = table(&["parameter", "from", "to", "unit", "information, per +1 %", "costs, per +1 %"]);
-    for (index, parameter) in problem.parameters.iter().enumerate() {
+    for (index, parameter) in about.parameters.iter().enumerate() {
         let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
         let mut row = vec![parameter.name.clone(), number(from), number(to), parameter.unit.clone()];
-        row.extend(sensitivities(problem, optimum, index, to));
+        row.extend(sensitivities(about, optimum, index, to));
         parameters.add_row(row);
     }
     align_right(&mut parameters, 1..3);
@@ -85,7 +85,7 @@ pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
     align_right(&mut results, 1..5);
     let _ = writeln!(page, "{results}\n");
 
-    let at_box: Vec<String> = problem
+    let at_box: Vec<String> = about
         .parameters
         .iter()
         .enumerate()
@@ -100,7 +100,7 @@ pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
             } else {
                 return None;
             };
-            problem.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
+            about.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
         })
         .collect();
     if !at_box.is_empty() {
@@ -109,21 +109,21 @@ pub fn design_page(problem: &Problem, report: &DesignReport) -> String {
     for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
         let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
     }
-    let _ = writeln!(page, "{}", verdict(problem, report));
+    let _ = writeln!(page, "{}", verdict(about, report));
     page
 }
 
-fn sensitivities(problem: &Problem, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
+fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
     let gradients = at.tasks.iter().filter_map(|task| task.gradient.as_ref()?.total.as_ref());
     let (mut bits, mut costs) = (0.0, Vec::new());
-    for (task, gradient) in problem.tasks.iter().zip(gradients) {
+    for (task, gradient) in about.tasks.iter().zip(gradients) {
         bits += task.information_weight * gradient.information_nats.0[index].1 / std::f64::consts::LN_2;
         costs.push(format!("{:+.3}", gradient.expected_cost.0[index].1 * value * 0.01));
     }
     [format!("{:+.3} bits", bits * value * 0.01), costs.join(", ")]
 }
 
-fn verdict(problem: &Problem, report: &DesignReport) -> String {
+fn verdict(about: &About, report: &DesignReport) -> String {
     let best =
         report.starts.iter().map(|start| start.information_nats).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
     let same = report.starts.iter().filter(|start| {
@@ -142,15 +142,15 @@ fn verdict(problem: &Problem, report: &DesignReport) -> String {
         DesignStatus::NotConverged => "Not converged: the best design found meets every bound.".into(),
         DesignStatus::Stopped => "Stopped: the best design until then.".into(),
         DesignStatus::BoundViolated => {
-            let over = |(task, at): (&supple::Task, &TaskEvaluation)| {
+            let over = |(task, at): (&AboutTask, &TaskEvaluation)| {
                 let bound = at.cost.bound?;
                 (at.cost.expected > bound)
                     .then(|| format!("misses the bound of {} by {}", task.name, excess(at.cost.expected, bound)))
             };
-            let unfinished = |(task, at): (&supple::Task, &TaskEvaluation)| {
+            let unfinished = |(task, at): (&AboutTask, &TaskEvaluation)| {
                 (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
             };
-            let tasks = || problem.tasks.iter().zip(&report.optimum.tasks);
+            let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
             let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).collect();
             format!("No design that meets every bound was found. The closest {}.", list.join(", and "))
         }
@@ -162,9 +162,9 @@ fn verdict(problem: &Problem, report: &DesignReport) -> String {
 }
 
 /// The page of `supple evaluate`.
-pub fn evaluation_page(problem: &Problem, at: &Evaluation) -> String {
-    let mut page = heading(problem);
-    let values = problem.parameters.iter().zip(&at.parameters.0);
+pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
+    let mut page = heading(about);
+    let values = about.parameters.iter().zip(&at.parameters.0);
     let values: Vec<_> = values.map(|(p, (name, value))| format!("{name} = {} {}", number(*value), p.unit)).collect();
     if !values.is_empty() {
         let _ = writeln!(page, "{}\n", values.join("   ").trim_end());
@@ -279,8 +279,8 @@ fn gradient_tables(task: &TaskEvaluation) -> String {
 }
 
 /// The page of `supple check`.
-pub fn check_page(problem: &Problem, report: &CheckReport) -> String {
-    let mut page = heading(problem);
+pub fn check_page(about: &About, report: &CheckReport) -> String {
+    let mut page = heading(about);
     for task in &report.tasks {
         let _ = writeln!(page, "{}: plan {}, stationarity {:.1e}\n", task.name, task.status, task.stationarity);
         let mut rows = table(&["derivative", "worst error", "tolerance", "at", "analytic", "finite difference", ""]);

@@ -134,6 +134,11 @@ impl Matrices {
         &mut self.at_mut(index)[..cols]
     }
 
+    /// All vectors of a sequence of vectors, without padding.
+    pub fn to_rows(&self) -> Vec<Vec<f64>> {
+        (0..self.count()).map(|index| self.vector(index).to_vec()).collect()
+    }
+
     /// Entry (`row`, `col`) of matrix `index`.
     #[inline(always)]
     pub fn get(&self, index: usize, row: usize, col: usize) -> f64 {

@@ -1,4 +1,4 @@
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, rows};
 
 use crate::belief::Belief;
@@ -6,7 +6,7 @@ use crate::noise::Noise;
 use crate::plan::Plan;
 
 /// The expected cost of a task in its four parts (theory, equation J.1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct CostParts {
     /// `sum l_t(xbar, ubar) + l_N(xbar_N)`
     pub nominal: f64,

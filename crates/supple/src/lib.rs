@@ -10,6 +10,7 @@ pub mod file;
 pub mod gradient;
 pub mod information;
 pub mod knots;
+mod lenient;
 mod limits;
 mod model;
 pub mod noise;
@@ -17,6 +18,7 @@ pub mod parameters;
 pub mod pipeline;
 pub mod plan;
 mod problem;
+pub mod scene;
 mod shape;
 pub mod simulate;
 mod stability;
@@ -27,12 +29,14 @@ mod value;
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{
-    CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport, GradientReport, InformationReport, Named,
-    Objective, TaskEvaluation, TotalReport, TrajectoryReport, VALID_STATIONARITY,
+    ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport, GradientReport,
+    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport,
+    VALID_STATIONARITY,
 };
 pub use file::FileError;
+pub use lenient::or_nan;
 pub use limits::{LimitViolation, limits_violated};
-pub use model::{Dimensions, Limit, Limited, Linear, Model, Point, TwoMass};
+pub use model::{Channel, Channels, Dimensions, Limit, Limited, Linear, Model, Point, TwoMass};
 pub use problem::{Problem, Task};
 pub use stability::{Stability, stability};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};

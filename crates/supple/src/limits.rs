@@ -1,13 +1,13 @@
 //! Limits of the real thing that a plan violates.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
 use crate::trajectory::Trajectory;
 use crate::{Limit, Limited};
 
 /// A limit of a state or control that a plan violates.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct LimitViolation {
     /// What is limited, for people: ``velocity of joint `elbow` ``.
     pub name: String,

@@ -6,7 +6,7 @@ use crate::{Error, Value};
 use supple_files::quoted;
 
 /// A named number that tasks and designs may change.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -45,7 +45,7 @@ pub enum Role {
 }
 
 /// All parameters of a problem, in the order in which they were declared.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Parameters(Vec<Parameter>);
 
 impl Parameters {

@@ -1,3 +1,5 @@
+use std::path::PathBuf;
+
 use supple_kernels::Matrices;
 
 use crate::design::DesignSettings;
@@ -20,6 +22,8 @@ pub struct Problem {
     pub planning: PlanSettings,
     /// How designs are searched for.
     pub design: DesignSettings,
+    /// The files that the task file names, but for meshes.
+    pub files: Vec<PathBuf>,
     /// What of the files is ignored or most likely wrong, for people; empty where all is well.
     pub warnings: Vec<String>,
 }

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 
 use crate::belief::{ExtendedKalman, FilterBatch};
@@ -12,10 +12,10 @@ use crate::noise::{Noise, semidefinite_factor};
 use crate::plan::Plan;
 use crate::problem::Task;
 use crate::trajectory::Trajectory;
-use crate::{Dimensions, Error};
+use crate::{Dimensions, Error, or_nan};
 
 /// The sampled cost of a task in closed loop.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonteCarlo {
     /// How many roll-outs.
     pub rollouts: usize,
@@ -23,13 +23,31 @@ pub struct MonteCarlo {
     pub seed: u64,
     /// Mean cost.
     pub cost_mean: f64,
-    /// Standard error of the mean.
+    /// Standard error of the mean; NaN of a single roll-out.
+    #[serde(deserialize_with = "or_nan")]
     pub cost_standard_error: f64,
     /// Mean cost less the predicted expected cost.
     pub difference: f64,
     /// Cost of every roll-out.
     #[serde(skip)]
     pub costs: Vec<f64>,
+}
+
+/// One run in closed loop.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Seed of its noise.
+    pub seed: u64,
+    /// True states, one row per time.
+    pub states: Vec<Vec<f64>>,
+    /// Estimates of the filter after each measurement, one row per time.
+    pub estimates: Vec<Vec<f64>>,
+    /// Standard deviations that the filter gives them.
+    pub deviations: Vec<Vec<f64>>,
+    /// Controls, one row per step.
+    pub controls: Vec<Vec<f64>>,
+    /// Its cost.
+    pub cost: f64,
 }
 
 /// How samples are drawn: factors of the covariances.
@@ -93,8 +111,27 @@ pub(crate) struct LoopSetting<'a> {
     pub task: &'a Task,
     pub phi: &'a [f64],
     pub plan: &'a Plan,
+    /// The noise that the filter reckons with.
     pub noise: &'a Noise,
+    /// Factors of the noise that there is.
     pub factors: &'a NoiseFactors,
+}
+
+/// What a closed-loop run tells of its first sample.
+pub(crate) struct Record {
+    /// Estimates and controls.
+    pub run: Trajectory,
+    /// True states, vectors of length n.
+    pub truth: Matrices,
+    /// Standard deviations of the estimates, vectors of length n.
+    pub deviations: Matrices,
+}
+
+impl Record {
+    pub fn new(dimensions: Dimensions, steps: usize) -> Self {
+        let states = || Matrices::vectors(steps + 1, dimensions.states);
+        Self { run: Trajectory::zeros(dimensions, steps), truth: states(), deviations: states() }
+    }
 }
 
 impl ClosedLoop {
@@ -113,12 +150,12 @@ impl ClosedLoop {
 
     /// Runs all samples under `u = ubar + k + K (mu - xbar)`, kept within the task's bounds of the controls; sample `i` draws from stream `first + i` of the seed.
     ///
-    /// Where `record` is given, it receives the estimates and controls of the first sample.
+    /// Where `record` is given, it receives the first sample.
     pub fn run(
         &mut self,
         setting: LoopSetting,
         (seed, first): (u64, u64),
-        mut record: Option<&mut Trajectory>,
+        mut record: Option<&mut Record>,
     ) -> Result<(), Error> {
         let LoopSetting { task, phi, plan, noise, factors } = setting;
         let Self { filters, states, controls, measured, random, costs, next, scratch } = self;
@@ -151,7 +188,12 @@ impl ClosedLoop {
             }
             filter.correct(measured, filters, scratch)?;
             if let Some(record) = record.as_deref_mut() {
-                record.states.vector_mut(t).copy_from_slice(filters.means.vector(0));
+                record.run.states.vector_mut(t).copy_from_slice(filters.means.vector(0));
+                record.truth.vector_mut(t).copy_from_slice(states.vector(0));
+                let variance = |i| filters.belief.corrected.get(0, i, i);
+                for (i, deviation) in record.deviations.vector_mut(t).iter_mut().enumerate() {
+                    *deviation = f64::max(variance(i), 0.0).sqrt();
+                }
             }
             if t == task.steps {
                 break;
@@ -176,7 +218,7 @@ impl ClosedLoop {
                 factors.process.add_sample(&mut random[sample], x);
             }
             if let Some(record) = record.as_deref_mut() {
-                record.controls.vector_mut(t).copy_from_slice(controls.vector(0));
+                record.run.controls.vector_mut(t).copy_from_slice(controls.vector(0));
             }
             filter.predict(controls, filters, scratch, next);
         }
@@ -203,8 +245,27 @@ pub fn monte_carlo(
     predicted: f64,
     (rollouts, seed): (usize, u64),
 ) -> Result<MonteCarlo, Error> {
-    let factors = NoiseFactors::of(noise)?;
-    let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
+    let costs = sampled_costs(task, phi, (plan, noise, noise), (rollouts, seed))?;
+    let count = costs.len() as f64;
+    let cost_mean = costs.iter().sum::<f64>() / count;
+    let squares: f64 = costs.iter().map(|cost| (cost - cost_mean).powi(2)).sum();
+    let cost_standard_error = if rollouts > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
+    Ok(MonteCarlo { rollouts, seed, cost_mean, cost_standard_error, difference: cost_mean - predicted, costs })
+}
+
+/// Costs of roll-outs of a plan whose filter reckons with the noise `believed` while the noise is `true_noise`; the
+/// same samples for every plan, design and noise: sample i draws from stream i of the seed.
+///
+/// # Errors
+/// Where a covariance is indefinite.
+pub fn sampled_costs(
+    task: &Task,
+    phi: &[f64],
+    (plan, believed, true_noise): (&Plan, &Noise, &Noise),
+    (rollouts, seed): (usize, u64),
+) -> Result<Vec<f64>, Error> {
+    let factors = NoiseFactors::of(true_noise)?;
+    let setting = LoopSetting { task, phi, plan, noise: believed, factors: &factors };
     let size = task.system.dimensions();
     let batch = |number: usize| {
         let first = number * BATCH;
@@ -212,10 +273,26 @@ pub fn monte_carlo(
         closed.run(setting, (seed, first as u64), None).map(|()| closed.costs)
     };
     let batches = (0..rollouts.div_ceil(BATCH)).into_par_iter().map(batch).collect::<Result<Vec<_>, _>>()?;
-    let costs = batches.concat();
-    let count = costs.len() as f64;
-    let cost_mean = costs.iter().sum::<f64>() / count;
-    let squares: f64 = costs.iter().map(|cost| (cost - cost_mean).powi(2)).sum();
-    let cost_standard_error = if rollouts > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-    Ok(MonteCarlo { rollouts, seed, cost_mean, cost_standard_error, difference: cost_mean - predicted, costs })
+    Ok(batches.concat())
+}
+
+/// The first sample of those of [`monte_carlo`], as it runs.
+///
+/// # Errors
+/// Where a covariance is indefinite.
+pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
+    let factors = NoiseFactors::of(noise)?;
+    let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
+    let size = task.system.dimensions();
+    let mut closed = ClosedLoop::new(size, 1);
+    let mut record = Record::new(size, task.steps);
+    closed.run(setting, (seed, 0), Some(&mut record))?;
+    Ok(Sample {
+        seed,
+        states: record.truth.to_rows(),
+        estimates: record.run.states.to_rows(),
+        deviations: record.deviations.to_rows(),
+        controls: record.run.controls.to_rows(),
+        cost: closed.costs[0],
+    })
 }

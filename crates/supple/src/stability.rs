@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::DMatrix;
 use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 
 use crate::Error;
@@ -18,7 +18,7 @@ use crate::trajectory::Trajectory;
 ///
 /// At a few steps of the plan the spectral radius of `A = f_x` is compared with that of shorter time steps (theory,
 /// equation R.19): what grows as fast by time over short steps is in the physics, what does not is in the integration.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Stability {
     /// Time step, s.
     pub time_step: f64,

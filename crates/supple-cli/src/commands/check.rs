@@ -1,19 +1,21 @@
 use supple::check::check as compare;
 
 use crate::Outcome;
-use crate::arguments::{CheckOptions, Loaded};
+use supple_study::{About, LoadedTask};
+
+use crate::arguments::CheckOptions;
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::tables::check_page;
 
 /// `supple check TASK`
 pub fn check(options: &CheckOptions) -> Result<Outcome, Failure> {
-    let Loaded { problem, phi, .. } = options.task.load()?;
+    let LoadedTask { problem, phi, .. } = options.task.load()?;
     let report = compare(&problem, &phi)?;
     if options.json {
         print_json(&report)?;
     } else {
-        print_text(&check_page(&problem, &report))?;
+        print_text(&check_page(&About::of(&problem), &report))?;
     }
     Ok(if report.passed { Outcome::Success } else { Outcome::Shortfall })
 }

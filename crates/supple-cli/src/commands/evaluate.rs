@@ -1,25 +1,40 @@
+use supple_study::evaluate::EvaluateReport;
+use supple_study::{Folder, LoadedTask, Made, RESULT, StudyResult, check_writable};
+
 use crate::Outcome;
-use crate::arguments::{EvaluateOptions, GradientChoice, Loaded};
+use crate::arguments::{EvaluateOptions, GradientChoice};
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::tables::evaluation_page;
 
 /// `supple evaluate TASK`
 pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
-    let Loaded { problem, phi, .. } = options.task.load()?;
+    let loaded = options.task.load()?;
+    if let Some(folder) = &options.out {
+        check_writable(folder, RESULT)?;
+    }
+    let LoadedTask { problem, phi, .. } = &loaded;
     let wanted = supple::EvaluateOptions {
         total_gradient: matches!(options.gradient, GradientChoice::Total | GradientChoice::Both),
         frozen_gradient: matches!(options.gradient, GradientChoice::Frozen | GradientChoice::Both),
         rollouts: options.rollouts,
         branches: options.branches,
         seed: options.seed,
+        trajectories: options.out.is_some(),
         ..Default::default()
     };
-    let evaluation = problem.evaluate(&phi, &wanted)?;
+    let evaluation = problem.evaluate(phi, &wanted)?;
+    let made = Made::here("evaluate", options.seed, &loaded);
+    let outcome = if evaluation.feasible { Outcome::Success } else { Outcome::Shortfall };
+    let page = evaluation_page(&made.about, &evaluation);
     if options.json {
         print_json(&evaluation)?;
-    } else {
-        print_text(&evaluation_page(&problem, &evaluation))?;
     }
-    Ok(if evaluation.feasible { Outcome::Success } else { Outcome::Shortfall })
+    if let Some(folder) = &options.out {
+        Folder::save(folder, &made, &StudyResult::Evaluate(Box::new(EvaluateReport { evaluation })))?;
+    }
+    if !options.json {
+        print_text(&page)?;
+    }
+    Ok(outcome)
 }

@@ -4,13 +4,29 @@ mod check;
 mod design;
 mod evaluate;
 mod new;
+mod pareto;
+mod plot;
+mod report;
 mod robot;
+mod robustness;
+mod show;
+mod study;
+mod sweep;
+mod trace;
 
 pub use check::check;
-pub use design::{DesignReport, design};
+pub use design::design;
 pub use evaluate::evaluate;
 pub use new::new;
+pub use pareto::pareto;
+pub use plot::plot;
+pub use report::report;
 pub use robot::robot;
+pub use robustness::robustness;
+pub use show::show;
+pub use study::study;
+pub use sweep::sweep;
+pub use trace::trace;
 
 use clap::CommandFactory;
 

@@ -7,7 +7,7 @@ use crate::problem::Problem;
 
 /// What happens during a long computation.
 #[derive(Clone, Copy, Debug)]
-pub enum Event {
+pub enum Event<'a> {
     /// A start began; there are `of` of them.
     StartBegan {
         /// Its number, from 0.
@@ -19,8 +19,12 @@ pub enum Event {
     Evaluated {
         /// The start's number.
         start: usize,
+        /// All its parameters.
+        design: &'a [f64],
         /// The objective, nats.
         information: f64,
+        /// Expected cost of each task.
+        costs: &'a [f64],
         /// How far the worst task is above its bound, relative to it.
         violation: f64,
     },
@@ -119,9 +123,12 @@ impl<'a> Search<'a, '_> {
         let visit = self.visitor.visit(scaled)?.clone();
         if self.visitor.visits.len() > known {
             self.evaluations += 1;
+            let costs: Vec<f64> = visit.tasks.iter().map(|task| task.cost).collect();
             self.control.observer.observe(Event::Evaluated {
                 start: self.start,
+                design: &visit.phi,
                 information: visit.information(self.visitor.problem),
+                costs: &costs,
                 violation: visit.violation(),
             });
         }

@@ -3,7 +3,7 @@ use std::time::Instant;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
 use super::branches::uniform;
@@ -16,7 +16,7 @@ use crate::plan::PlanMode;
 use crate::problem::Problem;
 
 /// How a design search ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DesignStatus {
     /// At a local optimum that meets every bound.

@@ -65,9 +65,9 @@ impl Problem {
             let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let model = read_model(&document, &parameters, folder)?;
             let tasks = tasks::read(&document, &*model, &parameters)?;
-            Ok((tasks, model.warnings()))
+            Ok((tasks, model.files(), model.warnings()))
         });
-        let (tasks, warnings) = read?;
+        let (tasks, files, warnings) = read?;
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
             let place = ["parameters".into(), Place::Key(name)];
@@ -76,7 +76,7 @@ impl Problem {
                 .error_at_key(&place, message)
                 .with_help("write its name in place of a number, or delete its table"));
         }
-        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design, warnings })
+        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design, files, warnings })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use supple_kernels::Scalar;
@@ -35,6 +35,48 @@ impl Dimensions {
     /// Length of `z = (x, u)`.
     pub fn joint(self) -> usize {
         self.states + self.controls
+    }
+}
+
+/// A number of a model's vectors, for people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name.
+    pub name: String,
+    /// Its unit; empty where it is not known.
+    pub unit: String,
+}
+
+impl Channel {
+    /// A channel.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into() }
+    }
+
+    fn numbered(prefix: &str, count: usize) -> Vec<Self> {
+        (1..=count).map(|i| Self::new(format!("{prefix}{i}"), "")).collect()
+    }
+}
+
+/// What the numbers of a model's vectors are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Channels {
+    /// Of the state.
+    pub states: Vec<Channel>,
+    /// Of the control.
+    pub controls: Vec<Channel>,
+    /// Of the measurement.
+    pub measurements: Vec<Channel>,
+}
+
+impl Channels {
+    /// Named states without units; controls `u1`, `u2`...; measurements `y1`, `y2`...
+    pub fn plain(states: Vec<String>, dimensions: Dimensions) -> Self {
+        Self {
+            states: states.into_iter().map(|name| Channel::new(name, "")).collect(),
+            controls: Channel::numbered("u", dimensions.controls),
+            measurements: Channel::numbered("y", dimensions.measurements),
+        }
     }
 }
 
@@ -175,6 +217,11 @@ pub trait Model: Send + Sync + 'static {
     fn state_names(&self) -> Vec<String> {
         (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()
     }
+
+    /// What the numbers of state, control and measurement are, for people.
+    fn channels(&self) -> Channels {
+        Channels::plain(self.state_names(), self.dimensions())
+    }
 }
 
 /// How a model is read from a task file.
@@ -188,6 +235,11 @@ pub(crate) trait ModelFile: Model + Clone {
     /// Variances of the measurements, where the model knows them.
     fn variances(&self) -> Option<Vec<Value>> {
         None
+    }
+
+    /// The files that it names, but for meshes.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 
     /// What of the files that it names is ignored or most likely wrong.
@@ -221,6 +273,7 @@ impl<M: PlainFile> ModelFile for M {
 pub(crate) trait AnyModel {
     fn dimensions(&self) -> Dimensions;
     fn variances(&self) -> Option<Vec<Value>>;
+    fn files(&self) -> Vec<PathBuf>;
     fn warnings(&self) -> Vec<String>;
     fn vocabulary(&self) -> Vocabulary;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System>;
@@ -232,6 +285,9 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn variances(&self) -> Option<Vec<Value>> {
         ModelFile::variances(self)
+    }
+    fn files(&self) -> Vec<PathBuf> {
+        ModelFile::files(self)
     }
     fn warnings(&self) -> Vec<String> {
         ModelFile::warnings(self)

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Dimensions, Model, PlainFile, Point};
+use super::{Channel, Channels, Dimensions, Model, PlainFile, Point};
 use crate::Value;
 use crate::parameters::Parameters;
 
@@ -76,6 +76,15 @@ impl Model for TwoMass {
 
     fn state_names(&self) -> Vec<String> {
         ["x1", "v1", "x2", "v2", "xw"].map(String::from).to_vec()
+    }
+
+    fn channels(&self) -> Channels {
+        let units = ["m", "m/s", "m", "m/s", "m"];
+        Channels {
+            states: self.state_names().into_iter().zip(units).map(|(name, unit)| Channel::new(name, unit)).collect(),
+            controls: vec![Channel::new("u", "N")],
+            measurements: vec![Channel::new("position of m1", "m"), Channel::new("force in the spring", "N")],
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use super::{PlanSettings, PlanStatus};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
-use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors};
+use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record};
 use crate::system::Curvature;
 use crate::trajectory::Trajectory;
 
@@ -34,7 +34,7 @@ pub(crate) fn plan_sampled(
     let factors = NoiseFactors::of(noise)?;
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
-    let mut run = Trajectory::zeros(size, task.steps);
+    let mut record = Record::new(size, task.steps);
     let mut mu: f64 = 0.0;
     let mut status = PlanStatus::MaxIterations;
     while plan.iterations < sampled.iterations {
@@ -52,8 +52,8 @@ pub(crate) fn plan_sampled(
         }
         mu *= 0.5;
         let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
-        closed.run(setting, (sampled.seed, plan.iterations as u64), Some(&mut run))?;
-        let change = average(&mut plan.trajectory, &run, sampled.averaging);
+        closed.run(setting, (sampled.seed, plan.iterations as u64), Some(&mut record))?;
+        let change = average(&mut plan.trajectory, &record.run, sampled.averaging);
         if !change.is_finite() {
             return Err(Error::NotFinite { what: "the reference trajectory", step: 0 });
         }

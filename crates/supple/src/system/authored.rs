@@ -6,7 +6,7 @@ use supple_kernels::{Matrices, Scratch};
 use super::programs::Recorder;
 use super::{Curvature, KnotAdjoints, Points, System, Variation};
 use crate::cost::Cost;
-use crate::{Dimensions, Limit, Model, Value};
+use crate::{Channels, Dimensions, Limit, Model, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
@@ -90,6 +90,10 @@ impl<M: Model> System for Authored<M> {
 
     fn state_names(&self) -> Vec<String> {
         self.model.state_names()
+    }
+
+    fn channels(&self) -> Channels {
+        self.model.channels()
     }
 
     fn limits(&self) -> Vec<Limit> {

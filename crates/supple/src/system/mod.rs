@@ -5,7 +5,7 @@
 
 use supple_kernels::{Matrices, Scratch};
 
-use crate::{Dimensions, Limit};
+use crate::{Channels, Dimensions, Limit};
 
 mod authored;
 mod programs;
@@ -87,6 +87,11 @@ pub trait System: Send + Sync {
 
     /// Names of the states.
     fn state_names(&self) -> Vec<String>;
+
+    /// What the numbers of state, control and measurement are, for people.
+    fn channels(&self) -> Channels {
+        Channels::plain(self.state_names(), self.dimensions())
+    }
 
     /// What states and controls must stay within for the real thing.
     fn limits(&self) -> Vec<Limit> {

@@ -138,6 +138,8 @@ const MOST_WORK: usize = 150_000;
 struct Build<'a> {
     document: &'a Document<'a>,
     parameters: &'a Parameters,
+    /// The robot's file.
+    path: PathBuf,
     robot: supple_robot::Robot,
     tree: Tree,
     joints: Vec<String>,
@@ -162,7 +164,7 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
     let joints = tree.joints().to_vec();
     let links = robot.links.iter().map(|link| link.name.clone());
     let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
-    Build { document, parameters, robot, tree, joints, frames }.build(file)
+    Build { document, parameters, path, robot, tree, joints, frames }.build(file)
 }
 
 impl Build<'_> {
@@ -211,6 +213,7 @@ impl Build<'_> {
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
         let robot = Robot {
+            file: self.path.clone(),
             robot: Arc::new(self.robot.clone()),
             tree: Arc::new(self.tree.clone()),
             gravity,

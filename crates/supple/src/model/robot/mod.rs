@@ -5,13 +5,13 @@
 //! situation.rs: where everything is               compliance/: forces        sensor/: measurements
 //! ```
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use supple_kernels::{Ldl, Scalar};
-use supple_robot::{Tree, inverse_dynamics, mass_matrix, passive_forces};
+use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_forces};
 
-use super::{Dimensions, Limit, Model, ModelFile, Point};
+use super::{Channel, Channels, Dimensions, Limit, Model, ModelFile, Point};
 use crate::Value;
 use crate::file::{Document, FileError};
 use crate::parameters::Parameters;
@@ -40,6 +40,8 @@ use situation::{Forces, Situation};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Robot {
+    /// The file that it was read from.
+    file: PathBuf,
     robot: Arc<supple_robot::Robot>,
     tree: Arc<Tree>,
     gravity: [Value; 3],
@@ -75,6 +77,29 @@ impl Robot {
 
     fn constants(&self) -> usize {
         self.compliance.iter().map(|element| element.kind.constants()).sum()
+    }
+
+    /// Whether a degree of freedom is a slide.
+    fn slides(&self, dof: usize) -> bool {
+        let joint = self.tree.joint_indices().get(dof).map(|&joint| self.robot.joints[joint].kind);
+        joint == Some(JointKind::Prismatic)
+    }
+
+    /// Names and units of the states; of what compliance adds, the unit is that of its joint and not known here.
+    fn state_channels(&self) -> Vec<Channel> {
+        let (dofs, positions) = self.positions();
+        let unit = |place: usize| {
+            let (velocity, own) = (place / positions, place % positions);
+            match (velocity, self.slides(own)) {
+                (0, true) => "m",
+                (1, true) => "m/s",
+                (0, false) if own < dofs => "rad",
+                (1, false) if own < dofs => "rad/s",
+                _ => "",
+            }
+        };
+        let names = self.state_names().into_iter().enumerate();
+        names.map(|(place, name)| Channel::new(name, unit(place))).collect()
     }
 
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
@@ -260,6 +285,18 @@ impl Model for Robot {
         joints("q").chain(own("q")).chain(joints("v")).chain(own("v")).chain(constants).collect()
     }
 
+    fn channels(&self) -> Channels {
+        let drive = |drive: &Drive| {
+            let unit = if self.slides(drive.dof) { "N" } else { "N m" };
+            Channel::new(format!("tau.{}", self.tree.joints()[drive.dof]), unit)
+        };
+        Channels {
+            states: self.state_channels(),
+            controls: self.drives.iter().map(drive).collect(),
+            measurements: self.sensors.iter().flat_map(|sensor| sensor.channels(self)).collect(),
+        }
+    }
+
     fn limits(&self) -> Vec<Limit> {
         let (_, positions) = self.positions();
         let mut limits = Vec::new();
@@ -295,6 +332,10 @@ impl ModelFile for Robot {
 
     fn variances(&self) -> Option<Vec<Value>> {
         Some(self.sensors.iter().flat_map(|sensor| sensor.variance.clone()).collect())
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.file.clone()]
     }
 
     fn warnings(&self) -> Vec<String> {

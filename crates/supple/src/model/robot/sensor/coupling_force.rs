@@ -2,6 +2,8 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Context, Measure, SensorFile, Variance};
+use crate::Channel;
+use crate::model::robot::Robot;
 use crate::model::robot::compliance::{Compliance, Unfit, find};
 use crate::model::robot::situation::Situation;
 
@@ -48,6 +50,13 @@ impl SensorFile for CouplingForce {
 impl Measure for CouplingForce {
     fn len(&self) -> usize {
         self.selected.len()
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        let element = &robot.compliance[self.element];
+        let signals = element.kind.signals();
+        let channel = |&place: &usize| Channel::new(format!("{}.{}", element.name, signals[place]), "");
+        self.selected.iter().map(channel).collect()
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {

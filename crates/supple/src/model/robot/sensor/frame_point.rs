@@ -2,6 +2,8 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Context, Measure, SensorFile, Variance};
+use crate::Channel;
+use crate::model::robot::Robot;
 use crate::model::robot::compliance::Unfit;
 use crate::model::robot::situation::Situation;
 
@@ -32,6 +34,11 @@ impl SensorFile for FramePoint {
 impl Measure for FramePoint {
     fn len(&self) -> usize {
         3
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        let name = robot.frame_names()[self.frame];
+        ["x", "y", "z"].map(|axis| Channel::new(format!("{axis} of {name}"), "m")).to_vec()
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {

@@ -3,6 +3,8 @@ use supple_kernels::Scalar;
 use supple_robot::Pose;
 
 use super::{Context, Measure, SensorFile, Variance};
+use crate::Channel;
+use crate::model::robot::Robot;
 use crate::model::robot::compliance::Unfit;
 use crate::model::robot::situation::Situation;
 
@@ -46,6 +48,13 @@ pub(crate) fn turn<S: Scalar>(rotation: &[[S; 3]; 3], reference: &[[S; 3]; 3]) -
 impl Measure for FramePose {
     fn len(&self) -> usize {
         6
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        let name = robot.frame_names()[self.frame];
+        let shift = ["x", "y", "z"].map(|axis| Channel::new(format!("{axis} of {name}"), "m"));
+        let turn = ["x", "y", "z"].map(|axis| Channel::new(format!("turn of {name} about {axis}"), "rad"));
+        [shift, turn].concat()
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {

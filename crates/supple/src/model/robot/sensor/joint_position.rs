@@ -2,6 +2,8 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Context, Measure, SensorFile, Variance};
+use crate::Channel;
+use crate::model::robot::Robot;
 use crate::model::robot::compliance::{Compliance, Kind, Unfit};
 use crate::model::robot::situation::Situation;
 
@@ -75,6 +77,11 @@ impl SensorFile for JointPosition {
 impl Measure for JointPosition {
     fn len(&self) -> usize {
         self.selected.len()
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        let all = robot.state_channels();
+        self.selected.iter().map(|&place| all[place].clone()).collect()
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {

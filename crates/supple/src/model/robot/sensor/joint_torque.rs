@@ -2,6 +2,8 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::{Context, Measure, SensorFile, Variance};
+use crate::Channel;
+use crate::model::robot::Robot;
 use crate::model::robot::compliance::{Compliance, Unfit};
 use crate::model::robot::situation::Situation;
 
@@ -45,6 +47,11 @@ impl SensorFile for JointTorque {
 impl Measure for JointTorque {
     fn len(&self) -> usize {
         self.selected.len()
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        let channel = |&element: &usize| Channel::new(format!("torque of {}", robot.compliance[element].name), "N m");
+        self.selected.iter().map(channel).collect()
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {

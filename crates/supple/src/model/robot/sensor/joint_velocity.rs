@@ -2,6 +2,8 @@ use supple_kernels::Scalar;
 
 use super::joint_position::File;
 use super::{Context, Measure, SensorFile, Variance};
+use crate::Channel;
+use crate::model::robot::Robot;
 use crate::model::robot::compliance::Unfit;
 use crate::model::robot::situation::Situation;
 
@@ -23,6 +25,12 @@ impl SensorFile for JointVelocity {
 impl Measure for JointVelocity {
     fn len(&self) -> usize {
         self.selected.len()
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        let (_, positions) = robot.positions();
+        let all = robot.state_channels();
+        self.selected.iter().map(|&place| all[positions + place].clone()).collect()
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {

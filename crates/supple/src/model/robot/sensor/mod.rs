@@ -5,11 +5,12 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
+use super::Robot;
 use super::compliance::{Element, Names, Unfit};
 use super::situation::Situation;
-use crate::Value;
 use crate::file::{ReadError, Reader};
 use crate::value::OneOrMore;
+use crate::{Channel, Value};
 
 mod coupling_force;
 mod frame_point;
@@ -39,6 +40,9 @@ pub(super) trait Measure {
     /// How many numbers it gives.
     fn len(&self) -> usize;
 
+    /// What the numbers are, for people.
+    fn channels(&self, robot: &Robot) -> Vec<Channel>;
+
     /// The numbers, without noise.
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]);
 }
@@ -46,6 +50,10 @@ pub(super) trait Measure {
 impl Measure for Sensor {
     fn len(&self) -> usize {
         self.kind.len()
+    }
+
+    fn channels(&self, robot: &Robot) -> Vec<Channel> {
+        self.kind.channels(robot)
     }
 
     fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {
@@ -98,6 +106,9 @@ macro_rules! sensor_kinds {
         impl Measure for Kind {
             fn len(&self) -> usize {
                 match self { $(Self::$kind(kind) => kind.len(),)* }
+            }
+            fn channels(&self, robot: &Robot) -> Vec<Channel> {
+                match self { $(Self::$kind(kind) => kind.channels(robot),)* }
             }
             fn measure<S: Scalar>(&self, now: &Situation<S>, out: &mut [S]) {
                 match self { $(Self::$kind(kind) => kind.measure(now, out),)* }

@@ -2,11 +2,18 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use supple::Level;
 use supple::design::{GradientKind, Method};
-use supple::{Level, Problem, file};
+use supple_study::LoadedTask;
 
 use crate::failure::Failure;
 use crate::output::warn;
+
+mod studies;
+
+pub use studies::{
+    ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions,
+};
 
 /// Design compliant robots that need little information to be controlled.
 #[derive(Debug, Parser)]
@@ -64,6 +71,22 @@ pub enum Command {
     Evaluate(EvaluateOptions),
     /// Validate a task file and compare every derivative with finite differences
     Check(CheckOptions),
+    /// Evaluate a grid of designs
+    Sweep(SweepOptions),
+    /// Compare the costs of designs in closed loop as a noise grows
+    Robustness(RobustnessOptions),
+    /// Follow the front of information against cost
+    Pareto(ParetoOptions),
+    /// Record the paths of design searches
+    Trace(TraceOptions),
+    /// Make all studies of a study file, and a report of them
+    Study(StudyOptions),
+    /// Write one HTML page of results
+    Report(ReportOptions),
+    /// Draw a figure of a result
+    Plot(PlotOptions),
+    /// Print a result again
+    Show(ShowOptions),
     /// Show the links and joints of a robot file, or its dynamics at a state
     ///
     /// Without a state: the tree of links and joints, with masses, limits and warnings. With one (any of --q, --v and
@@ -95,29 +118,19 @@ pub struct TaskArguments {
     pub set: Vec<String>,
 }
 
-/// A task file as it was read.
-pub struct Loaded {
-    pub problem: Problem,
-    /// All parameters, as set.
-    pub phi: Vec<f64>,
-    /// The text of the file.
-    pub text: String,
-}
-
 impl TaskArguments {
-    /// The problem, and its parameters as set; warnings go to standard error.
-    pub fn load(&self) -> Result<Loaded, Failure> {
-        let text = file::read_text(&self.task)?;
-        let problem = Problem::parse(&text, &self.task.display().to_string())?;
-        let mut phi = problem.parameters.initial();
+    /// The task, and its parameters as set; warnings go to standard error.
+    pub fn load(&self) -> Result<LoadedTask, Failure> {
+        let mut loaded = LoadedTask::load(&self.task, &[])?;
         for setting in &self.set {
             let wrong = |what: &str| Failure::usage(format!("--set {setting}: {what}"));
             let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write NAME=VALUE"))?;
             let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number"))?;
-            problem.parameters.set(&mut phi, name.trim(), value).map_err(|error| wrong(&error.to_string()))?;
+            let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
+            set.map_err(|error| wrong(&error.to_string()))?;
         }
-        problem.warnings.iter().for_each(|warning| warn(warning));
-        Ok(Loaded { problem, phi, text })
+        loaded.problem.warnings.iter().for_each(|warning| warn(warning));
+        Ok(loaded)
     }
 }
 
@@ -195,6 +208,9 @@ pub struct EvaluateOptions {
     /// Seed of roll-outs and branch searches
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
+    /// Folder to write the result to, with trajectories
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Print one JSON object and nothing else
     #[arg(long)]
     pub json: bool,

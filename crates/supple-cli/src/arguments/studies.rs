@@ -1,0 +1,190 @@
+//! Arguments of studies and of what shows them.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{GradientArgument, MethodArgument, TaskArguments, count};
+
+#[derive(Args, Debug)]
+pub struct SweepOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// An axis: NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,..; may be given several times
+    ///
+    /// The last axis changes fastest.
+    #[arg(long, value_name = "NAME=VALUES", required = true)]
+    pub grid: Vec<String>,
+    /// Closed-loop roll-outs at every point
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 1_000_000))]
+    pub rollouts: usize,
+    /// At every point, design the parameters that are on no axis, from this many starts
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
+    pub starts: usize,
+    /// Seed of roll-outs and searches
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Folder for the table, and for a journal from which an interrupted sweep goes on
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Points to evaluate at once; all cores where left out
+    #[arg(long, value_name = "N", value_parser = count(1, 1024))]
+    pub jobs: Option<usize>,
+    /// Print one JSON object per point and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct RobustnessOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Designs: `start`, `optimum`, and NAME=PARAMETER:VALUE,PARAMETER:VALUE,..; separated by commas
+    #[arg(long, value_name = "DESIGNS", default_value = "start,optimum")]
+    pub designs: String,
+    /// The parameter that grows, as an axis of a sweep
+    #[arg(long, value_name = "NAME=VALUES")]
+    pub vary: String,
+    /// Closed-loop roll-outs at every point
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 1_000_000))]
+    pub rollouts: usize,
+    /// Seed of the roll-outs; all designs see the same random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Folder to write the result to
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct ParetoOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Points of the front
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 10_000))]
+    pub points: usize,
+    /// Starts at the front's loose end
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = count(1, 10_000))]
+    pub starts: usize,
+    /// Seed of the starts
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Folder to write the result to
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct TraceOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Starts: the initial values, then seeded random ones
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = count(1, 10_000))]
+    pub starts: usize,
+    /// Optimisers to compare
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "sqp,barrier")]
+    pub method: Vec<MethodArgument>,
+    /// Gradients to compare
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "total,frozen")]
+    pub gradient: Vec<GradientArgument>,
+    /// Seed of the starts
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Folder to write the result to
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct StudyOptions {
+    /// Study file
+    pub study: PathBuf,
+    /// Folder for the results of all steps, and the report; the study's name where left out
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct ReportOptions {
+    /// Folders of results
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+    /// The page to write
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub struct PlotOptions {
+    /// Folders of results, all drawn into one figure
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+    /// What to draw
+    #[arg(long, value_enum)]
+    pub figure: FigureArgument,
+    /// Task to draw, where there are several; the first one where left out
+    #[arg(long, value_name = "NAME")]
+    pub task: Option<String>,
+    /// Format
+    #[arg(long, value_enum, default_value_t = Format::Svg)]
+    pub format: Format,
+    /// Width
+    #[arg(long, value_enum, default_value_t = Width::Column)]
+    pub width: Width,
+    /// The file to write; the figure's name in the current folder where left out
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FigureArgument {
+    /// Cost and information over two parameters, with the paths of searches
+    Landscape,
+    /// States over time: plan, true, estimate, band of the belief
+    Belief,
+    /// Feedback gains and feedforward over time
+    Gains,
+    /// Costs as a noise grows
+    Robustness,
+    /// Information against cost
+    Pareto,
+    /// Information over time, per measurement
+    Information,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Vector graphics for pages
+    Svg,
+    /// Pixels
+    Png,
+    /// Vector graphics for papers
+    Pdf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Width {
+    /// One column of a two-column paper, 88 mm
+    Column,
+    /// Both columns, 180 mm
+    Page,
+}
+
+#[derive(Args, Debug)]
+pub struct ShowOptions {
+    /// Folder of a result
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}

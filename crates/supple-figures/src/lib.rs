@@ -1,0 +1,1 @@
+//! Figures for papers: vector graphics with labels and units, safe for colour-blind readers.

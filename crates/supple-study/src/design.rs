@@ -1,0 +1,137 @@
+//! Designs: the search, and the report of what it found.
+
+use serde::{Deserialize, Serialize};
+use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary};
+use supple::{EvaluateOptions, Evaluation, Named, Problem, Task};
+
+use crate::{LoadedTask, StudyError};
+
+/// What `supple design --json` prints.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct DesignReport {
+    /// How the search ended.
+    pub status: DesignStatus,
+    /// Optimiser.
+    pub method: Method,
+    /// Gradient it followed.
+    pub gradient: GradientKind,
+    /// Seed of starts and branch searches.
+    pub seed: u64,
+    /// All settings of the search.
+    pub settings: DesignSettings,
+    /// The design that the first start began from.
+    pub start: Evaluation,
+    /// The best design.
+    pub optimum: Evaluation,
+    /// Which bounds are active there, by task.
+    pub active_bounds: Vec<String>,
+    /// Nats that a unit more of bound would save, by task.
+    pub bound_prices: Vec<TaskPrice>,
+    /// Different local minima of the plans seen at the best design.
+    pub branches: usize,
+    /// Every start.
+    pub starts: Vec<StartReport>,
+    /// Designs evaluated.
+    pub evaluations: usize,
+    /// Wall time, s.
+    pub seconds: f64,
+}
+
+/// What a task's bound is worth.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct TaskPrice {
+    /// The task.
+    pub task: String,
+    /// Nats that a unit more of bound would save.
+    pub nats_per_unit: f64,
+}
+
+/// One start.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StartReport {
+    /// How it ended.
+    pub status: DesignStatus,
+    /// Where it began.
+    pub from: Named,
+    /// Where it ended.
+    pub to: Named,
+    /// The objective there, nats; NaN where nothing could be evaluated.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub information_nats: f64,
+    /// Expected cost of each task there.
+    pub expected_costs: Vec<f64>,
+    /// How far the worst task is above its bound, relative to it.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub violation: f64,
+    /// First-order optimality.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub optimality: f64,
+    /// Different local minima of the plans seen at the end.
+    pub branches: usize,
+    /// Designs evaluated.
+    pub evaluations: usize,
+    /// Why it ended early, where it did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+/// Searches for a design and evaluates where it began and ended, with trajectories.
+///
+/// # Errors
+/// Where there is nothing to design, or not even the first start can be evaluated.
+pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Result<DesignReport, StudyError> {
+    let LoadedTask { problem, phi, .. } = task;
+    if problem.parameters.design().is_empty() {
+        let name = task.sources.first().map_or("the task", |source| &source.path);
+        let message = format!("{name} has no parameter with role = \"design\": there is nothing to design");
+        return Err(StudyError::Usage(message));
+    }
+    let found = supple::design::design(problem, phi, settings, control)?;
+    report(problem, phi, settings, &found)
+}
+
+fn report(
+    problem: &Problem,
+    phi: &[f64],
+    settings: &DesignSettings,
+    found: &Design,
+) -> Result<DesignReport, StudyError> {
+    let wanted =
+        EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
+    let start = problem.evaluate(phi, &wanted)?;
+    let best = &found.starts[found.best];
+    let controls = Some(best.controls.clone());
+    let optimum = problem.evaluate(&best.to, &EvaluateOptions { controls, ..wanted })?;
+    let active = |(task, price): (&Task, &f64)| (*price > 0.0).then(|| task.name.clone());
+    let price = |(task, &nats_per_unit): (&Task, &f64)| TaskPrice { task: task.name.clone(), nats_per_unit };
+    Ok(DesignReport {
+        status: found.status,
+        method: settings.method,
+        gradient: settings.gradient,
+        seed: settings.seed,
+        settings: settings.clone(),
+        start,
+        optimum,
+        active_bounds: problem.tasks.iter().zip(&best.multipliers).filter_map(active).collect(),
+        bound_prices: problem.tasks.iter().zip(&best.multipliers).map(price).collect(),
+        branches: best.branches,
+        starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
+        evaluations: found.evaluations,
+        seconds: found.seconds,
+    })
+}
+
+fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
+    StartReport {
+        status: summary.status,
+        from: Named::new(&problem.parameters, &summary.from),
+        to: Named::new(&problem.parameters, &summary.to),
+        information_nats: summary.information,
+        expected_costs: summary.costs.clone(),
+        violation: summary.violation,
+        optimality: summary.optimality,
+        branches: summary.branches,
+        evaluations: summary.evaluations,
+        error: summary.error.as_ref().map(ToString::to_string),
+    }
+}

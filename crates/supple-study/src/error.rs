@@ -1,0 +1,56 @@
+use std::path::Path;
+
+use supple::FileError;
+
+/// Why a study could not be made, kept or read.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// Something is wrong in a file.
+    #[error("{0}")]
+    File(#[from] Box<FileError>),
+    /// Something is wrong with what was asked for.
+    #[error("{0}")]
+    Usage(String),
+    /// Something could not be computed.
+    #[error("{0}")]
+    Compute(#[from] supple::Error),
+    /// A file could not be read or written.
+    #[error("{what}: {error}")]
+    Io {
+        /// The file.
+        what: String,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A journal or result that does not fit: from another task or version, or damaged.
+    #[error("{path}: {message}")]
+    Kept {
+        /// The file or folder.
+        path: String,
+        /// What is wrong, and what to do.
+        message: String,
+    },
+}
+
+impl From<FileError> for StudyError {
+    fn from(error: FileError) -> Self {
+        Self::File(Box::new(error))
+    }
+}
+
+impl StudyError {
+    /// Something wrong with what was asked for.
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::Usage(message.into())
+    }
+
+    /// A file that could not be read or written.
+    pub fn io(path: &Path, error: std::io::Error) -> Self {
+        Self::Io { what: path.display().to_string(), error }
+    }
+
+    /// A journal or result that does not fit.
+    pub fn kept(path: &Path, message: impl Into<String>) -> Self {
+        Self::Kept { path: path.display().to_string(), message: message.into() }
+    }
+}

@@ -1,0 +1,138 @@
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use supple::file::read_text;
+
+use crate::design::DesignReport;
+use crate::evaluate::EvaluateReport;
+use crate::pareto::Pareto;
+use crate::robustness::Robustness;
+use crate::study::Study;
+use crate::sweep::Sweep;
+use crate::trace::Trace;
+use crate::{About, LoadedTask, Source, StudyError, write_text};
+
+/// The file that holds a result and all that made it.
+pub const RESULT: &str = "result.json";
+
+/// The version of the layout of result folders.
+const FORMAT: u32 = 1;
+
+/// What made a result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Made {
+    /// Version of the layout of the folder.
+    pub format: u32,
+    /// Version of supple.
+    pub supple: String,
+    /// The command's name.
+    pub command: String,
+    /// All arguments of the program.
+    pub arguments: Vec<String>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// The task file, then the robot's file where there is one.
+    pub sources: Vec<Source>,
+    /// What the task is.
+    pub about: About,
+}
+
+impl Made {
+    /// By this version, with the arguments of this program.
+    pub fn here(command: &str, seed: u64, task: &LoadedTask) -> Self {
+        Self {
+            format: FORMAT,
+            supple: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command.to_owned(),
+            arguments: std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect(),
+            seed,
+            sources: task.sources.clone(),
+            about: About::of(&task.problem),
+        }
+    }
+}
+
+/// A result of any study.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "result", rename_all = "snake_case")]
+pub enum StudyResult {
+    /// Of `supple design`.
+    Design(Box<DesignReport>),
+    /// Of `supple evaluate`.
+    Evaluate(Box<EvaluateReport>),
+    /// Of `supple sweep`.
+    Sweep(Box<Sweep>),
+    /// Of `supple robustness`.
+    Robustness(Box<Robustness>),
+    /// Of `supple pareto`.
+    Pareto(Box<Pareto>),
+    /// Of `supple trace`.
+    Trace(Box<Trace>),
+    /// Of `supple study`: the folders of its steps.
+    Study(Box<Study>),
+}
+
+/// A folder with a result.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What made it.
+    pub made: Made,
+    /// The result.
+    pub result: StudyResult,
+}
+
+#[derive(Serialize, Deserialize)]
+struct File<M, R> {
+    #[serde(flatten)]
+    made: M,
+    #[serde(flatten)]
+    result: R,
+}
+
+impl Folder {
+    /// Writes `result.json`, whole or not at all, and what else belongs to the result.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn save(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
+        if let StudyResult::Sweep(sweep) = result {
+            sweep.save_table(path)?;
+        }
+        let file = path.join(RESULT);
+        let json = serde_json::to_string_pretty(&File { made, result });
+        let text = json.map_err(|error| StudyError::io(&file, error.into()))? + "\n";
+        write_text(&file, text.as_bytes())
+    }
+
+    /// Reads a folder.
+    ///
+    /// # Errors
+    /// Where there is no result in it, or one that this version cannot read.
+    pub fn load(path: &Path) -> Result<Self, StudyError> {
+        let file = path.join(RESULT);
+        let text = read_text(&file)?;
+        let format = serde_json::from_str::<Format>(&text).map(|format| format.format);
+        match format {
+            Ok(FORMAT) => {}
+            Ok(other) => {
+                let message = format!("has format {other}; this version of supple reads format {FORMAT}");
+                return Err(StudyError::kept(&file, message));
+            }
+            Err(error) => return Err(StudyError::kept(&file, format!("is no result of supple: {error}"))),
+        }
+        let read: File<Made, StudyResult> = serde_json::from_str(&text)
+            .map_err(|error| StudyError::kept(&file, format!("is damaged: {error}; make the result again")))?;
+        let mut result = read.result;
+        if let StudyResult::Sweep(sweep) = &mut result {
+            sweep.load_table(path)?;
+        }
+        Ok(Self { path: path.to_owned(), made: read.made, result })
+    }
+}
+
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+}

@@ -1,0 +1,24 @@
+//! Studies of compliant robots: what is computed over many designs or noises, kept in folders, and read again.
+//!
+//! Every study is a function from a [`LoadedTask`] and options to a plain result. [`Folder`] keeps a result with all
+//! that made it.
+pub mod design;
+mod error;
+pub mod evaluate;
+mod folder;
+pub mod pareto;
+pub mod robustness;
+pub mod study;
+pub mod sweep;
+mod table;
+mod task;
+pub mod trace;
+mod watch;
+mod write;
+
+pub use error::StudyError;
+pub use folder::{Folder, Made, RESULT, StudyResult};
+pub use table::{Cell, Column, Table};
+pub use task::{About, AboutTask, LoadedTask, Source};
+pub use watch::{Progress, Silent, Watch};
+pub use write::{check_writable, write_text};

@@ -1,0 +1,103 @@
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use supple::file::read_text;
+use supple::parameters::Parameters;
+use supple::{Named, Problem, Task};
+
+use crate::StudyError;
+
+/// A text file that a result was made of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Source {
+    /// Its path, as it was given.
+    pub path: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// What a task is, for those who read its results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Its title; may be empty.
+    pub title: String,
+    /// All parameters, in the order in which they were declared.
+    pub parameters: Parameters,
+    /// The tasks.
+    pub tasks: Vec<AboutTask>,
+}
+
+/// One task of a task file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AboutTask {
+    /// Its name.
+    pub name: String,
+    /// How many steps it lasts, N.
+    pub steps: usize,
+    /// Time step at the initial parameters, s.
+    pub time_step: f64,
+    /// Bound on its expected cost at the initial parameters; none where it has none.
+    pub bound: Option<f64>,
+    /// Weight of its information in the objective.
+    pub information_weight: f64,
+}
+
+impl About {
+    /// What a problem is.
+    pub fn of(problem: &Problem) -> Self {
+        let phi = problem.parameters.initial();
+        let task = |task: &Task| AboutTask {
+            name: task.name.clone(),
+            steps: task.steps,
+            time_step: task.time_step.resolve(&phi),
+            bound: task.bound.map(|bound| bound.resolve(&phi)),
+            information_weight: task.information_weight,
+        };
+        Self {
+            title: problem.title.clone(),
+            parameters: problem.parameters.clone(),
+            tasks: problem.tasks.iter().map(task).collect(),
+        }
+    }
+}
+
+/// A task file as it was read, and the parameters to start from.
+pub struct LoadedTask {
+    /// What there is to solve.
+    pub problem: Problem,
+    /// All parameters, as set.
+    pub phi: Vec<f64>,
+    /// The task file, then the robot's file where there is one.
+    pub sources: Vec<Source>,
+}
+
+impl LoadedTask {
+    /// Reads a task file and sets parameters of it by name.
+    ///
+    /// # Errors
+    /// Where a file cannot be read or anything in it is wrong, or a parameter is unknown or out of bounds.
+    pub fn load(path: &Path, set: &[(String, f64)]) -> Result<Self, StudyError> {
+        let text = read_text(path)?;
+        let name = path.display().to_string();
+        let problem = Problem::parse(&text, &name)?;
+        let mut phi = problem.parameters.initial();
+        for (name, value) in set {
+            problem.parameters.set(&mut phi, name, *value)?;
+        }
+        let mut sources = vec![Source { path: name, text }];
+        for path in &problem.files {
+            sources.push(Source { path: path.display().to_string(), text: read_text(path)? });
+        }
+        Ok(Self { problem, phi, sources })
+    }
+
+    /// The parameters by name.
+    pub fn parameters(&self) -> Named {
+        Named::new(&self.problem.parameters, &self.phi)
+    }
+
+    /// Names of the tasks.
+    pub fn tasks(&self) -> Vec<String> {
+        self.problem.tasks.iter().map(|task| task.name.clone()).collect()
+    }
+}

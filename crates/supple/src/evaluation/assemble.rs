@@ -1,0 +1,74 @@
+//! Reports from what is known of a task at a design.
+
+use super::report::{CostReport, InformationReport, TrajectoryReport};
+use super::sensing::measurements;
+use crate::information::{entropy_form, paper_form};
+use crate::pipeline::TaskState;
+use crate::problem::Task;
+use crate::simulate::sample;
+use crate::{Channels, Error};
+
+pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostReport {
+    let xi = &state.plan.policy.value_of_information;
+    let n = xi.rows();
+    let traces = (0..task.steps).map(|t| {
+        let sigma = state.belief.corrected.at(t);
+        0.5 * xi.at(t).iter().zip(sigma).map(|(xi, sigma)| xi * sigma).sum::<f64>()
+    });
+    CostReport {
+        expected: state.cost.expected(),
+        parts: state.cost,
+        bound: task.bound.map(|bound| bound.resolve(phi)),
+        belief_per_step: traces.collect(),
+        value_of_information_per_step: (0..task.steps).map(|t| (0..n).map(|i| xi.get(t, i, i)).sum()).collect(),
+    }
+}
+
+pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) -> InformationReport {
+    let nats = state.information.total;
+    let bits = nats / std::f64::consts::LN_2;
+    let bits_per_step = bits / (task.steps + 1) as f64;
+    InformationReport {
+        total_nats: nats,
+        total_bits: bits,
+        bits_per_step,
+        bits_per_second: bits_per_step / task.time_step.resolve::<f64>(phi),
+        entropy_form_nats: entropy_form(&state.belief),
+        paper_form_nats: paper_form(&state.belief),
+        per_step_nats: state.information.per_step.clone(),
+    }
+}
+
+pub(super) fn trajectory_report(
+    task: &Task,
+    phi: &[f64],
+    state: &TaskState,
+    seed: u64,
+) -> Result<TrajectoryReport, Error> {
+    let dt = task.time_step.resolve::<f64>(phi);
+    let sigma = &state.belief.corrected;
+    let feedback = &state.plan.policy.feedback;
+    let gains = |t: usize| {
+        let row = |a: usize| (0..feedback.cols()).map(|i| feedback.get(t, a, i)).collect();
+        (0..feedback.rows()).map(row).collect()
+    };
+    let Channels { states, controls, .. } = task.system.channels();
+    let [(state_names, state_units), (control_names, control_units)] =
+        [states, controls].map(|list| list.into_iter().map(|channel| (channel.name, channel.unit)).unzip());
+    Ok(TrajectoryReport {
+        state_names,
+        state_units,
+        control_names,
+        control_units,
+        time: (0..=task.steps).map(|t| t as f64 * dt).collect(),
+        states: state.plan.trajectory.states.to_rows(),
+        deviations: (0..=task.steps)
+            .map(|t| (0..sigma.rows()).map(|i| sigma.get(t, i, i).max(0.0).sqrt()).collect())
+            .collect(),
+        controls: state.plan.trajectory.controls.to_rows(),
+        feedback: (0..task.steps).map(gains).collect(),
+        measurements: measurements(task, state),
+        sample: sample(task, phi, (&state.plan, &state.noise), seed)?,
+        scene: None,
+    })
+}

@@ -1,0 +1,166 @@
+//! One design, evaluated: what `supple evaluate` prints and files hold.
+
+use crate::Error;
+use crate::design::{best_of_guesses, search_branches};
+use crate::gradient::{FrozenGradient, Functional, recursion_radius};
+use crate::limits::limits_violated;
+use crate::pipeline::TaskState;
+use crate::problem::{Problem, Task};
+use crate::simulate::monte_carlo;
+use crate::stability::stability;
+use supple_kernels::Matrices;
+
+mod assemble;
+mod controller;
+mod report;
+mod sensing;
+
+use assemble::{cost_report, information_report, trajectory_report};
+pub use controller::ControllerReport;
+pub use report::*;
+pub use sensing::MeasurementReport;
+
+/// What to find beside information and cost.
+#[derive(Clone, Debug, Default)]
+pub struct EvaluateOptions {
+    /// Gradients with everything moving.
+    pub total_gradient: bool,
+    /// Gradients with the trajectory frozen, and the spectral radius of their recursion.
+    pub frozen_gradient: bool,
+    /// Closed-loop roll-outs.
+    pub rollouts: usize,
+    /// Seed of roll-outs and branch searches.
+    pub seed: u64,
+    /// Attempts to find a plan of lower cost on another branch, by continuation from designs around.
+    pub branches: usize,
+    /// Controls to start each task's plan from, instead of its first guess.
+    pub controls: Option<Vec<Matrices>>,
+    /// Whether to keep the trajectories.
+    pub trajectories: bool,
+}
+
+/// A gradient counts as valid when the plan's relative stationarity is at most this.
+pub const VALID_STATIONARITY: f64 = 1e-8;
+
+/// How far above its bound an expected cost may be for the task to count as met, relative to the bound.
+pub const FEASIBILITY: f64 = 1e-6;
+
+impl Problem {
+    /// Evaluates a design: all its parameters in the order of declaration.
+    ///
+    /// # Errors
+    /// Where something is not finite or a covariance is indefinite.
+    pub fn evaluate(&self, phi: &[f64], options: &EvaluateOptions) -> Result<Evaluation, Error> {
+        let tasks = self.tasks.iter().enumerate();
+        let tasks = tasks.map(|(index, task)| {
+            let mut state = TaskState::new(task);
+            let controls = options.controls.as_ref().and_then(|controls| controls.get(index));
+            evaluate_task((self, task), phi, options, controls, &mut state)
+        });
+        let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
+        let nats: f64 =
+            tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * e.information.total_nats).sum();
+        let meets = |task: &TaskEvaluation| {
+            let bound = task.cost.bound.unwrap_or(f64::INFINITY);
+            task.status.is_converged() && task.cost.expected <= bound + FEASIBILITY * bound.abs()
+        };
+        Ok(Evaluation {
+            parameters: Named::new(&self.parameters, phi),
+            objective: Objective { information_nats: nats, information_bits: nats / std::f64::consts::LN_2 },
+            feasible: tasks.iter().all(meets),
+            tasks,
+        })
+    }
+}
+
+fn evaluate_task(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    options: &EvaluateOptions,
+    controls: Option<&Matrices>,
+    state: &mut TaskState,
+) -> Result<TaskEvaluation, Error> {
+    match controls {
+        Some(controls) => state.evaluate(task, phi, &problem.planning, Some(controls))?,
+        None => best_of_guesses(problem, task, phi, state)?,
+    }
+    let mut branches = None;
+    if options.branches > 0 {
+        let given = (&state.plan.trajectory.controls, state.cost.expected());
+        let found = search_branches((problem, task), phi, given, (options.seed, options.branches));
+        branches = Some(found.count);
+        state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
+    }
+    let gradient = gradients(problem, task, phi, options, state)?;
+    let monte_carlo = match options.rollouts {
+        0 => None,
+        rollouts => {
+            let (plan, predicted) = ((&state.plan, &state.noise), state.cost.expected());
+            Some(monte_carlo(task, phi, plan, predicted, (rollouts, options.seed))?)
+        }
+    };
+    Ok(TaskEvaluation {
+        name: task.name.clone(),
+        status: state.plan.status,
+        iterations: state.plan.iterations,
+        stationarity: state.plan.stationarity,
+        relative_stationarity: state.plan.relative_stationarity,
+        regularised_iterations: state.plan.regularised,
+        belief_repairs: state.belief.repairs,
+        branches,
+        limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
+        stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
+        cost: cost_report(task, phi, state),
+        information: information_report(task, phi, state),
+        gradient,
+        monte_carlo,
+        controller: ControllerReport::of(&state.plan),
+        trajectory: match options.trajectories {
+            true => Some(trajectory_report(task, phi, state, options.seed)?),
+            false => None,
+        },
+    })
+}
+
+fn gradients(
+    problem: &Problem,
+    task: &Task,
+    phi: &[f64],
+    options: &EvaluateOptions,
+    state: &mut TaskState,
+) -> Result<Option<GradientReport>, Error> {
+    if !options.total_gradient && !options.frozen_gradient {
+        return Ok(None);
+    }
+    let named = |values: &[f64]| Named::new(&problem.parameters, values);
+    let mut report = GradientReport::default();
+    if options.total_gradient {
+        let mut parts = [const { Vec::new() }; 5];
+        let functionals = [Functional::INFORMATION, Functional::BELIEF, Functional::PROCESS, Functional::INITIAL];
+        for (functional, out) in functionals.into_iter().zip(&mut parts) {
+            state.total_gradient(task, phi, functional, out)?;
+        }
+        state.nominal_gradient(task, phi, &mut parts[4]);
+        let [information, belief, process, initial, nominal] = parts;
+        let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
+        report.total = Some(TotalReport {
+            valid: state.plan.relative_stationarity <= VALID_STATIONARITY,
+            information_nats: named(&information),
+            expected_cost: named(&expected),
+            nominal_cost: named(&nominal),
+            belief_cost: named(&belief),
+            process_cost: named(&process),
+            initial_cost: named(&initial),
+        });
+    }
+    if options.frozen_gradient {
+        let mut frozen = FrozenGradient::default();
+        state.frozen_gradient(task, phi, &mut frozen);
+        report.frozen = Some(FrozenReport {
+            information_nats: named(&frozen.information),
+            belief_cost: named(&frozen.belief_cost),
+            recursion_spectral_radius: recursion_radius(&state.plan.knots, &state.belief),
+        });
+    }
+    Ok(Some(report))
+}

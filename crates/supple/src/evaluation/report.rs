@@ -1,0 +1,235 @@
+//! What an evaluation reports.
+
+use serde::de::{MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::controller::ControllerReport;
+use super::sensing::MeasurementReport;
+use crate::CostParts;
+use crate::limits::LimitViolation;
+use crate::parameters::Parameters;
+use crate::plan::PlanStatus;
+use crate::scene::Scene;
+use crate::simulate::{MonteCarlo, Sample};
+use crate::stability::Stability;
+
+/// Values by parameter name, in the order of declaration.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Named(pub Vec<(String, f64)>);
+
+impl Named {
+    /// Names with their values.
+    pub fn new(parameters: &Parameters, values: &[f64]) -> Self {
+        Self(parameters.iter().map(|p| p.name.clone()).zip(values.iter().copied()).collect())
+    }
+
+    /// The value of `name`.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.0.iter().find(|(other, _)| other == name).map(|&(_, value)| value)
+    }
+}
+
+impl Serialize for Named {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Named {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Pairs)
+    }
+}
+
+/// Reads names with values in their order.
+struct Pairs;
+
+impl<'de> Visitor<'de> for Pairs {
+    type Value = Named;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("numbers by name")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named, A::Error> {
+        let mut pairs = Vec::new();
+        while let Some((name, value)) = map.next_entry::<String, Option<f64>>()? {
+            pairs.push((name, value.unwrap_or(f64::NAN)));
+        }
+        Ok(Named(pairs))
+    }
+}
+
+/// One design, evaluated.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// All parameters.
+    pub parameters: Named,
+    /// What designs minimise.
+    pub objective: Objective,
+    /// Whether every plan converged and every task meets its bound, to 1e-6 of it.
+    pub feasible: bool,
+    /// Each task.
+    pub tasks: Vec<TaskEvaluation>,
+}
+
+/// What designs minimise: the weighted sum of the tasks' information.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Objective {
+    /// In nats.
+    pub information_nats: f64,
+    /// In bits.
+    pub information_bits: f64,
+}
+
+/// One task at one design.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct TaskEvaluation {
+    /// Its name.
+    pub name: String,
+    /// How its plan ended.
+    pub status: PlanStatus,
+    /// Iterations of its plan, over all guesses that were tried.
+    pub iterations: usize,
+    /// The largest gradient of the Hamiltonian by a control, `|l_u + B' lambda|`.
+    pub stationarity: f64,
+    /// The same, relative to 1 plus the largest `|l_u|`.
+    pub relative_stationarity: f64,
+    /// Iterations that had to raise the regularisation.
+    pub regularised_iterations: usize,
+    /// How often rounding in the belief had to be mended.
+    pub belief_repairs: usize,
+    /// Different local minima of the plan seen, where they were searched for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branches: Option<usize>,
+    /// Limits of the model that its plan violates.
+    pub limits_violated: Vec<LimitViolation>,
+    /// Whether the time step is short enough.
+    pub stability: Stability,
+    /// Its expected cost.
+    pub cost: CostReport,
+    /// Its directed information.
+    pub information: InformationReport,
+    /// How much its controller changes over time.
+    pub controller: ControllerReport,
+    /// Its gradients.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gradient: Option<GradientReport>,
+    /// Its cost in closed loop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub monte_carlo: Option<MonteCarlo>,
+    /// Its trajectory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trajectory: Option<TrajectoryReport>,
+}
+
+/// The expected cost of a task.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CostReport {
+    /// The sum of the four parts.
+    pub expected: f64,
+    /// The parts.
+    #[serde(flatten)]
+    pub parts: CostParts,
+    /// The bound.
+    pub bound: Option<f64>,
+    /// `1/2 Tr(Xi_t Sigma_t)` per step: the value of information times what is not known.
+    pub belief_per_step: Vec<f64>,
+    /// `Tr(Xi_t)` per step.
+    pub value_of_information_per_step: Vec<f64>,
+}
+
+/// The directed information of a task.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct InformationReport {
+    /// Over the whole task, nats.
+    pub total_nats: f64,
+    /// The same in bits.
+    pub total_bits: f64,
+    /// Bits per measurement: the total over N + 1.
+    pub bits_per_step: f64,
+    /// Bits per measurement and time step.
+    pub bits_per_second: f64,
+    /// The entropy form, for comparison; none where a covariance is singular.
+    pub entropy_form_nats: Option<f64>,
+    /// The paper's printed form, for comparison; none where a covariance is singular.
+    pub paper_form_nats: Option<f64>,
+    /// Nats at each measurement.
+    pub per_step_nats: Vec<f64>,
+}
+
+/// Gradients of a task by the parameters.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct GradientReport {
+    /// With everything moving.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total: Option<TotalReport>,
+    /// With the trajectory frozen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frozen: Option<FrozenReport>,
+}
+
+/// Gradients with everything moving.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct TotalReport {
+    /// Whether the plan is stationary enough for the gradient to hold.
+    pub valid: bool,
+    /// Of the directed information, nats.
+    pub information_nats: Named,
+    /// Of the expected cost.
+    pub expected_cost: Named,
+    /// Of its nominal part.
+    pub nominal_cost: Named,
+    /// Of its belief part.
+    pub belief_cost: Named,
+    /// Of its process noise part.
+    pub process_cost: Named,
+    /// Of its initial part.
+    pub initial_cost: Named,
+}
+
+/// Gradients with the trajectory frozen.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FrozenReport {
+    /// Of the directed information, nats.
+    pub information_nats: Named,
+    /// Of the belief part of the expected cost.
+    pub belief_cost: Named,
+    /// The largest spectral radius of the paper's recursion matrix over all steps: its recursion is stable below 1.
+    pub recursion_spectral_radius: Option<f64>,
+}
+
+/// A plan's trajectory.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct TrajectoryReport {
+    /// Names of the states.
+    pub state_names: Vec<String>,
+    /// Their units; empty where they are not known.
+    pub state_units: Vec<String>,
+    /// Names of the controls.
+    pub control_names: Vec<String>,
+    /// Their units.
+    pub control_units: Vec<String>,
+    /// Time of each state, s.
+    pub time: Vec<f64>,
+    /// States, one row per time.
+    pub states: Vec<Vec<f64>>,
+    /// Standard deviation of the belief, one row per time.
+    pub deviations: Vec<Vec<f64>>,
+    /// Controls, one row per step: the feedforward.
+    pub controls: Vec<Vec<f64>>,
+    /// Feedback gains, one m x n matrix per step.
+    pub feedback: Vec<Vec<Vec<f64>>>,
+    /// What each measurement gives.
+    pub measurements: Vec<MeasurementReport>,
+    /// One run in closed loop, with noise and a filter.
+    pub sample: Sample,
+    /// What it looks like; none for models that cannot be drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Scene>,
+}
