@@ -45,7 +45,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Robustness(options) => commands::robustness(&options),
         Command::Pareto(options) => commands::pareto(&options),
         Command::Trace(options) => commands::trace(&options),
-        Command::Study(options) => commands::study(&options),
+        Command::Study(options) => commands::study(&options, &arguments.common),
         Command::Report(options) => commands::report(&options),
         Command::Plot(options) => commands::plot(&options),
         Command::Show(options) => commands::show(&options),

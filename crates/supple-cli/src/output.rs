@@ -20,6 +20,12 @@ pub fn print_text(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// A line about what goes on, on standard error.
+pub fn note(text: &str) {
+    // Nobody is left to tell where this fails.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// A warning on standard error.
 pub fn warn(warning: &str) {
     // Nobody is left to tell where this fails.

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use comfy_table::{CellAlignment, Table, presets};
 use supple::check::CheckReport;
 use supple::design::DesignStatus;
+use supple::parameters::Role;
 use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
@@ -54,7 +55,8 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     let mut parameters = table(&["parameter", "from", "to", "unit", "information, per +1 %", "costs, per +1 %"]);
     for (index, parameter) in about.parameters.iter().enumerate() {
         let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
-        let mut row = vec![parameter.name.clone(), number(from), number(to), parameter.unit.clone()];
+        let to_shown = if parameter.role == Role::Design { number(to) } else { String::new() };
+        let mut row = vec![parameter.name.clone(), number(from), to_shown, parameter.unit.clone()];
         row.extend(sensitivities(about, optimum, index, to));
         parameters.add_row(row);
     }

@@ -324,11 +324,12 @@ fn out_writes_a_result_with_all_that_made_it() {
     let printed = folder.run(&arguments).json(0);
     let file: Value = serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
     assert_eq!(file["result"], printed);
-    assert_eq!(file["task"], TWO_MASS);
-    assert_eq!((&file["task_file"], &file["seed"]), (&json!("task.toml"), &json!(7)));
+    assert_eq!(file["sources"], json!([{ "path": "task.toml", "text": TWO_MASS }]));
+    assert_eq!((&file["kind"], &file["command"], &file["seed"]), (&json!("design"), &json!("design"), &json!(7)));
     assert_eq!(file["supple"], env!("CARGO_PKG_VERSION"));
     assert_eq!(file["arguments"], json!(arguments));
-    assert_eq!((&file["settings"]["seed"], &file["settings"]["starts"]), (&json!(7), &json!(1)));
+    let settings = &file["result"]["settings"];
+    assert_eq!((&settings["seed"], &settings["starts"]), (&json!(7), &json!(1)));
     assert_eq!(std::fs::read_dir(folder.path("out")).unwrap().count(), 1, "nothing else is left in the folder");
     assert_eq!(folder.names(), ["out", "task.toml"]);
 }
@@ -359,7 +360,7 @@ fn a_result_knows_a_task_that_can_be_read_once_only() {
     command.args(["design", "/dev/stdin", "--starts", "1", "--out"]).arg(folder.path("out")).write_stdin(TWO_MASS);
     assert_eq!(Run::of(&command.output().unwrap()).quiet().0, Some(0));
     let file: Value = serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
-    assert_eq!(file["task"], TWO_MASS);
+    assert_eq!(file["sources"][0]["text"], TWO_MASS);
 }
 
 #[cfg(target_os = "linux")]

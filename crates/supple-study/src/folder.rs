@@ -40,14 +40,19 @@ pub struct Made {
 impl Made {
     /// By this version, with the arguments of this program.
     pub fn here(command: &str, seed: u64, task: &LoadedTask) -> Self {
+        Self::of_sources(command, seed, task.sources.clone(), About::of(&task.problem))
+    }
+
+    /// The same, of any files.
+    pub fn of_sources(command: &str, seed: u64, sources: Vec<Source>, about: About) -> Self {
         Self {
             format: FORMAT,
             supple: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             arguments: std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect(),
             seed,
-            sources: task.sources.clone(),
-            about: About::of(&task.problem),
+            sources,
+            about,
         }
     }
 }

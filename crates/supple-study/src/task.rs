@@ -17,7 +17,7 @@ pub struct Source {
 }
 
 /// What a task is, for those who read its results.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Its title; may be empty.
     pub title: String,

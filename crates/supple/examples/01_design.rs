@@ -19,8 +19,9 @@ pub fn run(task: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
     let found = design(&problem, &start, &problem.design, control)?;
 
     let best = &found.starts[found.best];
-    for (parameter, value) in problem.parameters.iter().zip(&best.to) {
-        writeln!(out, "{} = {value:.1} {}", parameter.name, parameter.unit)?;
+    for index in problem.parameters.design() {
+        let parameter = problem.parameters.get(index);
+        writeln!(out, "{} = {:.1} {}", parameter.name, best.to[index], parameter.unit)?;
     }
     let plans = EvaluateOptions { controls: Some(best.controls.clone()), ..Default::default() };
     for at in [problem.evaluate(&start, &EvaluateOptions::default())?, problem.evaluate(&best.to, &plans)?] {

@@ -28,6 +28,20 @@ pub struct Problem {
     pub warnings: Vec<String>,
 }
 
+impl Problem {
+    /// Checks that a design has one number per parameter.
+    ///
+    /// # Errors
+    /// Where it has not.
+    pub fn check_design(&self, phi: &[f64]) -> Result<(), Error> {
+        let (found, expected) = (phi.len(), self.parameters.len());
+        if found == expected {
+            return Ok(());
+        }
+        Err(Error::Shape { what: "the list of parameters".to_owned(), found, expected })
+    }
+}
+
 /// One task: a system with its costs, start, noise and bound.
 pub struct Task {
     /// Its name.

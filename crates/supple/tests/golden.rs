@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{controls, numbers, shipped};
+use common::{controls, numbers, shipped, starting_with};
 use serde_json::Value as Json;
 use supple::{EvaluateOptions, Evaluation, Problem};
 
@@ -25,7 +25,7 @@ fn evaluated() -> Vec<(Json, Evaluation)> {
                 trajectories: true,
                 ..Default::default()
             };
-            let at = problem.evaluate(&numbers(&point["phi"]), &options).unwrap();
+            let at = problem.evaluate(&starting_with(&problem, &numbers(&point["phi"])), &options).unwrap();
             all.push((point, at));
         }
     }
@@ -112,7 +112,7 @@ fn own_first_guess_ends_as_low_or_lower() {
     for name in ["two_mass_small", "two_mass"] {
         let problem: Problem = shipped(&format!("{name}.toml"));
         for point in points(name) {
-            let at = problem.evaluate(&numbers(&point["phi"]), &EvaluateOptions::default()).unwrap();
+            let at = problem.evaluate(&starting_with(&problem, &numbers(&point["phi"])), &EvaluateOptions::default()).unwrap();
             let (found, golden) = (at.tasks[0].cost.parts.nominal, point["nominal_cost"].as_f64().unwrap());
             assert!(found <= golden * (1.0 + 1e-9), "{}: {found} against {golden}", point["phi"]);
         }

@@ -11,7 +11,7 @@ fn levels_agree() {
     let problem = shipped("two_mass.toml");
     let options = EvaluateOptions { total_gradient: true, frozen_gradient: true, ..Default::default() };
     let numbers = || {
-        let at = problem.evaluate(&[300.0, 300.0], &options).unwrap();
+        let at = problem.evaluate(&common::starting_with(&problem, &[300.0, 300.0]), &options).unwrap();
         let task = &at.tasks[0];
         let gradient = task.gradient.as_ref().unwrap();
         let (total, frozen) = (gradient.total.as_ref().unwrap(), gradient.frozen.as_ref().unwrap());

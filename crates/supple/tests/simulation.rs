@@ -45,16 +45,30 @@ fn linear_quadratic_prediction_is_exact() {
 #[test]
 fn difference_to_the_prediction_is_of_higher_order_in_the_noise() {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
+    // The two variances that are parameters are numbers of the file too.
     let scaled = |factor: f64| {
-        let noise = |list: &[f64]| list.iter().map(|v| format!("{:e}", v * factor)).collect::<Vec<_>>().join(", ");
-        let text = text
-            .replace("[1e-3, 1e-3, 1e-3, 1e-3, 1e-4]", &format!("[{}]", noise(&[1e-3, 1e-3, 1e-3, 1e-3, 1e-4])))
-            .replace("[1e-7, 5e-3, 1e-7, 1e-2, 0.0]", &format!("[{}]", noise(&[1e-7, 5e-3, 1e-7, 1e-2, 0.0])))
-            .replace("[1e-3, 1e-2]", &format!("[{}]", noise(&[1e-3, 1e-2])));
+        let number = |value: f64| format!("{:e}", value * factor);
+        let mut text = text.replace("initial = 1e-4", &format!("initial = {}", number(1e-4)));
+        text = text.replace("initial = 5e-3", &format!("initial = {}", number(5e-3)));
+        let lists = [
+            ("[1e-3, 1e-3, 1e-3, 1e-3, \"wall_variance\"]", &[1e-3; 4][..], ", \"wall_variance\"]"),
+            ("[1e-7, \"drive_variance\", 1e-7, 1e-2, 0.0]", &[1e-7][..], ""),
+            ("[1e-3, 1e-2]", &[1e-3, 1e-2][..], "]"),
+        ];
+        for (list, values, end) in lists {
+            assert!(text.contains(list), "{list}");
+            let values: Vec<String> = values.iter().map(|&value| number(value)).collect();
+            let new = match end {
+                "" => format!("[{}, \"drive_variance\", {}, {}, 0.0]", values[0], values[0], number(1e-2)),
+                end => format!("[{}{end}", values.join(", ")),
+            };
+            text = text.replace(list, &new);
+        }
         Problem::parse(&text, "test").unwrap()
     };
     let relative = |factor: f64| {
-        let at = sampled(&scaled(factor), &[300.0, 300.0], 2000);
+        let problem = scaled(factor);
+        let at = sampled(&problem, &common::starting_with(&problem, &[300.0, 300.0]), 2000);
         let task = &at.tasks[0];
         let price = task.cost.expected - task.cost.parts.nominal;
         let sampled = task.monte_carlo.as_ref().unwrap();
@@ -74,7 +88,7 @@ fn documented_roll_outs() {
     let problem = shipped("two_mass.toml");
     for stiffness in [300.0, 500.0] {
         let options = EvaluateOptions { rollouts: 2000, ..Default::default() };
-        let at = problem.evaluate(&[stiffness, stiffness], &options).unwrap();
+        let at = problem.evaluate(&common::starting_with(&problem, &[stiffness, stiffness]), &options).unwrap();
         let (cost, sampled) = (&at.tasks[0].cost, at.tasks[0].monte_carlo.as_ref().unwrap());
         let row = format!(
             "| {stiffness}, {stiffness} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",

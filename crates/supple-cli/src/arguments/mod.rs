@@ -44,6 +44,18 @@ enum Instructions {
 }
 
 impl Common {
+    /// Threads to use, where that is said.
+    pub fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    /// The words that ask for the same vector instructions.
+    pub fn instruction_words(&self) -> Vec<String> {
+        let name =
+            self.instructions.and_then(|instructions| Some(instructions.to_possible_value()?.get_name().to_owned()));
+        name.map_or_else(Vec::new, |name| vec![format!("--instructions={name}")])
+    }
+
     pub fn apply(&self) -> Result<(), Failure> {
         if let Some(instructions) = self.instructions {
             let level = match instructions {

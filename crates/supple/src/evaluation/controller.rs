@@ -3,7 +3,7 @@ use supple_kernels::Matrices;
 
 use crate::plan::Plan;
 
-/// How much a controller changes over time: the paper's measure of its complexity (theory, equation P.8).
+/// How much a controller changes over time: the paper's measure of its complexity (theory, equations P.8 and P.9).
 ///
 /// Gains of a constant linear controller have the variation 0. Entries of different units are added as they are, so the
 /// variances compare designs of one task only.

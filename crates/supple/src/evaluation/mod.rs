@@ -49,8 +49,9 @@ impl Problem {
     /// Evaluates a design: all its parameters in the order of declaration.
     ///
     /// # Errors
-    /// Where something is not finite or a covariance is indefinite.
+    /// Where `phi` has the wrong length, something is not finite, or a covariance is indefinite.
     pub fn evaluate(&self, phi: &[f64], options: &EvaluateOptions) -> Result<Evaluation, Error> {
+        self.check_design(phi)?;
         let tasks = self.tasks.iter().enumerate();
         let tasks = tasks.map(|(index, task)| {
             let mut state = TaskState::new(task);

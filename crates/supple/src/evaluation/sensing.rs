@@ -11,12 +11,12 @@ use crate::problem::Task;
 pub struct MeasurementReport {
     /// Its name.
     pub name: String,
-    /// Nats that it would give at each step if the others were not read at that step (equation I.5).
+    /// Nats that it would give at each step if the others were not read at that step (equation I.9).
     pub alone_nats: Vec<f64>,
-    /// Nats that it adds at each step to those of the others (equation I.6).
+    /// Nats that it adds at each step to those of the others (equation I.10).
     pub beyond_others_nats: Vec<f64>,
     /// Cost that it saves at each step beyond the others: `1/2 Tr(Xi (Sigma' - Sigma))`, with `Sigma'` the belief if it
-    /// were not read at that step (equation I.7). Empty where measurement noises are correlated.
+    /// were not read at that step (equation I.11). Empty where measurement noises are correlated.
     pub saved_cost: Vec<f64>,
 }
 
@@ -25,7 +25,7 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
     let v = &state.noise.measurement;
     let p = v.rows();
     let independent = (0..p).all(|i| (0..i).all(|j| v.get(0, i, j) == 0.0));
-    let precision = inverse(v, 0);
+    let precision = inverse_diagonal(v);
     let mut reports: Vec<MeasurementReport> = task
         .system
         .channels()
@@ -41,11 +41,11 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
     for t in 0..=task.steps {
         let c = &state.plan.knots.measurement;
         let innovation = innovation_covariance(state, t);
-        let given_all = inverse(&innovation, 0);
+        let given_all = inverse_diagonal(&innovation);
         for (i, report) in reports.iter_mut().enumerate() {
             report.alone_nats.push(0.5 * (innovation.get(0, i, i) / v.get(0, i, i)).ln());
             let shared = precision.as_ref().zip(given_all.as_ref());
-            let ratio = shared.map_or(f64::NAN, |(v, s)| v.get(0, i, i) / s.get(0, i, i));
+            let ratio = shared.map_or(f64::NAN, |(v, s)| v[i] / s[i]);
             report.beyond_others_nats.push(0.5 * ratio.ln());
             if independent && t < task.steps {
                 let xi = &state.plan.policy.value_of_information;
@@ -80,26 +80,19 @@ fn saved(corrected: &Matrices, c: &Matrices, xi: &Matrices, (t, measurement, var
     0.5 * weighted / (variance - seen)
 }
 
-/// The inverse of a positive definite matrix; none where it is not.
-fn inverse(matrix: &Matrices, index: usize) -> Option<Matrices> {
+/// The diagonal of the inverse of a positive definite matrix `L L'`: the columns of `L^-1`, squared and summed. None
+/// where it is not positive definite.
+fn inverse_diagonal(matrix: &Matrices) -> Option<Vec<f64>> {
     let (n, stride) = (matrix.rows(), matrix.stride());
-    let mut factor = matrix.at(index).to_vec();
+    let mut factor = matrix.at(0).to_vec();
     rows::cholesky(&mut factor, n, stride).ok()?;
-    let mut inverse = Matrices::zeros(1, n, n);
-    for column in 0..n {
-        let mut x = vec![0.0; n];
-        for i in column..n {
-            let unit = f64::from(u8::from(i == column));
-            let below: f64 = (column..i).map(|k| factor[i * stride + k] * x[k]).sum();
-            x[i] = (unit - below) / factor[i * stride + i];
+    let mut column = vec![0.0; n];
+    let entry = |unit: usize| {
+        for i in unit..n {
+            let below = rows::dot(&factor[i * stride + unit..i * stride + i], &column[unit..i]);
+            column[i] = (f64::from(u8::from(i == unit)) - below) / factor[i * stride + i];
         }
-        for i in (0..n).rev() {
-            let above: f64 = (i + 1..n).map(|k| factor[k * stride + i] * x[k]).sum();
-            x[i] = (x[i] - above) / factor[i * stride + i];
-        }
-        for (i, x) in x.into_iter().enumerate() {
-            inverse.set(0, i, column, x);
-        }
-    }
-    Some(inverse)
+        column[unit..].iter().map(|x| x * x).sum()
+    };
+    Some((0..n).map(entry).collect())
 }

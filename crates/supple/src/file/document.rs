@@ -10,8 +10,10 @@ use crate::value::as_key;
 
 /// A step on the way to a place in a file.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Place<'a> {
+pub enum Place<'a> {
+    /// To the value of a key.
     Key(&'a str),
+    /// To an entry of a list, from 0.
     Index(usize),
 }
 
@@ -28,13 +30,17 @@ impl From<usize> for Place<'_> {
 }
 
 /// A parsed file that knows where everything is.
-pub(crate) struct Document<'a> {
+pub struct Document<'a> {
     name: &'a str,
     text: &'a str,
     root: Spanned<DeValue<'a>>,
 }
 
 impl<'a> Document<'a> {
+    /// Parses TOML; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// Where it is not TOML.
     pub fn parse(text: &'a str, name: &'a str) -> Result<Self, FileError> {
         match DeTable::parse(text) {
             Ok(table) => Ok(Self { name, text, root: Spanned::new(0..0, DeValue::Table(table.into_inner())) }),
@@ -52,7 +58,7 @@ impl<'a> Document<'a> {
     }
 
     /// The value at a place.
-    pub fn get(&self, at: &[Place]) -> Option<&Spanned<DeValue<'a>>> {
+    pub(crate) fn get(&self, at: &[Place]) -> Option<&Spanned<DeValue<'a>>> {
         at.iter().try_fold(&self.root, |value, place| match (place, value.get_ref()) {
             (Place::Key(key), DeValue::Table(table)) => table.get(*key),
             (Place::Index(index), DeValue::Array(array)) => array.get(*index),
@@ -61,13 +67,16 @@ impl<'a> Document<'a> {
     }
 
     /// Reads the value at a place.
+    ///
+    /// # Errors
+    /// Where it is missing or is not what is asked for.
     pub fn read<T: DeserializeOwned>(&self, at: &[Place]) -> Result<T, FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
         T::deserialize(Reader::new(value)).map_err(|error| self.read_error(at, error))
     }
 
     /// The key `kind` of the table at a place, and what reads the rest of that table.
-    pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(&str, Reader<'_>), FileError> {
+    pub(crate) fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(&str, Reader<'_>), FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
         let DeValue::Table(table) = value.get_ref() else {
             return Err(self.error(at, "must be a table with a key `kind`"));
@@ -82,13 +91,16 @@ impl<'a> Document<'a> {
     }
 
     /// The text under a key of the table at a place, which must not be empty.
-    pub fn text_of(&self, at: &[Place], key: &'static str) -> Result<String, FileError> {
+    pub(crate) fn text_of(&self, at: &[Place], key: &'static str) -> Result<String, FileError> {
         let place: Vec<Place> = at.iter().copied().chain([key.into()]).collect();
         let text: String = self.read(&place)?;
         if text.is_empty() { Err(self.error(&place, "must not be empty")) } else { Ok(text) }
     }
 
     /// How many tables the list at a place has; none where nothing is there.
+    ///
+    /// # Errors
+    /// Where something else is there.
     pub fn tables(&self, at: &[Place]) -> Result<usize, FileError> {
         match self.get(at).map(Spanned::get_ref) {
             None => Ok(0),
@@ -98,7 +110,7 @@ impl<'a> Document<'a> {
     }
 
     /// The kind of the table at a place is not one of `kinds`.
-    pub fn unknown_kind(&self, at: &[Place], kind: &str, kinds: &[&str]) -> FileError {
+    pub(crate) fn unknown_kind(&self, at: &[Place], kind: &str, kinds: &[&str]) -> FileError {
         let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
         let error = self.error(&at_kind, format!("must be one of {}; found `{kind}`", quoted(kinds)));
         FileError { help: nearest(kind, kinds), ..error }
@@ -122,7 +134,7 @@ impl<'a> Document<'a> {
     }
 
     /// An error of reading the value at a place.
-    pub fn read_error(&self, at: &[Place], error: ReadError) -> FileError {
+    pub(crate) fn read_error(&self, at: &[Place], error: ReadError) -> FileError {
         let here = self.error(at, error.message);
         let span = error.span.unwrap_or(here.span);
         let located = self.error_in(span, join(&here.key, &error.path), here.message);

@@ -11,7 +11,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-pub(crate) use document::{Document, Place};
+pub use document::{Document, Place};
 pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
 pub(crate) use schema::{one_of, plain};

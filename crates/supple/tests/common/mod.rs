@@ -15,6 +15,13 @@ pub fn shipped(name: &str) -> Problem {
     Problem::load(repository("tasks").join(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// All parameters of a problem, the first ones as given and the others at their initial values.
+pub fn starting_with(problem: &Problem, first: &[f64]) -> Vec<f64> {
+    let mut phi = problem.parameters.initial();
+    phi[..first.len()].copy_from_slice(first);
+    phi
+}
+
 /// Numbers of a JSON array.
 pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
