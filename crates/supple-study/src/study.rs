@@ -124,16 +124,10 @@ impl StudyFile {
         let reading = Reading { document: &document, folder: path.parent().unwrap_or(Path::new("")), out };
         let steps = top.steps.into_iter().enumerate().map(|(index, keys)| reading.step(index, keys));
         let steps = steps.collect::<Result<Vec<_>, _>>()?;
+        reading.check_names(&steps)?;
         let figures = top.figures.into_iter().enumerate().map(|(index, keys)| reading.figure(index, keys, &steps));
         let figures = figures.collect::<Result<Vec<_>, _>>()?;
-        for list in [&steps, &figures] {
-            for (index, step) in list.iter().enumerate() {
-                if list[..index].iter().any(|other| other.name == step.name) {
-                    let message = format!("there is another `{}`; each needs a name of its own", step.name);
-                    return Err(document.error(&[step.place.0.into(), index.into(), "name".into()], message));
-                }
-            }
-        }
+        reading.check_names(&figures)?;
         let source = crate::Source { path: name.clone(), text: text.clone() };
         Ok(Self { title: top.title, steps, figures, source })
     }
@@ -203,6 +197,17 @@ impl Reading<'_> {
         self.options(place, keys, &mut words)?;
         words.extend(["--out".to_owned(), tidy(&self.out.join(FIGURES).join(format!("{name}.{format}")))]);
         Ok(Step { name, words, place })
+    }
+
+    /// Every step needs a name of its own.
+    fn check_names(&self, list: &[Step]) -> Result<(), FileError> {
+        for (index, step) in list.iter().enumerate() {
+            if list[..index].iter().any(|other| other.name == step.name) {
+                let message = format!("there is another `{}`; each needs a name of its own", step.name);
+                return Err(self.error(step.place, "name", message));
+            }
+        }
+        Ok(())
     }
 
     /// The key `name`: a name that a folder may have anywhere.

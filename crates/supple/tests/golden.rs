@@ -112,7 +112,9 @@ fn own_first_guess_ends_as_low_or_lower() {
     for name in ["two_mass_small", "two_mass"] {
         let problem: Problem = shipped(&format!("{name}.toml"));
         for point in points(name) {
-            let at = problem.evaluate(&starting_with(&problem, &numbers(&point["phi"])), &EvaluateOptions::default()).unwrap();
+            let at = problem
+                .evaluate(&starting_with(&problem, &numbers(&point["phi"])), &EvaluateOptions::default())
+                .unwrap();
             let (found, golden) = (at.tasks[0].cost.parts.nominal, point["nominal_cost"].as_f64().unwrap());
             assert!(found <= golden * (1.0 + 1e-9), "{}: {found} against {golden}", point["phi"]);
         }

@@ -1,0 +1,101 @@
+//! Study files: what steps become, and what is said where a file is wrong.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use supple_study::study::StudyFile;
+
+const STUDY: &str = r#"title = "A study"
+
+[[steps]]
+name = "landscape"
+run = "sweep"
+task = "../tasks/two_mass.toml"
+grid = ["k1=50:600:3", "k2=log:100:600:3"]
+rollouts = 20
+set = ["wall_variance=1e-5"]
+
+[[steps]]
+name = "best"
+run = "design"
+task = "./own.toml"
+starts = 2
+json_lines = false
+quiet = true
+
+[[figures]]
+name = "first"
+figure = "landscape"
+from = ["landscape", "best"]
+format = "pdf"
+"#;
+
+fn load(text: &str) -> Result<StudyFile, supple::FileError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("study.toml");
+    std::fs::write(&path, text).unwrap();
+    // Paths as from the folder of the study, whatever that is here.
+    StudyFile::load(&path, Path::new("out")).map(|mut study| {
+        let here = folder.path().display().to_string();
+        let above = folder.path().parent().unwrap().display().to_string();
+        for step in &mut study.steps {
+            step.words[1] = step.words[1].replace(&here, "HERE").replace(&above, "ABOVE");
+        }
+        study
+    })
+}
+
+#[test]
+fn steps_are_command_lines() {
+    let study = load(STUDY).unwrap();
+    assert_eq!(study.title, "A study");
+    assert_eq!(
+        study.steps[0].words.join(" "),
+        "sweep ABOVE/tasks/two_mass.toml --grid=k1=50:600:3 --grid=k2=log:100:600:3 --rollouts=20 \
+         --set=wall_variance=1e-5 --out out/landscape"
+    );
+    assert_eq!(study.steps[1].words.join(" "), "design HERE/own.toml --quiet --starts=2 --out out/best");
+    assert_eq!(
+        study.figures[0].words.join(" "),
+        "plot out/landscape out/best --figure=landscape --format=pdf --out out/figures/first.pdf"
+    );
+}
+
+#[test]
+fn wrong_files_are_errors_with_their_line() {
+    let cases = [
+        ("run = \"sweep\"", "run = \"swepe\"", 5, "steps[0].run: must be one of", Some("did you mean `sweep`?")),
+        ("run = \"sweep\"\n", "", 4, "steps[0].run: is missing", None),
+        ("task = \"./own.toml\"\n", "", 12, "steps[1].task: is missing", None),
+        ("task = \"./own.toml\"", "task = [\"a\", \"b\"]", 14, "steps[1].task: must be one text", None),
+        ("name = \"best\"", "name = \"landscape\"", 12, "steps[1].name: there is another `landscape`", None),
+        ("name = \"best\"", "name = \"../best\"", 12, "steps[1].name: must be of letters", None),
+        ("name = \"best\"", "name = \"figures\"", 12, "steps[1].name: `figures` is the folder", None),
+        ("from = [\"landscape\"", "from = [\"landscpe\"", 22, "there is no step `landscpe`", Some("did you mean")),
+        ("from = [\"landscape\", \"best\"]\n", "", 20, "figures[0].from: must name at least one step", None),
+        ("rollouts = 20", "out = \"elsewhere\"", 8, "steps[0].out: is for the command line", None),
+        ("rollouts = 20", "rollouts = { a = 1 }", 8, "a number, a text, true, false, or a list", None),
+        ("title = \"A study\"", "titel = \"A study\"", 1, "titel", Some("did you mean `title`?")),
+        ("[[figures]]", "[[figures", 20, "", None),
+    ];
+    for (from, to, line, message, help) in cases {
+        assert!(STUDY.contains(from), "{from}");
+        let error = load(&STUDY.replacen(from, to, 1)).unwrap_err();
+        let text = error.to_string();
+        assert!(text.contains(message), "{from} -> {to}: {text}");
+        if let Some(help) = help {
+            assert!(text.contains(help), "{text}");
+        }
+        assert!(error.line.abs_diff(line) <= 1, "{from} -> {to}: line {} of {text}", error.line);
+    }
+    let none = load("title = \"Nothing\"\n").unwrap_err().to_string();
+    assert!(none.contains("at least one table [[steps]]"), "{none}");
+}
+
+#[test]
+fn the_shipped_study_reads() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../studies/paper.toml");
+    let study = StudyFile::load(&path, Path::new("paper")).unwrap();
+    assert!(study.steps.len() >= 9 && study.figures.len() >= 8);
+}
