@@ -11,6 +11,7 @@ mod sqp;
 mod start;
 mod visit;
 
+pub use branches::best_plan;
 pub(crate) use branches::{best_of_guesses, search_branches, uniform};
 pub use search::{Control, Event, NoObserver, Observer};
 pub(crate) use search::{Ending, Search};
