@@ -1,2 +1,19 @@
 //! One self-contained HTML page of studies: what was asked, the answer, plots, and the robot moving.
+//!
+//! [`load`] reads folders of results, [`page`] makes the page. Its text and tables are HTML made here; its plots are
+//! data made here and drawn by plotly.js, which the page carries; nothing is fetched when it is read.
+mod arrays;
+mod document;
+mod error;
+mod folders;
+mod html;
+mod numbers;
+mod part;
+mod plots;
 pub mod scene;
+mod sections;
+mod words;
+
+pub use document::page;
+pub use error::ReportError;
+pub use folders::load;

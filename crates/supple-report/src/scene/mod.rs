@@ -6,3 +6,6 @@ use supple::scene::Scene;
 pub fn data(scenes: &[(&str, &Scene)]) -> serde_json::Value {
     serde_json::json!({ "designs": scenes.iter().map(|(name, scene)| serde_json::json!({ "name": name, "scene": scene })).collect::<Vec<_>>() })
 }
+
+/// The script of the view.
+pub const SCRIPT: &str = "";

@@ -1,0 +1,15 @@
+use supple_study::StudyError;
+
+/// Why a page could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A folder could not be read.
+    #[error("{0}")]
+    Study(#[from] StudyError),
+    /// There is nothing to show.
+    #[error("{0}")]
+    Nothing(String),
+    /// Data of a plot could not be written as JSON.
+    #[error("data of the page cannot be written: {0}")]
+    Data(#[from] serde_json::Error),
+}

@@ -1,0 +1,69 @@
+//! Pieces of HTML that sections share.
+
+use maud::{Markup, html};
+
+/// A heading of a level from 1 to 4.
+pub fn heading(level: u8, id: &str, text: &str) -> Markup {
+    match level {
+        1 => html! { h1 id=(id) { (text) } },
+        2 => html! { h2 id=(id) { (text) } },
+        3 => html! { h3 id=(id) { (text) } },
+        _ => html! { h4 id=(id) { (text) } },
+    }
+}
+
+/// A table; all columns after the first `text` ones are numbers. Wide ones scroll by themselves.
+pub fn table(caption: &str, head: &[String], rows: &[Vec<String>], text: usize) -> Markup {
+    let class = |column: usize| (column >= text).then_some("number");
+    html! {
+        div.table tabindex="0" role="region" aria-label=(caption) {
+            table {
+                caption { (caption) }
+                thead { tr { @for (column, name) in head.iter().enumerate() { th scope="col" class=[class(column)] { (name) } } } }
+                tbody {
+                    @for row in rows {
+                        tr {
+                            @for (column, entry) in row.iter().enumerate() {
+                                @if column == 0 { th scope="row" { (entry) } } @else { td class=[class(column)] { (entry) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Words as strings.
+pub fn words<const N: usize>(list: [&str; N]) -> Vec<String> {
+    list.map(str::to_owned).to_vec()
+}
+
+/// JSON that may stand in a script element: nothing in it can end the element.
+pub fn json_text(value: &serde_json::Value) -> Result<String, serde_json::Error> {
+    Ok(serde_json::to_string(value)?
+        .replace('<', "\\u003c")
+        .replace('>', "\\u003e")
+        .replace('&', "\\u0026")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_cannot_end_its_script() {
+        let value = serde_json::json!({ "name": "</script><b>&\u{2028}" });
+        let text = json_text(&value).unwrap();
+        assert!(!text.contains(['<', '>', '&', '\u{2028}']), "{text}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&text).unwrap(), value);
+    }
+
+    #[test]
+    fn tables_show_markup_as_text() {
+        let page = table("a", &words(["<i>"]), &[words(["</td><b>"])], 1).into_string();
+        assert!(page.contains("&lt;i&gt;") && page.contains("&lt;/td&gt;&lt;b&gt;") && !page.contains("<b>"));
+    }
+}

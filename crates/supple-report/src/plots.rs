@@ -1,0 +1,146 @@
+//! Plots: what plotly.js draws, and the controls beside them.
+
+use maud::{Markup, html};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::arrays::Arrays;
+
+/// A plot. Its traces are those of plotly.js, but that arrays stand as `{"a": index}` (or as `{"a": index, "add": index,
+/// "times": number}`: one plus a multiple of another), and colours as `@1` to `@7`, `@ink`, `@faint` or `@1/0.2`, the
+/// last with an opacity: the page's script puts those of light and dark in their place. Texts are plain: the script hides
+/// what plotly.js would take for markup, and breaks lines at `\n`.
+pub struct Plot {
+    /// What it shows, in a few words.
+    pub title: String,
+    /// What it shows, with its most important numbers, for those who do not see it.
+    pub alternative: String,
+    /// How to read it, beneath it.
+    pub caption: String,
+    /// Height, pixels.
+    pub height: usize,
+    /// Traces, as those of plotly.js.
+    pub traces: Vec<Value>,
+    /// Layout, as that of plotly.js.
+    pub layout: Value,
+    /// Which of several views is shown; none where there is one.
+    pub choice: Option<Choice>,
+}
+
+/// A choice between views of one plot.
+pub struct Choice {
+    /// What is chosen, such as "State".
+    pub label: String,
+    /// The views; the first one is shown first.
+    pub views: Vec<View>,
+}
+
+/// A view of a plot.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct View {
+    /// Its name.
+    pub name: String,
+    /// Which traces it shows.
+    pub traces: Vec<usize>,
+    /// Their `y`, where these differ between views; otherwise empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub y: Vec<Value>,
+    /// What it changes of the layout, by path, such as `yaxis.title.text`.
+    #[serde(skip_serializing_if = "Map::is_empty")]
+    pub layout: Map<String, Value>,
+    /// What it shows, with its most important numbers.
+    pub alternative: String,
+}
+
+/// All plots of a page.
+#[derive(Default)]
+pub struct Plots {
+    /// Their numbers.
+    pub arrays: Arrays,
+    plots: Vec<Value>,
+}
+
+impl Plots {
+    /// Takes a plot, and gives the place where it will be drawn.
+    pub fn add(&mut self, plot: Plot) -> Markup {
+        let index = self.plots.len();
+        let Plot { title, alternative, caption, height, traces, layout, choice } = plot;
+        let views = choice.as_ref().map(|choice| &choice.views);
+        self.plots.push(json!({
+            "title": title, "height": height, "traces": traces, "layout": layout, "views": views,
+        }));
+        let (select, about) = (format!("choice-{index}"), format!("caption-{index}"));
+        html! {
+            figure.plot data-plot=(index) {
+                div.controls {
+                    p.title { (title) }
+                    @if let Some(choice) = choice.filter(|choice| choice.views.len() > 1) {
+                        label for=(select) { (choice.label) }
+                        select id=(select) {
+                            @for (view, choice) in choice.views.iter().enumerate() { option value=(view) { (choice.name) } }
+                        }
+                    }
+                }
+                div.canvas role="img" aria-label=(alternative) aria-describedby=(about) style=(format!("height:{height}px")) {}
+                figcaption id=(about) { (caption) }
+                div.save {
+                    button type="button" data-save="svg" aria-label=(format!("Save picture: {title}")) { "Save picture" }
+                    button type="button" data-save="csv" aria-label=(format!("Save data: {title}")) { "Save data" }
+                }
+            }
+        }
+    }
+
+    /// What the page's script draws.
+    pub fn into_json(self) -> Value {
+        json!({ "arrays": self.arrays.into_json(), "plots": self.plots })
+    }
+}
+
+/// The colour of the design with this index.
+pub fn colour(index: usize) -> String {
+    format!("@{}", index % 7 + 1)
+}
+
+/// The dashes of the design with this index, so that colour is not all that tells them apart.
+pub fn dash(index: usize) -> &'static str {
+    ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"][index % 6]
+}
+
+/// A line of a design.
+pub fn line(index: usize) -> Value {
+    json!({ "color": colour(index), "dash": dash(index), "width": 2 })
+}
+
+/// The layout of panels above one another that share the horizontal axis, each with its title, and the same vertical
+/// axis.
+pub fn panels(titles: &[String], horizontal: &str, vertical: &str) -> Value {
+    let count = titles.len().max(1) as f64;
+    let gap = 0.04;
+    let height = (1.0 - gap * (count - 1.0)) / count;
+    let mut layout = Map::new();
+    let mut notes = Vec::new();
+    for (index, title) in titles.iter().enumerate() {
+        let top = 1.0 - index as f64 * (height + gap);
+        let mut axis = json!({ "domain": [(top - height).max(0.0), top], "title": { "text": vertical } });
+        if index > 0 {
+            axis["matches"] = "y".into();
+        }
+        layout.insert(axis_key("yaxis", index), axis);
+        if titles.len() > 1 {
+            notes.push(json!({
+                "text": title, "x": 0.005, "y": top, "xref": "paper", "yref": "paper", "xanchor": "left",
+                "yanchor": "top", "showarrow": false, "bgcolor": "@paper/0.8",
+            }));
+        }
+    }
+    let last = axis_key("y", titles.len().saturating_sub(1));
+    layout.insert("xaxis".into(), json!({ "title": { "text": horizontal }, "anchor": last }));
+    layout.insert("annotations".into(), notes.into());
+    layout.into()
+}
+
+/// The name of an axis as plotly.js counts: `yaxis`, `yaxis2`, ..
+pub fn axis_key(name: &str, index: usize) -> String {
+    if index == 0 { name.to_owned() } else { format!("{name}{}", index + 1) }
+}

@@ -1,0 +1,254 @@
+//! What was asked and the answer, in words and numbers.
+
+use maud::{Markup, html};
+use supple::design::DesignStatus;
+use supple::{Evaluation, FEASIBILITY, TaskEvaluation};
+use supple_study::AboutTask;
+use supple_study::design::DesignReport;
+
+use super::Context;
+use super::warnings::warnings;
+use crate::html::{heading, table, words};
+use crate::numbers::{bits, change, labelled, number, with_unit};
+use crate::part::{Part, end_name};
+use crate::words::{count, list};
+
+/// What was asked, what was found, and what to be careful about.
+pub fn section(context: &mut Context) -> Option<Markup> {
+    let part = context.part;
+    let searches = part.searches();
+    let evaluations = part.evaluations();
+    let warnings = warnings(part);
+    Some(html! {
+        p { (asked(part)) }
+        @for (folder, report) in &searches {
+            @if searches.len() > 1 {
+                (heading(context.level + 1, &format!("{}answer-{folder}", context.prefix), &format!("Search in {folder}")))
+            }
+            (found(part, report))
+        }
+        @if !evaluations.is_empty() {
+            (evaluated(part, &evaluations))
+        }
+        @if searches.is_empty() && evaluations.is_empty() {
+            p { "No design of this task was searched for or evaluated by itself; what follows are studies over many designs." }
+        }
+        @if !warnings.is_empty() {
+            div.warnings {
+                p { strong { "To be careful about" } }
+                ul { @for warning in &warnings { li { (warning) } } }
+            }
+        }
+    })
+}
+
+/// What the task asks for.
+fn asked(part: &Part) -> String {
+    let about = part.about;
+    let range = |&index: &usize| {
+        let parameter = about.parameters.get(index);
+        let [least, most] = parameter.bounds;
+        format!("{} ({} to {})", parameter.name, number(least), with_unit(most, &parameter.unit))
+    };
+    let design: Vec<String> = about.parameters.design().iter().map(range).collect();
+    let task = |task: &AboutTask| {
+        let duration = with_unit(task.steps as f64 * task.time_step, "s");
+        let bound = match task.bound {
+            Some(bound) => format!("expected cost at most {}", number(bound)),
+            None => "no bound on its cost".into(),
+        };
+        format!("{} ({duration} in {}, {bound})", task.name, count(task.steps, "step"))
+    };
+    let tasks: Vec<String> = about.tasks.iter().map(task).collect();
+    let noun = if tasks.len() == 1 { "task" } else { "tasks" };
+    if design.is_empty() {
+        return format!("The {noun}: {}. No parameter is open to design.", list(&tasks));
+    }
+    format!(
+        "Asked: with which {} does the controller need the least information from the sensors? The {noun}: {}.",
+        list(&design),
+        list(&tasks)
+    )
+}
+
+/// What one search found.
+fn found(part: &Part, report: &DesignReport) -> Markup {
+    let end = end_name(report.status);
+    html! {
+        p.result { (result(part, report)) }
+        p { (verdict(report)) }
+        (parameters(part, report, end))
+        (results(part, report, end))
+    }
+}
+
+/// The answer in words.
+fn result(part: &Part, report: &DesignReport) -> String {
+    let (start, end) = (&report.start, &report.optimum);
+    let (from, to) = (start.objective.information_bits, end.objective.information_bits);
+    let values = list(&part.describe(&end.parameters));
+    let what = if part.about.tasks.iter().all(|task| task.information_weight == 1.0) { "" } else { ", weighted" };
+    let mut text = format!(
+        "{}: {values}. The information{what} {} from {} to {} bits ({})",
+        capital(end_name(report.status)),
+        went(from, to),
+        number(from),
+        number(to),
+        change(from, to)
+    );
+    if let ([before], [after]) = (&start.tasks[..], &end.tasks[..]) {
+        let rate = |task: &TaskEvaluation| number(task.information.bits_per_second);
+        text += &format!(", that is, from {} to {} bits/s", rate(before), rate(after));
+    }
+    text += ".";
+    for (index, (before, after)) in start.tasks.iter().zip(&end.tasks).enumerate() {
+        let (from, to) = (before.cost.expected, after.cost.expected);
+        text += &format!(" The expected cost of {} {} from {} to {}", after.name, went(from, to), number(from), number(to));
+        text += &match after.cost.bound {
+            Some(bound) => format!(", {}.", against_bound(report, index, to, bound)),
+            None => "; it has no bound.".into(),
+        };
+    }
+    text
+}
+
+/// How a cost stands to its bound.
+fn against_bound(report: &DesignReport, index: usize, cost: f64, bound: f64) -> String {
+    let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
+    let bound_text = number(bound);
+    if !(cost <= bound + FEASIBILITY * bound.abs()) {
+        format!("which misses its bound of {bound_text}")
+    } else if price > 0.0 {
+        format!("its bound of {bound_text}, which is active: one unit more of it would save {} bits", number(bits(price)))
+    } else {
+        format!("within its bound of {bound_text}, which is not active")
+    }
+}
+
+fn went(from: f64, to: f64) -> &'static str {
+    if to < from {
+        "falls"
+    } else if to > from {
+        "rises"
+    } else {
+        "goes"
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// How the search ended.
+fn verdict(report: &DesignReport) -> String {
+    let converged = || report.starts.iter().filter(|start| start.status == DesignStatus::Converged);
+    let best = converged().map(|start| start.information_nats).fold(f64::INFINITY, f64::min);
+    let same = converged().filter(|start| (start.information_nats - best).abs() <= 1e-4 * best.abs()).count();
+    let how = match report.status {
+        DesignStatus::Converged => format!(
+            "The search converged: {same} of {} ended at this information.",
+            count(report.starts.len(), "start")
+        ),
+        DesignStatus::NotOptimal => {
+            "The search came to rest, but this is not an optimum: the total gradient is not zero there.".into()
+        }
+        DesignStatus::NotConverged => {
+            "The search did not converge; this is the best design found that meets every bound.".into()
+        }
+        DesignStatus::Stopped => "The search was stopped; this is the best design until then.".into(),
+        DesignStatus::BoundViolated => {
+            "No design that meets every bound with a plan that converged was found; this is the closest.".into()
+        }
+    };
+    let branches = match report.branches {
+        0 | 1 => String::new(),
+        several => format!(" {several} local minima of its plans were seen; the numbers are those of the cheapest."),
+    };
+    format!("{how}{branches}")
+}
+
+/// The parameters from start to end.
+fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
+    let design = part.about.parameters.design();
+    let row = |(index, parameter): (usize, &supple::parameters::Parameter)| {
+        let value = |at: &Evaluation| at.parameters.get(&parameter.name).unwrap_or(f64::NAN);
+        let [least, most] = parameter.bounds;
+        let to = value(&report.optimum);
+        let near = 1e-6 * (most - least);
+        let note = if !design.contains(&index) {
+            "given"
+        } else if to - least < near {
+            "at the lower end of its range"
+        } else if most - to < near {
+            "at the upper end of its range"
+        } else {
+            ""
+        };
+        let range = if design.contains(&index) { format!("{} to {}", number(least), number(most)) } else { String::new() };
+        let from = number(value(&report.start));
+        vec![parameter.name.clone(), from, number(to), parameter.unit.clone(), range, note.to_owned()]
+    };
+    let rows: Vec<_> = part.about.parameters.iter().enumerate().map(row).collect();
+    if rows.is_empty() {
+        return html! {};
+    }
+    let head = words(["parameter", "start", end, "unit", "range", "remark"]);
+    table("Parameters", &head, &rows, 1)
+}
+
+/// Information and costs from start to end.
+fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
+    let mut rows = Vec::new();
+    let mut add = |what: String, unit: &str, from: f64, to: f64, remark: [String; 2]| {
+        let [bound, note] = remark;
+        rows.push(vec![labelled(&what, unit), number(from), number(to), change(from, to), bound, note]);
+    };
+    let (start, optimum) = (&report.start, &report.optimum);
+    let none = || [String::new(), String::new()];
+    if part.about.tasks.len() > 1 {
+        let (from, to) = (start.objective.information_bits, optimum.objective.information_bits);
+        add("information of all tasks".into(), "bits", from, to, none());
+    }
+    for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
+        let (a, b) = (&before.information, &after.information);
+        add(format!("information of {}", after.name), "bits", a.total_bits, b.total_bits, none());
+        add(format!("information of {}", after.name), "bits/s", a.bits_per_second, b.bits_per_second, none());
+        let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
+        let remark = match after.cost.bound {
+            None => ["none".into(), String::new()],
+            Some(bound) => {
+                let missed = !(after.cost.expected <= bound + FEASIBILITY * bound.abs());
+                let active = || format!("active: {} bits per unit", number(bits(price)));
+                [number(bound), if missed { "missed".into() } else if price > 0.0 { active() } else { "met".into() }]
+            }
+        };
+        add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
+    }
+    table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows, 1)
+}
+
+/// Designs that were evaluated by themselves.
+fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
+    let mut head = words(["design", "parameters", "information, bits"]);
+    for task in &part.about.tasks {
+        head.push(format!("information of {}, bits/s", task.name));
+        head.push(format!("cost of {}", task.name));
+        head.push(format!("bound of {}", task.name));
+    }
+    let row = |(folder, at): &(&str, &Evaluation)| {
+        let values = part.describe(&at.parameters).join(", ");
+        let mut row = vec![(*folder).to_owned(), values, number(at.objective.information_bits)];
+        for task in &at.tasks {
+            let met = |bound: f64| task.cost.expected <= bound + FEASIBILITY * bound.abs();
+            row.push(number(task.information.bits_per_second));
+            row.push(number(task.cost.expected));
+            row.push(task.cost.bound.map_or("none".into(), |bound| {
+                format!("{}, {}", number(bound), if met(bound) { "met" } else { "missed" })
+            }));
+        }
+        row
+    };
+    let rows: Vec<_> = evaluations.iter().map(row).collect();
+    table("Designs evaluated by themselves", &head, &rows, 2)
+}

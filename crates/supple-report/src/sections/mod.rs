@@ -1,0 +1,58 @@
+//! The sections of a page, each only where there is data for it.
+
+mod answer;
+mod controller;
+mod convergence;
+mod information;
+mod landscape;
+mod level_lines;
+mod motion;
+mod origin;
+mod pareto;
+mod robustness;
+mod sensitivities;
+mod series;
+mod trajectories;
+mod warnings;
+
+use maud::Markup;
+
+use crate::part::Part;
+use crate::plots::Plots;
+
+/// What a section is made of.
+pub struct Context<'a, 'p> {
+    /// The results.
+    pub part: &'a Part<'p>,
+    /// Takes the section's plots.
+    pub plots: &'a mut Plots,
+    /// Level of headings within the section.
+    pub level: u8,
+    /// Begins all element names of the part.
+    pub prefix: &'a str,
+}
+
+/// A kind of section.
+pub struct Kind {
+    /// Its name in links.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// Makes it; none where there is no data for it.
+    pub make: fn(&mut Context) -> Option<Markup>,
+}
+
+/// All kinds, in the order of the page.
+pub const KINDS: [Kind; 11] = [
+    Kind { name: "answer", title: "The answer", make: answer::section },
+    Kind { name: "landscape", title: "Landscape", make: landscape::section },
+    Kind { name: "motion", title: "The robot in motion", make: motion::section },
+    Kind { name: "trajectories", title: "Trajectories", make: trajectories::section },
+    Kind { name: "information", title: "Information over time", make: information::section },
+    Kind { name: "controller", title: "Controller", make: controller::section },
+    Kind { name: "robustness", title: "Robustness", make: robustness::section },
+    Kind { name: "pareto", title: "Information against cost", make: pareto::section },
+    Kind { name: "sensitivities", title: "Sensitivities", make: sensitivities::section },
+    Kind { name: "convergence", title: "Convergence", make: convergence::section },
+    Kind { name: "origin", title: "How it was made", make: origin::section },
+];

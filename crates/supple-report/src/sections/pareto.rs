@@ -1,0 +1,194 @@
+//! The least information over the bound on cost.
+
+use maud::{Markup, html};
+use serde_json::{Value, json};
+use supple::design::DesignStatus;
+use supple::parameters::Scale;
+use supple_study::pareto::{Pareto, ParetoPoint};
+
+use super::Context;
+use crate::html::{table, words};
+use crate::numbers::{bits, labelled, number};
+use crate::part::Part;
+use crate::plots::{Choice, Plot, Plots, View, line};
+use crate::words::ended;
+
+/// Two plots, remarks and a table for each front.
+pub fn section(context: &mut Context) -> Option<Markup> {
+    let part = context.part;
+    let fronts = part.fronts();
+    if fronts.is_empty() {
+        return None;
+    }
+    let several = fronts.len() > 1;
+    let mut pieces = Vec::new();
+    for (folder, front) in fronts.into_iter().filter(|(_, front)| !front.points.is_empty()) {
+        let name = |what: &str| if several { format!("{what}, {folder}") } else { what.to_owned() };
+        let axis = Axis::of(part, front);
+        pieces.push(tradeoff(part, front, &axis, name("Least information over the bound"), context.plots));
+        pieces.push(html! { @if !front.remarks.is_empty() { ul { @for remark in &front.remarks { li { (remark) } } } } });
+        pieces.push(parameters(part, front, &axis, name("Parameters along the front"), context.plots));
+        pieces.push(numbers(part, front, &axis, &name("Points of the front")));
+    }
+    Some(html! {
+        p {
+            "Every point is a design of its own: the least information that the search finds while no expected cost exceeds "
+            "its bound. A looser bound lets the controller need less information, down to where bounds no longer matter."
+        }
+        @for piece in pieces { (piece) }
+    })
+}
+
+/// The horizontal axis: the bound of the one task, or the factor of all bounds.
+struct Axis {
+    title: String,
+    values: Vec<f64>,
+}
+
+impl Axis {
+    fn of(part: &Part, front: &Pareto) -> Self {
+        match (&part.about.tasks[..], &front.bounds[..]) {
+            ([task], [_]) => {
+                let bound = |point: &ParetoPoint| point.bounds.first().copied().unwrap_or(f64::NAN);
+                let values = front.points.iter().map(bound).collect();
+                Self { title: format!("bound on the expected cost of {}", task.name), values }
+            }
+            _ => Self {
+                title: "bounds, relative to those of the task".into(),
+                values: front.points.iter().map(|point| point.factor).collect(),
+            },
+        }
+    }
+}
+
+/// A point in words, by lines.
+fn describe(part: &Part, point: &ParetoPoint) -> String {
+    let mut lines = part.describe(&point.parameters);
+    lines.push(format!("{} bits", number(bits(point.information_nats))));
+    for (task, cost) in part.about.tasks.iter().zip(&point.costs) {
+        lines.push(format!("cost of {}: {}", task.name, number(*cost)));
+    }
+    if point.status != DesignStatus::Converged {
+        lines.push(format!("the search {}", ended(point.status)));
+    }
+    lines.join("\n")
+}
+
+/// Full where the search converged, open where not.
+fn symbols(front: &Pareto) -> Vec<&'static str> {
+    let of = |point: &ParetoPoint| if point.status == DesignStatus::Converged { "circle" } else { "circle-open" };
+    front.points.iter().map(of).collect()
+}
+
+fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut Plots) -> Markup {
+    let y: Vec<f64> = front.points.iter().map(|point| bits(point.information_nats)).collect();
+    let text: Vec<String> = front.points.iter().map(|point| describe(part, point)).collect();
+    let mut traces = vec![json!({
+        "type": "scatter", "mode": "lines+markers", "name": "front", "x": plots.arrays.exact(&axis.values),
+        "y": plots.arrays.exact(&y), "text": text, "hoverinfo": "text", "line": line(0),
+        "marker": { "color": "@1", "size": 8, "symbol": symbols(front) },
+    })];
+    if let ([_], [_]) = (&part.about.tasks[..], &front.bounds[..]) {
+        for (index, shown) in part.designs().iter().enumerate() {
+            let Some(task) = shown.at.tasks.first() else { continue };
+            traces.push(json!({
+                "type": "scatter", "mode": "markers", "name": shown.name, "x": [task.cost.expected],
+                "y": [shown.at.objective.information_bits], "hoverinfo": "text",
+                "text": [format!("{}\n{}", shown.name, part.describe(&shown.at.parameters).join("\n"))],
+                "marker": { "color": crate::plots::colour(index + 1), "size": 11, "symbol": marker(index) },
+            }));
+        }
+    }
+    let (tight, loose) = (0, y.len() - 1);
+    let alternative = format!(
+        "Least information over {}: {} bits at {}, {} bits at {}.",
+        axis.title,
+        number(y[tight]),
+        number(axis.values[tight]),
+        number(y[loose]),
+        number(axis.values[loose])
+    );
+    plots.add(Plot {
+        title,
+        alternative,
+        caption: "Open points: searches that did not converge. Other designs stand at their expected cost.".into(),
+        height: 420,
+        traces,
+        layout: json!({
+            "xaxis": { "title": { "text": axis.title } }, "yaxis": { "title": { "text": "information, bits" } },
+            "hovermode": "closest",
+        }),
+        choice: None,
+    })
+}
+
+/// The symbol of a design.
+pub fn marker(index: usize) -> &'static str {
+    ["square", "star", "diamond", "triangle-up", "cross", "x"][index % 6]
+}
+
+fn parameters(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut Plots) -> Markup {
+    let design = part.about.parameters.design();
+    let (mut traces, mut views) = (Vec::new(), Vec::new());
+    let mut together = View { name: "All, as shares of their ranges".into(), ..Default::default() };
+    let x = plots.arrays.exact(&axis.values);
+    for (place, &index) in design.iter().enumerate() {
+        let parameter = part.about.parameters.get(index);
+        let value = |point: &ParetoPoint| point.parameters.get(&parameter.name).unwrap_or(f64::NAN);
+        let values: Vec<f64> = front.points.iter().map(value).collect();
+        let scaled = |value: f64| if parameter.scale == Scale::Log { value.ln() } else { value };
+        let [least, most] = parameter.bounds.map(scaled);
+        let shares: Vec<f64> = values.iter().map(|&value| (scaled(value) - least) / (most - least)).collect();
+        traces.push(json!({
+            "type": "scatter", "mode": "lines+markers", "name": parameter.name, "x": x, "y": Value::Null,
+            "line": line(place), "marker": { "symbol": symbols(front), "size": 6 },
+        }));
+        together.traces.push(place);
+        together.y.push(plots.arrays.exact(&shares));
+        let mut own = View { name: parameter.name.clone(), traces: vec![place], ..Default::default() };
+        own.y.push(plots.arrays.exact(&values));
+        own.layout.insert("yaxis.title.text".into(), labelled(&parameter.name, &parameter.unit).into());
+        own.layout.insert("yaxis.type".into(), if parameter.scale == Scale::Log { "log" } else { "linear" }.into());
+        let ends = [values.first(), values.last()].map(|value| number(value.copied().unwrap_or(f64::NAN)));
+        own.alternative = format!("{} along the front: from {} to {}.", own.name, ends[0], ends[1]);
+        views.push(own);
+    }
+    together.layout.insert("yaxis.title.text".into(), "share of the range".into());
+    together.layout.insert("yaxis.type".into(), "linear".into());
+    together.alternative = views.iter().map(|view| view.alternative.as_str()).collect::<Vec<_>>().join(" ");
+    views.insert(0, together);
+    plots.add(Plot {
+        title,
+        alternative: views[0].alternative.clone(),
+        caption: "A share of 0 is the lower end of a parameter's range, 1 the upper end; by ratios where the parameter is \
+                  searched by ratios."
+            .into(),
+        height: 380,
+        traces,
+        layout: json!({ "xaxis": { "title": { "text": axis.title } }, "yaxis": { "title": { "text": "" } } }),
+        choice: Some(Choice { label: "Parameter".into(), views }),
+    })
+}
+
+fn numbers(part: &Part, front: &Pareto, axis: &Axis, caption: &str) -> Markup {
+    let mut head = vec![axis.title.clone(), "information, bits".into()];
+    head.extend(part.about.tasks.iter().map(|task| format!("cost of {}", task.name)));
+    head.extend(part.about.tasks.iter().map(|task| format!("bits per unit of the bound of {}", task.name)));
+    let design = part.about.parameters.design();
+    head.extend(design.iter().map(|&index| {
+        let parameter = part.about.parameters.get(index);
+        labelled(&parameter.name, &parameter.unit)
+    }));
+    head.extend(words(["search"]));
+    let row = |(point, at): (&ParetoPoint, &f64)| {
+        let mut row = vec![number(*at), number(bits(point.information_nats))];
+        row.extend(point.costs.iter().map(|&cost| number(cost)));
+        row.extend(point.prices.iter().map(|&price| number(bits(price))));
+        let name = |&index: &usize| &part.about.parameters.get(index).name;
+        row.extend(design.iter().map(|index| number(point.parameters.get(name(index)).unwrap_or(f64::NAN))));
+        row.push(ended(point.status).to_owned());
+        row
+    };
+    let rows: Vec<_> = front.points.iter().zip(&axis.values).map(row).collect();
+    html! { details { summary { (caption) } (table(caption, &head, &rows, 1)) } }
+}

@@ -1,0 +1,145 @@
+//! States and controls over time: the plan, and one run in closed loop with what its filter believes.
+
+use maud::{Markup, html};
+use serde_json::{Map, Value, json};
+
+use super::Context;
+use super::series::{Run, column, line, runs, time, titled};
+use crate::numbers::{labelled, number};
+use crate::part::Part;
+use crate::plots::{Choice, Plot, Plots, View, axis_key, panels};
+use crate::words::list;
+
+/// One plot by task.
+pub fn section(context: &mut Context) -> Option<Markup> {
+    let part = context.part;
+    let plots: Vec<Markup> =
+        (0..part.about.tasks.len()).filter_map(|task| plot(part, task, context.plots)).collect();
+    if plots.is_empty() {
+        return None;
+    }
+    Some(html! {
+        p {
+            "Each design has a panel. The plan is what the controller follows; the run is one in closed loop with random "
+            "noise: the true state, the estimate of the Kalman filter, and the band of two standard deviations that the "
+            "filter gives its estimate. Of several designs, all runs draw the noise from the same seed."
+        }
+        @for plot in plots { (plot) }
+    })
+}
+
+/// Traces of a panel that show states: band below and above, plan, estimate, truth; then those of controls: plan, run.
+const STATES: usize = 5;
+const ALL: usize = 7;
+
+fn plot(part: &Part, task: usize, plots: &mut Plots) -> Option<Markup> {
+    let runs = runs(part, task);
+    let first = runs.first()?.trajectory;
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    let mut traces = Vec::new();
+    for (index, run) in runs.iter().enumerate() {
+        traces.extend(panel(index, run, plots));
+    }
+    let mut views = Vec::new();
+    for (index, (name, unit)) in first.state_names.iter().zip(&first.state_units).enumerate() {
+        views.push(state_view(&runs, index, &labelled(name, unit), plots));
+    }
+    for (index, (name, unit)) in first.control_names.iter().zip(&first.control_units).enumerate() {
+        views.push(control_view(&runs, index, &labelled(name, unit), plots));
+    }
+    let alternative = views.first().map(|view| view.alternative.clone())?;
+    Some(plots.add(Plot {
+        title: titled(part, "Plan, true state and estimate", task),
+        alternative,
+        caption: "Choose the state or control above. Controls are constant over each step.".into(),
+        height: 120 + 200 * names.len(),
+        traces,
+        layout: panels(&names, "time, s", ""),
+        choice: Some(Choice { label: "State or control".into(), views }),
+    }))
+}
+
+/// The traces of one design, without their `y`.
+fn panel(index: usize, run: &Run, plots: &mut Plots) -> Vec<Value> {
+    let states = time(plots, run, run.trajectory.states.len());
+    let controls = time(plots, run, run.trajectory.controls.len());
+    let held = |mut line: Value| {
+        line["shape"] = "hv".into();
+        line
+    };
+    let (plan, truth) = (json!({ "color": "@2", "dash": "dash", "width": 2 }), json!({ "color": "@ink", "width": 1.5 }));
+    let estimate = json!({ "color": "@1", "dash": "dot", "width": 2 });
+    let none = json!({ "width": 0, "color": "@1/0.2" });
+    let mut traces = vec![
+        line("", &states, Value::Null, none.clone()),
+        line("estimate ± 2 σ", &states, Value::Null, none),
+        line("plan", &states, Value::Null, plan.clone()),
+        line("estimate", &states, Value::Null, estimate),
+        line("true state", &states, Value::Null, truth.clone()),
+        line("plan", &controls, Value::Null, held(plan)),
+        line("run", &controls, Value::Null, held(truth)),
+    ];
+    traces[0]["hoverinfo"] = "skip".into();
+    traces[1]["hoverinfo"] = "skip".into();
+    traces[1]["fill"] = "tonexty".into();
+    traces[1]["fillcolor"] = "@1/0.2".into();
+    for (place, trace) in traces.iter_mut().enumerate() {
+        trace["yaxis"] = axis_key("y", index).into();
+        trace["legendgroup"] = trace["name"].clone();
+        trace["showlegend"] = (index == 0 && place > 0).into();
+    }
+    traces
+}
+
+fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> View {
+    let mut y = Vec::new();
+    let mut ends = Vec::new();
+    for run in runs {
+        let sample = &run.trajectory.sample;
+        let plan = column(plots, &run.trajectory.states, state);
+        let estimate = column(plots, &sample.estimates, state);
+        let deviation = column(plots, &sample.deviations, state);
+        let band = |times: f64| json!({ "a": estimate["a"], "add": deviation["a"], "times": times });
+        y.extend([band(-2.0), band(2.0), plan, estimate.clone(), column(plots, &sample.states, state)]);
+        let end = |rows: &[Vec<f64>]| number(rows.last().and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN));
+        let deviation = end(&sample.deviations);
+        ends.push(format!("{} ends at {} by plan, at {} in the run, known to ± {deviation}", run.name, end(&run.trajectory.states), end(&sample.states)));
+    }
+    View {
+        name: label.to_owned(),
+        traces: chosen(runs, 0..STATES),
+        y,
+        layout: vertical(runs, label),
+        alternative: format!("{label} over time: {}.", list(&ends)),
+    }
+}
+
+fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) -> View {
+    let mut y = Vec::new();
+    let mut sizes = Vec::new();
+    for run in runs {
+        y.push(column(plots, &run.trajectory.controls, control));
+        y.push(column(plots, &run.trajectory.sample.controls, control));
+        let of = |row: &Vec<f64>| row.get(control).copied().unwrap_or(0.0).abs();
+        let most = |rows: &[Vec<f64>]| number(rows.iter().map(of).fold(0.0, f64::max));
+        let (plan, sample) = (most(&run.trajectory.controls), most(&run.trajectory.sample.controls));
+        sizes.push(format!("{} reaches {plan} by plan, {sample} in the run", run.name));
+    }
+    View {
+        name: label.to_owned(),
+        traces: chosen(runs, STATES..ALL),
+        y,
+        layout: vertical(runs, label),
+        alternative: format!("{label} over time, in size: {}.", list(&sizes)),
+    }
+}
+
+/// Some traces of every panel.
+fn chosen(runs: &[Run], of: std::ops::Range<usize>) -> Vec<usize> {
+    (0..runs.len()).flat_map(|panel| of.clone().map(move |trace| panel * ALL + trace)).collect()
+}
+
+/// The title of the vertical axes.
+fn vertical(runs: &[Run], label: &str) -> Map<String, Value> {
+    (0..runs.len()).map(|index| (format!("{}.title.text", axis_key("yaxis", index)), label.into())).collect()
+}

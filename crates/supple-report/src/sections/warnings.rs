@@ -1,0 +1,78 @@
+use supple::{Evaluation, TaskEvaluation, TrajectoryReport};
+
+use crate::numbers::number;
+use crate::part::Part;
+use crate::words;
+
+/// What a reader must know before trusting the numbers of a part.
+pub fn warnings(part: &Part) -> Vec<String> {
+    let mut list = Vec::new();
+    for shown in part.designs() {
+        for task in &shown.at.tasks {
+            of_task(&shown.name, shown.at, task, &mut list);
+        }
+    }
+    for (folder, sweep) in part.sweeps().into_iter().filter(|(_, sweep)| !sweep.complete) {
+        let rows = sweep.table.rows.len();
+        list.push(format!("The sweep in {folder} is not complete: it has {rows} points."));
+    }
+    for (folder, study) in part.robustness() {
+        let failed = study.cells.iter().filter(|cell| cell.error.is_some() || !cell.mean.is_finite()).count();
+        if failed > 0 {
+            let all = study.cells.len();
+            list.push(format!("In {folder}, {failed} of {all} mean costs could not be computed, or a roll-out diverged."));
+        }
+    }
+    for (folder, trace) in part.traces() {
+        for error in trace.runs.iter().filter_map(|run| Some((run, run.error.as_ref()?))) {
+            let (run, error) = error;
+            let method = words::method(run.method, run.gradient);
+            list.push(format!("In {folder}, the search from start {} ({method}) ended early: {error}.", run.start + 1));
+        }
+    }
+    for (_, report) in part.searches() {
+        for (index, error) in report.starts.iter().enumerate().filter_map(|(i, start)| Some((i, start.error.as_ref()?))) {
+            list.push(format!("The search from start {} ended early: {error}.", index + 1));
+        }
+    }
+    list
+}
+
+fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<String>) {
+    let which = if at.tasks.len() > 1 { format!("{} at {design}", task.name) } else { format!("the task at {design}") };
+    if !task.status.is_converged() {
+        list.push(format!("The plan of {which} {}; its numbers are those of the last iterate.", words::planned(task.status)));
+    }
+    for limit in &task.limits_violated {
+        let unit = task.trajectory.as_ref().map_or("", |trajectory| unit_of(trajectory, &limit.name));
+        let (worst, bound) = (number(limit.worst), crate::numbers::with_unit(limit.limit, unit));
+        let side = if limit.worst > limit.limit { "above" } else { "below" };
+        let steps = words::count(limit.steps, "step");
+        list.push(format!("The plan of {which} exceeds a limit: {} is {worst}, {side} {bound}, in {steps}.", limit.name));
+    }
+    if task.stability.numerically_unstable {
+        list.push(format!("In {which}, {}.", task.stability));
+    }
+    if task.belief_repairs > 0 {
+        let times = words::count(task.belief_repairs, "time");
+        list.push(format!("In {which}, rounding in the belief had to be mended {times}."));
+    }
+    let total = task.gradient.as_ref().and_then(|gradient| gradient.total.as_ref());
+    if total.is_some_and(|total| !total.valid) {
+        list.push(format!("The plan of {which} is not stationary enough for its gradients to hold."));
+    }
+}
+
+/// The unit of a limit of a joint, such as ``velocity of joint `elbow` ``, where a state or control of that name has one.
+fn unit_of<'a>(trajectory: &'a TrajectoryReport, limit: &str) -> &'a str {
+    let kind = match limit.split(' ').next() {
+        Some("velocity") => "v.",
+        Some("position") => "q.",
+        Some("effort") => "tau.",
+        _ => return "",
+    };
+    let joint = limit.split('`').nth(1).unwrap_or_default();
+    let states = trajectory.state_names.iter().zip(&trajectory.state_units);
+    let mut all = states.chain(trajectory.control_names.iter().zip(&trajectory.control_units));
+    all.find(|(name, _)| name.strip_prefix(kind) == Some(joint)).map_or("", |(_, unit)| unit)
+}

@@ -1,0 +1,61 @@
+//! How things ended, in words.
+
+use supple::design::{DesignStatus, GradientKind, Method};
+use supple::plan::PlanStatus;
+use supple_study::robustness::PlannedFor;
+
+/// How a search ended, as the end of a sentence that begins with it.
+pub fn ended(status: DesignStatus) -> &'static str {
+    match status {
+        DesignStatus::Converged => "converged",
+        DesignStatus::NotOptimal => "came to rest where the total gradient is not zero",
+        DesignStatus::NotConverged => "did not converge",
+        DesignStatus::BoundViolated => "found no design that meets every bound",
+        DesignStatus::Stopped => "was stopped",
+    }
+}
+
+/// How a plan ended, as the end of a sentence that begins with it.
+pub fn planned(status: PlanStatus) -> &'static str {
+    match status {
+        PlanStatus::Converged => "converged",
+        PlanStatus::MaxIterations => "used up its iterations",
+        PlanStatus::LineSearchStalled => "stalled: no step lowered its cost",
+        PlanStatus::Indefinite => "failed: the control's curvature stays indefinite",
+    }
+}
+
+/// An optimiser and its gradient.
+pub fn method(method: Method, gradient: GradientKind) -> String {
+    let method = match method {
+        Method::Sqp => "sequential quadratic programming",
+        Method::Barrier => "barrier descent",
+    };
+    let gradient = match gradient {
+        GradientKind::Total => "total gradient",
+        GradientKind::Frozen => "frozen gradient",
+    };
+    format!("{method}, {gradient}")
+}
+
+/// Which noise controllers are planned for.
+pub fn planning(planned_for: PlannedFor) -> &'static str {
+    match planned_for {
+        PlannedFor::Nominal => "planned for the task's noise",
+        PlannedFor::Truth => "planned for the true noise",
+    }
+}
+
+/// `a`, `a and b`, `a, b and c`.
+pub fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A count of things: `1 start`, `4 starts`.
+pub fn count(number: usize, thing: &str) -> String {
+    if number == 1 { format!("1 {thing}") } else { format!("{number} {thing}s") }
+}
