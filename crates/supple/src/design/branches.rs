@@ -20,21 +20,40 @@ const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 /// # Errors
 /// Where no guess leads to a finite plan.
 pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
+    best_plan((problem, task), phi, None, state)
+}
+
+/// Plans and assesses a task at a design as [`Problem::evaluate`] does, from its first guess, and where that is one
+/// constant row, from multiples of it too; and from the controls of a `neighbour` where they are given, such as those
+/// of the plan at a design nearby. Keeps the converged plan of least nominal cost; that from the neighbour only where
+/// it is on another, cheaper branch, so that rounding does not decide. Leaves it in `state`, with the iterations of all.
+///
+/// # Errors
+/// Where nothing leads to a finite plan, or a covariance is indefinite.
+pub fn best_plan(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    neighbour: Option<&Matrices>,
+    state: &mut TaskState,
+) -> Result<(), Error> {
     let is_zero = |row: &Vec<Value>| row.iter().all(|value| value.is_zero());
     let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
+    let guesses = factors.iter().map(|&factor| (task.guess(phi, factor), 0.0));
     let mut best: Option<(bool, f64, Matrices)> = None;
     let mut first_error = None;
     let mut iterations = 0;
-    for &factor in factors {
-        let guess = task.guess(phi, factor);
+    for (guess, margin) in guesses.chain(neighbour.map(|controls| (controls.clone(), SAME_BRANCH))) {
         if let Err(error) = state.plan_only(task, phi, &problem.planning, Some(&guess)) {
             first_error.get_or_insert(error);
             continue;
         }
         iterations += state.plan.iterations;
         let found = (!state.plan.status.is_converged(), state.plan.nominal_cost);
-        if best.as_ref().is_none_or(|(unconverged, cost, _)| found < (*unconverged, *cost)) {
+        let better = |(unconverged, cost, _): &(bool, f64, Matrices)| {
+            (found.0, found.1 + margin * (1.0 + cost.abs())) < (*unconverged, *cost)
+        };
+        if best.as_ref().is_none_or(better) {
             best = Some((found.0, found.1, state.plan.trajectory.controls.clone()));
         }
     }
@@ -124,7 +143,7 @@ pub(crate) fn search_branches(
     branches
 }
 
-/// Expected costs closer than this, relatively, belong to one branch.
+/// Costs closer than this, relatively, belong to one branch.
 const SAME_BRANCH: f64 = 1e-7;
 
 /// A number in [0, 1).
