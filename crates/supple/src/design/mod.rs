@@ -16,8 +16,8 @@ mod start;
 mod visit;
 
 pub use aim::Aim;
-pub use branches::{best_plan, plan_at};
 pub(crate) use branches::{best_of_guesses, search_branches, uniform};
+pub use branches::{best_plan, plan_at};
 pub use result::{Design, DesignStatus, StartSummary};
 pub use search::{Control, Event, NoObserver, Observer};
 pub(crate) use search::{Ending, Search};
