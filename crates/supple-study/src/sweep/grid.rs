@@ -65,6 +65,12 @@ impl<'a> Grid<'a> {
         self.points / self.line * self.line.div_ceil(self.segment)
     }
 
+    /// The segment of a point.
+    pub fn segment_of(&self, point: usize) -> usize {
+        let (line, part) = (point / self.line, point % self.line / self.segment);
+        line * self.line.div_ceil(self.segment) + part
+    }
+
     /// The points of a segment: neighbours along the last axis.
     pub fn segment(&self, segment: usize) -> Range<usize> {
         let by_line = self.line.div_ceil(self.segment);
@@ -97,6 +103,7 @@ mod tests {
                 let points: Vec<usize> = segments.iter().cloned().flatten().collect();
                 assert_eq!(points, (0..first * last).collect::<Vec<_>>());
                 assert!(segments.iter().all(|s| !s.is_empty() && s.start / last == (s.end - 1) / last));
+                assert!((0..grid.points).all(|point| segments[grid.segment_of(point)].contains(&point)));
                 assert!(segments.iter().all(|s| s.len() <= if starts > 0 { 1 } else { SEGMENT }));
             }
         }

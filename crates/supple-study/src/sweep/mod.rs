@@ -7,9 +7,11 @@
 mod axis;
 mod columns;
 mod grid;
+mod journal;
 mod point;
 mod work;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -18,7 +20,10 @@ use supple::Problem;
 pub use self::axis::Axis;
 use self::columns::columns;
 use self::grid::Grid;
+pub use self::journal::JOURNAL;
+use self::journal::{Identity, Journal};
 use self::point::Study;
+use self::work::{Store, work};
 use crate::{Column, LoadedTask, StudyError, Table, Watch, write_text};
 
 /// Points that a grid has at most: its table has to fit into memory.
@@ -100,8 +105,16 @@ pub fn run(
     let held = if options.starts > 0 { Some(held(task, &grid)?) } else { None };
     let problem = held.as_ref().unwrap_or(&task.problem);
     let study = Study { problem, phi: &task.phi, options, grid };
-    let _ = folder;
-    let rows = work::run(&study, watch)?;
+    let (mut store, started) = match folder {
+        None => (Store::Memory(BTreeMap::new()), BTreeMap::new()),
+        Some(folder) => {
+            let identity = Identity::of(task, options, &study.grid);
+            let (journal, started) = Journal::open(folder, &study, columns.len(), &identity)?;
+            (Store::Journal(journal), started)
+        }
+    };
+    work(&study, started, &mut store, watch)?;
+    let rows = store.rows()?;
     let complete = rows.len() == study.grid.points;
     let table = Table { columns: columns.clone(), rows };
     Ok(Sweep { options: options.clone(), columns, table, complete })

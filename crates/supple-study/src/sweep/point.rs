@@ -41,6 +41,11 @@ impl<'a> Evaluator<'a> {
         Self { study, stop, states: study.problem.tasks.iter().map(TaskState::new).collect() }
     }
 
+    /// What it evaluates.
+    pub fn study(&self) -> &'a Study<'a> {
+        self.study
+    }
+
     /// The row of a point. It depends on nothing but the point and its neighbour, which becomes that of the next one.
     pub fn evaluate(&mut self, point: usize, neighbour: &mut Neighbour) -> Vec<Cell> {
         let Study { problem, phi, options, grid } = self.study;
