@@ -31,7 +31,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Shortfall) => ExitCode::from(1),
         Err(failure) => {
             failure.report();
-            ExitCode::from(2)
+            ExitCode::from(if matches!(failure, Failure::Stopped) { 1 } else { 2 })
         }
     }
 }

@@ -5,7 +5,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::visit::{Scaling, continue_plan};
+use super::visit::{Failed, Scaling, continue_plan};
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 use crate::stability::explain;
@@ -67,6 +67,34 @@ pub fn best_plan(
         (None, Some(error)) => Err(explain(task, phi, error, &state.plan.trajectory)),
         (None, None) => Err(Error::NotFinite { what: "the first guess", step: 0 }),
     }
+}
+
+/// Plans a task at a design: from given controls, or else from the best of its first guesses; then, with attempts to
+/// find other local minima, on the cheapest branch seen. Returns how many were seen, where they were searched for.
+///
+/// # Errors
+/// Where no guess leads to a finite plan.
+pub fn plan_at(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    controls: Option<&Matrices>,
+    (seed, attempts): (u64, usize),
+    state: &mut TaskState,
+) -> Result<Option<usize>, Error> {
+    match controls {
+        Some(controls) => {
+            let planned = state.evaluate(task, phi, &problem.planning, Some(controls));
+            planned.map_err(|error| explain(task, phi, error, &state.plan.trajectory))?;
+        }
+        None => best_of_guesses(problem, task, phi, state)?,
+    }
+    if attempts == 0 {
+        return Ok(None);
+    }
+    let given = (&state.plan.trajectory.controls, state.cost.expected());
+    let found = search_branches((problem, task), phi, given, (seed, attempts));
+    state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
+    Ok(Some(found.count))
 }
 
 /// What a branch search found for one task.
@@ -138,7 +166,7 @@ fn attempt_branch(
     let guess = task.guess(&source, factor);
     state.plan_only(task, &source, &problem.planning, Some(&guess))?;
     let controls = state.plan.trajectory.controls.clone();
-    continue_plan((problem, task), scaling, (&source, phi), &controls, state)?;
+    continue_plan((problem, task), scaling, (&source, phi), &controls, state).map_err(Failed::error)?;
     let converged = state.plan.status.is_converged();
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }
