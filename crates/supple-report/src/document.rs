@@ -78,7 +78,7 @@ fn plotly() -> String {
 /// The title of the study, or of its one part.
 fn title(folders: &[Folder], parts: &[Part]) -> String {
     let study = folders.iter().find_map(|folder| match &folder.result {
-        StudyResult::Study(study) if !study.title.trim().is_empty() => Some(study.title.clone()),
+        StudyResult::Study(_) => Some(folder.made.about.title.clone()).filter(|title| !title.trim().is_empty()),
         _ => None,
     });
     study.unwrap_or_else(|| match parts {
