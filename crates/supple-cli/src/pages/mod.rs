@@ -1,5 +1,9 @@
 //! Pages of studies.
 
+mod robustness;
 mod sweep;
+mod trace;
 
+pub use robustness::robustness_page;
 pub use sweep::{failed, sweep_page, table_page};
+pub use trace::trace_page;
