@@ -5,6 +5,7 @@ use super::sensing::measurements;
 use crate::information::{entropy_form, paper_form};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
+use crate::scene::film;
 use crate::simulate::sample;
 use crate::{Channels, Error};
 
@@ -69,6 +70,6 @@ pub(super) fn trajectory_report(
         feedback: (0..task.steps).map(gains).collect(),
         measurements: measurements(task, state),
         sample: sample(task, phi, (&state.plan, &state.noise), seed)?,
-        scene: None,
+        scene: film(task, phi, &state.plan.trajectory, sigma),
     })
 }

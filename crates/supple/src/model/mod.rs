@@ -9,6 +9,7 @@ use crate::Value;
 use crate::cost::{Cost, Vocabulary};
 use crate::file::{Document, FileError};
 use crate::parameters::Parameters;
+use crate::scene::Picture;
 use crate::system::{Authored, System};
 
 mod linear;
@@ -221,6 +222,18 @@ pub trait Model: Send + Sync + 'static {
     /// What the numbers of state, control and measurement are, for people.
     fn channels(&self) -> Channels {
         Channels::plain(self.state_names(), self.dimensions())
+    }
+
+    /// What it looks like, with the forces between its bodies; none in models that cannot be drawn.
+    ///
+    /// Bodies, connections and landmarks are the same at every point, in the same order; only where they are changes.
+    fn picture(&self, _at: &Point<f64>) -> Option<Picture> {
+        None
+    }
+
+    /// Where the points are whose uncertainty is drawn, m in the world, in the order of [`Picture::landmarks`].
+    fn landmarks<S: Scalar>(&self, _at: &Point<S>) -> Vec<[S; 3]> {
+        Vec::new()
     }
 }
 

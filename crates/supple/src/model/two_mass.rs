@@ -4,6 +4,7 @@ use supple_kernels::Scalar;
 use super::{Channel, Channels, Dimensions, Model, PlainFile, Point};
 use crate::Value;
 use crate::parameters::Parameters;
+use crate::scene::{ConnectionKind, Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Pose, Shape, Solid};
 
 /// Two masses on a line, coupled by a spring; the second meets a wall of uncertain position.
 ///
@@ -33,7 +34,21 @@ impl TwoMass {
     fn penetration<S: Scalar>(at: &Point<S>) -> S {
         at.x[2] - at.x[4]
     }
+
+    /// `(x2 - xw)_+`, m: smoothed where it is to be.
+    fn pressed<S: Scalar>(&self, at: &Point<S>) -> S {
+        let depth = Self::penetration(at);
+        if self.contact_smoothing.is_zero() {
+            depth.positive_part()
+        } else {
+            depth.smooth_positive_part(at.value(self.contact_smoothing))
+        }
+    }
 }
+
+/// Length of a mass in pictures, relative to how far the wall is away; and that of the spring at rest between them.
+/// The model says neither: its masses are points, and both at 0 at rest.
+const DRAWN: [f64; 2] = [0.16, 0.3];
 
 impl Model for TwoMass {
     fn dimensions(&self) -> Dimensions {
@@ -43,14 +58,8 @@ impl Model for TwoMass {
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
         let &[x1, v1, x2, v2, xw] = at.x else { return };
         let ([m1, m2], [b1, b2], [k1, k2]) = (self.mass, self.damping, self.stiffness);
-        let depth = Self::penetration(at);
-        let pressed = if self.contact_smoothing.is_zero() {
-            depth.positive_part()
-        } else {
-            depth.smooth_positive_part(at.value(self.contact_smoothing))
-        };
         let coupling = at.value(k1) * (x1 - x2);
-        let contact = at.value(k2) * pressed;
+        let contact = at.value(k2) * self.pressed(at);
         let dt = at.time_step;
         next[0] = x1 + dt * v1;
         next[1] = v1 + dt / at.value(m1) * (at.u[0] - at.value(b1) * v1 - coupling);
@@ -85,6 +94,46 @@ impl Model for TwoMass {
             controls: vec![Channel::new("u", "N")],
             measurements: vec![Channel::new("position of m1", "m"), Channel::new("force in the spring", "N")],
         }
+    }
+
+    /// Along x. The second mass ends at `x2`, where it meets the wall; the first is drawn a spring's length before it.
+    fn picture(&self, at: &Point<f64>) -> Option<Picture> {
+        let &[x1, _, x2, _, xw] = at.x else { return None };
+        let size = if xw == 0.0 { 1.0 } else { xw.abs() };
+        let [length, rest] = DRAWN.map(|share| share * size);
+        let edges = Solid::Box { size: [length, 0.8 * length, 0.8 * length] };
+        let body = |name: &str, end: f64| PlacedBody {
+            name: name.into(),
+            shapes: vec![Shape::at([-0.5 * length, 0.0, 0.0], edges)],
+            meshes: Vec::new(),
+            pose: Pose::at([end, 0.0, 0.0]),
+        };
+        let [along_spring, along_wall] =
+            [at.value(self.stiffness[0]) * (x1 - x2), -at.value(self.stiffness[1]) * self.pressed(at)];
+        let connection = |name: &str, kind, [from, to, force]: [f64; 3]| PlacedConnection {
+            name: name.into(),
+            kind,
+            from: [from, 0.0, 0.0],
+            to: [to, 0.0, 0.0],
+            force: [force, 0.0, 0.0],
+            torque: [0.0; 3],
+        };
+        let shift = length + rest;
+        let wall = LandmarkKind::Wall { normal: [-1.0, 0.0, 0.0], touch: [xw, 0.0, 0.0] };
+        let landmark = |name: &str, kind| Landmark { name: name.into(), kind };
+        Some(Picture {
+            size,
+            bodies: vec![body("m1", x1 - shift), body("m2", x2)],
+            connections: vec![
+                connection("spring", ConnectionKind::Spring, [x1 - shift, x2 - length, along_spring]),
+                connection("contact", ConnectionKind::Contact, [xw, x2, along_wall]),
+            ],
+            landmarks: vec![landmark("m2", LandmarkKind::Point), landmark("wall", wall)],
+        })
+    }
+
+    fn landmarks<S: Scalar>(&self, at: &Point<S>) -> Vec<[S; 3]> {
+        [at.x[2], at.x[4]].map(|along| [along, S::zero(), S::zero()]).to_vec()
     }
 }
 

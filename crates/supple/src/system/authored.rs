@@ -1,12 +1,13 @@
 use std::sync::OnceLock;
 
 use supple_kernels::graph::{Batch, Program, Source};
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::{Dual, Matrices, Scratch};
 
 use super::programs::Recorder;
 use super::{Curvature, KnotAdjoints, Points, System, Variation};
 use crate::cost::Cost;
-use crate::{Channels, Dimensions, Limit, Model, Value};
+use crate::scene::Seen;
+use crate::{Channels, Dimensions, Limit, Model, Point, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
@@ -67,6 +68,22 @@ impl<M: Model> Authored<M> {
     }
 }
 
+/// By how many states landmarks are differentiated at once.
+const DIRECTIONS: usize = 8;
+
+impl<M: Model> Authored<M> {
+    /// The model's landmarks with their derivatives by the states from number `first` on.
+    fn landmarks_along(&self, at: &Point<f64>, first: usize) -> Vec<[Dual<f64, DIRECTIONS>; 3]> {
+        let fixed = |list: &[f64]| -> Vec<_> { list.iter().map(|&entry| Dual::fixed(entry)).collect() };
+        let (mut x, u, phi) = (fixed(at.x), fixed(at.u), fixed(at.phi));
+        for (direction, entry) in x.iter_mut().skip(first).take(DIRECTIONS).enumerate() {
+            *entry = Dual::variable(entry.value, direction);
+        }
+        let time_step = Dual::fixed(at.time_step);
+        self.model.landmarks(&Point { x: &x, u: &u, phi: &phi, time_step, w: &[] })
+    }
+}
+
 /// The stages and the end of a batch.
 fn parts(at: &Points) -> [(bool, Batch); 2] {
     let end = Batch { first: at.stages, count: usize::from(at.has_end) };
@@ -98,6 +115,22 @@ impl<M: Model> System for Authored<M> {
 
     fn limits(&self) -> Vec<Limit> {
         self.model.limits()
+    }
+
+    fn picture(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Option<Seen> {
+        let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
+        let picture = self.model.picture(&at)?;
+        let positions = self.model.landmarks(&at);
+        let mut jacobians = vec![[(); 3].map(|()| vec![0.0; x.len()]); positions.len()];
+        for first in (0..x.len()).step_by(DIRECTIONS) {
+            for (moved, jacobian) in self.landmarks_along(&at, first).iter().zip(&mut jacobians) {
+                for (entry, row) in moved.iter().zip(jacobian) {
+                    let own = &mut row[first..];
+                    own.iter_mut().zip(entry.tangents).for_each(|(to, tangent)| *to = tangent);
+                }
+            }
+        }
+        Some(Seen { picture, positions, jacobians })
     }
 
     fn depends_on(&self, parameters: usize) -> Vec<bool> {

@@ -5,6 +5,7 @@
 
 use supple_kernels::{Matrices, Scratch};
 
+use crate::scene::Seen;
 use crate::{Channels, Dimensions, Limit};
 
 mod authored;
@@ -96,6 +97,11 @@ pub trait System: Send + Sync {
     /// What states and controls must stay within for the real thing.
     fn limits(&self) -> Vec<Limit> {
         Vec::new()
+    }
+
+    /// What it looks like at a point; none where it cannot be drawn.
+    fn picture(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Option<Seen> {
+        None
     }
 
     /// Which parameters any of the functions depend on.

@@ -3,6 +3,7 @@
 //! ```text
 //! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
 //! situation.rs: where everything is               compliance/: forces        sensor/: measurements
+//! picture.rs: what it looks like
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -15,10 +16,12 @@ use super::{Channel, Channels, Dimensions, Limit, Model, ModelFile, Point};
 use crate::Value;
 use crate::file::{Document, FileError};
 use crate::parameters::Parameters;
+use crate::scene::Picture;
 
 mod compliance;
 mod file;
 mod numbers;
+mod picture;
 mod schema;
 mod sensor;
 mod situation;
@@ -320,6 +323,14 @@ impl Model for Robot {
 
     fn substeps(&self) -> Option<usize> {
         Some(self.substeps)
+    }
+
+    fn picture(&self, at: &Point<f64>) -> Option<Picture> {
+        Some(self.draw(at))
+    }
+
+    fn landmarks<S: Scalar>(&self, at: &Point<S>) -> Vec<[S; 3]> {
+        self.mark(at)
     }
 }
 

@@ -69,6 +69,16 @@ impl Robot {
         links.chain(others).chain(self.frames.iter().map(|frame| frame.name.as_str())).collect()
     }
 
+    /// The link that the frame with this number is on.
+    pub(super) fn link_of(&self, frame: usize) -> usize {
+        let (links, others) = (self.robot.links.len(), self.robot.frames.len());
+        match frame.checked_sub(links) {
+            None => frame,
+            Some(other) if other < others => self.robot.frames[other].link,
+            Some(own) => self.link_of(self.frames[own - others].on),
+        }
+    }
+
     /// Where the frame with this number is.
     pub(super) fn place<S: Scalar>(&self, frame: usize, at: &Point<S>) -> Place<S> {
         let (links, others) = (self.robot.links.len(), self.robot.frames.len());

@@ -87,6 +87,19 @@ impl<'a, S: Scalar> Situation<'a, S> {
     }
 }
 
+impl Situation<'_, f64> {
+    /// Where the joint of a degree of freedom is, seen from what carries it, where that which it carries is, and the
+    /// joint's axis; all in the world.
+    pub fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
+        let index = self.robot.tree.joint_indices()[dof];
+        let (joint, numbers) = (&self.robot.robot.joints[index], &self.numbers.joints[index]);
+        let poses = self.kinematics.poses();
+        let moved = poses[index + 1].compose(&numbers.child_pose.inverse());
+        let still = poses[joint.parent].compose(&numbers.origin);
+        (still.position, moved.position, moved.rotate(joint.axis))
+    }
+}
+
 impl<S: Scalar> Own<'_, S> {
     /// Positions and velocities of what the element adds, first one of each.
     pub fn motor(&self) -> (S, S) {

@@ -3,7 +3,7 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, Wrench};
 
-use super::{Compliance, ComplianceFile, Names, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Names, Unfit};
 use crate::Value;
 use crate::model::robot::situation::{Forces, Own};
 
@@ -138,6 +138,17 @@ impl Compliance for Bushing {
         let relative = pose_a.inverse().compose(&pose_c);
         let torque = relative.unrotate(sub(load.torque, lever));
         forces.add(&place_c, Wrench { torque, force: relative.unrotate(load.force) });
+    }
+
+    fn draw(&self, own: &Own<f64>) -> Drawn {
+        let (load, _) = self.load(own);
+        let (a, c) = (own.now.pose(self.a), own.now.pose(self.c));
+        let (force, torque) = (a.rotate(load.force), a.rotate(load.torque));
+        Drawn { kind: ConnectionKind::Bushing, from: a.position, to: c.position, force, torque }
+    }
+
+    fn frames(&self) -> Vec<usize> {
+        vec![self.a, self.c]
     }
 
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {

@@ -1,9 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
-use supple_robot::vector::{cross, dot, scale, sub};
+use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, Wrench};
 
-use super::{Compliance, ComplianceFile, Names, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Names, Unfit};
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
@@ -135,6 +135,24 @@ impl Compliance for Contact {
         let (place, pose, _) = own.now.frame(self.frame);
         let force = pose.unrotate(total);
         forces.add(&place, Wrench { torque: cross(self.lever(own.now.at, &pose), force), force });
+    }
+
+    /// From the wall to the point that touches it.
+    fn draw(&self, own: &Own<f64>) -> Drawn {
+        let (depth, _, force) = self.load(own);
+        let pose = own.now.pose(self.frame);
+        let to = pose.apply(self.lever(own.now.at, &pose));
+        let from = add(to, scale(depth, self.normal));
+        Drawn { kind: ConnectionKind::Contact, from, to, force, torque: [0.0; 3] }
+    }
+
+    fn frames(&self) -> Vec<usize> {
+        vec![self.frame]
+    }
+
+    fn wall<S: Scalar>(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
+        let point = self.point.map(|value| own.now.at.value(value));
+        Some((self.normal, add(point, scale(own.constant(), self.normal.map(S::constant)))))
     }
 
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {

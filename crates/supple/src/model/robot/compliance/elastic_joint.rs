@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Compliance, ComplianceFile, Names, Unfit};
+use super::{Compliance, ComplianceFile, Drawn, Names, Unfit};
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
@@ -76,6 +76,10 @@ impl Compliance for ElasticJoint {
         let (_, velocity) = own.motor();
         forces.generalised[self.dof] += torque;
         forces.generalised[own.place()] -= torque + own.now.at.value(self.motor_damping) * velocity;
+    }
+
+    fn draw(&self, own: &Own<f64>) -> Drawn {
+        Drawn::beside_joint(own, self.dof, self.measure(own)[0])
     }
 
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {

@@ -7,6 +7,7 @@ use supple_kernels::Scalar;
 
 use super::situation::{Forces, Own};
 use crate::file::{ReadError, Reader};
+use crate::scene::ConnectionKind;
 use crate::{Point, Value};
 
 mod bushing;
@@ -56,8 +57,44 @@ pub(super) trait Compliance {
     /// Adds its forces to those of all.
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
 
+    /// Where it acts, and with what force, for pictures.
+    fn draw(&self, own: &Own<f64>) -> Drawn;
+
+    /// The frames that it acts on.
+    fn frames(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    /// The wall that it belongs to: its normal, and a point of it, m in the world.
+    fn wall<S: Scalar>(&self, _own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
+        None
+    }
+
     /// Keys, values, and the least that each value may be; a value with `true` must be more than that.
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)>;
+}
+
+/// An element in a picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    pub kind: ConnectionKind,
+    /// Its two ends, m in the world.
+    pub from: [f64; 3],
+    pub to: [f64; 3],
+    /// Force on what is at the second end, N in the world.
+    pub force: [f64; 3],
+    /// Torque on it, N m.
+    pub torque: [f64; 3],
+}
+
+impl Drawn {
+    /// A spring beside a joint, that pushes or turns what the joint carries by `effort`.
+    fn beside_joint(own: &Own<f64>, dof: usize, effort: f64) -> Self {
+        let (from, to, axis) = own.now.joint(dof);
+        let (along, none) = (axis.map(|entry| effort * entry), [0.0; 3]);
+        let (force, torque) = if own.now.robot.slides(dof) { (along, none) } else { (none, along) };
+        Self { kind: ConnectionKind::Spring, from, to, force, torque }
+    }
 }
 
 /// What an element refers to by name.
@@ -127,6 +164,15 @@ macro_rules! compliance_kinds {
             }
             fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
                 match self { $(Self::$kind(kind) => kind.apply(own, forces),)* }
+            }
+            fn draw(&self, own: &Own<f64>) -> Drawn {
+                match self { $(Self::$kind(kind) => kind.draw(own),)* }
+            }
+            fn frames(&self) -> Vec<usize> {
+                match self { $(Self::$kind(kind) => kind.frames(),)* }
+            }
+            fn wall<S: Scalar>(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
+                match self { $(Self::$kind(kind) => kind.wall(own),)* }
             }
             fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
                 match self { $(Self::$kind(kind) => kind.rules(),)* }

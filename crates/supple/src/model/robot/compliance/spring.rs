@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Compliance, ComplianceFile, Names, Unfit};
+use super::{Compliance, ComplianceFile, Drawn, Names, Unfit};
 use crate::Value;
 use crate::model::robot::situation::{Forces, Own};
 
@@ -52,6 +52,10 @@ impl Compliance for Spring {
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         forces.generalised[self.dof] += self.measure(own)[0];
+    }
+
+    fn draw(&self, own: &Own<f64>) -> Drawn {
+        Drawn::beside_joint(own, self.dof, self.measure(own)[0])
     }
 
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {

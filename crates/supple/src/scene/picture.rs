@@ -1,0 +1,78 @@
+use super::{ConnectionKind, MeshFile, Pose, Shape};
+
+/// What a model looks like at one point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// A typical length of what is drawn, m.
+    pub size: f64,
+    /// What is there: the same bodies at every point.
+    pub bodies: Vec<PlacedBody>,
+    /// Springs, bushings and contacts: the same at every point.
+    pub connections: Vec<PlacedConnection>,
+    /// The points that [`Model::landmarks`](crate::Model::landmarks) gives, in their order.
+    pub landmarks: Vec<Landmark>,
+}
+
+/// A body where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedBody {
+    /// Its name.
+    pub name: String,
+    /// What to draw where it has no meshes, or they cannot be read. The same at every point.
+    pub shapes: Vec<Shape>,
+    /// Its meshes.
+    pub meshes: Vec<MeshFile>,
+    /// Where it is in the world.
+    pub pose: Pose,
+}
+
+/// A connection as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedConnection {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: ConnectionKind,
+    /// Where the first end is, m in the world.
+    pub from: [f64; 3],
+    /// Where the second end is.
+    pub to: [f64; 3],
+    /// Force on what is at the second end, N.
+    pub force: [f64; 3],
+    /// Torque on what is at the second end, N m.
+    pub torque: [f64; 3],
+}
+
+/// A point whose place is not known exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landmark {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: LandmarkKind,
+}
+
+/// What a landmark is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LandmarkKind {
+    /// A point of a body.
+    Point,
+    /// A point of a wall.
+    Wall {
+        /// The wall's normal, out of it, of length 1.
+        normal: [f64; 3],
+        /// The point that may touch it, m: the plate is drawn where it goes.
+        touch: [f64; 3],
+    },
+}
+
+/// A picture, with where its landmarks are and how they move with the state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// The picture.
+    pub picture: Picture,
+    /// Where each landmark is, m.
+    pub positions: Vec<[f64; 3]>,
+    /// Their derivatives by the state: three rows of length n each.
+    pub jacobians: Vec<[Vec<f64>; 3]>,
+}
