@@ -84,6 +84,3 @@ fn design(name: &str, scene: &Scene, files: &mut Files, shared: &mut Shared) -> 
         "walls": scene.walls,
     })
 }
-
-/// The script of the view.
-pub const SCRIPT: &str = "";
