@@ -16,6 +16,9 @@ pub enum Failure {
     /// Something could not be computed.
     #[error("{0}")]
     Compute(#[from] supple::Error),
+    /// Ctrl-C came before there was anything to keep: exit code 1.
+    #[error("stopped: nothing is kept")]
+    Stopped,
     /// A file or stream could not be written.
     #[error("{what}: {error}")]
     Write { what: String, error: std::io::Error },
@@ -28,6 +31,7 @@ impl From<StudyError> for Failure {
             StudyError::Usage(message) => Self::Usage(message),
             StudyError::Compute(error) => Self::Compute(error),
             StudyError::Io { what, error } => Self::Write { what, error },
+            StudyError::Stopped => Self::Stopped,
             kept @ StudyError::Kept { .. } => Self::Usage(kept.to_string()),
         }
     }

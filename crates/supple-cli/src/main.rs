@@ -4,6 +4,7 @@ mod arguments;
 mod commands;
 mod failure;
 mod output;
+mod pages;
 mod progress;
 mod tables;
 
@@ -30,7 +31,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Shortfall) => ExitCode::from(1),
         Err(failure) => {
             failure.report();
-            ExitCode::from(2)
+            ExitCode::from(if matches!(failure, Failure::Stopped) { 1 } else { 2 })
         }
     }
 }

@@ -10,7 +10,7 @@ use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
 /// A number with about six significant digits.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
@@ -25,13 +25,13 @@ fn number(value: f64) -> String {
     }
 }
 
-fn table(header: &[&str]) -> Table {
+pub(crate) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_header(header);
     table
 }
 
-fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
+pub(crate) fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
     for column in columns {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -43,7 +43,7 @@ fn percent(from: f64, to: f64) -> String {
     format!("{:+.1} %", 100.0 * (to - from) / from.abs())
 }
 
-fn heading(about: &About) -> String {
+pub(crate) fn heading(about: &About) -> String {
     if about.title.is_empty() { String::new() } else { format!("{}\n\n", about.title) }
 }
 

@@ -81,13 +81,19 @@ pub struct StartReport {
 /// Where there is nothing to design, or not even the first start can be evaluated.
 pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Result<DesignReport, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
-    if problem.parameters.design().is_empty() {
+    check_designable(task)?;
+    let found = supple::design::design(problem, phi, settings, control)?;
+    report(problem, phi, settings, &found)
+}
+
+/// Checks that a task has something to design.
+pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
+    if task.problem.parameters.design().is_empty() {
         let name = task.sources.first().map_or("the task", |source| &source.path);
         let message = format!("{name} has no parameter with role = \"design\": there is nothing to design");
         return Err(StudyError::Usage(message));
     }
-    let found = supple::design::design(problem, phi, settings, control)?;
-    report(problem, phi, settings, &found)
+    Ok(())
 }
 
 fn report(

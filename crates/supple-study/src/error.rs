@@ -22,6 +22,9 @@ pub enum StudyError {
         /// Why.
         error: std::io::Error,
     },
+    /// It was told to stop before there was anything to keep.
+    #[error("stopped: nothing is kept")]
+    Stopped,
     /// A journal or result that does not fit: from another task or version, or damaged.
     #[error("{path}: {message}")]
     Kept {

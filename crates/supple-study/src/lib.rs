@@ -6,6 +6,7 @@ pub mod design;
 mod error;
 pub mod evaluate;
 mod folder;
+mod lenient;
 pub mod pareto;
 pub mod robustness;
 pub mod study;

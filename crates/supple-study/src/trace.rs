@@ -1,10 +1,15 @@
 //! Traces: the designs that searches visit on their way.
 
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::design::{DesignStatus, GradientKind, Method};
+use supple::design::{Control, DesignSettings, DesignStatus, Event, GradientKind, Method, Observer, StartSummary};
+use supple::parameters::Parameters;
 
-use crate::{LoadedTask, StudyError, Watch};
+use crate::design::check_designable;
+use crate::{LoadedTask, Progress, StudyError, Watch};
 
 /// What a study of traces does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,10 +65,91 @@ pub struct TracePoint {
     pub costs: Vec<f64>,
 }
 
-/// Runs every search and keeps what it visits.
+/// Runs every search and keeps what it visits. All methods and gradients begin from the same starts, and all other
+/// settings are those of the task.
 ///
 /// # Errors
-/// Where there is nothing to design, or not even the first start can be evaluated.
-pub fn run(_task: &LoadedTask, _options: &TraceOptions, _watch: Watch) -> Result<Trace, StudyError> {
-    Err(StudyError::usage("not built yet"))
+/// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where
+/// it is told to stop.
+pub fn run(task: &LoadedTask, options: &TraceOptions, watch: Watch) -> Result<Trace, StudyError> {
+    let TraceOptions { starts, methods, gradients, .. } = options;
+    check_designable(task)?;
+    check_list("method", methods)?;
+    check_list("gradient", gradients)?;
+    let kinds: Vec<(Method, GradientKind)> =
+        methods.iter().flat_map(|&method| gradients.iter().map(move |&gradient| (method, gradient))).collect();
+    watch.progress.begin("searches", 0, (kinds.len() * starts) as u64);
+    let runs = kinds.par_iter().map(|&kind| searches(task, options, kind, watch)).collect::<Result<Vec<_>, _>>()?;
+    if watch.is_stopped() {
+        return Err(StudyError::Stopped);
+    }
+    Ok(Trace { options: options.clone(), runs: runs.concat() })
+}
+
+fn check_list<T: PartialEq + std::fmt::Display>(what: &str, list: &[T]) -> Result<(), StudyError> {
+    if list.is_empty() {
+        return Err(StudyError::usage(format!("no {what} is named; name at least one")));
+    }
+    match list.iter().enumerate().find(|(i, item)| list[..*i].contains(item)) {
+        Some((_, item)) => Err(StudyError::usage(format!("the {what} {item} is named twice; name each one once"))),
+        None => Ok(()),
+    }
+}
+
+/// The searches of one method and gradient, from all starts.
+fn searches(
+    task: &LoadedTask,
+    options: &TraceOptions,
+    (method, gradient): (Method, GradientKind),
+    watch: Watch,
+) -> Result<Vec<TraceRun>, StudyError> {
+    let LoadedTask { problem, phi, .. } = task;
+    let TraceOptions { starts, seed, .. } = *options;
+    let settings = DesignSettings { method, gradient, starts, seed, ..problem.design.clone() };
+    settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
+    let recorder = Recorder {
+        parameters: &problem.parameters,
+        paths: (0..starts).map(|_| Mutex::default()).collect(),
+        progress: watch.progress,
+    };
+    let found = supple::design::design(problem, phi, &settings, Control { observer: &recorder, stop: watch.stop })?;
+    let paths = recorder.paths.into_iter().map(|path| path.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let run = |(start, (summary, path)): (usize, (&StartSummary, Vec<TracePoint>))| TraceRun {
+        method,
+        gradient,
+        start,
+        status: summary.status,
+        path,
+        end: TracePoint {
+            parameters: Named::new(&problem.parameters, &summary.to),
+            information_nats: summary.information,
+            costs: summary.costs.clone(),
+        },
+        error: summary.error.as_ref().map(ToString::to_string),
+    };
+    Ok(found.starts.iter().zip(paths).enumerate().map(run).collect())
+}
+
+/// Keeps the designs that each start visits.
+struct Recorder<'a> {
+    parameters: &'a Parameters,
+    paths: Vec<Mutex<Vec<TracePoint>>>,
+    progress: &'a dyn Progress,
+}
+
+impl Observer for Recorder<'_> {
+    fn observe(&self, event: Event) {
+        match event {
+            Event::Evaluated { start, design, information, costs, .. } => {
+                let point = TracePoint {
+                    parameters: Named::new(self.parameters, design),
+                    information_nats: information,
+                    costs: costs.to_vec(),
+                };
+                self.paths[start].lock().unwrap_or_else(PoisonError::into_inner).push(point);
+            }
+            Event::StartEnded { .. } => self.progress.advance(1),
+            Event::StartBegan { .. } | Event::SearchingBranches { .. } => {}
+        }
+    }
 }

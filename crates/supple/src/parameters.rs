@@ -101,6 +101,15 @@ impl Parameters {
         (0..self.len()).filter(|&i| self.0[i].role == Role::Design).collect()
     }
 
+    /// The same, with those of these indices no longer the design search's to change.
+    pub fn held(&self, indices: &[usize]) -> Self {
+        let mut held = self.clone();
+        for &index in indices {
+            held.0[index].role = Role::Study;
+        }
+        held
+    }
+
     /// The least a value can be: the number itself, or its parameter's lower bound. `None` for a parameter that is
     /// not of these.
     pub fn least(&self, value: Value) -> Option<f64> {

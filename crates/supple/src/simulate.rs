@@ -21,12 +21,17 @@ pub struct MonteCarlo {
     pub rollouts: usize,
     /// Their seed.
     pub seed: u64,
-    /// Mean cost.
+    /// How many of them diverged: their cost is infinite.
+    #[serde(default)]
+    pub diverged: usize,
+    /// Mean cost; infinite where a roll-out diverged.
+    #[serde(deserialize_with = "or_nan")]
     pub cost_mean: f64,
-    /// Standard error of the mean; NaN of a single roll-out.
+    /// Standard error of the mean; NaN of a single roll-out, or where one diverged.
     #[serde(deserialize_with = "or_nan")]
     pub cost_standard_error: f64,
     /// Mean cost less the predicted expected cost.
+    #[serde(deserialize_with = "or_nan")]
     pub difference: f64,
     /// Cost of every roll-out.
     #[serde(skip)]
@@ -101,18 +106,31 @@ pub(crate) struct ClosedLoop {
     random: Vec<ChaCha8Rng>,
     /// Cost so far of each sample.
     pub costs: Vec<f64>,
+    diverged: Vec<bool>,
+    /// Mean of the first state, as the filters believe.
+    first: Vec<f64>,
     next: Vec<f64>,
     scratch: Scratch,
+}
+
+/// Parameters and noise: as they are, or as a controller believes them to be.
+#[derive(Clone, Copy, Debug)]
+pub struct World<'a> {
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// The noise.
+    pub noise: &'a Noise,
 }
 
 /// What a closed-loop run needs.
 #[derive(Clone, Copy)]
 pub(crate) struct LoopSetting<'a> {
     pub task: &'a Task,
-    pub phi: &'a [f64],
     pub plan: &'a Plan,
-    /// The noise that the filter reckons with.
-    pub noise: &'a Noise,
+    /// What the filter reckons with.
+    pub believed: World<'a>,
+    /// The parameters that hold.
+    pub phi: &'a [f64],
     /// Factors of the noise that there is.
     pub factors: &'a NoiseFactors,
 }
@@ -143,54 +161,36 @@ impl ClosedLoop {
             measured: Matrices::vectors(count, dimensions.measurements),
             random: Vec::new(),
             costs: vec![0.0; count],
+            diverged: vec![false; count],
+            first: vec![0.0; dimensions.states],
             next: vec![0.0; dimensions.states],
             scratch: Scratch::new(),
         }
     }
 
-    /// Runs all samples under `u = ubar + k + K (mu - xbar)`, kept within the task's bounds of the controls; sample `i` draws from stream `first + i` of the seed.
+    /// Runs all samples under `u = ubar + k + K (mu - xbar)`, kept within the task's bounds of the controls; sample `i`
+    /// draws from stream `first + i` of the seed. The cost of a sample that diverges is infinite.
     ///
     /// Where `record` is given, it receives the first sample.
+    ///
+    /// # Errors
+    /// Where a filter fails from its first step, or the sample to record diverges.
     pub fn run(
         &mut self,
         setting: LoopSetting,
         (seed, first): (u64, u64),
         mut record: Option<&mut Record>,
     ) -> Result<(), Error> {
-        let LoopSetting { task, phi, plan, noise, factors } = setting;
-        let Self { filters, states, controls, measured, random, costs, next, scratch } = self;
-        let count = costs.len();
-        let filter = ExtendedKalman { system: &*task.system, phi, noise };
-        let reference = &plan.trajectory;
-        random.clear();
-        for sample in 0..count {
-            let mut generator = ChaCha8Rng::seed_from_u64(seed);
-            generator.set_stream(first + sample as u64);
-            let x = states.vector_mut(sample);
-            for (x, value) in x.iter_mut().zip(&task.initial_state) {
-                *x = value.resolve(phi);
-            }
-            factors.initial.add_sample(&mut generator, x);
-            random.push(generator);
-        }
-        costs.fill(0.0);
-        for (next, value) in next.iter_mut().zip(&task.initial_state) {
-            *next = value.resolve(phi);
-        }
-        filters.start(next, noise);
-
-        let stride = plan.policy.feedback.stride();
+        let task = setting.task;
+        let filter = ExtendedKalman { system: &*task.system, phi: setting.believed.phi, noise: setting.believed.noise };
+        self.start(setting, (seed, first));
         for t in 0..=task.steps {
-            for (sample, random) in random.iter_mut().enumerate() {
-                let y = measured.vector_mut(sample);
-                task.system.observe(states.vector(sample), phi, y);
-                factors.measurement.add_sample(random, y);
-            }
-            filter.correct(measured, filters, scratch)?;
+            self.measure(setting);
+            self.correct(&filter, setting, (t, record.is_some()))?;
             if let Some(record) = record.as_deref_mut() {
-                record.run.states.vector_mut(t).copy_from_slice(filters.means.vector(0));
-                record.truth.vector_mut(t).copy_from_slice(states.vector(0));
-                let variance = |i| filters.belief.corrected.get(0, i, i);
+                record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
+                record.truth.vector_mut(t).copy_from_slice(self.states.vector(0));
+                let variance = |i| self.filters.belief.corrected.get(0, i, i);
                 for (i, deviation) in record.deviations.vector_mut(t).iter_mut().enumerate() {
                     *deviation = f64::max(variance(i), 0.0).sqrt();
                 }
@@ -198,34 +198,116 @@ impl ClosedLoop {
             if t == task.steps {
                 break;
             }
-            let (feedback, feedforward) = (plan.policy.feedback.at(t), plan.policy.feedforward.vector(t));
-            let (xbar, ubar) = (reference.states.vector(t), reference.controls.vector(t));
-            for sample in 0..count {
-                let mean = filters.means.vector(sample);
-                let u = controls.vector_mut(sample);
-                for (a, u) in u.iter_mut().enumerate() {
-                    let gains = &feedback[a * stride..];
-                    let deviation: f64 = gains.iter().zip(mean).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum();
-                    *u = ubar[a] + feedforward[a] + deviation;
-                }
-                if let Some(bounds) = &task.control_bounds {
-                    bounds.clamp(u);
-                }
-                let x = states.vector_mut(sample);
-                costs[sample] += task.system.stage_cost(x, u, phi, scratch);
-                task.system.step(x, u, phi, next);
-                x.copy_from_slice(next);
-                factors.process.add_sample(&mut random[sample], x);
-            }
+            self.act(setting, t);
             if let Some(record) = record.as_deref_mut() {
-                record.run.controls.vector_mut(t).copy_from_slice(controls.vector(0));
+                record.run.controls.vector_mut(t).copy_from_slice(self.controls.vector(0));
             }
-            filter.predict(controls, filters, scratch, next);
+            filter.predict(&self.controls, &mut self.filters, &mut self.scratch, &mut self.next);
         }
-        for (sample, cost) in costs.iter_mut().enumerate() {
-            *cost += task.system.final_cost(states.vector(sample), phi, scratch);
+        for (sample, cost) in self.costs.iter_mut().enumerate() {
+            *cost += task.system.final_cost(self.states.vector(sample), setting.phi, &mut self.scratch);
+            if self.diverged[sample] || !cost.is_finite() {
+                *cost = f64::INFINITY;
+            }
         }
         Ok(())
+    }
+
+    /// Draws the first states, and sets the filters to what they believe of them.
+    fn start(&mut self, setting: LoopSetting, (seed, first): (u64, u64)) {
+        let LoopSetting { task, believed, phi, factors, .. } = setting;
+        self.random.clear();
+        for sample in 0..self.costs.len() {
+            let mut generator = ChaCha8Rng::seed_from_u64(seed);
+            generator.set_stream(first + sample as u64);
+            let x = self.states.vector_mut(sample);
+            for (x, value) in x.iter_mut().zip(&task.initial_state) {
+                *x = value.resolve(phi);
+            }
+            factors.initial.add_sample(&mut generator, x);
+            self.random.push(generator);
+        }
+        self.costs.fill(0.0);
+        self.diverged.fill(false);
+        for (mean, value) in self.first.iter_mut().zip(&task.initial_state) {
+            *mean = value.resolve(believed.phi);
+        }
+        self.filters.start(&self.first, believed.noise);
+    }
+
+    /// Measures the true states.
+    fn measure(&mut self, setting: LoopSetting) {
+        for (sample, random) in self.random.iter_mut().enumerate() {
+            let y = self.measured.vector_mut(sample);
+            setting.task.system.observe(self.states.vector(sample), setting.phi, y);
+            setting.factors.measurement.add_sample(random, y);
+        }
+    }
+
+    /// Lets the filters take in what was measured, at step `t`. What is no longer finite has diverged: it starts anew
+    /// beside the others, which it does not disturb, and no longer counts.
+    fn correct(
+        &mut self,
+        filter: &ExtendedKalman,
+        setting: LoopSetting,
+        (t, recorded): (usize, bool),
+    ) -> Result<(), Error> {
+        for sample in 0..self.costs.len() {
+            let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+            if !(finite(self.filters.means.vector(sample)) && finite(self.measured.vector(sample))) {
+                self.set_aside(setting, sample);
+            }
+        }
+        if recorded && self.diverged[0] {
+            return Err(Error::NotFinite { what: "a run in closed loop", step: t });
+        }
+        // Each sample is set aside once at most: where it begins again, its filter did not fail.
+        let mut aside = 0;
+        loop {
+            let corrected = filter.correct(&self.measured, &mut self.filters, &mut self.scratch);
+            let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
+            if t == 0 || aside == self.costs.len() || recorded && sample == 0 {
+                return Err(Error::NotPositiveDefinite { what, step: t });
+            }
+            self.set_aside(setting, sample);
+            aside += 1;
+        }
+    }
+
+    /// Counts a sample as diverged, and puts it back to where it can be computed.
+    fn set_aside(&mut self, setting: LoopSetting, sample: usize) {
+        let LoopSetting { task, believed, phi, .. } = setting;
+        self.diverged[sample] = true;
+        for (x, value) in self.states.vector_mut(sample).iter_mut().zip(&task.initial_state) {
+            *x = value.resolve(phi);
+        }
+        self.filters.start_one(sample, &self.first, believed.noise);
+        task.system.observe(self.states.vector(sample), phi, self.measured.vector_mut(sample));
+    }
+
+    /// Applies the controls of step `t`, adds their cost, and moves the true states on.
+    fn act(&mut self, setting: LoopSetting, t: usize) {
+        let LoopSetting { task, plan, phi, factors, .. } = setting;
+        let stride = plan.policy.feedback.stride();
+        let (feedback, feedforward) = (plan.policy.feedback.at(t), plan.policy.feedforward.vector(t));
+        let (xbar, ubar) = (plan.trajectory.states.vector(t), plan.trajectory.controls.vector(t));
+        for sample in 0..self.costs.len() {
+            let mean = self.filters.means.vector(sample);
+            let u = self.controls.vector_mut(sample);
+            for (a, u) in u.iter_mut().enumerate() {
+                let gains = &feedback[a * stride..];
+                let deviation: f64 = gains.iter().zip(mean).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum();
+                *u = ubar[a] + feedforward[a] + deviation;
+            }
+            if let Some(bounds) = &task.control_bounds {
+                bounds.clamp(u);
+            }
+            let x = self.states.vector_mut(sample);
+            self.costs[sample] += task.system.stage_cost(x, u, phi, &mut self.scratch);
+            task.system.step(x, u, phi, &mut self.next);
+            x.copy_from_slice(&self.next);
+            factors.process.add_sample(&mut self.random[sample], x);
+        }
     }
 }
 
@@ -245,27 +327,30 @@ pub fn monte_carlo(
     predicted: f64,
     (rollouts, seed): (usize, u64),
 ) -> Result<MonteCarlo, Error> {
-    let costs = sampled_costs(task, phi, (plan, noise, noise), (rollouts, seed))?;
+    let world = World { phi, noise };
+    let costs = sampled_costs(task, plan, (world, world), (rollouts, seed))?;
+    let diverged = costs.iter().filter(|cost| !cost.is_finite()).count();
     let count = costs.len() as f64;
     let cost_mean = costs.iter().sum::<f64>() / count;
     let squares: f64 = costs.iter().map(|cost| (cost - cost_mean).powi(2)).sum();
     let cost_standard_error = if rollouts > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-    Ok(MonteCarlo { rollouts, seed, cost_mean, cost_standard_error, difference: cost_mean - predicted, costs })
+    let difference = cost_mean - predicted;
+    Ok(MonteCarlo { rollouts, seed, diverged, cost_mean, cost_standard_error, difference, costs })
 }
 
-/// Costs of roll-outs of a plan whose filter reckons with the noise `believed` while the noise is `true_noise`; the
-/// same samples for every plan, design and noise: sample i draws from stream i of the seed.
+/// Costs of roll-outs of a plan whose filter believes in one world while another one is true; infinite where they
+/// diverge. The same samples for every plan, design and world: sample i draws from stream i of the seed.
 ///
 /// # Errors
 /// Where a covariance is indefinite.
 pub fn sampled_costs(
     task: &Task,
-    phi: &[f64],
-    (plan, believed, true_noise): (&Plan, &Noise, &Noise),
+    plan: &Plan,
+    (believed, truth): (World, World),
     (rollouts, seed): (usize, u64),
 ) -> Result<Vec<f64>, Error> {
-    let factors = NoiseFactors::of(true_noise)?;
-    let setting = LoopSetting { task, phi, plan, noise: believed, factors: &factors };
+    let factors = NoiseFactors::of(truth.noise)?;
+    let setting = LoopSetting { task, plan, believed, phi: truth.phi, factors: &factors };
     let size = task.system.dimensions();
     let batch = |number: usize| {
         let first = number * BATCH;
@@ -282,7 +367,7 @@ pub fn sampled_costs(
 /// Where a covariance is indefinite.
 pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
     let factors = NoiseFactors::of(noise)?;
-    let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
+    let setting = LoopSetting { task, plan, believed: World { phi, noise }, phi, factors: &factors };
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);

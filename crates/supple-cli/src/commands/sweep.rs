@@ -1,8 +1,76 @@
-use crate::Outcome;
-use crate::arguments::SweepOptions;
-use crate::failure::Failure;
+use std::path::Path;
 
-/// `supple sweep`
-pub fn sweep(_options: &SweepOptions) -> Result<Outcome, Failure> {
-    Err(Failure::usage("not built yet".into()))
+use supple_study::sweep::{Axis, JOURNAL, Sweep, SweepOptions, TABLE_CSV};
+use supple_study::{Folder, LoadedTask, Made, StudyError, StudyResult, Watch, check_writable};
+
+use crate::Outcome;
+use crate::arguments;
+use crate::failure::Failure;
+use crate::output::{print_text, warn};
+use crate::pages::{failed, sweep_page, table_page};
+use crate::progress::{Bar, STOP, listen};
+
+/// `supple sweep TASK`
+pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
+    let loaded = options.task.load()?;
+    let wanted = wanted(options, &loaded)?;
+    let folder = options.out.as_deref();
+    if let Some(folder) = folder {
+        check_writable(folder, TABLE_CSV)?;
+    }
+    listen();
+    let bar = Bar::new();
+    let watch = Watch { progress: &bar, stop: &STOP };
+    let found = on_threads(options.jobs, || supple_study::sweep::run(&loaded, &wanted, folder, watch));
+    bar.finish();
+    let sweep = found??;
+    if options.json {
+        print_text(&sweep.table.to_jsonl())?;
+    }
+    if !sweep.complete {
+        warn(&interrupted(&sweep, folder));
+        return Ok(Outcome::Shortfall);
+    }
+    let outcome = if failed(&sweep) == sweep.table.rows.len() { Outcome::Shortfall } else { Outcome::Success };
+    let made = Made::here("sweep", options.seed, &loaded);
+    let page = match folder {
+        Some(folder) => sweep_page(&made.about, &sweep, folder),
+        None => table_page(&made.about, &sweep),
+    };
+    if let Some(folder) = folder {
+        Folder::save(folder, &made, &StudyResult::Sweep(Box::new(sweep)))?;
+    }
+    if !options.json {
+        print_text(&page)?;
+    }
+    Ok(outcome)
+}
+
+fn wanted(options: &arguments::SweepOptions, task: &LoadedTask) -> Result<SweepOptions, Failure> {
+    let axis = |text: &String| Axis::parse(text, task).map_err(|error| Failure::usage(format!("--grid {error}")));
+    let axes = options.grid.iter().map(axis).collect::<Result<_, _>>()?;
+    Ok(SweepOptions { axes, rollouts: options.rollouts, starts: options.starts, seed: options.seed })
+}
+
+/// Does work on its own threads where their number is given, or else on those of the program.
+fn on_threads<T: Send>(
+    jobs: Option<usize>,
+    work: impl FnOnce() -> Result<T, StudyError> + Send,
+) -> Result<Result<T, StudyError>, Failure> {
+    let Some(jobs) = jobs else { return Ok(work()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
+    let pool = pool.map_err(|error| Failure::usage(format!("--jobs {jobs}: {error}")))?;
+    Ok(pool.install(work))
+}
+
+/// How far a sweep is that was interrupted, and what to do.
+fn interrupted(sweep: &Sweep, folder: Option<&Path>) -> String {
+    let (done, points) = (sweep.table.rows.len(), sweep.options.points());
+    match folder {
+        Some(folder) => format!(
+            "interrupted: {done} of {points} points are done and kept in {}; the same command goes on from there",
+            folder.join(JOURNAL).display()
+        ),
+        None => format!("interrupted: {done} of {points} points were done, and nothing is kept without --out"),
+    }
 }

@@ -1,24 +1,39 @@
 //! Sweeps: many designs on a grid, each evaluated; a journal keeps what is done.
+//!
+//! Points are evaluated in segments of neighbours along the last axis. Within a segment each plan is also continued
+//! from that of the point before; segments know nothing of one another. So the table does not depend on the number of
+//! threads, nor on how often a sweep was interrupted.
 
+mod axis;
+mod columns;
+mod grid;
+mod journal;
+mod point;
+mod work;
+
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use supple::parameters::Scale;
+use supple::Problem;
 
-use crate::{Column, LoadedTask, StudyError, Table, Watch};
+pub use self::axis::Axis;
+use self::columns::columns;
+use self::grid::Grid;
+pub use self::journal::JOURNAL;
+use self::journal::{Identity, Journal};
+use self::point::Study;
+use self::work::{Store, work};
+use crate::{Column, LoadedTask, StudyError, Table, Watch, write_text};
 
-/// One axis of a grid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
-    /// The parameter that changes along it.
-    pub parameter: String,
-    /// Its unit; empty where it has none.
-    pub unit: String,
-    /// How its values are spread, for plots.
-    pub scale: Scale,
-    /// The values, in the order of the rows.
-    pub values: Vec<f64>,
-}
+/// Points that a grid has at most: its table has to fit into memory.
+pub const MOST_POINTS: usize = 10_000_000;
+
+/// The table for spreadsheets and scripts.
+pub const TABLE_CSV: &str = "table.csv";
+
+/// The table as lines of JSON, from which it is read again.
+pub const TABLE_JSONL: &str = "table.jsonl";
 
 /// What a sweep does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +46,13 @@ pub struct SweepOptions {
     pub starts: usize,
     /// Seed of roll-outs and searches.
     pub seed: u64,
+}
+
+impl SweepOptions {
+    /// How many points the grid has.
+    pub fn points(&self) -> usize {
+        self.axes.iter().map(|axis| axis.values.len()).product()
+    }
 }
 
 /// The result of a sweep.
@@ -47,38 +69,69 @@ pub struct Sweep {
     pub complete: bool,
 }
 
-impl Axis {
-    /// Reads `NAME=SPEC`, where SPEC is `FROM:TO:COUNT` (linear), `log:FROM:TO:COUNT` or `A,B,C`.
-    ///
-    /// # Errors
-    /// Where it is not one of these, the parameter is unknown, or a value is outside its bounds.
-    pub fn parse(_text: &str, _task: &LoadedTask) -> Result<Self, StudyError> {
-        Err(StudyError::usage("not built yet"))
-    }
-}
-
 impl Sweep {
     /// Writes `table.csv` and `table.jsonl`.
-    pub(crate) fn save_table(&self, _folder: &Path) -> Result<(), StudyError> {
-        Ok(())
+    pub(crate) fn save_table(&self, folder: &Path) -> Result<(), StudyError> {
+        write_text(&folder.join(TABLE_CSV), self.table.to_csv().as_bytes())?;
+        write_text(&folder.join(TABLE_JSONL), self.table.to_jsonl().as_bytes())
     }
 
     /// Reads the table back.
-    pub(crate) fn load_table(&mut self, _folder: &Path) -> Result<(), StudyError> {
+    pub(crate) fn load_table(&mut self, folder: &Path) -> Result<(), StudyError> {
+        let path = folder.join(TABLE_JSONL);
+        self.table = Table::read_jsonl(&self.columns, &path)?;
+        let (found, expected) = (self.table.rows.len(), self.options.points());
+        if self.complete && found != expected {
+            let message = format!("has {found} rows, not {expected}: it is damaged; make the result again");
+            return Err(StudyError::kept(&path, message));
+        }
         Ok(())
     }
 }
 
-/// Evaluates every point of a grid, in parallel; with a folder, a journal in it keeps what is done, and the same sweep
-/// goes on from there.
+/// Evaluates every point of a grid on all threads of the current pool; with a folder, a journal in it keeps what is
+/// done, and the same sweep goes on from there. Told to stop, it ends with the points that are done.
 ///
 /// # Errors
 /// Where a grid is empty, or the journal cannot be written, is damaged, or belongs to something else.
 pub fn run(
-    _task: &LoadedTask,
-    _options: &SweepOptions,
-    _folder: Option<&Path>,
-    _watch: Watch,
+    task: &LoadedTask,
+    options: &SweepOptions,
+    folder: Option<&Path>,
+    watch: Watch,
 ) -> Result<Sweep, StudyError> {
-    Err(StudyError::usage("not built yet"))
+    let grid = Grid::new(task, options)?;
+    let columns = columns(task, options)?;
+    let held = if options.starts > 0 { Some(held(task, &grid)?) } else { None };
+    let problem = held.as_ref().unwrap_or(&task.problem);
+    let study = Study { problem, phi: &task.phi, options, grid };
+    let (mut store, started) = match folder {
+        None => (Store::Memory(BTreeMap::new()), BTreeMap::new()),
+        Some(folder) => {
+            let identity = Identity::of(task, options, &study.grid);
+            let (journal, started) = Journal::open(folder, &study, columns.len(), &identity)?;
+            (Store::Journal(journal), started)
+        }
+    };
+    work(&study, started, &mut store, watch)?;
+    let rows = store.rows()?;
+    let complete = rows.len() == study.grid.points;
+    let table = Table { columns: columns.clone(), rows };
+    Ok(Sweep { options: options.clone(), columns, table, complete })
 }
+
+/// The problem with the parameters on axes held, for design searches.
+fn held(task: &LoadedTask, grid: &Grid) -> Result<Problem, StudyError> {
+    let Some(source) = task.sources.first() else { return Err(StudyError::usage("the task has no text")) };
+    let mut problem = Problem::parse(&source.text, &source.path)?;
+    problem.parameters = problem.parameters.held(&grid.indices);
+    if problem.parameters.design().is_empty() {
+        let message =
+            "there is nothing to design: every parameter with role = \"design\" is on an axis; leave --starts out";
+        return Err(StudyError::usage(message));
+    }
+    Ok(problem)
+}
+
+#[cfg(test)]
+mod tests;

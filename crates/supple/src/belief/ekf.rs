@@ -53,10 +53,13 @@ impl FilterBatch {
 
     /// Sets all filters to the first state's mean and covariance.
     pub fn start(&mut self, mean: &[f64], noise: &Noise) {
-        for sample in 0..self.count() {
-            self.means.vector_mut(sample).copy_from_slice(mean);
-            self.belief.predicted.at_mut(sample).copy_from_slice(noise.initial.at(0));
-        }
+        (0..self.count()).for_each(|sample| self.start_one(sample, mean, noise));
+    }
+
+    /// Sets the filter of one sample to the first state's mean and covariance.
+    pub fn start_one(&mut self, sample: usize, mean: &[f64], noise: &Noise) {
+        self.means.vector_mut(sample).copy_from_slice(mean);
+        self.belief.predicted.at_mut(sample).copy_from_slice(noise.initial.at(0));
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) fn descend(search: &mut Search) -> Result<Ending, Error> {
             let room = bound - task.cost;
             // The barrier is infinite where the bound is met exactly.
             let factor = settings.barrier_weight / if room.abs() < 1e-9 { 1e-9_f64.copysign(room) } else { room };
-            for (direction, gradient) in direction.iter_mut().zip(&task.cost_gradient) {
+            for (direction, gradient) in direction.iter_mut().zip(task.excess_gradient(1.0)) {
                 *direction += factor * gradient;
             }
             least = least.min(room);

@@ -1,18 +1,25 @@
-//! Design: the least information at which every task meets its bound (theory, section D).
+//! Design: the least information at which every task meets its bound (theory, section D), or the least cost.
 //!
 //! A new optimiser is one file with a function from a `Search` to its `Ending`, and one line in [`Method`] and
 //! `Search::run`.
 
+mod aim;
 mod barrier;
 mod branches;
+mod optimality;
+mod result;
+mod rounds;
 mod search;
 mod settings;
 mod sqp;
 mod start;
 mod visit;
 
+pub use aim::Aim;
 pub(crate) use branches::{best_of_guesses, search_branches, uniform};
+pub use branches::{best_plan, plan_at};
+pub use result::{Design, DesignStatus, StartSummary};
 pub use search::{Control, Event, NoObserver, Observer};
 pub(crate) use search::{Ending, Search};
 pub use settings::{DesignSettings, GradientKind, Method};
-pub use start::{Design, DesignStatus, StartSummary, design};
+pub use start::{Searcher, design};

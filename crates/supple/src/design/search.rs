@@ -1,7 +1,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::visit::{Scaling, Visit, Visitor};
-use super::{DesignSettings, Method, barrier, sqp};
+use super::optimality::optimality;
+use super::visit::{Visit, Visitor};
+use super::{Aim, DesignSettings, Method, barrier, sqp};
 use crate::Error;
 use crate::problem::Problem;
 
@@ -112,9 +113,13 @@ impl<'a> Search<'a, '_> {
         self.visitor.settings
     }
 
+    pub fn aim(&self) -> Aim {
+        self.visitor.aim
+    }
+
     /// First-order optimality of a visit, and its multipliers.
     pub fn optimality(&self, at: &Visit) -> (f64, Vec<f64>) {
-        optimality(at, self.problem(), &self.visitor.scaling, self.settings().feasibility)
+        optimality(at, self.visitor)
     }
 
     /// Visits scaled coordinates and tells the observer.
@@ -122,54 +127,21 @@ impl<'a> Search<'a, '_> {
         let known = self.visitor.visits.len();
         let visit = self.visitor.visit(scaled)?.clone();
         if self.visitor.visits.len() > known {
-            self.evaluations += 1;
-            let costs: Vec<f64> = visit.tasks.iter().map(|task| task.cost).collect();
-            self.control.observer.observe(Event::Evaluated {
-                start: self.start,
-                design: &visit.phi,
-                information: visit.information(self.visitor.problem),
-                costs: &costs,
-                violation: visit.violation(),
-            });
+            self.tell(&visit);
         }
         Ok(visit)
     }
-}
 
-/// First-order optimality up to which a design counts as an optimum.
-pub(crate) const OPTIMAL: f64 = 1e-4;
-
-/// First-order optimality of a visited design and its multipliers (theory, equation D.3): non-negative least squares
-/// of the objective's gradient on those of the active constraints, over coordinates off their bounds.
-pub(crate) fn optimality(at: &Visit, problem: &Problem, scaling: &Scaling, feasibility: f64) -> (f64, Vec<f64>) {
-    let objective = scaling.gradient(&at.phi, &at.information_gradient(problem));
-    let gradients: Vec<Vec<f64>> = at.tasks.iter().map(|task| scaling.gradient(&at.phi, &task.cost_gradient)).collect();
-    let near = 100.0 * feasibility;
-    let is_active = |task: usize| at.tasks[task].violation().is_some_and(|violation| violation > -near);
-    let mut multipliers = vec![0.0; at.tasks.len()];
-    let free = |i: usize, residual: f64| {
-        let s = at.scaled[i];
-        !(s <= 1e-9 && residual >= 0.0 || s >= 1.0 - 1e-9 && residual <= 0.0)
-    };
-    let residual = |multipliers: &[f64]| -> Vec<f64> {
-        (0..objective.len())
-            .map(|i| objective[i] + multipliers.iter().zip(&gradients).map(|(l, g)| l * g[i]).sum::<f64>())
-            .collect()
-    };
-    // Coordinate descent: tasks are few.
-    for _ in 0..200 {
-        for task in (0..at.tasks.len()).filter(|&task| is_active(task)) {
-            let rest = residual(&multipliers);
-            let used = |i: &usize| free(*i, rest[*i]);
-            let square: f64 = (0..rest.len()).filter(used).map(|i| gradients[task][i].powi(2)).sum();
-            let slope: f64 = (0..rest.len()).filter(used).map(|i| gradients[task][i] * rest[i]).sum();
-            if square > 0.0 {
-                multipliers[task] = (multipliers[task] - slope / square).max(0.0);
-            }
-        }
+    /// Counts an evaluated design and tells the observer.
+    pub fn tell(&mut self, visit: &Visit) {
+        self.evaluations += 1;
+        let costs: Vec<f64> = visit.tasks.iter().map(|task| task.cost).collect();
+        self.control.observer.observe(Event::Evaluated {
+            start: self.start,
+            design: &visit.phi,
+            information: visit.information(self.visitor.problem),
+            costs: &costs,
+            violation: visit.violation(),
+        });
     }
-    let rest = residual(&multipliers);
-    let size = objective.iter().fold(1e-300, |size: f64, g| size.max(g.abs()));
-    let worst = (0..rest.len()).filter(|&i| free(i, rest[i])).map(|i| rest[i].abs()).fold(0.0, f64::max);
-    (worst / size, multipliers)
 }

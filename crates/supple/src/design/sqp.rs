@@ -2,15 +2,17 @@ use std::cell::RefCell;
 
 use slsqp::{FailStatus, Func, StopTols, SuccessStatus};
 
-use super::search::OPTIMAL;
+use super::optimality::OPTIMAL;
 use super::visit::Visit;
-use super::{Ending, Search};
+use super::{Aim, Ending, Search};
 use crate::Error;
 
 /// What the callbacks share: the search, and the first error.
 struct Shared<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     error: Option<Error>,
+    /// How many coordinates designs have; what comes after them is the auxiliary variable.
+    dimension: usize,
     /// Size of the objective at the start.
     scale: f64,
     /// Size of each task's bound at the start.
@@ -19,9 +21,9 @@ struct Shared<'s, 'a, 'b> {
 
 impl Shared<'_, '_, '_> {
     /// The design at scaled coordinates; the last one visited once an error came up or a stop was asked for.
-    fn visit(&mut self, scaled: &[f64]) -> Option<Visit> {
+    fn visit(&mut self, variables: &[f64]) -> Option<Visit> {
         if self.error.is_none() && !self.search.control.is_stopped() {
-            let scaled: Vec<f64> = scaled.iter().map(|s| s.clamp(0.0, 1.0)).collect();
+            let scaled: Vec<f64> = variables[..self.dimension].iter().map(|s| s.clamp(0.0, 1.0)).collect();
             match self.search.visit(&scaled) {
                 Ok(visit) => return Some(visit),
                 Err(error) => self.error = Some(error),
@@ -30,8 +32,10 @@ impl Shared<'_, '_, '_> {
         self.search.visitor.visits.last().cloned()
     }
 
-    fn gradient(&self, visit: &Visit, by_parameter: &[f64], scale: f64, out: Option<&mut [f64]>) {
+    /// Writes a gradient by all parameters over a scale, and by the auxiliary variable where there is one.
+    fn gradient(&self, visit: &Visit, by_parameter: &[f64], (scale, auxiliary): (f64, f64), out: Option<&mut [f64]>) {
         if let Some(out) = out {
+            out.fill(auxiliary);
             let scaled = self.search.visitor.scaling.gradient(&visit.phi, by_parameter);
             for (out, gradient) in out.iter_mut().zip(scaled) {
                 *out = gradient / scale;
@@ -39,19 +43,32 @@ impl Shared<'_, '_, '_> {
         }
     }
 
-    fn objective(&mut self, scaled: &[f64], gradient: Option<&mut [f64]>) -> f64 {
-        let Some(visit) = self.visit(scaled) else { return f64::NAN };
+    fn objective(&mut self, variables: &[f64], gradient: Option<&mut [f64]>) -> f64 {
+        if self.search.aim() == Aim::Cost {
+            if let Some(gradient) = gradient {
+                gradient.fill(0.0);
+                gradient[self.dimension] = 1.0;
+            }
+            return variables[self.dimension];
+        }
+        let Some(visit) = self.visit(variables) else { return f64::NAN };
         let problem = self.search.problem();
-        self.gradient(&visit, &visit.information_gradient(problem), self.scale, gradient);
+        self.gradient(&visit, &visit.information_gradient(problem), (self.scale, 0.0), gradient);
         visit.information(problem) / self.scale
     }
 
-    /// `J - D` of one task, over the size of its bound at the start.
-    fn constraint(&mut self, task: usize, scaled: &[f64], gradient: Option<&mut [f64]>) -> f64 {
-        let Some(visit) = self.visit(scaled) else { return f64::NAN };
+    /// What may be at most 0 for one task: `J - D` over the size of its bound at the start; of least cost, `J / D` over
+    /// its size at the start, less the auxiliary variable.
+    fn constraint(&mut self, task: usize, variables: &[f64], gradient: Option<&mut [f64]>) -> f64 {
+        let Some(visit) = self.visit(variables) else { return f64::NAN };
         let at = &visit.tasks[task];
+        if self.search.aim() == Aim::Cost {
+            let by_parameter = at.violation_gradient().unwrap_or_else(|| vec![0.0; visit.phi.len()]);
+            self.gradient(&visit, &by_parameter, (self.scale, -1.0), gradient);
+            return at.violation().map_or(-1.0, |violation| (1.0 + violation) / self.scale - variables[self.dimension]);
+        }
         let scale = self.bounds[task];
-        self.gradient(&visit, &at.cost_gradient, scale, gradient);
+        self.gradient(&visit, &at.excess_gradient(1.0), (scale, 0.0), gradient);
         at.bound.map_or(-1.0, |bound| (at.cost - bound) / scale)
     }
 }
@@ -60,7 +77,8 @@ impl Shared<'_, '_, '_> {
 const RUNS: usize = 3;
 
 /// Sequential quadratic programming from the last visited design (theory, equation D.2): minimises the information
-/// subject to one constraint per bounded task, in scaled coordinates. Leaves the best design as the last visit.
+/// subject to one constraint per bounded task, in scaled coordinates. For the least cost it minimises an auxiliary
+/// variable that is at least every `J_i / D_i`. Leaves the best design as the last visit.
 pub(super) fn minimise(search: &mut Search) -> Result<Ending, Error> {
     let mut ending = Ending::Stalled;
     for _ in 0..RUNS {
@@ -80,11 +98,22 @@ pub(super) fn minimise(search: &mut Search) -> Result<Ending, Error> {
 
 /// One run of SLSQP.
 fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
-    let (problem, settings) = (search.problem(), search.settings());
-    let bounded: Vec<usize> = (0..problem.tasks.len()).filter(|&i| problem.tasks[i].bound.is_some()).collect();
-    let scale = first.information(problem).abs().max(1e-12);
+    let (problem, settings, aim) = (search.problem(), search.settings(), search.aim());
+    let bounded: Vec<usize> = (0..first.tasks.len()).filter(|&i| first.tasks[i].bound.is_some()).collect();
+    let scale = match aim {
+        Aim::Information { .. } => first.information(problem).abs().max(1e-12),
+        Aim::Cost => (1.0 + first.violation()).max(1e-12),
+    };
     let bounds = first.tasks.iter().map(|task| task.bound.map_or(1.0, |bound| bound.abs().max(1e-12)));
-    let shared = RefCell::new(Shared { search, error: None, scale, bounds: bounds.collect() });
+    let dimension = first.scaled.len();
+    let shared = RefCell::new(Shared { search, error: None, dimension, scale, bounds: bounds.collect() });
+    let mut variables = first.scaled.clone();
+    let mut bounds = vec![(0.0, 1.0); dimension];
+    if aim == Aim::Cost {
+        // The auxiliary variable: 1 where the search begins.
+        variables.push(1.0);
+        bounds.push((0.0, 2.0));
+    }
 
     let objective = |x: &[f64], g: Option<&mut [f64]>, _: &mut ()| shared.borrow_mut().objective(x, g);
     let constraints: Vec<_> = bounded
@@ -95,12 +124,13 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
         })
         .collect();
     let constraints: Vec<&dyn Func<()>> = constraints.iter().map(|constraint| constraint as &dyn Func<()>).collect();
-    let dimension = first.scaled.len();
-    let tolerances =
-        StopTols { ftol_rel: settings.tolerance, xtol_abs: vec![settings.tolerance; dimension], ..StopTols::default() };
-    let bounds = vec![(0.0, 1.0); dimension];
+    let tolerances = StopTols {
+        ftol_rel: settings.tolerance,
+        xtol_abs: vec![settings.tolerance; variables.len()],
+        ..StopTols::default()
+    };
     let evaluations = settings.max_evaluations;
-    let outcome = slsqp::minimize(objective, &first.scaled, &bounds, &constraints, (), evaluations, Some(tolerances));
+    let outcome = slsqp::minimize(objective, &variables, &bounds, &constraints, (), evaluations, Some(tolerances));
 
     let Shared { search, error, .. } = shared.into_inner();
     if error.is_some() {
@@ -119,16 +149,15 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
 /// Violations up to this, relative to the bound, are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Makes the best visit the last one: the least information of those that meet the bounds, or else the least
-/// violation.
+/// Makes the best visit the last one: the least objective of those that meet the bounds, or else the least violation.
 fn choose(search: &mut Search) -> Option<Visit> {
-    let problem = search.problem();
+    let (problem, aim) = (search.problem(), search.aim());
     let feasibility = search.settings().feasibility;
     let visits = &mut search.visitor.visits;
-    let feasible = |tolerance: f64| visits.iter().any(|visit| visit.is_feasible(tolerance));
-    let tolerance = [ROUNDING, feasibility].into_iter().find(|&tolerance| feasible(tolerance));
+    let met = |tolerance: f64| visits.iter().any(|visit| aim.is_met(visit, tolerance));
+    let tolerance = [ROUNDING, feasibility].into_iter().find(|&tolerance| met(tolerance));
     let merit = |visit: &Visit| match tolerance {
-        Some(tolerance) if visit.is_feasible(tolerance) => visit.information(problem),
+        Some(tolerance) if aim.is_met(visit, tolerance) => aim.objective(visit, problem),
         Some(_) => f64::INFINITY,
         None => visit.violation(),
     };

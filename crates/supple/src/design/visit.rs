@@ -1,13 +1,14 @@
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::{DesignSettings, GradientKind};
+use super::{Aim, DesignSettings, GradientKind};
+use crate::Error;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
 use crate::plan::PlanMode;
 use crate::problem::{Problem, Task};
-use crate::{Error, Value};
+use crate::stability::explain;
 
 /// The design parameters as the search moves them: each from 0 at its lower bound to 1 at its upper one, linearly or
 /// in the logarithm.
@@ -70,6 +71,8 @@ pub(crate) struct TaskVisit {
     pub cost_gradient: Vec<f64>,
     /// Its bound, where it has one.
     pub bound: Option<f64>,
+    /// The parameter that the bound is a multiple of, and that multiple, where there is one.
+    pub bound_gradient: Option<(usize, f64)>,
     /// Whether its plan converged.
     pub converged: bool,
 }
@@ -108,7 +111,12 @@ impl Visit {
 
     /// Whether every task meets its bound within `feasibility`, and every plan converged.
     pub fn is_feasible(&self, feasibility: f64) -> bool {
-        self.violation() <= feasibility && self.tasks.iter().all(|task| task.converged)
+        self.violation() <= feasibility && self.is_planned()
+    }
+
+    /// Whether every plan converged.
+    pub fn is_planned(&self) -> bool {
+        self.tasks.iter().all(|task| task.converged)
     }
 }
 
@@ -117,10 +125,47 @@ impl TaskVisit {
     pub fn violation(&self) -> Option<f64> {
         self.bound.map(|bound| (self.cost - bound) / bound.abs().max(1e-300))
     }
+
+    /// The gradient of `J - share D` by all parameters.
+    pub fn excess_gradient(&self, share: f64) -> Vec<f64> {
+        let mut gradient = self.cost_gradient.clone();
+        // A bound that is itself a parameter moves too.
+        if let Some((parameter, slope)) = self.bound_gradient {
+            gradient[parameter] -= share * slope;
+        }
+        gradient
+    }
+
+    /// The gradient of [`violation`](Self::violation) by all parameters.
+    pub fn violation_gradient(&self) -> Option<Vec<f64>> {
+        let size = self.bound?.abs().max(1e-300);
+        let mut gradient = self.excess_gradient(self.cost / size);
+        gradient.iter_mut().for_each(|entry| *entry /= size);
+        Some(gradient)
+    }
 }
 
 /// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
 const CONTINUATION_STEP: f64 = 0.04;
+
+/// A plan that could not be made on the way to a design.
+pub(crate) struct Failed {
+    /// All parameters where it failed.
+    phi: Vec<f64>,
+    error: Error,
+}
+
+impl Failed {
+    /// Why, with what to do about it where the time step is too large.
+    pub fn explain(self, task: &Task, state: &TaskState) -> Error {
+        explain(task, &self.phi, self.error, &state.plan.trajectory)
+    }
+
+    /// Why, as quickly as can be told.
+    pub fn error(self) -> Error {
+        self.error
+    }
+}
 
 /// Plans a task along the straight line between two designs, each plan starting from the one before; the state is
 /// left at the second design.
@@ -130,7 +175,7 @@ pub(crate) fn continue_plan(
     (from, to): (&[f64], &[f64]),
     controls: &Matrices,
     state: &mut TaskState,
-) -> Result<(), Error> {
+) -> Result<(), Failed> {
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
     let distance = start.iter().zip(&end).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let steps = (distance / CONTINUATION_STEP).ceil().max(1.0) as usize;
@@ -139,17 +184,19 @@ pub(crate) fn continue_plan(
         let share = step as f64 / steps as f64;
         let between: Vec<f64> = start.iter().zip(&end).map(|(a, b)| a + share * (b - a)).collect();
         let phi = if step == steps { to.to_vec() } else { scaling.unscaled(to, &between) };
-        state.plan_only(task, &phi, &problem.planning, Some(&controls))?;
+        if let Err(error) = state.plan_only(task, &phi, &problem.planning, Some(&controls)) {
+            return Err(Failed { phi, error });
+        }
         controls.copy_from(&state.plan.trajectory.controls);
     }
-    state.assess(task, to)
+    state.assess(task, to).map_err(|error| Failed { phi: to.to_vec(), error })
 }
 
 /// Everything known of a task at a design whose plan is in `state`, with gradients of the given kind.
-pub(crate) fn task_visit(
+fn task_visit(
     task: &Task,
     phi: &[f64],
-    kind: GradientKind,
+    (kind, aim): (GradientKind, Aim),
     state: &mut TaskState,
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
@@ -170,17 +217,15 @@ pub(crate) fn task_visit(
             cost_gradient = frozen.belief_cost;
         }
     }
-    // A bound that is itself a parameter moves too.
-    if let Some(parameter) = task.bound.and_then(Value::parameter) {
-        cost_gradient[parameter] -= 1.0;
-    }
+    let bound = task.bound.zip(aim.factor());
     Ok(TaskVisit {
         controls: state.plan.trajectory.controls.clone(),
         information: state.information.total,
         information_gradient,
         cost: state.cost.expected(),
         cost_gradient,
-        bound: task.bound.map(|bound| bound.resolve(phi)),
+        bound: bound.map(|(bound, factor)| factor * bound.resolve::<f64>(phi)),
+        bound_gradient: bound.and_then(|(bound, factor)| bound.parameter().map(|parameter| (parameter, factor))),
         converged: state.plan.status.is_converged(),
     })
 }
@@ -189,6 +234,7 @@ pub(crate) fn task_visit(
 pub(crate) struct Visitor<'a> {
     pub problem: &'a Problem,
     pub settings: &'a DesignSettings,
+    pub aim: Aim,
     pub scaling: Scaling,
     /// All visits, in their order.
     pub visits: Vec<Visit>,
@@ -196,10 +242,10 @@ pub(crate) struct Visitor<'a> {
 }
 
 impl<'a> Visitor<'a> {
-    pub fn new(problem: &'a Problem, settings: &'a DesignSettings) -> Self {
+    pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let states = problem.tasks.iter().map(TaskState::new).collect();
-        Self { problem, settings, scaling, visits: Vec::new(), states }
+        Self { problem, settings, aim, scaling, visits: Vec::new(), states }
     }
 
     /// Forgets all visits and starts anew from a design with given plans.
@@ -233,21 +279,23 @@ impl<'a> Visitor<'a> {
         if self.settings.gradient == GradientKind::Total || sampled {
             return Ok(visit.clone());
         }
-        let Self { problem, states, .. } = self;
+        let Self { problem, aim, states, .. } = self;
         let tasks = problem.tasks.iter().zip(states.iter_mut()).zip(&visit.tasks);
         let tasks = tasks.map(|((task, state), known)| {
             state.evaluate(task, &visit.phi, &problem.planning, Some(&known.controls))?;
-            task_visit(task, &visit.phi, GradientKind::Total, state)
+            task_visit(task, &visit.phi, (GradientKind::Total, *aim), state)
         });
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
     }
 
     fn visit_from(&mut self, phi: Vec<f64>, (from, controls): (&[f64], &[Matrices])) -> Result<&Visit, Error> {
-        let Self { problem, settings, scaling, states, .. } = self;
+        let Self { problem, settings, aim, scaling, states, .. } = self;
         let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(controls.par_iter());
         let tasks = tasks.map(|((task, state), controls)| {
-            continue_plan((problem, task), scaling, (from, &phi), controls, state)?;
-            task_visit(task, &phi, settings.gradient, state)
+            continue_plan((problem, task), scaling, (from, &phi), controls, state)
+                .map_err(|failed| failed.explain(task, state))?;
+            task_visit(task, &phi, (settings.gradient, *aim), state)
+                .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
         });
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
         self.visits.push(Visit { scaled: self.scaling.scaled(&phi), phi, tasks });

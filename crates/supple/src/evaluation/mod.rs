@@ -1,7 +1,7 @@
 //! One design, evaluated: what `supple evaluate` prints and files hold.
 
 use crate::Error;
-use crate::design::{best_of_guesses, search_branches};
+use crate::design::plan_at;
 use crate::gradient::{FrozenGradient, Functional, recursion_radius};
 use crate::limits::limits_violated;
 use crate::pipeline::TaskState;
@@ -80,17 +80,7 @@ fn evaluate_task(
     controls: Option<&Matrices>,
     state: &mut TaskState,
 ) -> Result<TaskEvaluation, Error> {
-    match controls {
-        Some(controls) => state.evaluate(task, phi, &problem.planning, Some(controls))?,
-        None => best_of_guesses(problem, task, phi, state)?,
-    }
-    let mut branches = None;
-    if options.branches > 0 {
-        let given = (&state.plan.trajectory.controls, state.cost.expected());
-        let found = search_branches((problem, task), phi, given, (options.seed, options.branches));
-        branches = Some(found.count);
-        state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
-    }
+    let branches = plan_at((problem, task), phi, controls, (options.seed, options.branches), state)?;
     let gradient = gradients(problem, task, phi, options, state)?;
     let monte_carlo = match options.rollouts {
         0 => None,

@@ -5,7 +5,7 @@ use super::{PlanSettings, PlanStatus};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
-use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record};
+use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, World};
 use crate::system::Curvature;
 use crate::trajectory::Trajectory;
 
@@ -51,7 +51,7 @@ pub(crate) fn plan_sampled(
             continue;
         }
         mu *= 0.5;
-        let setting = LoopSetting { task, phi, plan, noise, factors: &factors };
+        let setting = LoopSetting { task, plan, believed: World { phi, noise }, phi, factors: &factors };
         closed.run(setting, (sampled.seed, plan.iterations as u64), Some(&mut record))?;
         let change = average(&mut plan.trajectory, &record.run, sampled.averaging);
         if !change.is_finite() {

@@ -1,0 +1,143 @@
+use std::fmt::Write;
+use std::path::Path;
+
+use supple_study::sweep::{JOURNAL, Sweep, TABLE_CSV, TABLE_JSONL};
+use supple_study::{About, Cell, RESULT};
+
+use crate::tables::{align_right, heading, number, table};
+
+/// Rows that are shown at the beginning and at the end of a table that is longer than both.
+const FIRST: usize = 15;
+const LAST: usize = 5;
+
+/// The page of `supple sweep` where the table is kept in a folder.
+pub fn sweep_page(about: &About, sweep: &Sweep, folder: &Path) -> String {
+    let mut page = heading(about) + &summary(sweep);
+    for (name, what) in [
+        (TABLE_CSV, "the table"),
+        (TABLE_JSONL, "the same, one JSON object per line"),
+        (RESULT, "what made it, and what its columns are"),
+        (JOURNAL, "the journal"),
+    ] {
+        let _ = writeln!(page, "  {}: {what}", folder.join(name).display());
+    }
+    page
+}
+
+/// The page of `supple sweep` where the table is not kept: the table itself, its first and last rows where it is long.
+pub fn table_page(about: &About, sweep: &Sweep) -> String {
+    let mut page = heading(about);
+    let shown = shown_columns(about, sweep);
+    let constant = constants(about, sweep);
+    if !constant.is_empty() {
+        let _ = writeln!(page, "{}\n", constant.join("   "));
+    }
+    let columns = &sweep.table.columns;
+    let header: Vec<String> = shown.iter().map(|&i| title(&columns[i].name, &columns[i].unit)).collect();
+    let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let all = &sweep.table.rows;
+    let long = all.len() > FIRST + LAST;
+    for (index, row) in all.iter().enumerate() {
+        if long && index == FIRST {
+            rows.add_row(shown.iter().map(|_| ".."));
+        }
+        if !long || index < FIRST || index >= all.len() - LAST {
+            rows.add_row(shown.iter().map(|&i| text(&row[i])));
+        }
+    }
+    for (position, &column) in shown.iter().enumerate() {
+        if !all.iter().any(|row| matches!(row[column], Cell::Text(_))) {
+            align_right(&mut rows, position..position + 1);
+        }
+    }
+    let _ = writeln!(page, "{rows}\n");
+    page + &summary(sweep)
+}
+
+fn title(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
+}
+
+fn text(cell: &Cell) -> String {
+    match cell {
+        Cell::Number(value) => number(*value),
+        Cell::Text(text) => text.clone(),
+        Cell::Missing => "-".into(),
+    }
+}
+
+/// Columns for people: what changes of the parameters, and the results that matter.
+fn shown_columns(about: &About, sweep: &Sweep) -> Vec<usize> {
+    let parameters = about.parameters.len();
+    let mut names = vec!["information_bits".to_owned(), "feasible".to_owned(), "design_status".to_owned()];
+    for task in &about.tasks {
+        names.extend(["status", "expected_cost", "sampled_cost_mean"].map(|name| format!("{}.{name}", task.name)));
+    }
+    let failed = failed(sweep) > 0;
+    let is_shown = |&index: &usize| match index < parameters {
+        true => changes(sweep, index),
+        false => {
+            let name = &sweep.table.columns[index].name;
+            names.contains(name) || failed && name == "error"
+        }
+    };
+    (0..sweep.table.columns.len()).filter(is_shown).collect()
+}
+
+/// Whether a parameter is on an axis, or not the same everywhere.
+fn changes(sweep: &Sweep, column: usize) -> bool {
+    let name = &sweep.table.columns[column].name;
+    let on_axis = sweep.options.axes.iter().any(|axis| axis.parameter == *name);
+    let mut rows = sweep.table.rows.iter();
+    let first = rows.next().map(|row| &row[column]);
+    on_axis || rows.any(|row| Some(&row[column]) != first)
+}
+
+/// Parameters that are the same at every point, with their values.
+fn constants(about: &About, sweep: &Sweep) -> Vec<String> {
+    let Some(first) = sweep.table.rows.first() else { return Vec::new() };
+    let parameters = about.parameters.iter().enumerate();
+    let constant = parameters.filter(|(index, _)| !changes(sweep, *index));
+    constant
+        .map(|(index, p)| format!("{} = {} {}", p.name, text(&first[index]), p.unit).trim_end().to_owned())
+        .collect()
+}
+
+/// How many points could not be evaluated.
+pub fn failed(sweep: &Sweep) -> usize {
+    let Some(error) = sweep.table.column("error") else { return 0 };
+    sweep.table.rows.iter().filter(|row| row[error] != Cell::Missing).count()
+}
+
+/// How many points there are, how many failed, and where the least information is.
+fn summary(sweep: &Sweep) -> String {
+    let (rows, failed) = (&sweep.table.rows, failed(sweep));
+    let points = if rows.len() == 1 { "1 point".to_owned() } else { format!("{} points", rows.len()) };
+    let mut text = match failed {
+        0 => format!("{points}, all evaluated.\n"),
+        _ => format!("{points}; {failed} could not be evaluated: see the column `error`.\n"),
+    };
+    let [bits, feasible] = ["information_bits", "feasible"].map(|name| sweep.table.numbers(name).unwrap_or_default());
+    let meets = |point: &usize| feasible[*point] == 1.0;
+    let least = |points: &mut dyn Iterator<Item = usize>| {
+        points.filter(|&point| bits[point].is_finite()).min_by(|&a, &b| bits[a].total_cmp(&bits[b]))
+    };
+    let among = least(&mut (0..rows.len()).filter(meets));
+    match among.or_else(|| least(&mut (0..rows.len()))) {
+        Some(point) => {
+            let values = sweep.options.axes.iter().filter_map(|axis| {
+                let value = number(sweep.table.numbers(&axis.parameter)?[point]);
+                Some(format!("{} = {value} {}", axis.parameter, axis.unit).trim_end().to_owned())
+            });
+            let values: Vec<String> = values.collect();
+            let count = (0..rows.len()).filter(meets).count();
+            let what = match among {
+                Some(_) => format!("Least information of the {count} that meet every bound"),
+                None => "No point meets every bound with plans that converged. Least information".into(),
+            };
+            let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));
+        }
+        None => text.push_str("There is no information to compare.\n"),
+    }
+    text
+}

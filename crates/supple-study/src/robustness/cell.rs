@@ -1,0 +1,131 @@
+use rayon::prelude::*;
+use supple::design::plan_at;
+use supple::noise::Noise;
+use supple::pipeline::TaskState;
+use supple::simulate::{World, sampled_costs};
+
+use super::statistics::{confidence, mean_and_deviation, quantile};
+use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
+use crate::{LoadedTask, StudyError, Watch};
+
+/// A cell of the study, with the cost of every roll-out where comparisons need them.
+pub(super) struct Costs {
+    pub cell: RobustCell,
+    pub costs: Vec<f64>,
+}
+
+/// Which quantiles are kept.
+const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// Rolls out every design in every task, planning and level, in this order of nesting.
+pub(super) fn sample_all(
+    task: &LoadedTask,
+    planned: &[Planned],
+    options: &RobustnessOptions,
+    (varied, watch): (usize, Watch),
+) -> Result<Vec<Costs>, StudyError> {
+    let levels = options.vary.values.len();
+    let tasks = task.problem.tasks.len();
+    let [least, greatest] = extremes(&options.vary.values);
+    let sample = |number: usize| {
+        if watch.is_stopped() {
+            return Err(StudyError::Stopped);
+        }
+        let level = number % levels;
+        let planned_for = [PlannedFor::Nominal, PlannedFor::Truth][number / levels % 2];
+        let at = Place {
+            design: number / levels / 2 / tasks,
+            task: number / levels / 2 % tasks,
+            planned_for,
+            level,
+            value: options.vary.values[level],
+        };
+        let sampled = at.sample(task, &planned[at.design], (options, varied));
+        watch.progress.advance(1);
+        let mut costs = at.summarise(sampled);
+        if level != least && level != greatest {
+            costs.costs = Vec::new();
+        }
+        Ok(costs)
+    };
+    (0..planned.len() * tasks * 2 * levels).into_par_iter().map(sample).collect()
+}
+
+/// Indices of the least and the greatest of some values.
+pub(super) fn extremes(values: &[f64]) -> [usize; 2] {
+    let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+    [(0..values.len()).min_by(by_value).unwrap_or(0), (0..values.len()).max_by(by_value).unwrap_or(0)]
+}
+
+/// Where a cell is.
+struct Place {
+    design: usize,
+    task: usize,
+    planned_for: PlannedFor,
+    level: usize,
+    /// The value of the varied parameter.
+    value: f64,
+}
+
+impl Place {
+    /// The cost of every roll-out, and the expected cost where the controller is planned for the truth.
+    fn sample(
+        &self,
+        loaded: &LoadedTask,
+        design: &Planned,
+        (options, varied): (&RobustnessOptions, usize),
+    ) -> Result<(Vec<f64>, Option<f64>), supple::Error> {
+        let problem = &loaded.problem;
+        let task = &problem.tasks[self.task];
+        let nominal = &design.states[self.task];
+        let mut phi = design.phi.clone();
+        phi[varied] = self.value;
+        let rollouts = (options.rollouts, options.seed);
+        match self.planned_for {
+            PlannedFor::Nominal => {
+                let mut noise: Noise = nominal.noise.clone();
+                task.noise.resolve(&phi, &mut noise)?;
+                let believed = World { phi: &design.phi, noise: &nominal.noise };
+                let truth = World { phi: &phi, noise: &noise };
+                Ok((sampled_costs(task, &nominal.plan, (believed, truth), rollouts)?, None))
+            }
+            PlannedFor::Truth => {
+                let mut state = TaskState::new(task);
+                let search = (problem.design.seed, problem.design.branch_attempts);
+                let controls = &nominal.plan.trajectory.controls;
+                let planned = plan_at((problem, task), &phi, Some(controls), search, &mut state);
+                // Where the model changed too much for the nominal plan to be of use, the task's guesses have to do.
+                if planned.is_err() || !state.plan.status.is_converged() {
+                    plan_at((problem, task), &phi, None, search, &mut state)?;
+                }
+                let world = World { phi: &phi, noise: &state.noise };
+                let costs = sampled_costs(task, &state.plan, (world, world), rollouts)?;
+                Ok((costs, Some(state.cost.expected())))
+            }
+        }
+    }
+
+    fn summarise(&self, sampled: Result<(Vec<f64>, Option<f64>), supple::Error>) -> Costs {
+        let (costs, expected, error) = match sampled {
+            Ok((costs, expected)) => (costs, expected, None),
+            Err(error) => (Vec::new(), None, Some(error.to_string())),
+        };
+        let (mean, deviation) = mean_and_deviation(&costs);
+        let mut sorted = costs.clone();
+        sorted.sort_by(f64::total_cmp);
+        let cell = RobustCell {
+            design: self.design,
+            task: self.task,
+            planned_for: self.planned_for,
+            level: self.level,
+            mean,
+            deviation,
+            confidence: confidence(deviation, costs.len()),
+            quantiles: QUANTILES.map(|share| quantile(&sorted, share)),
+            diverged: costs.iter().filter(|cost| !cost.is_finite()).count(),
+            expected,
+            error,
+        };
+        Costs { cell, costs }
+    }
+}

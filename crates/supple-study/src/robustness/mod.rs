@@ -1,0 +1,220 @@
+//! Robustness: the cost in closed loop as a noise grows, of several designs under the same random numbers.
+
+mod cell;
+mod choice;
+mod comparison;
+mod plan;
+mod statistics;
+
+use serde::{Deserialize, Serialize};
+use supple::Named;
+use supple::design::DesignStatus;
+use supple::parameters::Role;
+
+use crate::{LoadedTask, StudyError, Watch, lenient};
+use cell::{Costs, sample_all};
+use plan::{Planned, plan_all};
+
+/// What a study of robustness does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobustnessOptions {
+    /// The designs: names with values of parameters; `start` and `optimum` stand for those of the task.
+    pub designs: Vec<DesignChoice>,
+    /// The parameter that grows, such as a variance.
+    pub vary: crate::sweep::Axis,
+    /// Roll-outs at every point.
+    pub rollouts: usize,
+    /// Seed of the roll-outs; all designs see the same random numbers.
+    pub seed: u64,
+}
+
+/// A design by name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DesignChoice {
+    /// The initial values of the task, as set.
+    Start,
+    /// What `supple design` finds from there.
+    Optimum,
+    /// The initial values, with these set.
+    Named(String, Vec<(String, f64)>),
+}
+
+/// The result of a study of robustness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Robustness {
+    /// What was asked for.
+    pub options: RobustnessOptions,
+    /// The value of the varied parameter that controllers are planned for.
+    pub nominal: f64,
+    /// The designs.
+    pub designs: Vec<RobustDesign>,
+    /// Costs, one per design, task, planning and level, in this order of nesting.
+    pub cells: Vec<RobustCell>,
+    /// How designs compare.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// A design of the study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobustDesign {
+    /// Its name.
+    pub name: String,
+    /// All its parameters.
+    pub parameters: Named,
+    /// Its information at the nominal noise, nats.
+    pub information_nats: f64,
+    /// How the search for it ended, where it was searched for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub status: Option<DesignStatus>,
+}
+
+/// Which noise a controller and its filter are planned for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlannedFor {
+    /// The noise that the task gives, whatever the truth is.
+    Nominal,
+    /// The noise that there is.
+    Truth,
+}
+
+/// The cost of one design in one task at one level of noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobustCell {
+    /// Index of the design.
+    pub design: usize,
+    /// Index of the task.
+    pub task: usize,
+    /// What the controller is planned for.
+    pub planned_for: PlannedFor,
+    /// Index of the level in `options.vary.values`.
+    pub level: usize,
+    /// Mean cost; NaN where a roll-out diverged.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub mean: f64,
+    /// Standard deviation of the cost over roll-outs.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub deviation: f64,
+    /// Half-width of the 95 % confidence interval of the mean.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub confidence: f64,
+    /// Quantiles of the cost at 5, 25, 50, 75 and 95 %; what diverged costs more than all that did not.
+    #[serde(deserialize_with = "lenient::array")]
+    pub quantiles: [f64; 5],
+    /// How many roll-outs diverged.
+    #[serde(default)]
+    pub diverged: usize,
+    /// Expected cost by the theory, where the controller is planned for the truth.
+    pub expected: Option<f64>,
+    /// Why it could not be computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+/// How the growth of cost from the least to the greatest noise compares between two designs, roll-out by roll-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Index of the task.
+    pub task: usize,
+    /// What controllers are planned for.
+    pub planned_for: PlannedFor,
+    /// Index of the design that is asked about: the optimum where there is one, or else the last.
+    pub design: usize,
+    /// Index of the design that it is compared with.
+    pub other: usize,
+    /// Indices of the least and the greatest level, between which cost grows.
+    pub levels: [usize; 2],
+    /// Growth of the design's cost and of the other's; means over roll-outs.
+    #[serde(deserialize_with = "lenient::array")]
+    pub growths: [f64; 2],
+    /// Growth of the design's cost, less growth of the other's; mean over roll-outs. NaN where a roll-out diverged.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub difference: f64,
+    /// Its 95 % confidence interval.
+    #[serde(deserialize_with = "lenient::array")]
+    pub interval: [f64; 2],
+    /// Two-sided p-value of the hypothesis that there is no difference (paired t test).
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub p_value: f64,
+    /// The same of the costs at the greatest level themselves.
+    pub at_greatest: Paired,
+}
+
+/// A mean difference over pairs, and whether it is one (paired t test).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Paired {
+    /// The mean difference; NaN where one of a pair diverged.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub difference: f64,
+    /// Its 95 % confidence interval.
+    #[serde(deserialize_with = "lenient::array")]
+    pub interval: [f64; 2],
+    /// Two-sided p-value of the hypothesis that there is no difference.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub p_value: f64,
+}
+
+/// Makes a study of robustness.
+///
+/// Every design is planned on the cheapest branch of local minima that a search at the nominal parameters finds. What
+/// is planned for the truth is planned again at every level, in the same way.
+///
+/// # Errors
+/// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be
+/// planned; where it is told to stop.
+pub fn run(task: &LoadedTask, options: &RobustnessOptions, watch: Watch) -> Result<Robustness, StudyError> {
+    let varied = check(task, options)?;
+    let RobustnessOptions { designs, vary, .. } = options;
+    let cells = designs.len() * task.problem.tasks.len() * 2 * vary.values.len();
+    watch.progress.begin("designs and levels", 0, (designs.len() + cells) as u64);
+    let planned = plan_all(task, designs, watch)?;
+    let costs = sample_all(task, &planned, options, (varied, watch))?;
+    let comparisons = comparison::compare(task, options, &costs);
+    let design = |planned: &Planned| RobustDesign {
+        name: planned.name.clone(),
+        parameters: Named::new(&task.problem.parameters, &planned.phi),
+        information_nats: planned.information(&task.problem),
+        status: planned.status,
+    };
+    Ok(Robustness {
+        options: options.clone(),
+        nominal: task.phi[varied],
+        designs: planned.iter().map(design).collect(),
+        cells: costs.into_iter().map(|Costs { cell, .. }| cell).collect(),
+        comparisons,
+    })
+}
+
+/// Checks what was asked for; the index of the varied parameter.
+fn check(task: &LoadedTask, options: &RobustnessOptions) -> Result<usize, StudyError> {
+    let RobustnessOptions { designs, vary, rollouts, .. } = options;
+    let name = &vary.parameter;
+    let parameters = &task.problem.parameters;
+    let varied = parameters.index(name)?;
+    let wrong = |message: String| Err(StudyError::Usage(message));
+    if parameters.get(varied).role == Role::Design {
+        return wrong(format!(
+            "`{name}` is a design parameter, which every design chooses for itself: vary a parameter with role = \"study\""
+        ));
+    }
+    let mut phi = task.phi.clone();
+    vary.values.iter().try_for_each(|&value| parameters.set(&mut phi, name, value))?;
+    if vary.values.len() < 2 {
+        return wrong(format!("`{name}` has {} value; it takes two at least to see costs grow", vary.values.len()));
+    }
+    if *rollouts < 2 {
+        return wrong(format!("{rollouts} roll-outs are too few to tell how costs scatter: ask for at least 2"));
+    }
+    if designs.is_empty() {
+        return wrong(choice::FORMS.to_owned());
+    }
+    for design in designs {
+        if let DesignChoice::Named(design, values) = design
+            && values.iter().any(|(parameter, _)| parameter == name)
+        {
+            return wrong(format!("the design `{design}` sets `{name}`, which is the parameter that is varied"));
+        }
+    }
+    Ok(varied)
+}

@@ -1,0 +1,71 @@
+use rayon::prelude::*;
+use supple::design::{Control, DesignStatus, NoObserver, plan_at};
+use supple::pipeline::TaskState;
+use supple::{Matrices, Problem};
+
+use super::DesignChoice;
+use crate::design::check_designable;
+use crate::{LoadedTask, StudyError, Watch};
+
+/// A design with its plans at the nominal parameters.
+pub(super) struct Planned {
+    pub name: String,
+    /// All parameters.
+    pub phi: Vec<f64>,
+    /// How the search for it ended, where it was searched for.
+    pub status: Option<DesignStatus>,
+    /// Each task.
+    pub states: Vec<TaskState>,
+}
+
+impl Planned {
+    /// The weighted sum of the tasks' information, nats.
+    pub fn information(&self, problem: &Problem) -> f64 {
+        self.states
+            .iter()
+            .zip(&problem.tasks)
+            .map(|(state, task)| task.information_weight * state.information.total)
+            .sum()
+    }
+}
+
+/// Finds and plans all designs.
+pub(super) fn plan_all(task: &LoadedTask, designs: &[DesignChoice], watch: Watch) -> Result<Vec<Planned>, StudyError> {
+    let plan = |choice: &DesignChoice| {
+        let planned = plan_one(task, choice, watch)?;
+        watch.progress.advance(1);
+        if watch.is_stopped() { Err(StudyError::Stopped) } else { Ok(planned) }
+    };
+    designs.par_iter().map(plan).collect()
+}
+
+fn plan_one(task: &LoadedTask, choice: &DesignChoice, watch: Watch) -> Result<Planned, StudyError> {
+    let LoadedTask { problem, phi, .. } = task;
+    let mut phi = phi.clone();
+    let (mut status, mut controls): (_, Option<Vec<Matrices>>) = (None, None);
+    match choice {
+        DesignChoice::Start => {}
+        DesignChoice::Optimum => {
+            check_designable(task)?;
+            let control = Control { observer: &NoObserver, stop: watch.stop };
+            let mut found = supple::design::design(problem, &phi, &problem.design, control)?;
+            let best = found.starts.swap_remove(found.best);
+            status = Some(found.status);
+            phi = best.to;
+            controls = Some(best.controls);
+        }
+        DesignChoice::Named(_, values) => {
+            values.iter().try_for_each(|(name, value)| problem.parameters.set(&mut phi, name, *value))?;
+        }
+    }
+    let search = (problem.design.seed, problem.design.branch_attempts);
+    let tasks = problem.tasks.iter().enumerate();
+    let states = tasks.map(|(index, task)| {
+        let mut state = TaskState::new(task);
+        let controls = controls.as_ref().map(|controls| &controls[index]);
+        plan_at((problem, task), &phi, controls, search, &mut state).map(|_| state)
+    });
+    let states = states.collect::<Result<Vec<_>, _>>();
+    let states = states.map_err(|error| StudyError::Usage(format!("the design `{}`: {error}", choice.name())))?;
+    Ok(Planned { name: choice.name().to_owned(), phi, status, states })
+}

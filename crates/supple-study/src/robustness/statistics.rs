@@ -1,0 +1,131 @@
+//! What samples of costs tell: means, confidence, quantiles, paired differences.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::function::beta::checked_beta_reg;
+
+use super::Paired;
+
+/// Confidence of all intervals.
+const CONFIDENCE: f64 = 0.95;
+
+/// Mean and standard deviation of a sample; NaN where it has a number that is not finite, or too few numbers.
+pub(super) fn mean_and_deviation(sample: &[f64]) -> (f64, f64) {
+    let count = sample.len() as f64;
+    let mean = sample.iter().sum::<f64>() / count;
+    if !mean.is_finite() {
+        return (f64::NAN, f64::NAN);
+    }
+    let squares: f64 = sample.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, if sample.len() > 1 { (squares / (count - 1.0)).sqrt() } else { f64::NAN })
+}
+
+/// Half-width of the confidence interval of a mean, by Student's t; NaN of fewer than two numbers.
+pub(super) fn confidence(deviation: f64, count: usize) -> f64 {
+    if count < 2 {
+        return f64::NAN;
+    }
+    let freedom = (count - 1) as f64;
+    student_quantile(0.5 + 0.5 * CONFIDENCE, freedom) * deviation / (count as f64).sqrt()
+}
+
+/// A quantile of a sorted sample, linear between its numbers; NaN of an empty one.
+pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = share * last as f64;
+    let (below, rest) = (sorted[place.floor() as usize], place.fract());
+    if rest == 0.0 {
+        return below;
+    }
+    let above = sorted[(place.ceil() as usize).min(last)];
+    if above.is_finite() { below + rest * (above - below) } else { above }
+}
+
+/// Whether the mean of differences over pairs is 0: Student's t test.
+pub(super) fn paired(differences: &[f64]) -> Paired {
+    let (difference, deviation) = mean_and_deviation(differences);
+    let half = confidence(deviation, differences.len());
+    let p_value = if deviation > 0.0 {
+        let t = difference / (deviation / (differences.len() as f64).sqrt());
+        two_sided(t, (differences.len() - 1) as f64)
+    } else if deviation == 0.0 {
+        // All differences are the same: either there is none, or there is one for certain.
+        if difference == 0.0 { 1.0 } else { 0.0 }
+    } else {
+        f64::NAN
+    };
+    Paired { difference, interval: [difference - half, difference + half], p_value }
+}
+
+/// The quantile of Student's t distribution.
+fn student_quantile(share: f64, freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |student| student.inverse_cdf(share))
+}
+
+/// How likely Student's t is as far from 0 as `t`, on either side: `I_(nu / (nu + t^2)) (nu / 2, 1 / 2)`, which keeps
+/// its digits where it is small.
+fn two_sided(t: f64, freedom: f64) -> f64 {
+    checked_beta_reg(0.5 * freedom, 0.5, freedom / (freedom + t * t)).unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(found: f64, expected: f64, tolerance: f64) {
+        assert!((found - expected).abs() <= tolerance * expected.abs(), "{found}, not {expected}");
+    }
+
+    /// From tables of Student's distribution, and closed forms for one and two degrees of freedom.
+    #[test]
+    fn quantiles_of_student() {
+        let tangent = (std::f64::consts::PI * 0.475).tan();
+        close(student_quantile(0.975, 1.0), tangent, 1e-9);
+        close(student_quantile(0.975, 2.0), 0.95 * (2.0 / (4.0 * 0.975 * 0.025f64)).sqrt(), 1e-9);
+        close(student_quantile(0.975, 19.0), 2.093_024_054_408_263, 1e-9);
+        close(student_quantile(0.975, 1999.0), 1.961_152_0, 1e-6);
+        close(student_quantile(0.975, 1e6), 1.959_966_4, 1e-6);
+    }
+
+    /// Closed forms for one degree of freedom (Cauchy) and two, and a far tail.
+    #[test]
+    fn p_values_of_student() {
+        close(two_sided(1.0, 1.0), 0.5, 1e-12);
+        close(two_sided(-3.0, 2.0), 1.0 - 3.0 / 11f64.sqrt(), 1e-10);
+        close(two_sided(2.093_024_054_408_263, 19.0), 0.05, 1e-9);
+        assert_eq!(two_sided(0.0, 7.0), 1.0);
+        let far = two_sided(40.0, 1999.0);
+        assert!(far > 0.0 && far < 1e-200, "{far}");
+    }
+
+    /// Student's own data of 1908: hours of sleep gained with two drugs, in pairs.
+    #[test]
+    fn sleep_data() {
+        let first = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0];
+        let second = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4];
+        let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
+        let found = paired(&differences);
+        close(found.difference, -1.58, 1e-12);
+        close(found.p_value, 0.002_832_890, 1e-6);
+        close(found.interval[0], -2.459_885_8, 1e-7);
+        close(found.interval[1], -0.700_114_2, 1e-7);
+    }
+
+    #[test]
+    fn certain_and_impossible_differences() {
+        assert_eq!(paired(&[0.0, 0.0]).p_value, 1.0);
+        assert_eq!(paired(&[2.0, 2.0]), Paired { difference: 2.0, interval: [2.0, 2.0], p_value: 0.0 });
+        let diverged = paired(&[1.0, f64::INFINITY, 2.0]);
+        assert!(diverged.difference.is_nan() && diverged.p_value.is_nan() && diverged.interval[0].is_nan());
+        assert!(paired(&[]).p_value.is_nan());
+    }
+
+    #[test]
+    fn quantiles_of_samples() {
+        let sorted = [1.0, 2.0, 3.0, 4.0, 5.0];
+        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|share| quantile(&sorted, share)), [1.0, 2.0, 3.0, 5.0]);
+        close(quantile(&sorted, 0.95), 4.8, 1e-12);
+        assert_eq!(quantile(&[1.0, 2.0, f64::INFINITY], 0.75), f64::INFINITY);
+        assert_eq!(quantile(&[1.0, 2.0, f64::INFINITY], 0.5), 2.0);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
+}

@@ -1,0 +1,149 @@
+use serde::{Deserialize, Serialize};
+use supple::parameters::{Parameter, Scale};
+use supple_files::nearest;
+
+use super::MOST_POINTS;
+use crate::{LoadedTask, StudyError};
+
+/// One axis of a grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Axis {
+    /// The parameter that changes along it.
+    pub parameter: String,
+    /// Its unit; empty where it has none.
+    pub unit: String,
+    /// How its values are spread, for plots.
+    pub scale: Scale,
+    /// The values, in the order of the rows.
+    pub values: Vec<f64>,
+}
+
+/// How an axis is written.
+const FORMS: &str = "write NAME=FROM:TO:COUNT, NAME=lin:FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,..";
+
+impl Axis {
+    /// Reads `NAME=SPEC`, where SPEC is `FROM:TO:COUNT` or `lin:FROM:TO:COUNT` (linear), `log:FROM:TO:COUNT`, or
+    /// `A,B,C`. With a COUNT of 1 the value is FROM.
+    ///
+    /// # Errors
+    /// Where it is not one of these, the parameter is unknown, or a value is outside its bounds.
+    pub fn parse(text: &str, task: &LoadedTask) -> Result<Self, StudyError> {
+        Self::parse_as(text, task, Scale::Linear)
+    }
+
+    /// The same, with values spread as `spread` says where the text does not.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_as(text: &str, task: &LoadedTask, spread: Scale) -> Result<Self, StudyError> {
+        let wrong = |what: String| StudyError::Usage(format!("{text}: {what}"));
+        let (name, spec) = text.split_once('=').ok_or_else(|| wrong(FORMS.to_owned()))?;
+        let parameter = find(name.trim(), task).map_err(wrong)?;
+        let (scale, values) = values(spec, parameter, spread).map_err(wrong)?;
+        let axis = Self { parameter: parameter.name.clone(), unit: parameter.unit.clone(), scale, values };
+        axis.check(task).map_err(wrong)?;
+        Ok(axis)
+    }
+
+    /// What is wrong with the axis, and what is valid.
+    pub(super) fn check(&self, task: &LoadedTask) -> Result<(), String> {
+        let Parameter { name, bounds: [lower, upper], .. } = find(&self.parameter, task)?;
+        match self.values.len() {
+            0 => return Err("there are no values; an axis has at least one".to_owned()),
+            count if count > MOST_POINTS => return Err(too_many(count as f64)),
+            _ => {}
+        }
+        if let Some(value) = self.values.iter().find(|value| !(lower..=upper).contains(value)) {
+            return Err(format!("{value} is outside the bounds of `{name}`, [{lower}, {upper}]"));
+        }
+        let mut sorted = self.values.clone();
+        sorted.sort_by(f64::total_cmp);
+        match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(format!("the value {} is there twice; every value may be there once", pair[0])),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A grid of so many points is too large.
+pub(super) fn too_many(points: f64) -> String {
+    format!("{points} points are too many; a grid has at most {MOST_POINTS}")
+}
+
+/// The parameter of a name, or what is wrong with the name.
+fn find<'a>(name: &str, task: &'a LoadedTask) -> Result<&'a Parameter, String> {
+    let parameters = &task.problem.parameters;
+    let index = parameters.index(name).map_err(|error| match nearest(name, &parameters.names()) {
+        Some(advice) => format!("{error} ({advice})"),
+        None => error.to_string(),
+    })?;
+    Ok(parameters.get(index))
+}
+
+/// The values of a specification and how they are spread, or what is wrong with it.
+fn values(spec: &str, parameter: &Parameter, spread: Scale) -> Result<(Scale, Vec<f64>), String> {
+    let (given, rest) = match spec.split_once(':') {
+        Some((word, rest)) if word.trim() == "log" => (Some(Scale::Log), rest),
+        Some((word, rest)) if word.trim() == "lin" => (Some(Scale::Linear), rest),
+        _ => (None, spec),
+    };
+    let scale = given.unwrap_or(spread);
+    match rest.split(':').map(str::trim).collect::<Vec<_>>()[..] {
+        [list] if given.is_none() => {
+            let values = list.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+            let logarithmic = spread == Scale::Log || parameter.scale == Scale::Log;
+            let positive = values.iter().all(|&value| value > 0.0);
+            Ok((if logarithmic && positive { Scale::Log } else { Scale::Linear }, values))
+        }
+        [from, to, count] => {
+            let (from, to) = (number(from)?, number(to)?);
+            let most = MOST_POINTS;
+            let count: u64 = count.parse().map_err(|_| format!("COUNT = `{count}` is no whole number; {FORMS}"))?;
+            match usize::try_from(count).ok().filter(|&count| count <= most) {
+                Some(count) => Ok((scale, range(scale, [from, to], count)?)),
+                None => Err(too_many(count as f64)),
+            }
+        }
+        _ => Err(FORMS.to_owned()),
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| format!("`{text}` is no number; {FORMS}"))
+}
+
+/// Values from one to another, both of which are hit exactly.
+fn range(scale: Scale, [from, to]: [f64; 2], count: usize) -> Result<Vec<f64>, String> {
+    if count == 0 {
+        return Err("COUNT = 0: the axis would be empty; COUNT is at least 1".to_owned());
+    }
+    if scale == Scale::Log && !(from > 0.0 && to > 0.0) {
+        return Err(format!("a logarithmic axis needs positive ends; found {from} and {to}"));
+    }
+    if count > 1 && from == to {
+        return Err(format!("FROM and TO are both {from}, so COUNT must be 1; found {count}"));
+    }
+    let (least, greatest) = (from.min(to), from.max(to));
+    let last = count - 1;
+    let value = |i: usize| {
+        let share = i as f64 / last as f64;
+        let between = match scale {
+            Scale::Linear => from + share * (to - from),
+            Scale::Log => from * (to / from).powf(share),
+        };
+        between.clamp(least, greatest)
+    };
+    Ok((0..count)
+        .map(|i| {
+            if i == 0 {
+                from
+            } else if i == last {
+                to
+            } else {
+                value(i)
+            }
+        })
+        .collect())
+}

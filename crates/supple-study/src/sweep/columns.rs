@@ -1,0 +1,65 @@
+use supple::parameters::Parameter;
+
+use super::SweepOptions;
+use crate::{Column, LoadedTask, StudyError};
+
+/// The unit and description of a column that counts or names something.
+const PLAIN: &str = "";
+
+/// The columns of a sweep: all parameters, then results.
+///
+/// # Errors
+/// Where a parameter or task is named as a column of results is.
+pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<Column>, StudyError> {
+    let parameter = |parameter: &Parameter| {
+        let on_axis = options.axes.iter().any(|axis| axis.parameter == parameter.name);
+        let designed = options.starts > 0 && parameter.role == supple::parameters::Role::Design;
+        let description = match (on_axis, designed) {
+            (true, _) => "parameter on an axis",
+            (false, true) => "parameter, designed at every point",
+            (false, false) => "parameter, the same at every point",
+        };
+        column(parameter.name.clone(), &parameter.unit, description)
+    };
+    let mut columns: Vec<Column> = task.problem.parameters.iter().map(parameter).collect();
+    let overall = [
+        ("information_nats", "nat", "directed information from state to measurements, weighted sum over tasks"),
+        ("information_bits", "bit", "the same in bits"),
+        ("feasible", PLAIN, "1 where every plan converged and every task meets its bound, else 0"),
+    ];
+    columns.extend(overall.map(|(name, unit, description)| column(name.into(), unit, description)));
+    if options.starts > 0 {
+        columns.push(column("design_status".into(), PLAIN, "how the design search ended"));
+        columns.push(column("design_evaluations".into(), PLAIN, "designs that the search evaluated"));
+    }
+    for name in task.tasks() {
+        let results = [
+            ("status", PLAIN, "how the plan ended"),
+            ("information_nats", "nat", "directed information from state to measurements"),
+            ("bits_per_second", "bit/s", "directed information by measurement and time step"),
+            ("expected_cost", PLAIN, "expected cost in closed loop"),
+            ("nominal_cost", PLAIN, "cost of the plan without noise"),
+            ("iterations", PLAIN, "iterations of the plan, over all guesses that were tried"),
+        ];
+        let sampled = [
+            ("sampled_cost_mean", PLAIN, "mean cost of roll-outs in closed loop"),
+            ("sampled_cost_standard_error", PLAIN, "standard error of that mean"),
+        ];
+        let results = results.into_iter().chain(sampled.into_iter().filter(|_| options.rollouts > 0));
+        columns.extend(results.map(|(result, unit, what)| column(format!("{name}.{result}"), unit, what)));
+    }
+    columns.push(column("error".into(), PLAIN, "why the point could not be evaluated"));
+    let mut names: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(StudyError::usage(format!(
+            "two columns of the table would be named `{}`; rename the parameter or task",
+            pair[0]
+        ))),
+        None => Ok(columns),
+    }
+}
+
+fn column(name: String, unit: &str, description: &str) -> Column {
+    Column { name, unit: unit.to_owned(), description: description.to_owned() }
+}

@@ -1,0 +1,229 @@
+use std::collections::BTreeMap;
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
+use std::path::Path;
+use std::time::Duration;
+
+use redb::backends::FileBackend;
+use redb::{Builder, Database, ReadableDatabase, ReadableTable};
+
+use super::super::point::Study;
+use super::super::work::Started;
+use super::shield::shielded;
+use super::trial::Trial;
+use super::{ABOUT, ADVICE, FORMAT, Identity, JOURNAL, Journal, PLANS, ROWS, codec, damaged, failed, in_use};
+use crate::StudyError;
+
+/// A journal until it holds what it must; then it gets its name.
+const NEW: &str = "journal.new";
+
+/// Memory that the database may use.
+const CACHE: usize = 64 << 20;
+
+/// The version of this program.
+const SUPPLE: &str = env!("CARGO_PKG_VERSION");
+
+impl Journal {
+    /// Opens the journal in a folder, or makes one where there is none: the journal, and how far its segments are.
+    /// Nothing is changed in a journal that cannot be used.
+    ///
+    /// # Errors
+    /// Where it cannot be read or written, is in use, is damaged, or belongs to another sweep or version.
+    pub fn open(
+        folder: &Path,
+        study: &Study,
+        columns: usize,
+        identity: &Identity,
+    ) -> Result<(Self, BTreeMap<usize, Started>), StudyError> {
+        let path = folder.join(JOURNAL);
+        std::fs::create_dir_all(folder).map_err(|error| StudyError::io(folder, error))?;
+        match File::options().read(true).write(true).open(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => match Self::create(folder, identity)? {
+                Some(journal) => Ok((journal, BTreeMap::new())),
+                // Another process made it in the meantime.
+                None => Self::open(folder, study, columns, identity),
+            },
+            Err(error) => Err(StudyError::io(&path, error)),
+            Ok(file) => Self::resume(&path, file, study, columns, identity),
+        }
+    }
+
+    /// Makes a journal; none where there is one when it would get its name.
+    fn create(folder: &Path, identity: &Identity) -> Result<Option<Self>, StudyError> {
+        let (path, new) = (folder.join(JOURNAL), folder.join(NEW));
+        let io = |error| StudyError::io(&new, error);
+        let file = File::options().read(true).write(true).create(true).truncate(false).open(&new).map_err(io)?;
+        lock(&file, &new)?;
+        // Whoever held the lock before may have made the journal.
+        if path.exists() {
+            return Ok(None);
+        }
+        file.set_len(0).map_err(io)?;
+        let of = |database: &Database| -> Result<(), redb::Error> {
+            let change = database.begin_write()?;
+            let about = [
+                ("format", FORMAT),
+                ("supple", SUPPLE),
+                ("fingerprint", &identity.fingerprint),
+                ("identity", &identity.text),
+            ];
+            {
+                let mut table = change.open_table(ABOUT)?;
+                for (key, value) in about {
+                    table.insert(key, value)?;
+                }
+                change.open_table(ROWS)?;
+                change.open_table(PLANS)?;
+            }
+            Ok(change.commit()?)
+        };
+        let mut journal = Self::on(&new, file)?;
+        journal.with(of)?;
+        std::fs::rename(&new, &path).map_err(io)?;
+        // So that the name outlives a loss of power; not all systems can.
+        let _ = File::open(folder).and_then(|folder| folder.sync_all());
+        journal.path = path;
+        Ok(Some(journal))
+    }
+
+    fn resume(
+        path: &Path,
+        file: File,
+        study: &Study,
+        columns: usize,
+        identity: &Identity,
+    ) -> Result<(Self, BTreeMap<usize, Started>), StudyError> {
+        let io = |error| StudyError::io(path, error);
+        lock(&file, path)?;
+        if file.metadata().map_err(io)?.len() == 0 {
+            return Err(damaged(path, "it is empty"));
+        }
+        let trial = Trial::new(file.try_clone().map_err(io)?).map_err(io)?;
+        let tried = shielded(|| try_out(path, trial, study, columns, identity));
+        let started = tried.unwrap_or_else(|panic| Err(damaged(path, panic)))?;
+        Ok((Self::on(path, file)?, started))
+    }
+
+    /// A journal on a locked file.
+    fn on(path: &Path, file: File) -> Result<Self, StudyError> {
+        let lock = file.try_clone().map_err(|error| StudyError::io(path, error))?;
+        let opened = shielded(|| {
+            let backend = FileBackend::new(file)?;
+            builder().create_with_backend(backend)
+        });
+        match opened {
+            Ok(Ok(database)) => Ok(Self { database: Some(database), path: path.to_owned(), _lock: lock }),
+            Ok(Err(error)) => Err(failed(path, error.into())),
+            Err(panic) => Err(damaged(path, panic)),
+        }
+    }
+}
+
+fn builder() -> Builder {
+    let mut builder = Builder::new();
+    builder.set_cache_size(CACHE);
+    builder
+}
+
+/// How often a lock is tried, and how long lies between: a process that was killed may take a moment to end.
+const TRIES: usize = 20;
+const PAUSE: Duration = Duration::from_millis(25);
+
+fn lock(file: &File, path: &Path) -> Result<(), StudyError> {
+    for _ in 0..TRIES {
+        match file.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(PAUSE),
+            Err(TryLockError::Error(error)) => return Err(StudyError::io(path, error)),
+        }
+    }
+    Err(in_use(path))
+}
+
+/// Reads all of a journal that may be damaged: how far its segments are.
+fn try_out(
+    path: &Path,
+    trial: Trial,
+    study: &Study,
+    columns: usize,
+    identity: &Identity,
+) -> Result<BTreeMap<usize, Started>, StudyError> {
+    let failed = |error| failed(path, error);
+    let mut database = builder().create_with_backend(trial).map_err(|error| failed(error.into()))?;
+    if !database.check_integrity().map_err(|error| failed(error.into()))? {
+        return Err(damaged(path, "its checksums are wrong"));
+    }
+    about(path, &database, identity)?;
+    started(path, &database, study, columns)
+}
+
+/// Checks that a journal belongs to a sweep.
+fn about(path: &Path, database: &Database, identity: &Identity) -> Result<(), StudyError> {
+    let read = || -> Result<_, redb::Error> {
+        let table = database.begin_read()?.open_table(ABOUT)?;
+        let mut found = Vec::new();
+        for key in ["format", "supple", "fingerprint", "identity"] {
+            found.push(table.get(key)?.map(|value| value.value().to_owned()).unwrap_or_default());
+        }
+        Ok(found)
+    };
+    let found = read().map_err(|error| failed(path, error))?;
+    let [format, supple, fingerprint, text] = &found[..] else { return Err(damaged(path, "it says too little")) };
+    if format != FORMAT {
+        let message = format!("has format {format}; this version of supple keeps format {FORMAT}; {ADVICE}");
+        return Err(StudyError::kept(path, message));
+    }
+    if supple != SUPPLE {
+        let message = format!("was begun by supple {supple}, and this is {SUPPLE}: their numbers may differ; {ADVICE}");
+        return Err(StudyError::kept(path, message));
+    }
+    if super::identity::fingerprint(text.as_bytes()) != *fingerprint {
+        return Err(damaged(path, "what it says of the sweep does not fit to its fingerprint"));
+    }
+    if *fingerprint != identity.fingerprint || *text != identity.text {
+        let difference = identity.difference(text);
+        let message = format!("belongs to another sweep; {ADVICE}\n{difference}");
+        return Err(StudyError::kept(path, message));
+    }
+    Ok(())
+}
+
+/// Where every segment goes on of which something is done.
+fn started(
+    path: &Path,
+    database: &Database,
+    study: &Study,
+    columns: usize,
+) -> Result<BTreeMap<usize, Started>, StudyError> {
+    let (grid, problem) = (&study.grid, study.problem);
+    let read = || -> Result<Option<BTreeMap<usize, Started>>, redb::Error> {
+        let transaction = database.begin_read()?;
+        let (rows, plans) = (transaction.open_table(ROWS)?, transaction.open_table(PLANS)?);
+        let mut started: BTreeMap<usize, Started> = BTreeMap::new();
+        for entry in rows.iter()? {
+            let (key, row) = entry?;
+            let point = usize::try_from(key.value()).ok().filter(|&point| point < grid.points);
+            let Some(point) = point.filter(|_| codec::row(row.value()).is_some_and(|row| row.len() == columns)) else {
+                return Ok(None);
+            };
+            let segment = grid.segment_of(point);
+            let begin = Started { next: grid.segment(segment).start, neighbour: Vec::new() };
+            let of = started.entry(segment).or_insert(begin);
+            // Points of a segment are done one after the other.
+            if of.next != point {
+                return Ok(None);
+            }
+            of.next += 1;
+        }
+        for (&segment, of) in started.iter_mut().filter(|(segment, of)| of.next < grid.segment(**segment).end) {
+            let kept = plans.get(segment as u64)?.and_then(|bytes| codec::plan(bytes.value(), problem));
+            match kept {
+                Some((point, neighbour)) if point + 1 == of.next => of.neighbour = neighbour,
+                _ => return Ok(None),
+            }
+        }
+        Ok(Some(started))
+    };
+    let started = read().map_err(|error| failed(path, error))?;
+    started.ok_or_else(|| damaged(path, "its rows do not fit to the sweep"))
+}

@@ -1,0 +1,156 @@
+use std::sync::atomic::AtomicBool;
+
+use supple::design::{Control, NoObserver, best_plan, design};
+use supple::pipeline::TaskState;
+use supple::simulate::monte_carlo;
+use supple::{Error, FEASIBILITY, Matrices, Problem, Task};
+
+use super::SweepOptions;
+use super::grid::Grid;
+use crate::Cell;
+
+/// Controls of the last plan of each task in a segment, to continue from; none before the first one.
+pub(super) type Neighbour = Vec<Option<Matrices>>;
+
+/// What there is to evaluate at every point.
+pub(super) struct Study<'a> {
+    /// The problem, with the parameters on axes held.
+    pub problem: &'a Problem,
+    /// All parameters, as set.
+    pub phi: &'a [f64],
+    pub options: &'a SweepOptions,
+    pub grid: Grid<'a>,
+}
+
+/// Evaluates one point after the other.
+pub(super) struct Evaluator<'a> {
+    study: &'a Study<'a>,
+    stop: &'a AtomicBool,
+    states: Vec<TaskState>,
+}
+
+/// One task at a point.
+struct Outcome {
+    cells: Vec<Cell>,
+    nats: f64,
+    feasible: bool,
+}
+
+impl<'a> Evaluator<'a> {
+    pub fn new(study: &'a Study<'a>, stop: &'a AtomicBool) -> Self {
+        Self { study, stop, states: study.problem.tasks.iter().map(TaskState::new).collect() }
+    }
+
+    /// What it evaluates.
+    pub fn study(&self) -> &'a Study<'a> {
+        self.study
+    }
+
+    /// The row of a point. It depends on nothing but the point and its neighbour, which becomes that of the next one.
+    pub fn evaluate(&mut self, point: usize, neighbour: &mut Neighbour) -> Vec<Cell> {
+        let Study { problem, phi, options, grid } = self.study;
+        let mut phi = phi.to_vec();
+        grid.write_point(point, &mut phi);
+        let mut failure = None;
+        let mut designed = [Cell::Missing, Cell::Missing];
+        let mut outcomes: Vec<Option<Outcome>> = problem.tasks.iter().map(|_| None).collect();
+        let found = if options.starts > 0 { Some(self.design(&mut phi, neighbour)) } else { None };
+        match found.transpose() {
+            Err(error) => failure = Some(error.to_string()),
+            Ok(cells) => {
+                designed = cells.unwrap_or(designed);
+                for (i, task) in problem.tasks.iter().enumerate() {
+                    let (neighbour, state) = (&mut neighbour[i], &mut self.states[i]);
+                    match evaluate_task((problem, task), &phi, options, neighbour, state) {
+                        Ok(outcome) => outcomes[i] = Some(outcome),
+                        Err(error) => {
+                            failure.get_or_insert_with(|| message(task, &error));
+                        }
+                    }
+                }
+            }
+        }
+        let mut row: Vec<Cell> = phi.iter().map(|&value| Cell::number(value)).collect();
+        row.extend(overall(problem, &outcomes));
+        if options.starts > 0 {
+            row.extend(designed);
+        }
+        for outcome in outcomes {
+            row.extend(outcome.map_or_else(|| vec![Cell::Missing; task_columns(options)], |outcome| outcome.cells));
+        }
+        row.push(failure.map_or(Cell::Missing, Cell::Text));
+        row
+    }
+
+    /// Moves the parameters that are on no axis to their optimum, and leaves its plans as the neighbour.
+    fn design(&self, phi: &mut Vec<f64>, neighbour: &mut Neighbour) -> Result<[Cell; 2], Error> {
+        let Study { problem, options, .. } = self.study;
+        let mut settings = problem.design.clone();
+        (settings.starts, settings.seed) = (options.starts, options.seed);
+        let found = design(problem, phi, &settings, Control { observer: &NoObserver, stop: self.stop })?;
+        let best = &found.starts[found.best];
+        phi.clone_from(&best.to);
+        *neighbour = best.controls.iter().cloned().map(Some).collect();
+        Ok([Cell::Text(found.status.to_string()), Cell::number(found.evaluations as f64)])
+    }
+}
+
+/// How many columns a task has.
+fn task_columns(options: &SweepOptions) -> usize {
+    if options.rollouts > 0 { 8 } else { 6 }
+}
+
+/// Information in nats and bits, and whether every bound is met; nothing where a task could not be evaluated.
+fn overall(problem: &Problem, outcomes: &[Option<Outcome>]) -> [Cell; 3] {
+    let mut nats = 0.0;
+    for (outcome, task) in outcomes.iter().zip(&problem.tasks) {
+        match outcome {
+            Some(outcome) => nats += task.information_weight * outcome.nats,
+            None => return [const { Cell::Missing }; 3],
+        }
+    }
+    let feasible = outcomes.iter().flatten().all(|outcome| outcome.feasible);
+    [nats, nats / std::f64::consts::LN_2, f64::from(u8::from(feasible))].map(Cell::number)
+}
+
+/// Why a task could not be evaluated, with its name.
+fn message(task: &Task, error: &Error) -> String {
+    match error {
+        Error::TimeStep { .. } => error.to_string(),
+        _ => format!("task `{}`: {error}", task.name),
+    }
+}
+
+fn evaluate_task(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    options: &SweepOptions,
+    neighbour: &mut Option<Matrices>,
+    state: &mut TaskState,
+) -> Result<Outcome, Error> {
+    match neighbour {
+        // The plans of a designed point belong to it already.
+        Some(controls) if options.starts > 0 => state.evaluate(task, phi, &problem.planning, Some(controls))?,
+        _ => best_plan((problem, task), phi, neighbour.as_ref(), state)?,
+    }
+    let (nats, cost) = (state.information.total, state.cost.expected());
+    if !(nats.is_finite() && cost.is_finite()) {
+        return Err(Error::NotFinite { what: "information or expected cost", step: 0 });
+    }
+    let rate = nats / std::f64::consts::LN_2 / (task.steps + 1) as f64 / task.time_step.resolve::<f64>(phi);
+    let numbers = [nats, rate, cost, state.plan.nominal_cost, state.plan.iterations as f64];
+    let mut cells = vec![Cell::Text(state.plan.status.to_string())];
+    cells.extend(numbers.map(Cell::number));
+    if options.rollouts > 0 {
+        let sampled = monte_carlo(task, phi, (&state.plan, &state.noise), cost, (options.rollouts, options.seed))?;
+        cells.extend([sampled.cost_mean, sampled.cost_standard_error].map(Cell::number));
+    }
+    let bound = task.bound.map_or(f64::INFINITY, |bound| bound.resolve(phi));
+    let converged = state.plan.status.is_converged();
+    match neighbour {
+        Some(controls) => controls.copy_from(&state.plan.trajectory.controls),
+        None => *neighbour = Some(state.plan.trajectory.controls.clone()),
+    }
+    // The same arithmetic as that of `Problem::evaluate`, infinite bounds included.
+    Ok(Outcome { cells, nats, feasible: converged && cost <= bound + FEASIBILITY * bound.abs() })
+}

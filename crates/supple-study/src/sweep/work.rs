@@ -1,0 +1,136 @@
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+use super::grid::Grid;
+use super::journal::Journal;
+use super::point::{Evaluator, Neighbour, Study};
+use crate::{Cell, StudyError, Watch};
+
+/// A point that is done.
+pub(super) struct Done {
+    pub segment: usize,
+    pub point: usize,
+    pub row: Vec<Cell>,
+    /// What the next point of the segment continues from.
+    pub neighbour: Neighbour,
+}
+
+/// A segment of which something is done.
+#[derive(Clone)]
+pub(super) struct Started {
+    /// The first point to do; the end of the segment where all is done.
+    pub next: usize,
+    /// What it continues from; empty where all is done.
+    pub neighbour: Neighbour,
+}
+
+/// Where points go that are done.
+pub(super) enum Store {
+    Memory(BTreeMap<usize, Vec<Cell>>),
+    Journal(Journal),
+}
+
+impl Store {
+    fn keep(&mut self, grid: &Grid, batch: Vec<Done>) -> Result<(), StudyError> {
+        match self {
+            Self::Memory(rows) => rows.extend(batch.into_iter().map(|done| (done.point, done.row))),
+            Self::Journal(journal) => journal.keep(grid, &batch)?,
+        }
+        Ok(())
+    }
+
+    /// All rows, in the order of the points.
+    pub fn rows(self) -> Result<Vec<Vec<Cell>>, StudyError> {
+        match self {
+            Self::Memory(rows) => Ok(rows.into_values().collect()),
+            Self::Journal(journal) => journal.rows(),
+        }
+    }
+}
+
+/// How long points that are done wait for others, so that the disk is not waited for at each of them.
+const WAIT: Duration = Duration::from_millis(20);
+
+/// Points that are done and not stored yet, at most; with more, threads wait for the disk.
+const WAITING: usize = 1024;
+
+/// Evaluates all points that are not done yet, on all threads of the current pool.
+pub(super) fn work(
+    study: &Study,
+    started: BTreeMap<usize, Started>,
+    store: &mut Store,
+    watch: Watch,
+) -> Result<(), StudyError> {
+    let grid = &study.grid;
+    let done: usize = started.iter().map(|(&segment, of)| of.next - grid.segment(segment).start).sum();
+    watch.progress.begin("points", done as u64, grid.points as u64);
+    if done == grid.points {
+        return Ok(());
+    }
+    let next = AtomicUsize::new(0);
+    let (sender, receiver) = sync_channel(WAITING);
+    std::thread::scope(|scope| {
+        let writer = scope.spawn(|| write(grid, receiver, store, watch));
+        // Segments are given out in order, and not stolen, so that a thread in the middle of a point never begins
+        // another one.
+        rayon::broadcast(|_| {
+            let mut evaluator = Evaluator::new(study, watch.stop);
+            loop {
+                let segment = next.fetch_add(1, Ordering::Relaxed);
+                if segment >= grid.segments() || !along(&mut evaluator, segment, started.get(&segment), &sender, watch)
+                {
+                    break;
+                }
+            }
+        });
+        drop(sender);
+        writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Evaluates the points of a segment that are not done; false where the work is to end.
+fn along(
+    evaluator: &mut Evaluator,
+    segment: usize,
+    started: Option<&Started>,
+    sender: &SyncSender<Done>,
+    watch: Watch,
+) -> bool {
+    let study = evaluator.study();
+    let mut points = study.grid.segment(segment);
+    let mut neighbour: Neighbour = vec![None; study.problem.tasks.len()];
+    if let Some(started) = started {
+        points.start = started.next;
+        neighbour.clone_from(&started.neighbour);
+    }
+    for point in points {
+        if watch.is_stopped() {
+            return false;
+        }
+        let row = evaluator.evaluate(point, &mut neighbour);
+        // A design search that was stopped has not found what it would have.
+        let cut_short = study.options.starts > 0 && watch.is_stopped();
+        let done = Done { segment, point, row, neighbour: neighbour.clone() };
+        if cut_short || sender.send(done).is_err() {
+            return false;
+        }
+    }
+    true
+}
+
+/// Stores what is done until nobody is left to do anything.
+fn write(grid: &Grid, receiver: Receiver<Done>, store: &mut Store, watch: Watch) -> Result<(), StudyError> {
+    while let Ok(first) = receiver.recv() {
+        let mut batch = vec![first];
+        let until = Instant::now() + WAIT;
+        while let Ok(done) = receiver.recv_timeout(until.saturating_duration_since(Instant::now())) {
+            batch.push(done);
+        }
+        let parts = batch.len() as u64;
+        store.keep(grid, batch)?;
+        watch.progress.advance(parts);
+    }
+    Ok(())
+}

@@ -1,0 +1,49 @@
+use super::visit::Visit;
+use crate::problem::Problem;
+
+/// What a design search is after.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    /// The least information at which every expected cost is at most `factor` times its bound; an infinite factor
+    /// takes all bounds away.
+    Information {
+        /// What all bounds are multiplied by; above 0.
+        factor: f64,
+    },
+    /// The least factor by which all bounds can be multiplied and still be met: the least of the greatest `J_i / D_i`.
+    Cost,
+}
+
+impl Default for Aim {
+    /// The least information within the bounds as they are.
+    fn default() -> Self {
+        Self::Information { factor: 1.0 }
+    }
+}
+
+impl Aim {
+    /// What bounds are multiplied by; none where there are to be no bounds.
+    pub(crate) fn factor(self) -> Option<f64> {
+        match self {
+            Self::Information { factor } => factor.is_finite().then_some(factor),
+            Self::Cost => Some(1.0),
+        }
+    }
+
+    /// Whether a visit is of use: its plans converged and, where bounds limit the aim, it meets them within a share
+    /// `feasibility` of them.
+    pub(crate) fn is_met(self, visit: &Visit, feasibility: f64) -> bool {
+        match self {
+            Self::Information { .. } => visit.is_feasible(feasibility),
+            Self::Cost => visit.is_planned(),
+        }
+    }
+
+    /// What is minimised among visits that are of use.
+    pub(crate) fn objective(self, visit: &Visit, problem: &Problem) -> f64 {
+        match self {
+            Self::Information { .. } => visit.information(problem),
+            Self::Cost => visit.violation(),
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Whether a visited design is an optimum, to first order (theory, equation D.3).
+
+use super::Aim;
+use super::visit::{Visit, Visitor};
+
+/// First-order optimality up to which a design counts as an optimum.
+pub(crate) const OPTIMAL: f64 = 1e-4;
+
+/// First-order optimality of a visited design, and the multipliers of the tasks' bounds.
+///
+/// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradient of the
+/// information. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the tasks where it
+/// is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
+pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
+    let Visitor { problem, settings, aim, scaling, .. } = visitor;
+    let near = 100.0 * settings.feasibility;
+    let scaled = |gradient: &[f64]| scaling.gradient(&at.phi, gradient);
+    let violations: Vec<Option<f64>> = at.tasks.iter().map(|task| task.violation()).collect();
+    match aim {
+        Aim::Information { .. } => {
+            let objective = scaled(&at.information_gradient(problem));
+            let constraints: Vec<_> = at.tasks.iter().map(|task| scaled(&task.excess_gradient(1.0))).collect();
+            let is_active = |task: usize| violations[task].is_some_and(|violation| violation > -near);
+            let active: Vec<usize> = (0..at.tasks.len()).filter(|&task| is_active(task)).collect();
+            let (worst, multipliers) = project(&objective, &constraints, &active, &at.scaled);
+            let size = objective.iter().fold(1e-300, |size: f64, g| size.max(g.abs()));
+            (worst / size, multipliers)
+        }
+        Aim::Cost => {
+            let most = at.violation();
+            let none = || vec![0.0; at.phi.len()];
+            let gradients = at.tasks.iter().map(|task| task.violation_gradient().unwrap_or_else(none));
+            let gradients: Vec<_> = gradients.map(|gradient| scaled(&gradient)).collect();
+            let is_worst = |task: &usize| violations[*task] == Some(most);
+            let Some(first) = (0..at.tasks.len()).find(is_worst) else {
+                return (0.0, vec![0.0; at.tasks.len()]);
+            };
+            let is_active = |task: &usize| *task != first && violations[*task].is_some_and(|v| v > most - near);
+            let active: Vec<usize> = (0..at.tasks.len()).filter(is_active).collect();
+            let (worst, weights) = project(&gradients[first], &gradients, &active, &at.scaled);
+            let weight = 1.0 + weights.iter().sum::<f64>();
+            (worst / (weight * (1.0 + most).max(1e-300)), vec![0.0; at.tasks.len()])
+        }
+    }
+}
+
+/// Non-negative least squares of an objective's gradient on those of active constraints, over coordinates off their
+/// bounds: the largest entry that is left there, and the multipliers of all constraints.
+fn project(objective: &[f64], constraints: &[Vec<f64>], active: &[usize], coordinates: &[f64]) -> (f64, Vec<f64>) {
+    let mut multipliers = vec![0.0; constraints.len()];
+    let free = |i: usize, residual: f64| {
+        let s = coordinates[i];
+        !(s <= 1e-9 && residual >= 0.0 || s >= 1.0 - 1e-9 && residual <= 0.0)
+    };
+    let residual = |multipliers: &[f64]| -> Vec<f64> {
+        let sum = |i: usize| active.iter().map(|&task| multipliers[task] * constraints[task][i]).sum::<f64>();
+        (0..objective.len()).map(|i| objective[i] + sum(i)).collect()
+    };
+    // Coordinate descent: tasks are few.
+    for _ in 0..200 {
+        for &task in active {
+            let rest = residual(&multipliers);
+            let used = |i: &usize| free(*i, rest[*i]);
+            let gradient = &constraints[task];
+            let square: f64 = (0..rest.len()).filter(used).map(|i| gradient[i].powi(2)).sum();
+            let slope: f64 = (0..rest.len()).filter(used).map(|i| gradient[i] * rest[i]).sum();
+            if square > 0.0 {
+                multipliers[task] = (multipliers[task] - slope / square).max(0.0);
+            }
+        }
+    }
+    let rest = residual(&multipliers);
+    let worst = (0..rest.len()).filter(|&i| free(i, rest[i])).map(|i| rest[i].abs()).fold(0.0, f64::max);
+    (worst, multipliers)
+}

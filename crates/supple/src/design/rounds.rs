@@ -1,0 +1,83 @@
+use supple_kernels::Matrices;
+
+use super::visit::{Visit, Visitor};
+use super::{Ending, Event, Method, Search, Searcher, StartSummary, best_of_guesses, search_branches};
+use crate::Error;
+use crate::pipeline::TaskState;
+
+/// Rounds of optimiser and branch search from one start.
+pub(super) struct Rounds<'a, 's> {
+    pub searcher: Searcher<'a>,
+    /// The start's number.
+    pub start: usize,
+    /// What is found; where it starts is given.
+    pub summary: &'s mut StartSummary,
+}
+
+impl Rounds<'_, '_> {
+    /// Runs them, from given plans or from those of the tasks' first guesses.
+    pub fn run(&mut self, controls: Option<Vec<Matrices>>) -> Result<(), Error> {
+        let Searcher { problem, settings, aim, control } = self.searcher;
+        let mut visitor = Visitor::new(problem, settings, aim);
+        let mut controls = match controls {
+            Some(controls) => controls,
+            None => self.first_plans()?,
+        };
+        let mut phi = self.summary.from.clone();
+        for round in 0..settings.rounds {
+            let first = visitor.restart(&phi, &controls)?.clone();
+            let visitor = &mut visitor;
+            let mut search = Search { visitor, control, start: self.start, evaluations: 0, error: None };
+            search.tell(&first);
+            let ending = search.run();
+            self.summary.evaluations += search.evaluations;
+            self.summary.error = search.error.take();
+            let Some(last) = visitor.visits.last().cloned() else { break };
+            let ending = ending?;
+            let assessed = visitor.with_total_gradient(&last)?;
+            self.summary.record(&assessed, visitor, ending);
+            if ending == Ending::Stopped || control.is_stopped() || settings.method == Method::Barrier {
+                break;
+            }
+            let Some(better) = self.better_branches(&last, round) else { break };
+            (phi, controls) = (last.phi, better);
+        }
+        Ok(())
+    }
+
+    /// The plans at the start, each the best of the task's first guesses.
+    fn first_plans(&self) -> Result<Vec<Matrices>, Error> {
+        let problem = self.searcher.problem;
+        let plan = |task| {
+            let mut state = TaskState::new(task);
+            best_of_guesses(problem, task, &self.summary.from, &mut state)?;
+            Ok(state.plan.trajectory.controls)
+        };
+        problem.tasks.iter().map(plan).collect()
+    }
+
+    /// Searches for cheaper branches at a design; the plans to go on from, where there are any.
+    fn better_branches(&mut self, at: &Visit, round: usize) -> Option<Vec<Matrices>> {
+        self.summary.branches = at.tasks.len();
+        let Searcher { problem, settings, control, .. } = self.searcher;
+        if settings.branch_attempts == 0 {
+            return None;
+        }
+        control.observer.observe(Event::SearchingBranches { start: self.start });
+        let mut better = false;
+        let mut count = 0;
+        let tasks = problem.tasks.iter().zip(&at.tasks).enumerate();
+        let controls = tasks.map(|(index, (task, visit))| {
+            let stream = (self.start * 1000 + round * 100 + index) as u64;
+            let seed = settings.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let given = (&visit.controls, visit.cost);
+            let found = search_branches((problem, task), &at.phi, given, (seed, settings.branch_attempts));
+            better |= found.cost < visit.cost;
+            count += found.count;
+            found.controls
+        });
+        let controls = controls.collect();
+        self.summary.branches = count;
+        better.then_some(controls)
+    }
+}
