@@ -12,17 +12,30 @@ const SupplePlots = (() => {
     return new DataView(out.buffer);
   }
 
+  // A curve in steps of its range: differences, in groups of 7 bits; 0 where there is no number.
+  function curve({ from, step, c }) {
+    const view = bytes(c);
+    const out = [];
+    let number = 0, shift = 0, level = 0;
+    for (let i = 0; i < view.byteLength; i += 1) {
+      const byte = view.getUint8(i);
+      number |= (byte & 127) << shift;
+      shift += 7;
+      if (byte > 127) continue;
+      level += number % 2 === 0 ? number >> 1 : -(number >> 1);
+      out.push(number === 0 ? null : from + step * level);
+      number = shift = 0;
+    }
+    return out;
+  }
+
   // The numbers of an array of the page; rows of numbers for a grid.
   function unpack(index) {
     if (unpacked.has(index)) return unpacked.get(index);
     const packed = data.arrays[index];
     let out;
-    if (packed.u2 !== undefined) {
-      const view = bytes(packed.u2);
-      out = Array.from({ length: view.byteLength / 2 }, (_, i) => {
-        const step = view.getUint16(2 * i, true);
-        return step === 65535 ? null : packed.from + packed.step * step;
-      });
+    if (packed.c !== undefined) {
+      out = curve(packed);
     } else if (packed.f8 !== undefined) {
       const view = bytes(packed.f8);
       out = Array.from({ length: view.byteLength / 8 }, (_, i) => finite(view.getFloat64(8 * i, true)));

@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 /// Points of a time series at most: more than a screen shows.
 const MOST_POINTS: usize = 251;
 
-/// The step of 16 bits that stands for "no number".
-const NONE: u16 = u16::MAX;
+/// Steps that the range of a curve is divided into: many more than a plot has pixels.
+const STEPS: f64 = 8191.0;
 
 /// All arrays of a page. Plots refer to them by index, as `{"a": index}`.
 #[derive(Default)]
@@ -20,24 +20,35 @@ pub struct Arrays {
 }
 
 impl Arrays {
-    /// A curve, in steps of 1/65534 of its range: a hundredth of what a screen shows.
+    /// A curve, in steps of 1/8191 of its range. Of each number, the difference to the one before is kept: 1 plus twice
+    /// its size in steps, one less where it is above 0, in groups of 7 bits, the lowest first; 0 where there is no number.
     pub fn curve(&mut self, values: &[f64]) -> Value {
         let finite = || values.iter().copied().filter(|value| value.is_finite());
         let least = finite().fold(f64::INFINITY, f64::min);
         let most = finite().fold(f64::NEG_INFINITY, f64::max);
-        let step = if most > least { (most - least) / f64::from(NONE - 1) } else { 0.0 };
+        let step = if most > least { (most - least) / STEPS } else { 0.0 };
         // Ranges that overflow, or are so small that their steps vanish, are kept as they are.
         if finite().next().is_some() && (!step.is_finite() || (most > least && step < f64::MIN_POSITIVE)) {
             return self.exact(values);
         }
         let least = if least.is_finite() { least } else { 0.0 };
-        let packed = |value: &f64| match value.is_finite() {
-            true if step > 0.0 => ((value - least) / step).round() as u16,
-            true => 0,
-            false => NONE,
-        };
-        let bytes: Vec<u8> = values.iter().flat_map(|value| packed(value).to_le_bytes()).collect();
-        self.keep(json!({ "from": least, "step": step, "u2": STANDARD.encode(bytes) }))
+        let (mut bytes, mut before) = (Vec::new(), 0i32);
+        for value in values {
+            if !value.is_finite() {
+                bytes.push(0);
+                continue;
+            }
+            let now = if step > 0.0 { ((value - least) / step).round() as i32 } else { 0 };
+            let difference = now - before;
+            before = now;
+            let mut rest = 1 + 2 * difference.unsigned_abs() - u32::from(difference > 0);
+            while rest > 127 {
+                bytes.push((rest & 127) as u8 | 128);
+                rest >>= 7;
+            }
+            bytes.push(rest as u8);
+        }
+        self.keep(json!({ "from": least, "step": step, "c": STANDARD.encode(bytes) }))
     }
 
     /// Numbers as they are.
@@ -91,22 +102,43 @@ pub fn thin_column(rows: &[Vec<f64>], column: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn unpacked(arrays: Arrays, index: usize) -> Vec<f64> {
+    /// Reads a curve as the page's script does.
+    fn unpacked(arrays: &Arrays, index: usize) -> Vec<f64> {
         let packed = &arrays.packed[index];
-        let bytes = STANDARD.decode(packed["u2"].as_str().unwrap()).unwrap();
         let (from, step) = (packed["from"].as_f64().unwrap(), packed["step"].as_f64().unwrap());
-        let steps = bytes.chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-        steps.map(|s| if s == NONE { f64::NAN } else { from + step * f64::from(s) }).collect()
+        let (mut values, mut number, mut shift, mut before) = (Vec::new(), 0u32, 0, 0i64);
+        for byte in STANDARD.decode(packed["c"].as_str().unwrap()).unwrap() {
+            number |= u32::from(byte & 127) << shift;
+            shift += 7;
+            if byte > 127 {
+                continue;
+            }
+            let size = i64::from(number / 2);
+            before += if number % 2 == 0 { size } else { -size };
+            values.push(if number == 0 { f64::NAN } else { from + step * before as f64 });
+            (number, shift) = (0, 0);
+        }
+        values
     }
 
     #[test]
     fn curves_are_within_half_a_step_and_keep_gaps() {
-        let values = [-3.0, 0.123_456, f64::NAN, 1e3];
+        let values = [-3.0, 0.123_456, f64::NAN, 1e3, 1e3, 999.9, -2.9];
         let mut arrays = Arrays::default();
         assert_eq!(arrays.curve(&values), json!({ "a": 0 }));
-        for (value, back) in values.iter().zip(unpacked(arrays, 0)) {
-            assert!((value - back).abs() <= 0.5 * 1003.0 / 65534.0 + 1e-9 || value.is_nan() && back.is_nan());
+        let back = unpacked(&arrays, 0);
+        assert_eq!(back.len(), values.len());
+        for (value, back) in values.iter().zip(back) {
+            assert!((value - back).abs() <= 0.5 * 1003.0 / STEPS + 1e-9 || value.is_nan() && back.is_nan());
         }
+    }
+
+    #[test]
+    fn a_smooth_curve_takes_little_more_than_a_byte_by_number() {
+        let values: Vec<f64> = (0..251).map(|i| (f64::from(i) / 40.0).sin()).collect();
+        let mut arrays = Arrays::default();
+        arrays.curve(&values);
+        assert!(STANDARD.decode(arrays.packed[0]["c"].as_str().unwrap()).unwrap().len() < 500);
     }
 
     #[test]
@@ -114,7 +146,7 @@ mod tests {
         for values in [vec![], vec![7.5; 3], vec![f64::NAN; 2]] {
             let mut arrays = Arrays::default();
             arrays.curve(&values);
-            let back = unpacked(arrays, 0);
+            let back = unpacked(&arrays, 0);
             assert_eq!(back.len(), values.len());
             assert!(back.iter().zip(&values).all(|(a, b)| a == b || a.is_nan() && b.is_nan()));
         }

@@ -12,19 +12,29 @@ pub fn heading(level: u8, id: &str, text: &str) -> Markup {
     }
 }
 
-/// A table; all columns after the first `text` ones are numbers. Wide ones scroll by themselves.
-pub fn table(caption: &str, head: &[String], rows: &[Vec<String>], text: usize) -> Markup {
-    let class = |column: usize| (column >= text).then_some("number");
+/// A table, its first column the names of the rows. Columns of numbers stand to the right. Wide tables scroll by
+/// themselves.
+pub fn table(caption: &str, head: &[String], rows: &[Vec<String>]) -> Markup {
+    let numeric: Vec<bool> = (0..head.len()).map(|column| column > 0 && is_numeric(rows, column)).collect();
+    let class = |column: usize| numeric.get(column).copied().unwrap_or(false).then_some("number");
     html! {
         div.table tabindex="0" role="region" aria-label=(caption) {
             table {
                 caption { (caption) }
-                thead { tr { @for (column, name) in head.iter().enumerate() { th scope="col" class=[class(column)] { (name) } } } }
+                thead {
+                    tr {
+                        @for (column, name) in head.iter().enumerate() {
+                            th scope="col" class=[class(column)] { (name) }
+                        }
+                    }
+                }
                 tbody {
                     @for row in rows {
                         tr {
                             @for (column, entry) in row.iter().enumerate() {
-                                @if column == 0 { th scope="row" { (entry) } } @else { td class=[class(column)] { (entry) } }
+                                @if column == 0 { th scope="row" { (entry) } } @else {
+                                    td class=[class(column)] { (entry) }
+                                }
                             }
                         }
                     }
@@ -32,6 +42,13 @@ pub fn table(caption: &str, head: &[String], rows: &[Vec<String>], text: usize) 
             }
         }
     }
+}
+
+/// Whether every entry of a column that says something is a number.
+fn is_numeric(rows: &[Vec<String>], column: usize) -> bool {
+    let entries = || rows.iter().filter_map(|row| row.get(column)).filter(|entry| !entry.is_empty());
+    let starts = |entry: &String| entry.starts_with(|letter: char| letter.is_ascii_digit() || "−+–".contains(letter));
+    entries().next().is_some() && entries().all(starts)
 }
 
 /// Words as strings.
@@ -62,8 +79,15 @@ mod tests {
     }
 
     #[test]
+    fn columns_of_numbers_stand_to_the_right() {
+        let rows = [words(["a", "1.5", "N/m", ""]), words(["b", "−2", "", "–"])];
+        let columns: Vec<bool> = (0..4).map(|column| is_numeric(&rows, column)).collect();
+        assert_eq!(columns, [false, true, false, true]);
+    }
+
+    #[test]
     fn tables_show_markup_as_text() {
-        let page = table("a", &words(["<i>"]), &[words(["</td><b>"])], 1).into_string();
+        let page = table("a", &words(["<i>"]), &[words(["</td><b>"])]).into_string();
         assert!(page.contains("&lt;i&gt;") && page.contains("&lt;/td&gt;&lt;b&gt;") && !page.contains("<b>"));
     }
 }

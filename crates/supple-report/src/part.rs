@@ -124,18 +124,15 @@ impl<'a> Part<'a> {
         shown
     }
 
-    /// The unit of a parameter.
-    pub fn unit(&self, parameter: &str) -> &'a str {
-        self.about.parameters.iter().find(|other| other.name == parameter).map_or("", |other| &other.unit)
-    }
-
     /// A design in words: `k1 = 136 N/m, k2 = 171 N/m`, of the parameters that designs change.
     pub fn describe(&self, parameters: &Named) -> Vec<String> {
         let design = self.about.parameters.design();
         let of = |&index: &usize| {
             let parameter = self.about.parameters.get(index);
             let value = parameters.get(&parameter.name)?;
-            Some(format!("{} = {}", parameter.name, crate::numbers::with_unit(value, &parameter.unit)))
+            // Without breaks of lines within.
+            let value = crate::numbers::with_unit(value, &parameter.unit).replace(' ', "\u{a0}");
+            Some(format!("{}\u{a0}=\u{a0}{value}", parameter.name))
         };
         design.iter().filter_map(of).collect()
     }

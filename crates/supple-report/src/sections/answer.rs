@@ -105,7 +105,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
         let (from, to) = (before.cost.expected, after.cost.expected);
         text += &format!(" The expected cost of {} {} from {} to {}", after.name, went(from, to), number(from), number(to));
         text += &match after.cost.bound {
-            Some(bound) => format!(", {}.", against_bound(report, index, to, bound)),
+            Some(bound) => format!("; {}.", against_bound(report, index, to, bound)),
             None => "; it has no bound.".into(),
         };
     }
@@ -117,11 +117,11 @@ fn against_bound(report: &DesignReport, index: usize, cost: f64, bound: f64) -> 
     let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
     let bound_text = number(bound);
     if !(cost <= bound + FEASIBILITY * bound.abs()) {
-        format!("which misses its bound of {bound_text}")
+        format!("this misses its bound of {bound_text}")
     } else if price > 0.0 {
-        format!("its bound of {bound_text}, which is active: one unit more of it would save {} bits", number(bits(price)))
+        format!("its bound of {bound_text} is active: one unit more of it would save {} bits", number(bits(price)))
     } else {
-        format!("within its bound of {bound_text}, which is not active")
+        format!("its bound of {bound_text} is met and not active")
     }
 }
 
@@ -194,7 +194,7 @@ fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
         return html! {};
     }
     let head = words(["parameter", "start", end, "unit", "range", "remark"]);
-    table("Parameters", &head, &rows, 1)
+    table("Parameters", &head, &rows)
 }
 
 /// Information and costs from start to end.
@@ -225,7 +225,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         };
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
     }
-    table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows, 1)
+    table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows)
 }
 
 /// Designs that were evaluated by themselves.
@@ -250,5 +250,5 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
         row
     };
     let rows: Vec<_> = evaluations.iter().map(row).collect();
-    table("Designs evaluated by themselves", &head, &rows, 2)
+    table("Designs evaluated by themselves", &head, &rows)
 }

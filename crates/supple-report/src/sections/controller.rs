@@ -59,7 +59,7 @@ fn variations(part: &Part, task: usize, runs: &[Run]) -> Markup {
         ]
     };
     let rows: Vec<_> = runs.iter().enumerate().map(row).collect();
-    table(&titled(part, "Temporal variation of the controller", task), &head, &rows, 1)
+    table(&titled(part, "Temporal variation of the controller", task), &head, &rows)
 }
 
 /// A view by control with a line by state; one more view with the feedforward.

@@ -115,7 +115,7 @@ fn runs(part: &Part, folder: &str, trace: &Trace) -> Markup {
             ]);
         }
     }
-    table(&in_folder("Ends of searches", folder, part.traces().len() > 1), &head, &rows, 1)
+    table(&in_folder("Ends of searches", folder, part.traces().len() > 1), &head, &rows)
 }
 
 /// Every start of a search.
@@ -138,7 +138,7 @@ fn starts(part: &Part, folder: &str, report: &DesignReport) -> Markup {
     let rows: Vec<_> = report.starts.iter().enumerate().map(row).collect();
     let seeds = list(&[count(report.evaluations, "design"), format!("{} s", number(report.seconds))]);
     html! {
-        (table(&in_folder("Starts of the search", folder, part.searches().len() > 1), &head, &rows, 4))
+        (table(&in_folder("Starts of the search", folder, part.searches().len() > 1), &head, &rows))
         p.note {
             "Method: " (method(report.method, report.gradient)) "; " (seeds) " in all. Optimality is the greatest slope of the "
             "Lagrangian that is left, relative to that of the information; a cost above its bound is given relative to the "

@@ -164,5 +164,5 @@ fn sensor_table(part: &Part, task: usize, runs: &[Run]) -> Markup {
     if rows.is_empty() {
         return html! {};
     }
-    table(&titled(part, "Sensors, summed over the task", task), &head, &rows, 1)
+    table(&titled(part, "Sensors, summed over the task", task), &head, &rows)
 }

@@ -23,7 +23,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         })
         .collect();
     Some(html! {
-        (table("Commands", &head, &rows, 4))
+        (table("Commands", &head, &rows))
         @for source in part.sources {
             details {
                 summary { (source.path) }

@@ -190,5 +190,5 @@ fn numbers(part: &Part, front: &Pareto, axis: &Axis, caption: &str) -> Markup {
         row
     };
     let rows: Vec<_> = front.points.iter().zip(&axis.values).map(row).collect();
-    html! { details { summary { (caption) } (table(caption, &head, &rows, 1)) } }
+    html! { details { summary { (caption) } (table(caption, &head, &rows)) } }
 }

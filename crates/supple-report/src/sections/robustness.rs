@@ -187,5 +187,5 @@ fn numbers(study: &Robustness, task: usize, title: &str) -> Markup {
         rows.push(row);
     }
     let caption = format!("{title}, numbers");
-    html! { details { summary { (caption) } (table(&caption, &head, &rows, 3)) } }
+    html! { details { summary { (caption) } (table(&caption, &head, &rows)) } }
 }

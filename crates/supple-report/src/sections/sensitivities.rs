@@ -119,5 +119,5 @@ fn numbers(part: &Part, task: usize, designs: &[Sensitive]) -> Markup {
         std::iter::once(parameter.name.clone()).chain(values).collect()
     };
     let rows: Vec<_> = part.about.parameters.iter().enumerate().map(row).collect();
-    table(&titled(part, "Change by one percent more of a parameter", task), &head, &rows, 1)
+    table(&titled(part, "Change by one percent more of a parameter", task), &head, &rows)
 }
