@@ -1,1 +1,17 @@
 //! Figures for papers: vector graphics with labels and units, safe for colour-blind readers.
+//!
+//! A [`Figure`] is plain data: panels with axes and what is drawn in them. [`draw`] makes one of results of studies, and
+//! [`render`] makes a file of it.
+mod draw;
+mod error;
+pub mod figure;
+mod figures;
+mod load;
+mod render;
+mod words;
+
+pub use error::FigureError;
+pub use figure::Figure;
+pub use figures::{Kind, belief, draw, gains, information, landscape, pareto, robustness};
+pub use load::load;
+pub use render::{Format, Width, render};

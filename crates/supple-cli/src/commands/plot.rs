@@ -1,8 +1,57 @@
+use std::path::PathBuf;
+
+use supple_figures::{FigureError, Kind, draw, load, render};
+use supple_study::{check_writable, write_text};
+
 use crate::Outcome;
-use crate::arguments::PlotOptions;
+use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
 use crate::failure::Failure;
+use crate::output::print_text;
 
 /// `supple plot`
-pub fn plot(_options: &PlotOptions) -> Result<Outcome, Failure> {
-    Err(Failure::usage("not built yet".into()))
+pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
+    let (kind, format) = (kind(options.figure), format(options.format));
+    let standard = || PathBuf::from(format!("{}.{}", kind.name(), format.extension()));
+    let out = options.out.clone().unwrap_or_else(standard);
+    let folder = out.parent().map(PathBuf::from).unwrap_or_default();
+    let name = out.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    if name.is_empty() {
+        return Err(Failure::usage(format!("--out: {} names no file", out.display())));
+    }
+    check_writable(&folder, &name)?;
+    let folders = load(&options.folders)?;
+    let figure = draw(kind, &folders, options.task.as_deref()).map_err(failure)?;
+    let width = match options.width {
+        Width::Column => supple_figures::Width::Column,
+        Width::Page => supple_figures::Width::Page,
+    };
+    write_text(&out, &render(&figure, format, width).map_err(failure)?)?;
+    print_text(&format!("wrote {}\n", out.display()))?;
+    Ok(Outcome::Success)
+}
+
+fn failure(error: FigureError) -> Failure {
+    match error {
+        FigureError::Study(error) => error.into(),
+        other => Failure::usage(other.to_string()),
+    }
+}
+
+fn kind(argument: FigureArgument) -> Kind {
+    match argument {
+        FigureArgument::Landscape => Kind::Landscape,
+        FigureArgument::Belief => Kind::Belief,
+        FigureArgument::Gains => Kind::Gains,
+        FigureArgument::Robustness => Kind::Robustness,
+        FigureArgument::Pareto => Kind::Pareto,
+        FigureArgument::Information => Kind::Information,
+    }
+}
+
+fn format(argument: Format) -> supple_figures::Format {
+    match argument {
+        Format::Svg => supple_figures::Format::Svg,
+        Format::Png => supple_figures::Format::Png,
+        Format::Pdf => supple_figures::Format::Pdf,
+    }
 }

@@ -1,0 +1,179 @@
+//! Where panels, labels and legend lie on the page.
+
+use super::canvas::Ruler;
+use super::legend::Legend;
+use super::scale::{Ticks, ticks};
+use crate::figure::{Axis, Figure, Grid, Panel, Shape};
+use crate::words;
+
+/// Size of the text of labels and titles, pt.
+pub const LABEL: f64 = 8.0;
+/// Size of the text of ticks, contours and legend, pt.
+pub const SMALL: f64 = 7.0;
+/// Length of a tick, pt.
+pub const TICK: f64 = 2.5;
+/// From one line of text to the next, in its size.
+pub const LEADING: f64 = 1.2;
+/// Width of a colour bar, and of the gap before it, pt.
+pub const BAR: f64 = 6.0;
+
+/// The layout of a figure.
+pub struct Layout {
+    /// Width of the page, pt.
+    pub width: f64,
+    /// Its height, pt.
+    pub height: f64,
+    /// The legend.
+    pub legend: Legend,
+    /// The panels.
+    pub places: Vec<PanelLayout>,
+}
+
+/// The layout of a panel.
+pub struct PanelLayout {
+    /// Left, top, width and height of what is within the axes.
+    pub area: [f64; 4],
+    /// Ticks of the horizontal axis.
+    pub x: Ticks,
+    /// Ticks of the vertical axis.
+    pub y: Ticks,
+    /// Whether the horizontal axis has texts.
+    pub labelled_x: bool,
+    /// Whether the vertical axis has texts.
+    pub labelled_y: bool,
+    /// Lines of the title.
+    pub title: Vec<String>,
+    /// Lines of the label of the vertical axis.
+    pub y_label: Vec<String>,
+    /// From the vertical axis to the middle of its label.
+    pub y_label_gap: f64,
+}
+
+/// Room around a panel: left, right, top, bottom.
+#[derive(Clone, Copy, Default)]
+struct Margins([f64; 4]);
+
+impl Layout {
+    /// Of a figure on a page of a width.
+    pub fn new(figure: &Figure, grid: Grid, width: f64, ruler: &Ruler) -> Self {
+        let count = figure.panels.len();
+        let columns = grid.columns.clamp(1, count.max(1));
+        let rows = count.div_ceil(columns);
+        let legend = Legend::new(figure, width, ruler);
+        let mut size = [width / columns as f64 - 42.0, 0.0];
+        size[1] = size[0] * grid.aspect;
+        let mut places = Vec::new();
+        let mut margins = vec![[0.0; 4]; count];
+        // Ticks need the size of panels, which needs the room of ticks; the second round is near enough.
+        for _ in 0..2 {
+            let at = |(index, panel): (usize, &Panel)| {
+                let labelled_x = !figure.shared_x || index + columns >= count;
+                let labelled_y = !figure.shared_y || index % columns == 0;
+                panel_layout(panel, (labelled_x, labelled_y), (index, count), size, ruler)
+            };
+            let (laid, rooms): (Vec<_>, Vec<_>) = figure.panels.iter().enumerate().map(at).unzip();
+            places = laid;
+            margins = rooms.iter().map(|margins: &Margins| margins.0).collect();
+            let sides: f64 =
+                (0..columns).map(|c| column(&margins, c, columns, 0) + column(&margins, c, columns, 1)).sum();
+            size[0] = ((width - sides) / columns as f64).max(20.0);
+            size[1] = size[0] * grid.aspect;
+        }
+        let mut y = legend.height;
+        for row in 0..rows {
+            let of_row = |side: usize| {
+                let last = ((row + 1) * columns).min(count);
+                margins[row * columns..last].iter().map(|room| room[side]).fold(0.0, f64::max)
+            };
+            y += of_row(2);
+            let mut x = 0.0;
+            for (index, place) in places.iter_mut().enumerate().skip(row * columns).take(columns) {
+                x += column(&margins, index % columns, columns, 0);
+                place.area = [x, y, size[0], size[1]];
+                x += size[0] + column(&margins, index % columns, columns, 1);
+            }
+            y += size[1] + of_row(3);
+        }
+        Self { width, height: y, legend, places }
+    }
+}
+
+/// The most room on a side that a panel of a column needs.
+fn column(margins: &[[f64; 4]], column: usize, columns: usize, side: usize) -> f64 {
+    margins.iter().skip(column).step_by(columns).map(|room| room[side]).fold(0.0, f64::max)
+}
+
+fn panel_layout(
+    panel: &Panel,
+    (labelled_x, labelled_y): (bool, bool),
+    (index, count): (usize, usize),
+    size: [f64; 2],
+    ruler: &Ruler,
+) -> (PanelLayout, Margins) {
+    let x = apart(&panel.x, size[0], ruler);
+    let y = ticks(&panel.y, ((size[1] / 15.0) as usize).clamp(2, 7));
+    let widest = |ticks: &Ticks| ticks.ticks.iter().map(|tick| ruler.width(&tick.text, SMALL)).fold(0.0, f64::max);
+    let label = words::label(&panel.y.label, &panel.y.unit, y.exponent);
+    let y_label = if labelled_y && !label.is_empty() { wrap(&label, size[1] + 14.0, ruler) } else { Vec::new() };
+    let y_label_gap = TICK + 4.0 + widest(&y);
+    let left = if labelled_y { y_label_gap + y_label.len() as f64 * LABEL * LEADING + 1.0 } else { 4.0 };
+    let right = bar_levels(panel).map_or(6.0, |levels| {
+        let texts = levels.iter().map(|level| ruler.width(&words::short(*level), SMALL));
+        2.0 * BAR + 4.0 + texts.fold(0.0, f64::max)
+    });
+    let tag = if count > 1 { format!("({}) ", letter(index)) } else { String::new() };
+    let title = tag + &panel.title;
+    let title = if title.trim().is_empty() { Vec::new() } else { wrap(title.trim_end(), size[0] + right, ruler) };
+    let top = if title.is_empty() { 5.0 } else { 5.0 + title.len() as f64 * LABEL * LEADING };
+    let named = !words::label(&panel.x.label, &panel.x.unit, x.exponent).is_empty();
+    let bottom = match (labelled_x, named) {
+        (true, true) => TICK + 2.0 + (SMALL + LABEL) * LEADING + 3.0,
+        (true, false) => TICK + 4.0 + SMALL * LEADING,
+        _ => 4.0,
+    };
+    let layout = PanelLayout { area: [0.0; 4], x, y, labelled_x, labelled_y, title, y_label, y_label_gap };
+    (layout, Margins([left, right, top, bottom]))
+}
+
+/// The levels of a panel with a colour bar.
+pub fn bar_levels(panel: &Panel) -> Option<&[f64]> {
+    panel.series.iter().find_map(|series| match &series.shape {
+        Shape::Field { levels, .. } => Some(levels.as_slice()),
+        _ => None,
+    })
+}
+
+/// As many ticks along a width as have room beside one another.
+fn apart(axis: &Axis, width: f64, ruler: &Ruler) -> Ticks {
+    let most = ((width / 14.0) as usize).clamp(2, 9);
+    let map = super::scale::Mapping::new(axis, 0.0, width);
+    let free = |ticks: &Ticks| {
+        let ends = ticks.ticks.iter().filter(|tick| !tick.text.is_empty()).map(|tick| {
+            let (at, half) = (map.at(tick.value), ruler.width(&tick.text, SMALL) / 2.0);
+            (at - half, at + half)
+        });
+        ends.clone().zip(ends.skip(1)).all(|(one, next)| one.1 + 5.0 <= next.0)
+    };
+    (2..=most).rev().map(|most| ticks(axis, most)).find(free).unwrap_or_else(|| ticks(axis, 2))
+}
+
+/// A text in lines no wider than `width`, as far as it has spaces.
+fn wrap(text: &str, width: f64, ruler: &Ruler) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if ruler.width(&format!("{line} {word}"), LABEL) <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// The letter of a panel.
+fn letter(index: usize) -> String {
+    let last = char::from(b'a' + (index % 26) as u8);
+    if index < 26 { last.to_string() } else { letter(index / 26 - 1) + &last.to_string() }
+}

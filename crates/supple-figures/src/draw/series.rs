@@ -1,0 +1,153 @@
+//! Lines, bands, markers and bars.
+
+use super::canvas::{Canvas, Paint};
+use super::contour::{Place, Sheet};
+use super::field;
+use super::scale::Mapping;
+use crate::figure::{Dash, Marker, Series, Shape, Style, Values};
+
+/// Radius of a marker, pt.
+const RADIUS: f64 = 2.1;
+
+/// From data to places in a panel.
+#[derive(Clone, Copy)]
+pub struct Frame {
+    /// Left, top, width and height.
+    pub area: [f64; 4],
+    /// Along the horizontal axis.
+    pub x: Mapping,
+    /// Along the vertical axis.
+    pub y: Mapping,
+}
+
+impl Frame {
+    fn places(&self, x: &[f64], y: &[f64]) -> Vec<Place> {
+        x.iter().zip(y).map(|(&x, &y)| (self.x.at(x), self.y.at(y))).collect()
+    }
+
+    /// A quantity at its places.
+    pub fn sheet<T>(&self, grid: &Values, draw: impl FnOnce(Sheet) -> T) -> T {
+        let x: Vec<f64> = grid.x.iter().map(|&x| self.x.at(x)).collect();
+        let y: Vec<f64> = grid.y.iter().map(|&y| self.y.at(y)).collect();
+        draw(Sheet { x: &x, y: &y, rows: &grid.rows })
+    }
+}
+
+/// Draws a series in its panel.
+pub fn draw(canvas: &mut Canvas, series: &Series, frame: &Frame) {
+    let style = &series.style;
+    let [left, top, width, height] = frame.area;
+    match &series.shape {
+        Shape::Line { x, y } => {
+            let places = frame.places(x, y);
+            line(canvas, std::slice::from_ref(&places), style);
+            markers(canvas, &places, style);
+        }
+        Shape::Points { x, y } => markers(canvas, &frame.places(x, y), style),
+        Shape::Band { x, low, high } => {
+            let (low, high) = (frame.places(x, low), frame.places(x, high));
+            band(canvas, &low, &high, style);
+        }
+        Shape::Bars { x, low, high } => {
+            for (low, high) in frame.places(x, low).into_iter().zip(frame.places(x, high)) {
+                bar(canvas, low, high, style);
+            }
+        }
+        Shape::Vertical { x } => {
+            let x = frame.x.at(*x);
+            line(canvas, &[vec![(x, top), (x, top + height)]], style);
+        }
+        Shape::Horizontal { y } => {
+            let y = frame.y.at(*y);
+            line(canvas, &[vec![(left, y), (left + width, y)]], style);
+        }
+        Shape::Field { grid, levels, map } => field::draw(canvas, frame, (grid, levels, *map)),
+        Shape::Contour { grid, level } => {
+            let lines = frame.sheet(grid, |sheet| sheet.lines(*level));
+            line(canvas, &lines, style);
+        }
+    }
+}
+
+/// Draws a sample of a series for the legend.
+pub fn sample(canvas: &mut Canvas, series: &Series, [x, y, width, height]: [f64; 4]) {
+    let style = &series.style;
+    let middle = (x + width / 2.0, y + height / 2.0);
+    match &series.shape {
+        Shape::Band { .. } => {
+            let paint = Paint { opacity: style.opacity, ..Paint::fill(style.colour.hex()) };
+            canvas.rectangle([x, y + 0.5, width, height - 1.0], paint);
+        }
+        Shape::Points { .. } => markers(canvas, &[middle], style),
+        Shape::Bars { .. } => bar(canvas, (middle.0, y + height), (middle.0, y), style),
+        Shape::Field { .. } => {}
+        Shape::Vertical { .. } => line(canvas, &[vec![(middle.0, y), (middle.0, y + height)]], style),
+        Shape::Line { .. } | Shape::Horizontal { .. } | Shape::Contour { .. } => {
+            line(canvas, &[vec![(x, middle.1), (x + width, middle.1)]], style);
+            markers(canvas, &[middle], style);
+        }
+    }
+}
+
+/// Dashes and gaps, for a line of width 1.
+fn dashes(dash: Dash) -> &'static [f64] {
+    match dash {
+        Dash::Solid => &[],
+        Dash::Dashed => &[4.0, 2.0],
+        Dash::DashDotted => &[5.0, 1.6, 1.2, 1.6],
+        Dash::Dotted => &[1.2, 1.4],
+    }
+}
+
+fn line(canvas: &mut Canvas, lines: &[Vec<Place>], style: &Style) {
+    if style.rim {
+        let rim = Paint { opacity: 0.85 * style.opacity, ..Paint::stroke("#ffffff", style.width + 1.4) };
+        canvas.path(lines, false, rim);
+    }
+    let stroke = Paint::stroke(style.colour.hex(), style.width);
+    canvas.path(lines, false, Paint { dash: dashes(style.dash), opacity: style.opacity, ..stroke });
+}
+
+/// The area between two lines, in parts where both are finite.
+fn band(canvas: &mut Canvas, low: &[Place], high: &[Place], style: &Style) {
+    let finite = |index: &usize| [low[*index], high[*index]].iter().all(|(x, y)| x.is_finite() && y.is_finite());
+    let all: Vec<usize> = (0..low.len().min(high.len())).collect();
+    let outline = |part: &[usize]| -> Vec<Place> {
+        part.iter().map(|&index| low[index]).chain(part.iter().rev().map(|&index| high[index])).collect()
+    };
+    let parts: Vec<Vec<Place>> = all.split(|index| !finite(index)).map(outline).collect();
+    canvas.path(&parts, true, Paint { opacity: style.opacity, ..Paint::fill(style.colour.hex()) });
+}
+
+fn bar(canvas: &mut Canvas, low: Place, high: Place, style: &Style) {
+    let cap = |(x, y): Place| vec![(x - 1.6, y), (x + 1.6, y)];
+    let paint = Paint { opacity: style.opacity, ..Paint::stroke(style.colour.hex(), 0.7) };
+    canvas.path(&[vec![low, high], cap(low), cap(high)], false, paint);
+}
+
+fn markers(canvas: &mut Canvas, places: &[Place], style: &Style) {
+    let Some(marker) = style.marker else { return };
+    let colour = style.colour.hex();
+    let fill = if style.filled { colour } else { "#ffffff" };
+    let stroke = if style.rim && style.filled { "#ffffff" } else { colour };
+    let paint = Paint { stroke: Some(stroke), width: 0.7, opacity: style.opacity, ..Paint::fill(fill) };
+    for &(x, y) in places.iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
+        match marker {
+            Marker::Circle => canvas.circle((x, y), RADIUS, paint),
+            Marker::Square => polygon(canvas, (x, y), (4, 45.0), &[1.25], paint),
+            Marker::Triangle => polygon(canvas, (x, y), (3, 90.0), &[1.4], paint),
+            Marker::Diamond => polygon(canvas, (x, y), (4, 90.0), &[1.4], paint),
+            Marker::Star => polygon(canvas, (x, y), (10, 90.0), &[2.1, 0.9], paint),
+        }
+    }
+}
+
+/// A polygon around a place, with corners from an angle on, at radii in turn.
+fn polygon(canvas: &mut Canvas, (x, y): Place, (corners, first): (usize, f64), radii: &[f64], paint: Paint) {
+    let corner = |index: usize| {
+        let angle = first.to_radians() + std::f64::consts::TAU * index as f64 / corners as f64;
+        let radius = RADIUS * radii[index % radii.len()];
+        (x + radius * angle.cos(), y - radius * angle.sin())
+    };
+    canvas.path(&[(0..corners).map(corner).collect()], true, paint);
+}

@@ -1,0 +1,96 @@
+use supple::parameters::Scale;
+use supple_study::Folder;
+
+use super::results::{NATS, Shown, designs};
+use crate::figure::{Axis, Colour, Dash, Figure, Grid, Panel, Series, Shape, Style};
+use crate::{FigureError, words};
+
+/// The most measurements that are shown.
+const MOST: usize = 6;
+
+/// Bits of each measurement over time, together and of each channel beyond the others; below it the value of
+/// information, by which the cost grows with what is not known. One column of panels per design.
+///
+/// Of more than six channels the six that give the most are shown.
+///
+/// # Errors
+/// Where there is no evaluated design, or no task of the name.
+pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
+    let shown = designs("information", folders, task)?;
+    let channels = channels(&shown);
+    let columns = shown.len();
+    let bits: Vec<Vec<Series>> = shown.iter().map(|design| bits(design, &channels)).collect();
+    let worth: Vec<Vec<Series>> = shown.iter().map(worth).collect();
+    let axis = |label: &str, unit: &str, scale: Scale, series: &[Vec<Series>]| {
+        let all: Vec<f64> = series.iter().flatten().flat_map(Series::ordinates).collect();
+        Axis::around(label, unit, scale, &all)
+    };
+    let rows = [
+        (axis("information per step", "bits", Scale::Linear, &bits), bits),
+        (axis("cost per step", "", Scale::Linear, &worth), worth),
+    ];
+    let mut panels = Vec::new();
+    for (row, (y, lines)) in rows.into_iter().enumerate() {
+        for (design, series) in shown.iter().zip(lines) {
+            let total = format!("{} bits", words::short(design.task.information.total_bits));
+            let title = match row {
+                0 if columns > 1 => format!("{}, {total}", design.design),
+                0 => total,
+                _ => String::new(),
+            };
+            let x = Axis::within("time", "s", Scale::Linear, &design.trajectory.time);
+            panels.push(Panel { title, x, y: y.clone(), series });
+        }
+    }
+    Ok(Figure {
+        name: "information".into(),
+        title: format!("Directed information over time of the task {}, and what it is worth", shown[0].task.name),
+        panels,
+        column: Grid { columns, aspect: if columns == 1 { 0.4 } else { 0.75 } },
+        page: Grid { columns, aspect: if columns == 1 { 0.25 } else { 0.42 } },
+        shared_x: true,
+        shared_y: true,
+    })
+}
+
+/// The names of the channels to show, in the order of the task.
+fn channels(shown: &[Shown]) -> Vec<String> {
+    let mut sums: Vec<(usize, String, f64)> = Vec::new();
+    for channel in shown.iter().flat_map(|design| &design.trajectory.measurements) {
+        let sum = channel.beyond_others_nats.iter().filter(|nats| nats.is_finite()).sum::<f64>();
+        match sums.iter_mut().find(|(_, name, _)| *name == channel.name) {
+            Some((.., most)) => *most = most.max(sum),
+            None => sums.push((sums.len(), channel.name.clone(), sum)),
+        }
+    }
+    sums.sort_by(|a, b| b.2.total_cmp(&a.2).then(a.0.cmp(&b.0)));
+    sums.truncate(MOST);
+    sums.sort_by_key(|(index, ..)| *index);
+    sums.into_iter().map(|(_, name, _)| name).collect()
+}
+
+fn line(design: &Shown, y: Vec<f64>) -> Shape {
+    let time = &design.trajectory.time;
+    Shape::Line { x: time[..y.len().min(time.len())].to_vec(), y }
+}
+
+fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
+    let bits = |nats: &[f64]| line(design, nats.iter().map(|nats| nats / NATS).collect());
+    let total = bits(&design.task.information.per_step_nats);
+    let mut series = vec![Series::named("all measurements", Style::line(Colour::Black), total)];
+    for (index, name) in channels.iter().enumerate() {
+        if let Some(channel) = design.trajectory.measurements.iter().find(|channel| channel.name == *name) {
+            let style = Style::of_set(index);
+            let label = format!("{} beyond the others", words::name(name));
+            series.push(Series::named(label, style, bits(&channel.beyond_others_nats)));
+        }
+    }
+    series
+}
+
+/// What is not known costs `1/2 Tr(Xi Sigma)`.
+fn worth(design: &Shown) -> Vec<Series> {
+    let style = Style { dash: Dash::Solid, ..Style::line(Colour::Black) };
+    let cost = line(design, design.task.cost.belief_per_step.clone());
+    vec![Series::named("cost of what is not known", style, cost)]
+}

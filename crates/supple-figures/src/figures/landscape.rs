@@ -1,0 +1,257 @@
+use supple::parameters::Scale;
+use supple_study::sweep::{Axis as SweepAxis, Sweep};
+use supple_study::{Folder, StudyResult};
+
+use super::overlay::{Spot, Track, tracks};
+use super::results::{NATS, content, lacking, task_index};
+use crate::draw::step;
+use crate::figure::{Axis, Colour, Dash, Figure, Grid, Map, Marker, Panel, Series, Shape, Style, Values};
+use crate::{FigureError, words};
+
+/// What a landscape shows.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Information,
+    Cost,
+}
+
+impl Quantity {
+    const ALL: [Self; 2] = [Self::Information, Self::Cost];
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Information => "Directed information (bits)",
+            Self::Cost => "Expected cost",
+        }
+    }
+
+    fn of(self, spot: &Spot) -> f64 {
+        match self {
+            Self::Information => spot.bits,
+            Self::Cost => spot.cost,
+        }
+    }
+}
+
+/// Information and expected cost over the one or two parameters of a sweep. The line on which the cost is at its bound
+/// is drawn on both, and so are paths of traces, starts and optima of designs, and fronts, where they are given.
+///
+/// The information is that of the objective, or of the task that is named; the cost is that of the task.
+///
+/// # Errors
+/// Where there is no sweep over one or two parameters, or several, or no task of the name.
+pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
+    let sweeps = folders.iter().filter_map(|folder| match &folder.result {
+        StudyResult::Sweep(sweep) => Some((folder, &**sweep)),
+        _ => None,
+    });
+    let [(folder, sweep)] = sweeps.collect::<Vec<_>>()[..] else {
+        return Err(lacking(
+            "landscape",
+            "one folder of `supple sweep`, and folders of other results to overlay",
+            folders,
+        ));
+    };
+    let index = task_index(folder, task)?;
+    let about = &folder.made.about.tasks[index];
+    let [bits, costs] = columns(folder, sweep, task, &about.name)?;
+    let tracks = tracks(folders, &about.name, task.is_some())?;
+    let view = View { folder, sweep, bits, costs, bound: about.bound, tracks };
+    let axes: Vec<&SweepAxis> = sweep.options.axes.iter().filter(|axis| axis.values.len() > 1).collect();
+    let (panels, aspect) = match axes[..] {
+        [axis] => (view.curves(axis)?, [0.5, 0.62]),
+        [x, y] => (view.fields(x, y)?, [0.8, 0.8]),
+        _ => {
+            let message = format!(
+                "has {} axes with more than one value; a landscape shows one or two: sweep fewer parameters at once",
+                axes.len()
+            );
+            return Err(content(folder, message));
+        }
+    };
+    let names: Vec<String> = axes.iter().map(|axis| words::name(&axis.parameter)).collect();
+    Ok(Figure {
+        name: "landscape".into(),
+        title: format!("Directed information and expected cost of {} over {}", about.name, names.join(" and ")),
+        panels,
+        column: Grid { columns: 1, aspect: aspect[0] },
+        page: Grid { columns: 2, aspect: aspect[1] },
+        shared_x: false,
+        shared_y: false,
+    })
+}
+
+/// Bits and expected cost by row.
+fn columns(folder: &Folder, sweep: &Sweep, task: Option<&str>, name: &str) -> Result<[Vec<f64>; 2], FigureError> {
+    let information = if task.is_some() { format!("{name}.information_nats") } else { "information_nats".to_owned() };
+    let column = |column: &str| {
+        let missing = || content(folder, format!("its table has no column `{column}`; make the result again"));
+        sweep.table.numbers(column).ok_or_else(missing)
+    };
+    let nats = column(&information)?;
+    Ok([nats.into_iter().map(|nats| nats / NATS).collect(), column(&format!("{name}.expected_cost"))?])
+}
+
+/// What a landscape is drawn of.
+struct View<'a> {
+    folder: &'a Folder,
+    sweep: &'a Sweep,
+    bits: Vec<f64>,
+    costs: Vec<f64>,
+    bound: Option<f64>,
+    tracks: Vec<Track>,
+}
+
+impl View<'_> {
+    fn values(&self, quantity: Quantity) -> &[f64] {
+        match quantity {
+            Quantity::Information => &self.bits,
+            Quantity::Cost => &self.costs,
+        }
+    }
+
+    /// The value of an axis at every row of the table.
+    fn along(&self, axis: &SweepAxis) -> Result<Vec<f64>, FigureError> {
+        let missing = || content(self.folder, format!("its table has no column `{}`", axis.parameter));
+        self.sweep.table.numbers(&axis.parameter).ok_or_else(missing)
+    }
+
+    /// Over one parameter: curves.
+    fn curves(&self, axis: &SweepAxis) -> Result<Vec<Panel>, FigureError> {
+        let at = self.along(axis)?;
+        let mut order: Vec<usize> = (0..at.len()).collect();
+        order.sort_by(|&a, &b| at[a].total_cmp(&at[b]));
+        let sorted = |values: &[f64]| -> Vec<f64> { order.iter().map(|&row| values[row]).collect() };
+        let x = sorted(&at);
+        let panel = |quantity: Quantity| {
+            let y = sorted(self.values(quantity));
+            let style = if x.len() <= 40 { marked(Colour::Blue) } else { Style::line(Colour::Blue) };
+            let mut series = vec![Series::plain(style, Shape::Line { x: x.clone(), y })];
+            if let (Quantity::Cost, Some(y)) = (quantity, self.bound) {
+                series.insert(0, Series::named(bound_label(y), bound_style(), Shape::Horizontal { y }));
+            }
+            let place = |spot: &Spot| (spot.at(&axis.parameter), quantity.of(spot));
+            series.extend(self.tracks.iter().flat_map(|track| track.series(&place)));
+            let all: Vec<f64> = series.iter().flat_map(Series::ordinates).collect();
+            let (label, unit) = match quantity {
+                Quantity::Information => ("directed information", "bits"),
+                Quantity::Cost => ("expected cost", ""),
+            };
+            Panel { title: String::new(), x: axis_of(axis), y: Axis::around(label, unit, tall(&all), &all), series }
+        };
+        Ok(Quantity::ALL.map(panel).to_vec())
+    }
+
+    /// Over two parameters: filled contours.
+    fn fields(&self, x: &SweepAxis, y: &SweepAxis) -> Result<Vec<Panel>, FigureError> {
+        let cost = self.grid(x, y, &self.costs)?;
+        let mut panels = Vec::new();
+        for quantity in Quantity::ALL {
+            let grid = self.grid(x, y, self.values(quantity))?;
+            let map = if quantity == Quantity::Information { Map::Viridis } else { Map::Cividis };
+            let field = Shape::Field { levels: levels(self.values(quantity)), grid, map };
+            let mut series = vec![Series::plain(Style::line(Colour::Black), field)];
+            if let Some(level) = self.bound {
+                let shape = Shape::Contour { grid: cost.clone(), level };
+                series.push(Series::named(bound_label(level), Style { rim: true, ..bound_style() }, shape));
+            }
+            let place = |spot: &Spot| (spot.at(&x.parameter), spot.at(&y.parameter));
+            series.extend(self.tracks.iter().flat_map(|track| track.series(&place)));
+            panels.push(Panel { title: quantity.title().into(), x: axis_of(x), y: axis_of(y), series });
+        }
+        Ok(panels)
+    }
+
+    /// Rows of the table by the values of two axes.
+    fn grid(&self, x: &SweepAxis, y: &SweepAxis, values: &[f64]) -> Result<Values, FigureError> {
+        let (xs, ys) = (rising(&x.values), rising(&y.values));
+        let mut rows = vec![vec![f64::NAN; xs.len()]; ys.len()];
+        for ((at_x, at_y), value) in self.along(x)?.into_iter().zip(self.along(y)?).zip(values) {
+            if let (Some(i), Some(j)) = (find(&xs, at_x), find(&ys, at_y)) {
+                rows[j][i] = *value;
+            }
+        }
+        Ok(Values { x: xs, y: ys, rows })
+    }
+}
+
+fn marked(colour: Colour) -> Style {
+    Style::line(colour).marked(Marker::Circle)
+}
+
+fn bound_label(bound: f64) -> String {
+    format!("cost at its bound, {}", words::short(bound))
+}
+
+fn bound_style() -> Style {
+    Style { dash: Dash::Dashed, width: 1.3, ..Style::line(Colour::Black) }
+}
+
+fn axis_of(axis: &SweepAxis) -> Axis {
+    Axis::within(words::name(&axis.parameter), axis.unit.clone(), axis.scale, &axis.values)
+}
+
+fn rising(values: &[f64]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// The index of a value, up to rounding of what was written and read again.
+fn find(values: &[f64], value: f64) -> Option<usize> {
+    let above = values.partition_point(|other| *other < value);
+    let near = |index: &usize| values.get(*index).is_some_and(|other| (other - value).abs() <= 1e-9 * value.abs());
+    [above, above.wrapping_sub(1)].into_iter().find(near)
+}
+
+/// The scale of an axis for values that may spread over decades.
+fn tall(values: &[f64]) -> Scale {
+    let (low, high) = ends(values);
+    if low > 0.0 && high / low > 50.0 { Scale::Log } else { Scale::Linear }
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
+/// Where colours change: about ten round values; by ratios where the values spread over more than a decade.
+fn levels(values: &[f64]) -> Vec<f64> {
+    let (low, high) = ends(values);
+    if low >= high || !(high - low).is_finite() {
+        return Vec::new();
+    }
+    if low > 0.0 && high / low > 15.0 {
+        let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
+        let sets: [&[f64]; 4] = [&[1.0, 1.5, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
+        let of_set = |set: &[f64]| -> Vec<f64> {
+            let all = decades.clone().flat_map(|power| set.iter().map(move |factor| factor * 10f64.powi(power)));
+            all.filter(|level| *level > low && *level < high).collect()
+        };
+        let found = sets.iter().map(|set| of_set(set)).find(|levels| levels.len() <= 14);
+        return found.unwrap_or_else(|| of_set(&[1.0]));
+    }
+    let step = step(high - low, 12);
+    let first = (low / step).floor() + 1.0;
+    let count = ((high / step).ceil() - first).max(0.0) as usize;
+    (0..count).map(|index| (first + index as f64) * step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{find, levels};
+
+    #[test]
+    fn levels_are_round_and_within() {
+        assert_eq!(levels(&[20.0, 31.0, f64::NAN]), [21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 30.0]);
+        assert_eq!(levels(&[1.5, 900.0]), [2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0]);
+        assert!(levels(&[3.0, 3.0]).is_empty() && levels(&[f64::NAN]).is_empty());
+    }
+
+    #[test]
+    fn values_are_found_up_to_rounding() {
+        let values = [1.0, 2.0, 3.0];
+        assert_eq!([2.0 + 1e-12, 2.0 - 1e-12, 3.0, 2.5].map(|v| find(&values, v)), [Some(1), Some(1), Some(2), None]);
+    }
+}

@@ -1,0 +1,71 @@
+//! Figures of results: one file per kind.
+
+mod belief;
+mod gains;
+mod information;
+mod landscape;
+mod overlay;
+mod pareto;
+mod results;
+mod robustness;
+
+pub use belief::belief;
+pub use gains::gains;
+pub use information::information;
+pub use landscape::landscape;
+pub use pareto::pareto;
+pub use robustness::robustness;
+
+use supple_study::Folder;
+
+use crate::{Figure, FigureError};
+
+/// A kind of figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Information and cost over parameters, with the paths of searches.
+    Landscape,
+    /// States over time: plan, truth, estimate.
+    Belief,
+    /// Feedback gains and feedforward over time.
+    Gains,
+    /// Costs as a noise grows.
+    Robustness,
+    /// Information against cost.
+    Pareto,
+    /// Information over time, by measurement.
+    Information,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 6] =
+        [Self::Landscape, Self::Belief, Self::Gains, Self::Robustness, Self::Pareto, Self::Information];
+
+    /// Its name, also that of its file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Landscape => "landscape",
+            Self::Belief => "belief",
+            Self::Gains => "gains",
+            Self::Robustness => "robustness",
+            Self::Pareto => "pareto",
+            Self::Information => "information",
+        }
+    }
+}
+
+/// A figure of results, of one task: the first one where none is named.
+///
+/// # Errors
+/// Where the results are not those that the figure shows, or no task has the name.
+pub fn draw(kind: Kind, folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureError> {
+    match kind {
+        Kind::Landscape => landscape(folders, task),
+        Kind::Belief => belief(folders, task),
+        Kind::Gains => gains(folders, task),
+        Kind::Robustness => robustness(folders, task),
+        Kind::Pareto => pareto(folders, task),
+        Kind::Information => information(folders, task),
+    }
+}

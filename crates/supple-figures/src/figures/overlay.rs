@@ -1,0 +1,146 @@
+//! What other results add to a landscape: paths, starts and optima.
+
+use supple::design::{GradientKind, Method};
+use supple::{Evaluation, Named};
+use supple_study::pareto::Pareto;
+use supple_study::trace::{Trace, TracePoint};
+use supple_study::{Folder, StudyResult};
+
+use super::results::{NATS, task_index};
+use crate::FigureError;
+use crate::figure::{Colour, Dash, Marker, Series, Shape, Style};
+
+/// A design in a landscape.
+pub struct Spot {
+    parameters: Named,
+    /// Its information, bits.
+    pub bits: f64,
+    /// Its expected cost.
+    pub cost: f64,
+}
+
+impl Spot {
+    /// The value of a parameter; NaN where it has none.
+    pub fn at(&self, parameter: &str) -> f64 {
+        self.parameters.get(parameter).unwrap_or(f64::NAN)
+    }
+}
+
+/// A path with its ends.
+pub struct Track {
+    label: String,
+    style: Style,
+    spots: Vec<Spot>,
+    /// Whether its ends are marked.
+    ended: bool,
+}
+
+impl Track {
+    /// The track in a panel, with `place` its map from designs to the axes.
+    pub fn series(&self, place: &impl Fn(&Spot) -> (f64, f64)) -> Vec<Series> {
+        let (x, y): (Vec<f64>, Vec<f64>) = self.spots.iter().map(place).unzip();
+        let ends = |index: Option<usize>| {
+            let at =
+                |values: &[f64]| index.and_then(|index| values.get(index)).map_or(Vec::new(), |value| vec![*value]);
+            Shape::Points { x: at(&x), y: at(&y) }
+        };
+        let mark = |colour, marker, filled| Style { filled, rim: filled, ..Style::points(colour, marker) };
+        let mut series = Vec::new();
+        if self.ended {
+            let start = mark(Colour::Black, Marker::Circle, false);
+            let end = mark(Colour::Vermilion, Marker::Star, true);
+            series.push(Series::named("start", start, ends(Some(0))));
+            series.push(Series::named("end", end, ends(x.len().checked_sub(1))));
+        }
+        let shape = if self.style.width > 0.0 { Shape::Line { x, y } } else { Shape::Points { x, y } };
+        series.insert(0, Series::named(self.label.clone(), self.style, shape));
+        series
+    }
+}
+
+/// All that folders add to the landscape of a task; their information is that of the task, or else of the objective.
+pub fn tracks(folders: &[Folder], task: &str, of_task: bool) -> Result<Vec<Track>, FigureError> {
+    let mut tracks = Vec::new();
+    for folder in folders {
+        let index = || task_index(folder, Some(task));
+        match &folder.result {
+            StudyResult::Trace(trace) => tracks.extend(of_trace(trace, index()?)),
+            StudyResult::Pareto(front) => tracks.push(of_front(front, index()?, of_task)),
+            StudyResult::Design(report) => {
+                let index = index()?;
+                let start = Style { filled: false, ..Style::points(Colour::Black, Marker::Square) };
+                let optimum = Style { rim: true, ..Style::points(Colour::Orange, Marker::Diamond) };
+                tracks.push(single("initial design", start, of_evaluation(&report.start, index, of_task)));
+                tracks.push(single("optimum", optimum, of_evaluation(&report.optimum, index, of_task)));
+            }
+            _ => {}
+        }
+    }
+    Ok(tracks)
+}
+
+fn single(label: &str, style: Style, spot: Spot) -> Track {
+    Track { label: label.into(), style: Style { width: 0.0, ..style }, spots: vec![spot], ended: false }
+}
+
+fn of_evaluation(evaluation: &Evaluation, index: usize, of_task: bool) -> Spot {
+    let task = evaluation.tasks.get(index);
+    let objective = evaluation.objective.information_bits;
+    let bits = if of_task { task.map_or(f64::NAN, |task| task.information.total_bits) } else { objective };
+    Spot { parameters: evaluation.parameters.clone(), bits, cost: task.map_or(f64::NAN, |task| task.cost.expected) }
+}
+
+fn of_front(front: &Pareto, index: usize, of_task: bool) -> Track {
+    let spots = front.points.iter().map(|point| {
+        let nats =
+            if of_task { point.task_nats.get(index).copied().unwrap_or(f64::NAN) } else { point.information_nats };
+        let cost = point.costs.get(index).copied().unwrap_or(f64::NAN);
+        Spot { parameters: point.parameters.clone(), bits: nats / NATS, cost }
+    });
+    let style = Style { rim: true, ..Style::line(Colour::Purple) }.marked(Marker::Triangle);
+    Track { label: "Pareto front".into(), style, spots: spots.collect(), ended: false }
+}
+
+/// One style per method and gradient, in the order in which they ran.
+fn of_trace(trace: &Trace, index: usize) -> Vec<Track> {
+    let spot = |point: &TracePoint| {
+        let cost = point.costs.get(index).copied().unwrap_or(f64::NAN);
+        Spot { parameters: point.parameters.clone(), bits: point.information_nats / NATS, cost }
+    };
+    let mut kinds: Vec<(Method, GradientKind)> = Vec::new();
+    let mut tracks = Vec::new();
+    for run in &trace.runs {
+        let kind = (run.method, run.gradient);
+        let number = kinds.iter().position(|known| *known == kind).unwrap_or_else(|| {
+            kinds.push(kind);
+            kinds.len() - 1
+        });
+        let spots: Vec<Spot> = run.path.iter().chain([&run.end]).map(spot).collect();
+        tracks.push(Track { label: kind_name(kind), style: path_style(number), spots, ended: true });
+    }
+    tracks
+}
+
+fn kind_name((method, gradient): (Method, GradientKind)) -> String {
+    let method = match method {
+        Method::Sqp => "SQP",
+        Method::Barrier => "barrier",
+    };
+    let gradient = match gradient {
+        GradientKind::Total => "total",
+        GradientKind::Frozen => "frozen",
+    };
+    format!("{method}, {gradient} gradient")
+}
+
+/// Colours that stand out from the maps below them.
+fn path_style(number: usize) -> Style {
+    let kinds = [
+        (Colour::Black, Dash::Solid),
+        (Colour::Vermilion, Dash::Dashed),
+        (Colour::Purple, Dash::DashDotted),
+        (Colour::Sky, Dash::Dotted),
+    ];
+    let (colour, dash) = kinds[number % kinds.len()];
+    Style { dash, width: 0.8, rim: true, ..Style::line(colour) }
+}

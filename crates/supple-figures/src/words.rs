@@ -1,0 +1,116 @@
+//! Names, units and numbers as they are set in print.
+
+/// A name as it is printed: `k1` has an index, and `wall_variance` is two words.
+pub fn name(name: &str) -> String {
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let short = (1..=2).contains(&stem.chars().count()) && stem.chars().all(char::is_alphabetic);
+    if short && stem.len() < name.len() {
+        return stem.to_owned() + &name[stem.len()..].chars().map(lowered).collect::<String>();
+    }
+    name.replace('_', " ")
+}
+
+/// A unit as it is printed: `m^2/s^2` has raised powers, and factors are apart.
+pub fn unit(unit: &str) -> String {
+    let mut out = String::new();
+    let mut raised = false;
+    for c in unit.chars() {
+        match c {
+            '^' => raised = true,
+            '0'..='9' | '-' if raised => out.push(lifted(c)),
+            '*' => {
+                raised = false;
+                out.push('\u{b7}');
+            }
+            _ => {
+                raised = false;
+                out.push(c);
+            }
+        }
+    }
+    out
+}
+
+/// A label with its unit in brackets, and a power of ten that numbers are to be multiplied by.
+pub fn label(label: &str, unit_text: &str, exponent: i32) -> String {
+    let factor = if exponent == 0 { String::new() } else { power(exponent) };
+    let unit = unit(unit_text);
+    let inside = [factor, unit].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ");
+    match (label.is_empty(), inside.is_empty()) {
+        (_, true) => label.to_owned(),
+        (true, _) => format!("({inside})"),
+        _ => format!("{label} ({inside})"),
+    }
+}
+
+/// Ten to a power.
+pub fn power(exponent: i32) -> String {
+    "10".to_owned() + &exponent.to_string().chars().map(lifted).collect::<String>()
+}
+
+/// A number with `digits` behind the point, and with a minus sign that is none of a hyphen.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
+    if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
+}
+
+/// A number to three digits that count, without a power where it is neither great nor small.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".into() } else { "\u{2013}".into() };
+    }
+    let exponent = exponent_of(value);
+    if (-3..5).contains(&exponent) {
+        let digits = usize::try_from(2 - exponent).unwrap_or(0);
+        let text = fixed(value, digits);
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        return text.to_owned();
+    }
+    let mantissa = fixed(value / 10f64.powi(exponent), 2);
+    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    if mantissa == "1" { power(exponent) } else { format!("{mantissa}\u{d7}{}", power(exponent)) }
+}
+
+/// The power of ten that a number begins with.
+pub fn exponent_of(value: f64) -> i32 {
+    // Rounded to the digits that are printed, so that 999.9 counts as 1000.
+    format!("{value:.2e}").split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
+}
+
+fn lifted(c: char) -> char {
+    match c {
+        '-' => '\u{207b}',
+        '1' => '\u{b9}',
+        '2' => '\u{b2}',
+        '3' => '\u{b3}',
+        '0'..='9' => shifted('\u{2070}', c),
+        _ => c,
+    }
+}
+
+fn lowered(c: char) -> char {
+    shifted('\u{2080}', c)
+}
+
+/// The digit `c` in a row of digits that begins with `zero`.
+fn shifted(zero: char, c: char) -> char {
+    c.to_digit(10).and_then(|digit| char::from_u32(zero as u32 + digit)).unwrap_or(c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_units_and_numbers_are_set_as_in_print() {
+        assert_eq!((name("k1").as_str(), name("wall_variance").as_str()), ("k₁", "wall variance"));
+        assert_eq!((name("joint1").as_str(), name("xw").as_str(), name("12").as_str()), ("joint1", "xw", "12"));
+        assert_eq!((unit("m^2/s^2").as_str(), unit("kg*m^-1").as_str()), ("m²/s²", "kg·m⁻¹"));
+        assert_eq!(label("k₁", "N/m", 3), "k₁ (10³ N/m)");
+        assert_eq!((label("", "", 0).as_str(), label("time", "s", 0).as_str()), ("", "time (s)"));
+        assert_eq!((fixed(-1.5, 1).as_str(), fixed(-0.001, 1).as_str()), ("−1.5", "0.0"));
+        let shown = [0.0, 250.0, 0.05, 99_950.0, 1e-4, -2.5e-7, 135.912].map(short);
+        assert_eq!(shown, ["0", "250", "0.05", "10⁵", "10⁻⁴", "−2.5×10⁻⁷", "136"]);
+    }
+}
