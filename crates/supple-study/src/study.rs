@@ -17,7 +17,7 @@ use crate::{Folder, StudyResult};
 pub struct Study {
     /// Names of its steps; each has a folder of its name.
     pub steps: Vec<String>,
-    /// Names of its figures, files in the folder `figures`.
+    /// Files of its figures, as seen from its folder.
     pub figures: Vec<String>,
 }
 
@@ -41,12 +41,17 @@ pub struct Step {
     pub name: String,
     /// The words that one would type after `supple`.
     pub words: Vec<String>,
+    /// What they make, as seen from the folder of the study.
+    pub output: String,
     /// What the words are about in the file, for errors.
     place: (&'static str, usize),
 }
 
 /// Commands that a step may run.
 const COMMANDS: [&str; 6] = ["design", "evaluate", "pareto", "robustness", "sweep", "trace"];
+
+/// The page that a study ends in.
+pub const REPORT: &str = "report.html";
 
 /// The folder of figures in that of a study.
 const FIGURES: &str = "figures";
@@ -170,7 +175,7 @@ impl Reading<'_> {
         let mut words = vec![command, tidy(&self.folder.join(task))];
         self.options(place, keys, &mut words)?;
         words.extend(["--out".to_owned(), tidy(&self.out.join(&name))]);
-        Ok(Step { name, words, place })
+        Ok(Step { output: name.clone(), name, words, place })
     }
 
     fn figure(&self, index: usize, mut keys: BTreeMap<String, Words>, steps: &[Step]) -> Result<Step, FileError> {
@@ -195,8 +200,9 @@ impl Reading<'_> {
             _ => "svg".to_owned(),
         };
         self.options(place, keys, &mut words)?;
-        words.extend(["--out".to_owned(), tidy(&self.out.join(FIGURES).join(format!("{name}.{format}")))]);
-        Ok(Step { name, words, place })
+        let output = format!("{FIGURES}/{name}.{format}");
+        words.extend(["--out".to_owned(), tidy(&self.out.join(&output))]);
+        Ok(Step { name, words, output, place })
     }
 
     /// Every step needs a name of its own.

@@ -24,9 +24,9 @@ pub fn show(options: &ShowOptions) -> Result<Outcome, Failure> {
     if let StudyResult::Study(study) = &folder.result {
         for step in &study.steps {
             let step = Folder::load(&options.folder.join(step))?;
-            print_text(&format!("{}\n", result_page(&step)))?;
+            print_text(&format!("{}\n", result_page(&step.made.about, &step.result, Some(&step.path))))?;
         }
     }
-    print_text(&result_page(&folder))?;
+    print_text(&result_page(&folder.made.about, &folder.result, Some(&folder.path)))?;
     Ok(Outcome::Success)
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use clap::Parser;
-use supple_study::study::{Step, Study, StudyFile, is_made};
+use supple_study::study::{REPORT, Step, Study, StudyFile, is_made};
 use supple_study::{About, Folder, Made, RESULT, StudyResult, check_writable};
 
 use crate::Outcome;
@@ -12,9 +12,6 @@ use crate::arguments::{Arguments, Common, StudyOptions};
 use crate::failure::Failure;
 use crate::output::{note, print_text};
 use crate::progress::{STOP, listen};
-
-/// The page that a study ends in.
-const REPORT: &str = "report.html";
 
 /// `supple study FILE`: every step is a run of this program, so that its folder says which command made it.
 pub fn study(options: &StudyOptions, common: &Common) -> Result<Outcome, Failure> {
@@ -89,8 +86,8 @@ fn run(words: &[String], common: &Common, name: &str) -> Result<Outcome, Failure
 }
 
 fn save(file: &StudyFile, out: &Path) -> Result<(), Failure> {
-    let names = |steps: &[Step]| steps.iter().map(|step| step.name.clone()).collect();
-    let study = Study { steps: names(&file.steps), figures: names(&file.figures) };
+    let outputs = |steps: &[Step]| steps.iter().map(|step| step.output.clone()).collect();
+    let study = Study { steps: outputs(&file.steps), figures: outputs(&file.figures) };
     let about = About { title: file.title.clone(), ..About::default() };
     let made = Made::of_sources("study", 0, vec![file.source.clone()], about);
     Ok(Folder::save(out, &made, &StudyResult::Study(Box::new(study)))?)

@@ -1,16 +1,16 @@
 //! COLLADA files: triangles and polygons of the visual scene, in m. Materials are not used, and the up axis is not, as
 //! is the custom with robots' files.
 
-use std::str::FromStr;
+use std::collections::HashMap;
 
-use dae_parser::{
-    ArrayElement, Document, Geometry, Input, LocalMap, Mesh, Node, Primitive, Semantic, Source, Transform, VisualScene,
-};
+use roxmltree::{Document, Node, ParsingOptions};
 
 use super::surface::Surface;
 
 /// How deep elements and nodes may be in one another.
 const DEEPEST: usize = 64;
+/// The most elements of a file.
+const MOST_ELEMENTS: u32 = 2_000_000;
 /// The most triangles that are put together from nodes, which may use a mesh many times.
 const MOST_FACES: usize = 2_000_000;
 
@@ -19,12 +19,8 @@ type Affine = [[f64; 4]; 3];
 
 const IDENTITY: Affine = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
-/// What nodes refer to.
-struct Parts<'a> {
-    geometries: LocalMap<'a, Geometry>,
-    sources: LocalMap<'a, Source>,
-    nodes: LocalMap<'a, Node>,
-}
+/// Elements by their `id`.
+type Ids<'a> = HashMap<&'a str, Node<'a, 'a>>;
 
 /// Reads a file.
 pub fn read(bytes: &[u8]) -> Result<Surface, String> {
@@ -32,36 +28,37 @@ pub fn read(bytes: &[u8]) -> Result<Surface, String> {
     if !is_shallow(text) {
         return Err(format!("has elements more than {DEEPEST} deep in one another"));
     }
-    let fail = |_: dae_parser::Error| "cannot be read: it is no valid COLLADA 1.4".to_string();
-    let document = Document::from_str(text).map_err(fail)?;
-    let parts = Parts {
-        geometries: document.local_map().map_err(fail)?,
-        sources: document.local_map().map_err(fail)?,
-        nodes: document.local_map().map_err(fail)?,
-    };
-    let scenes: LocalMap<VisualScene> = document.local_map().map_err(fail)?;
-    let instance = document.scene.as_ref().and_then(|scene| scene.instance_visual_scene.as_ref());
+    let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options).map_err(|error| format!("cannot be read: {error}"))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "COLLADA" {
+        return Err(format!("cannot be read: it is no COLLADA file but `{}`", root.tag_name().name()));
+    }
+    let ids: Ids = root.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect();
     let mut all = Surface::default();
-    match instance.and_then(|instance| scenes.get(&instance.url)) {
+    let instance = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
+    match instance.and_then(|instance| target(instance, "url", &ids)) {
         Some(scene) => {
-            for node in &scene.nodes {
-                add_node(node, &IDENTITY, &parts, 0, &mut all)?;
+            for node in children(scene, "node") {
+                add_node(node, &IDENTITY, &ids, 0, &mut all)?;
             }
         }
         // Without a scene all that there is.
         None => {
-            let mut list: Vec<_> = parts.geometries.0.iter().collect();
-            list.sort_by_key(|&(id, _)| *id);
-            for (_, geometry) in list {
-                add_geometry(geometry, &IDENTITY, &parts, &mut all)?;
+            for geometry in root.descendants().filter(|node| is(*node, "geometry")) {
+                add_geometry(geometry, &IDENTITY, &ids, &mut all)?;
             }
         }
     }
-    let meter = f64::from(document.asset.unit.meter);
+    let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
+    let meter = match unit.and_then(|unit| unit.attribute("meter")) {
+        Some(text) => text.trim().parse().map_err(|_| format!("has the unit `{text}`, which is no number"))?,
+        None => 1.0,
+    };
     Ok(all.placed([meter; 3], [1.0, 0.0, 0.0, 0.0], [0.0; 3]))
 }
 
-/// Whether elements are not too deep in one another: the reader goes into them by recursion.
+/// Whether elements are not too deep in one another.
 fn is_shallow(text: &str) -> bool {
     let mut depth = 0_usize;
     text.split('<').skip(1).all(|rest| {
@@ -76,6 +73,32 @@ fn is_shallow(text: &str) -> bool {
     })
 }
 
+/// Whether an element has this name, in whatever namespace.
+fn is(node: Node, name: &str) -> bool {
+    node.is_element() && node.tag_name().name() == name
+}
+
+fn children<'a>(node: Node<'a, 'a>, name: &'a str) -> impl Iterator<Item = Node<'a, 'a>> {
+    node.children().filter(move |child| is(*child, name))
+}
+
+fn child<'a>(node: Node<'a, 'a>, name: &'a str) -> Option<Node<'a, 'a>> {
+    children(node, name).next()
+}
+
+/// The element that an attribute such as `url="#id"` leads to.
+fn target<'a>(node: Node<'a, 'a>, attribute: &str, ids: &Ids<'a>) -> Option<Node<'a, 'a>> {
+    ids.get(node.attribute(attribute)?.trim().strip_prefix('#')?).copied()
+}
+
+/// The numbers in an element.
+fn numbers<T: std::str::FromStr>(node: Node) -> Result<Vec<T>, String> {
+    let text = || node.children().filter_map(|part| part.text());
+    let words = text().flat_map(str::split_ascii_whitespace);
+    let number = |word: &str| word.parse().map_err(|_| format!("has `{word}` where a number should be"));
+    words.map(number).collect()
+}
+
 fn product(a: &Affine, b: &Affine) -> Affine {
     let entry = |row: &[f64; 4], column: usize| {
         let sum: f64 = (0..3).map(|k| row[k] * b[k][column]).sum();
@@ -84,22 +107,28 @@ fn product(a: &Affine, b: &Affine) -> Affine {
     a.map(|row| [0, 1, 2, 3].map(|column| entry(&row, column)))
 }
 
-fn matrix(transform: &Transform) -> Result<Affine, String> {
-    Ok(match transform {
-        Transform::Translate(by) => {
-            let mut out = IDENTITY;
-            (0..3).for_each(|i| out[i][3] = f64::from(by.0[i]));
-            out
-        }
-        Transform::Scale(by) => {
-            let mut out = IDENTITY;
-            (0..3).for_each(|i| out[i][i] = f64::from(by.0[i]));
-            out
-        }
-        Transform::Matrix(by) => [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| f64::from(by.0[4 * row + column]))),
-        Transform::Rotate(by) => rotation(by.0.map(f64::from)),
-        Transform::LookAt(_) | Transform::Skew(_) => return Err("uses `lookat` or `skew`, which are not read".into()),
-    })
+/// The matrix of a child of a node; none where it is no transformation.
+fn matrix(transform: Node) -> Result<Option<Affine>, String> {
+    let name = transform.tag_name().name();
+    let needed = match name {
+        "translate" | "scale" => 3,
+        "rotate" => 4,
+        "matrix" => 16,
+        "lookat" | "skew" => return Err("uses `lookat` or `skew`, which are not read".into()),
+        _ => return Ok(None),
+    };
+    let by: Vec<f64> = numbers(transform)?;
+    if by.len() != needed {
+        return Err(format!("has `{name}` with {} numbers, not {needed}", by.len()));
+    }
+    let mut out = IDENTITY;
+    match name {
+        "translate" => (0..3).for_each(|i| out[i][3] = by[i]),
+        "scale" => (0..3).for_each(|i| out[i][i] = by[i]),
+        "rotate" => out = rotation([by[0], by[1], by[2], by[3]]),
+        _ => out = [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| by[4 * row + column])),
+    }
+    Ok(Some(out))
 }
 
 /// About an axis by an angle in degrees (Rodrigues).
@@ -121,31 +150,39 @@ fn rotation([x, y, z, degrees]: [f64; 4]) -> Affine {
     out
 }
 
-fn add_node(node: &Node, outer: &Affine, parts: &Parts, depth: usize, all: &mut Surface) -> Result<(), String> {
+fn add_node<'a>(
+    node: Node<'a, 'a>,
+    outer: &Affine,
+    ids: &Ids<'a>,
+    depth: usize,
+    all: &mut Surface,
+) -> Result<(), String> {
     if depth > DEEPEST {
         return Err(format!("has nodes more than {DEEPEST} deep in one another"));
     }
     let mut here = *outer;
-    for transform in &node.transforms {
-        here = product(&here, &matrix(transform)?);
-    }
-    for instance in &node.instance_geometry {
-        if let Some(geometry) = parts.geometries.get(&instance.url) {
-            add_geometry(geometry, &here, parts, all)?;
+    for transform in node.children().filter(Node::is_element) {
+        if let Some(by) = matrix(transform)? {
+            here = product(&here, &by);
         }
     }
-    for instance in &node.instance_node {
-        if let Some(other) = parts.nodes.get(&instance.url) {
-            add_node(other, &here, parts, depth + 1, all)?;
+    for instance in children(node, "instance_geometry") {
+        if let Some(geometry) = target(instance, "url", ids) {
+            add_geometry(geometry, &here, ids, all)?;
         }
     }
-    node.children.iter().try_for_each(|child| add_node(child, &here, parts, depth + 1, all))
+    for instance in children(node, "instance_node") {
+        if let Some(other) = target(instance, "url", ids) {
+            add_node(other, &here, ids, depth + 1, all)?;
+        }
+    }
+    children(node, "node").try_for_each(|child| add_node(child, &here, ids, depth + 1, all))
 }
 
-fn add_geometry(geometry: &Geometry, here: &Affine, parts: &Parts, all: &mut Surface) -> Result<(), String> {
-    let Some(mesh) = geometry.element.as_mesh() else { return Ok(()) };
-    let mut own = Surface { vertices: positions(mesh, parts)?, faces: Vec::new() };
-    for primitive in &mesh.elements {
+fn add_geometry<'a>(geometry: Node<'a, 'a>, here: &Affine, ids: &Ids<'a>, all: &mut Surface) -> Result<(), String> {
+    let Some(mesh) = child(geometry, "mesh") else { return Ok(()) };
+    let mut own = Surface { vertices: positions(mesh, ids)?, faces: Vec::new() };
+    for primitive in mesh.children().filter(Node::is_element) {
         add_faces(primitive, &mut own.faces)?;
     }
     if all.faces.len() + own.faces.len() > MOST_FACES || all.vertices.len() + own.vertices.len() > 3 * MOST_FACES {
@@ -162,54 +199,69 @@ fn add_geometry(geometry: &Geometry, here: &Affine, parts: &Parts, all: &mut Sur
     Ok(())
 }
 
-fn positions(mesh: &Mesh, parts: &Parts) -> Result<Vec<[f32; 3]>, String> {
-    let vertices = mesh.vertices.as_ref().ok_or("has a mesh without vertices")?;
-    let position = |input: &&Input| input.semantic == Semantic::Position;
-    let input = vertices.inputs.iter().find(position).ok_or("has vertices without positions")?;
-    let source = parts.sources.get(input.source_as_source()).ok_or("has positions that lead nowhere")?;
-    let Some(ArrayElement::Float(array)) = &source.array else {
-        return Err("has positions that are no numbers".into());
+/// The whole number in an attribute; `default` where there is none.
+fn whole(node: Node, attribute: &str, default: usize) -> Result<usize, String> {
+    match node.attribute(attribute) {
+        Some(text) => text.trim().parse().map_err(|_| format!("has `{attribute}` = `{text}`, which is no whole number")),
+        None => Ok(default),
+    }
+}
+
+fn positions<'a>(mesh: Node<'a, 'a>, ids: &Ids<'a>) -> Result<Vec<[f32; 3]>, String> {
+    let vertices = child(mesh, "vertices").ok_or("has a mesh without vertices")?;
+    let position = |input: &Node| input.attribute("semantic") == Some("POSITION");
+    let input = children(vertices, "input").find(position).ok_or("has vertices without positions")?;
+    let source = target(input, "source", ids).ok_or("has positions that lead nowhere")?;
+    let array = child(source, "float_array").ok_or("has positions that are no numbers")?;
+    let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));
+    let (offset, stride) = match accessor {
+        Some(accessor) => (whole(accessor, "offset", 0)?, whole(accessor, "stride", 1)?),
+        None => (0, 3),
     };
-    let (offset, stride) = (source.accessor.offset, source.accessor.stride);
     if stride < 3 {
         return Err("has positions of less than three numbers".into());
     }
-    let rest = array.val.get(offset..).ok_or("has positions that lead nowhere")?;
+    let array: Vec<f32> = numbers(array)?;
+    let rest = array.get(offset..).ok_or("has positions that lead nowhere")?;
     Ok(rest.chunks(stride).filter(|chunk| chunk.len() >= 3).map(|chunk| [chunk[0], chunk[1], chunk[2]]).collect())
 }
 
 /// Adds the triangles of a list of primitives; lines are left out.
-fn add_faces(primitive: &Primitive, faces: &mut Vec<[u32; 3]>) -> Result<(), String> {
-    let (inputs, polygons): (_, Vec<&[u32]>) = match primitive {
-        Primitive::Triangles(list) => {
-            let stride = list.inputs.stride.max(1);
-            (&list.inputs, list.data.as_deref().unwrap_or(&[]).chunks_exact(3 * stride).collect())
+fn add_faces<'a>(primitive: Node<'a, 'a>, faces: &mut Vec<[u32; 3]>) -> Result<(), String> {
+    let name = primitive.tag_name().name();
+    match name {
+        "triangles" | "polylist" | "polygons" => {}
+        "trifans" | "tristrips" => return Err("uses fans or strips of triangles, which are not read".into()),
+        _ => return Ok(()),
+    }
+    let mut stride = 1;
+    let mut offset = None;
+    for input in children(primitive, "input") {
+        let place = whole(input, "offset", 0)?;
+        stride = stride.max(place.saturating_add(1));
+        if input.attribute("semantic") == Some("VERTEX") {
+            offset = Some(place);
         }
-        Primitive::PolyList(list) => {
-            let stride = list.inputs.stride.max(1);
-            let mut rest = &list.data.prim[..];
-            let mut polygons = Vec::new();
-            for &count in &list.data.vcount {
-                let length = stride * count as usize;
-                let (own, others) = rest.split_at_checked(length).ok_or("has polygons without corners")?;
-                polygons.push(own);
+    }
+    let offset = offset.ok_or("has faces without vertices")?;
+    let lists = children(primitive, "p").map(numbers).collect::<Result<Vec<Vec<u32>>, _>>()?;
+    let mut add = |polygon: &[u32]| {
+        let corners: Vec<u32> = polygon.chunks_exact(stride).map(|corner| corner[offset]).collect();
+        faces.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
+    };
+    let all = lists.concat();
+    match name {
+        "triangles" => all.chunks_exact(3_usize.saturating_mul(stride)).for_each(add),
+        "polygons" => lists.iter().for_each(|polygon| add(polygon)),
+        _ => {
+            let counts: Vec<usize> = child(primitive, "vcount").map_or(Ok(Vec::new()), numbers)?;
+            let mut rest = &all[..];
+            for count in counts {
+                let (own, others) =
+                    rest.split_at_checked(stride.saturating_mul(count)).ok_or("has polygons without corners")?;
+                add(own);
                 rest = others;
             }
-            (&list.inputs, polygons)
-        }
-        Primitive::Polygons(list) => (&list.inputs, list.data.0.iter().map(|polygon| &polygon.verts[..]).collect()),
-        Primitive::TriFans(_) | Primitive::TriStrips(_) => {
-            return Err("uses fans or strips of triangles, which are not read".into());
-        }
-        _ => return Ok(()),
-    };
-    let stride = inputs.stride.max(1);
-    let vertex = inputs.iter().find(|input| input.semantic == Semantic::Vertex);
-    let offset = vertex.ok_or("has faces without vertices")?.offset as usize;
-    for polygon in polygons {
-        let corners: Vec<u32> = polygon.chunks_exact(stride).filter_map(|corner| corner.get(offset).copied()).collect();
-        for pair in corners.windows(2).skip(1) {
-            faces.push([corners[0], pair[0], pair[1]]);
         }
     }
     Ok(())

@@ -1,0 +1,37 @@
+use std::fmt::Write;
+use std::path::Path;
+
+use supple_study::study::Study;
+use supple_study::{About, StudyResult};
+
+use super::{robustness_page, sweep_page, table_page, trace_page};
+use crate::tables::{design_page, evaluation_page, heading};
+
+/// The page of a result: what its command prints, and `supple show` again. `folder` is where it is kept.
+pub fn result_page(about: &About, result: &StudyResult, folder: Option<&Path>) -> String {
+    match (result, folder) {
+        (StudyResult::Design(report), _) => design_page(about, report),
+        (StudyResult::Evaluate(report), _) => evaluation_page(about, &report.evaluation),
+        (StudyResult::Sweep(sweep), Some(folder)) => sweep_page(about, sweep, folder),
+        (StudyResult::Sweep(sweep), None) => table_page(about, sweep),
+        (StudyResult::Robustness(study), _) => robustness_page(about, study),
+        (StudyResult::Pareto(study), _) => pareto_page(about, study),
+        (StudyResult::Trace(study), _) => trace_page(about, study),
+        (StudyResult::Study(study), folder) => study_page(about, study, folder.unwrap_or(Path::new(""))),
+    }
+}
+
+fn study_page(about: &About, study: &Study, folder: &Path) -> String {
+    let mut page = heading(about);
+    let mut line = |what: &str, path: &Path| {
+        let _ = writeln!(page, "  {}: {what}", path.display());
+    };
+    for step in &study.steps {
+        line("a step", &folder.join(step));
+    }
+    for figure in &study.figures {
+        line("a figure", &folder.join(figure));
+    }
+    line("the report", &folder.join(supple_study::study::REPORT));
+    page
+}
