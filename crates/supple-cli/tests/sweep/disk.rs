@@ -85,8 +85,8 @@ fn files_that_may_not_grow_keep_what_was_done() {
     let whole = expected(&folder);
     let arguments = sweep(&[&GRID, &["--out", "out"][..]].concat());
     let mut failures = 0;
-    // In units of 512 bytes.
-    for blocks in [8, 100, 400, 800, 1500] {
+    // In units of 512 bytes, or of 1024 in some shells.
+    for blocks in [8, 400] {
         let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
         let output = Command::new("sh")
             .args(["-c", &limited, env!("CARGO_BIN_EXE_supple")])

@@ -13,7 +13,7 @@ const KILLS: usize = 20;
 
 /// Arguments that make points slow enough to be killed among them.
 fn slow<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    sweep(&[&GRID, &["--rollouts", "64", "--seed", "2"], more].concat())
+    sweep(&[&GRID, &["--rollouts", "24", "--seed", "2"], more].concat())
 }
 
 #[test]
@@ -31,7 +31,7 @@ fn killed_sweeps_go_on_to_the_same_tables() {
             while kills < KILLS && !folder.path(&out).join("result.json").exists() {
                 let mut child = start(&folder, &arguments);
                 numbers = numbers.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                std::thread::sleep(Duration::from_millis(20 + (numbers >> 33) % 130));
+                std::thread::sleep(Duration::from_millis(15 + (numbers >> 33) % 185));
                 child.kill().unwrap();
                 let ended = child.wait().unwrap();
                 kills += 1;
