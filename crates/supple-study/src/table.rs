@@ -171,3 +171,90 @@ impl<'de> Deserialize<'de> for Pairs {
         deserializer.deserialize_map(Entries)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn cell() -> impl Strategy<Value = Cell> {
+        prop_oneof![
+            any::<f64>().prop_map(Cell::number),
+            any::<u64>().prop_map(|bits| Cell::number(f64::from_bits(bits))),
+            any::<i32>().prop_map(|number| Cell::Number(number.into())),
+            any::<String>().prop_map(Cell::Text),
+            prop::sample::select(&["", "null", "1e5", "a,b", "\"", "x\ny", "\r\n", "{}", "\u{feff}"][..])
+                .prop_map(|text| Cell::Text(text.into())),
+            Just(Cell::Missing),
+        ]
+    }
+
+    fn tables() -> impl Strategy<Value = Table> {
+        (1usize..6).prop_flat_map(|count| {
+            let rows = prop::collection::vec(prop::collection::vec(cell(), count), 0..8);
+            let names = prop::collection::vec(any::<String>(), count);
+            (names, rows).prop_map(|(names, rows)| {
+                let column = |(index, name)| Column {
+                    name: format!("{name}{index}"),
+                    unit: String::new(),
+                    description: String::new(),
+                };
+                Table { columns: names.into_iter().enumerate().map(column).collect(), rows }
+            })
+        })
+    }
+
+    /// The same bits, which `==` of numbers does not tell of -0.
+    fn bits(table: &Table) -> Vec<Vec<Result<u64, &Cell>>> {
+        fn of(cell: &Cell) -> Result<u64, &Cell> {
+            if let Cell::Number(number) = cell { Ok(number.to_bits()) } else { Err(cell) }
+        }
+        table.rows.iter().map(|row| row.iter().map(of).collect()).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn lines_of_json_come_back(table in tables()) {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("table.jsonl");
+            std::fs::write(&path, table.to_jsonl()).unwrap();
+            let read = Table::read_jsonl(&table.columns, &path).unwrap();
+            prop_assert_eq!(bits(&read), bits(&table));
+            for (line, row) in table.to_jsonl().lines().zip(&table.rows) {
+                let object: serde_json::Value = serde_json::from_str(line).unwrap();
+                prop_assert_eq!(object.as_object().unwrap().len(), row.len());
+            }
+        }
+
+        #[test]
+        fn csv_comes_back(table in tables()) {
+            let text = table.to_csv();
+            let mut reader = csv::ReaderBuilder::new().from_reader(text.as_bytes());
+            let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+            prop_assert!(names.iter().eq(table.columns.iter().map(|column| &column.name)));
+            let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
+            prop_assert_eq!(records.len(), table.rows.len());
+            for (record, row) in records.iter().zip(&table.rows) {
+                for (field, cell) in record.iter().zip(row) {
+                    match cell {
+                        Cell::Number(number) => prop_assert_eq!(field.parse::<f64>().unwrap().to_bits(), number.to_bits()),
+                        Cell::Text(text) => prop_assert_eq!(field, text),
+                        Cell::Missing => prop_assert_eq!(field, ""),
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_short() {
+        let shown = [60.0, 0.1, 1e-4, 1e-7, 1e15, 1e16, 1e300, -2.5, 5e-324].map(number_text);
+        assert_eq!(shown, ["60", "0.1", "0.0001", "1e-7", "1000000000000000", "1e16", "1e300", "-2.5", "5e-324"]);
+        assert_eq!([f64::NAN, f64::INFINITY].map(Cell::number), [Cell::Missing, Cell::Missing]);
+    }
+}

@@ -147,3 +147,85 @@ fn range(scale: Scale, [from, to]: [f64; 2], count: usize) -> Result<Vec<f64>, S
         })
         .collect())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::sweep::tests::task;
+
+    fn parsed(text: &str) -> (Scale, Vec<f64>) {
+        let axis = Axis::parse(text, &task()).unwrap();
+        (axis.scale, axis.values)
+    }
+
+    #[test]
+    fn axes_are_read_in_every_form() {
+        assert_eq!(parsed("k1=50:600:3"), (Scale::Linear, vec![50.0, 325.0, 600.0]));
+        assert_eq!(parsed(" k1 = lin: 600 : 50 : 3 "), (Scale::Linear, vec![600.0, 325.0, 50.0]));
+        assert_eq!(parsed("k1=75:600:1"), (Scale::Linear, vec![75.0]));
+        assert_eq!(parsed("k1=75:75:1"), (Scale::Linear, vec![75.0]));
+        assert_eq!(parsed("k1=60,50,1e2"), (Scale::Log, vec![60.0, 50.0, 100.0]));
+        assert_eq!(parsed("wall_variance=2e-4"), (Scale::Log, vec![2e-4]));
+        let (scale, values) = parsed("wall_variance=log:1e-8:1:9");
+        assert_eq!((scale, values[0], values[8], values.len()), (Scale::Log, 1e-8, 1.0, 9));
+        assert!(values.windows(2).all(|pair| (pair[1] / pair[0] - 10.0).abs() < 1e-12), "{values:?}");
+        let axis = Axis::parse_as("k1=100:400:3", &task(), Scale::Log).unwrap();
+        assert_eq!((axis.scale, axis.unit.as_str(), axis.values[0], axis.values[2]), (Scale::Log, "N/m", 100.0, 400.0));
+        assert!((axis.values[1] - 200.0).abs() < 1e-12);
+        assert_eq!(Axis::parse_as("k1=lin:100:400:3", &task(), Scale::Log).unwrap().values, [100.0, 250.0, 400.0]);
+    }
+
+    #[test]
+    fn ends_are_exact_and_values_within_them() {
+        for count in [2, 3, 7, 1000] {
+            for text in ["k2=log:100:600", "k2=100:600", "k2=log:600:100", "drive_variance=log:1e-8:1"] {
+                let (_, values) = parsed(&format!("{text}:{count}"));
+                let ends: Vec<f64> =
+                    text.rsplit(':').take(2).map(|end| end.rsplit('=').next().unwrap().parse().unwrap()).collect();
+                assert_eq!([values[count - 1], values[0]], ends[..]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_what_is_valid() {
+        let forms = "write NAME=FROM:TO:COUNT";
+        for (text, said) in [
+            ("", forms),
+            ("k1", forms),
+            ("k1=", "`` is no number"),
+            ("k1=a", "`a` is no number"),
+            ("k1=1:2", forms),
+            ("k1=1:2:3:4", forms),
+            ("k1=log:1,2", forms),
+            ("k1=log:", forms),
+            ("k1=:2:3", "`` is no number"),
+            ("k1=50:nan:3", "`nan` is no number"),
+            ("k1=50:inf:3", "`inf` is no number"),
+            ("k1=50,,60", "`` is no number"),
+            ("k1=50:60:x", "COUNT = `x` is no whole number"),
+            ("k1=50:60:-1", "COUNT = `-1` is no whole number"),
+            ("k1=50:60:2.5", "COUNT = `2.5` is no whole number"),
+            ("k1=50:60:0", "COUNT is at least 1"),
+            ("k1=50:60:10000001", "a grid has at most 10000000"),
+            ("k1=50:60:99999999999999999999", "is no whole number"),
+            ("k1=50:50:2", "so COUNT must be 1; found 2"),
+            ("k1=log:0:60:3", "a logarithmic axis needs positive ends; found 0 and 60"),
+            ("k1=log:50:-60:3", "a logarithmic axis needs positive ends; found 50 and -60"),
+            ("k1=40:60:3", "40 is outside the bounds of `k1`, [50, 600]"),
+            ("k1=50:601:3", "601 is outside the bounds of `k1`, [50, 600]"),
+            ("k1=50,60,50", "the value 50 is there twice"),
+            (
+                "K1=50:60:3",
+                "no parameter `K1`: there is `k1`, `k2`, `wall_variance`, `drive_variance` (did you mean `k1`?)",
+            ),
+            ("wall_varience=1e-3", "(did you mean `wall_variance`?)"),
+            ("=50:60:3", "no parameter ``"),
+        ] {
+            let error = Axis::parse(text, &task()).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{text}: ")) && error.contains(said), "{text}: {error}");
+        }
+    }
+}

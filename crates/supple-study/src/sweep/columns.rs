@@ -29,12 +29,12 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
     ];
     columns.extend(overall.map(|(name, unit, description)| column(name.into(), unit, description)));
     if options.starts > 0 {
-        columns.push(column("design_status".into(), PLAIN, "how the design search ended"));
+        columns.push(column("design_status".into(), PLAIN, DESIGN_ENDED));
         columns.push(column("design_evaluations".into(), PLAIN, "designs that the search evaluated"));
     }
     for name in task.tasks() {
         let results = [
-            ("status", PLAIN, "how the plan ended"),
+            ("status", PLAIN, PLAN_ENDED),
             ("information_nats", "nat", "directed information from state to measurements"),
             ("bits_per_second", "bit/s", "directed information by measurement and time step"),
             ("expected_cost", PLAIN, "expected cost in closed loop"),
@@ -48,7 +48,7 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         let results = results.into_iter().chain(sampled.into_iter().filter(|_| options.rollouts > 0));
         columns.extend(results.map(|(result, unit, what)| column(format!("{name}.{result}"), unit, what)));
     }
-    columns.push(column("error".into(), PLAIN, "why the point could not be evaluated"));
+    columns.push(column("error".into(), PLAIN, NO_RESULT));
     let mut names: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -59,6 +59,18 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         None => Ok(columns),
     }
 }
+
+/// Whether a column of a sweep holds texts, and not numbers. It is told by its description, since a parameter may have any
+/// name.
+#[cfg(feature = "parquet")]
+pub(super) fn is_text(column: &Column) -> bool {
+    [PLAN_ENDED, DESIGN_ENDED, NO_RESULT].contains(&&*column.description)
+}
+
+/// Descriptions of columns with texts.
+const PLAN_ENDED: &str = "how the plan ended";
+const DESIGN_ENDED: &str = "how the design search ended";
+const NO_RESULT: &str = "why the point could not be evaluated";
 
 fn column(name: String, unit: &str, description: &str) -> Column {
     Column { name, unit: unit.to_owned(), description: description.to_owned() }

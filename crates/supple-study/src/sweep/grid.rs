@@ -128,4 +128,28 @@ mod tests {
         let expected = [[60.0, 200.0], [70.0, 200.0], [80.0, 200.0], [60.0, 300.0], [70.0, 300.0], [80.0, 300.0]];
         assert_eq!(found, expected);
     }
+
+    #[test]
+    fn grids_that_cannot_be_are_refused() {
+        let task = task();
+        let twice = options(&task, &["k1=50,60", "k2=100", "k1=70"]);
+        let large = options(&task, &["k1=50:600:4000", "k2=100:600:4000"]);
+        let mut empty = options(&task, &["k1=50,60"]);
+        empty.axes[0].values.clear();
+        let mut outside = options(&task, &["k1=50,60"]);
+        outside.axes[0].values[1] = 1e3;
+        let mut unknown = options(&task, &["k1=50,60"]);
+        unknown.axes[0].parameter = "k_1".into();
+        for (options, said) in [
+            (options(&task, &[]), "a sweep has at least one axis"),
+            (twice, "parameter `k1` is on two axes"),
+            (large, "16000000 points are too many; a grid has at most 10000000"),
+            (empty, "axis `k1`: there are no values"),
+            (outside, "axis `k1`: 1000 is outside the bounds"),
+            (unknown, "axis `k_1`: no parameter `k_1`: there is `k1`"),
+        ] {
+            let error = Grid::new(&task, &options).map(|_| ()).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
 }

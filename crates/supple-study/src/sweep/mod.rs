@@ -8,6 +8,8 @@ mod axis;
 mod columns;
 mod grid;
 mod journal;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod point;
 mod work;
 
@@ -20,8 +22,10 @@ use supple::Problem;
 pub use self::axis::Axis;
 use self::columns::columns;
 use self::grid::Grid;
-pub use self::journal::JOURNAL;
 use self::journal::{Identity, Journal};
+pub use self::journal::{JOURNAL, kept_points};
+#[cfg(feature = "parquet")]
+pub use self::parquet::TABLE_PARQUET;
 use self::point::Study;
 use self::work::{Store, work};
 use crate::{Column, LoadedTask, StudyError, Table, Watch, write_text};
@@ -70,8 +74,10 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Writes `table.csv` and `table.jsonl`.
+    /// Writes `table.csv` and `table.jsonl`; with the feature `parquet`, `table.parquet` too.
     pub(crate) fn save_table(&self, folder: &Path) -> Result<(), StudyError> {
+        #[cfg(feature = "parquet")]
+        parquet::save(&self.table, folder)?;
         write_text(&folder.join(TABLE_CSV), self.table.to_csv().as_bytes())?;
         write_text(&folder.join(TABLE_JSONL), self.table.to_jsonl().as_bytes())
     }

@@ -8,11 +8,13 @@ mod shield;
 mod trial;
 
 use std::fs::File;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use redb::{Database, Durability, ReadableDatabase, ReadableTable, TableDefinition};
 
 pub(super) use self::identity::Identity;
+pub use self::open::kept_points;
 use self::shield::shielded;
 use super::grid::Grid;
 use super::work::Done;
@@ -107,6 +109,10 @@ impl Drop for Journal {
 /// A failure of the database as one of the journal.
 fn failed(path: &Path, error: redb::Error) -> StudyError {
     match error {
+        // What the file says of itself is wrong, or it ends too early.
+        redb::Error::Io(error) if matches!(error.kind(), ErrorKind::InvalidData | ErrorKind::UnexpectedEof) => {
+            damaged(path, error)
+        }
         redb::Error::Io(error) => StudyError::io(path, error),
         redb::Error::PreviousIo => StudyError::io(path, std::io::Error::other("it could not be written before")),
         redb::Error::DatabaseAlreadyOpen => in_use(path),

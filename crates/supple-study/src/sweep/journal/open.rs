@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use redb::backends::FileBackend;
-use redb::{Builder, Database, ReadableDatabase, ReadableTable};
+use redb::{Builder, Database, ReadableDatabase, ReadableTable, ReadableTableMetadata};
 
 use super::super::point::Study;
 use super::super::work::Started;
@@ -226,4 +226,24 @@ fn started(
     };
     let started = read().map_err(|error| failed(path, error))?;
     started.ok_or_else(|| damaged(path, "its rows do not fit to the sweep"))
+}
+
+/// How many points of a sweep are kept in its folder, finished or not. Changes nothing.
+///
+/// # Errors
+/// Where there is no journal, or it is in use or damaged.
+pub fn kept_points(folder: &Path) -> Result<u64, StudyError> {
+    let path = &folder.join(JOURNAL);
+    let io = |error| StudyError::io(path, error);
+    let file = File::options().read(true).write(true).open(path).map_err(io)?;
+    lock(&file, path)?;
+    let trial = Trial::new(file.try_clone().map_err(io)?).map_err(io)?;
+    let count = || -> Result<u64, redb::Error> {
+        let database = builder().create_with_backend(trial)?;
+        Ok(database.begin_read()?.open_table(ROWS)?.len()?)
+    };
+    match shielded(count) {
+        Ok(count) => count.map_err(|error| failed(path, error)),
+        Err(panic) => Err(damaged(path, panic)),
+    }
 }
