@@ -1,10 +1,12 @@
-//! Pages of studies.
+//! Pages of studies, and of any result.
 
+mod pareto;
 mod result;
 mod robustness;
 mod sweep;
 mod trace;
 
+pub use pareto::pareto_page;
 pub use result::result_page;
 pub use robustness::robustness_page;
 pub use sweep::{failed, sweep_page, table_page};
