@@ -67,10 +67,14 @@ pub fn step(length: f64, most: usize) -> f64 {
 }
 
 fn linear([low, high]: [f64; 2], most: usize) -> Ticks {
-    let step = step(high - low, most - 1);
     let slack = 1e-9 * (high - low);
-    let first = ((low - slack) / step).ceil();
-    let count = ((high + slack) / step).floor() - first;
+    let counted = |parts: usize| {
+        let step = step(high - low, parts);
+        let first = ((low - slack) / step).ceil();
+        (step, first, ((high + slack) / step).floor() - first)
+    };
+    let fits = |(_, _, count): &(f64, f64, f64)| *count < most as f64;
+    let (step, first, count) = (1..=2 * most).rev().map(counted).find(fits).unwrap_or_else(|| counted(1));
     let values: Vec<f64> = (0..=count.max(0.0) as usize).map(|i| (first + i as f64) * step).collect();
     let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let power = if largest > 0.0 { words::exponent_of(largest) } else { 0 };
