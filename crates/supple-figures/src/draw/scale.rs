@@ -94,14 +94,15 @@ fn logarithmic([low, high]: [f64; 2], most: usize) -> Ticks {
         all.filter(inside).collect()
     };
     let sets: [&[f64]; 4] = [&[1.0, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
-    let chosen = sets.iter().map(|set| at(set)).find(|values| values.len() <= most && values.len() >= 2);
+    let wide = high / low > 4.0;
+    let chosen = sets.iter().map(|set| at(set)).find(|values| wide && values.len() <= most && values.len() >= 2);
     let mut labelled = chosen.unwrap_or_else(|| {
-        let powers = at(&[1.0]);
+        let powers = if wide { at(&[1.0]) } else { Vec::new() };
         let every = powers.len().div_ceil(most).max(1);
         powers.into_iter().step_by(every).collect()
     });
     if labelled.len() < 2 {
-        // Less than a decade: round numbers, as on a linear axis.
+        // Little more than one number: round numbers, as on a linear axis.
         labelled = linear([low, high], most).ticks.into_iter().map(|tick| tick.value).filter(|v| *v > 0.0).collect();
     }
     let mut ticks: Vec<Tick> = labelled.iter().map(|&value| Tick { value, text: words::short(value) }).collect();
@@ -126,7 +127,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_few() {
         assert_eq!(texts(Scale::Linear, [0.0, 2.5], 6), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5"]);
-        assert_eq!(texts(Scale::Linear, [-31.0, 12.0], 5), ["−20", "0"]);
+        assert_eq!(texts(Scale::Linear, [-31.0, 12.0], 5), ["−30", "−20", "−10", "0", "10"]);
         assert_eq!(texts(Scale::Log, [50.0, 600.0], 5), ["50", "100", "200", "500"]);
         assert_eq!(texts(Scale::Log, [1e-8, 1.0], 5), ["10⁻⁸", "10⁻⁶", "10⁻⁴", "0.01", "1"]);
         assert_eq!(texts(Scale::Log, [200.0, 400.0], 4), ["200", "300", "400"]);
