@@ -65,7 +65,38 @@ impl Ruler {
             let advance = face.glyph_hor_advance(face.glyph_index(c)?)?;
             Some(f64::from(advance) / f64::from(face.units_per_em()))
         };
-        text.chars().map(|c| part(c).unwrap_or(0.6)).sum::<f64>() * size
+        let width = |c: char| match level(c) {
+            (c, Level::Line) => part(c).unwrap_or(0.6),
+            (c, _) => part(c).unwrap_or(0.6) * INDEX,
+        };
+        text.chars().map(width).sum::<f64>() * size
+    }
+}
+
+/// Size of an index or power in that of its text.
+const INDEX: f64 = 0.7;
+
+/// Where a character stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Level {
+    Line,
+    Raised,
+    Lowered,
+}
+
+/// The character that is drawn for one of a text, and where: fonts have few raised and lowered digits.
+fn level(c: char) -> (char, Level) {
+    let digit = |zero: u32| char::from_digit((c as u32).wrapping_sub(zero), 10);
+    match c {
+        '\u{b9}' => ('1', Level::Raised),
+        '\u{b2}' => ('2', Level::Raised),
+        '\u{b3}' => ('3', Level::Raised),
+        '\u{207b}' => ('\u{2212}', Level::Raised),
+        _ => match (digit(0x2070), digit(0x2080)) {
+            (Some(digit), _) => (digit, Level::Raised),
+            (_, Some(digit)) => (digit, Level::Lowered),
+            _ => (c, Level::Line),
+        },
     }
 }
 
@@ -129,7 +160,21 @@ impl Canvas {
         if angle != 0.0 {
             let _ = write!(self.body, r#" transform="rotate({} {x} {y})""#, Number(angle));
         }
-        let _ = write!(self.body, ">{}</text>", escaped(text));
+        self.body.push('>');
+        let mut drop = 0.0;
+        let runs: Vec<(char, Level)> = text.chars().map(level).collect();
+        for run in runs.chunk_by(|a, b| a.1 == b.1) {
+            let content: String = run.iter().map(|(c, _)| *c).collect();
+            let (down, part) = match run[0].1 {
+                Level::Line => (0.0, 1.0),
+                Level::Raised => (-0.36 * size, INDEX),
+                Level::Lowered => (0.16 * size, INDEX),
+            };
+            let (shift, size) = (Number(down - drop), Number(size * part));
+            let _ = write!(self.body, r#"<tspan dy="{shift}" font-size="{size}">{}</tspan>"#, escaped(&content));
+            drop = down;
+        }
+        self.body.push_str("</text>");
     }
 
     /// Draws within a rectangle what `draw` draws.

@@ -100,6 +100,8 @@ fn spot(line: &[Place], half: f64, [left, top, width, height]: [f64; 4], taken: 
         let (a, b) = (line[from], line[to]);
         let at = ((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0);
         let angle = ((b.1 - a.1) / (b.0 - a.0)).atan();
+        // What is all but upright reads upwards.
+        let angle = if angle > 1.4 { angle - std::f64::consts::PI } else { angle };
         let (reach_x, reach_y) = (half * angle.cos().abs() + 4.0, half * angle.sin().abs() + 4.0);
         let inside = at.0 > left + reach_x
             && at.0 < left + width - reach_x

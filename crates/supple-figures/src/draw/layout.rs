@@ -111,13 +111,15 @@ fn panel_layout(
     ruler: &Ruler,
 ) -> (PanelLayout, Margins) {
     let x = apart(&panel.x, size[0], ruler);
-    let y = ticks(&panel.y, ((size[1] / 15.0) as usize).clamp(2, 7));
+    let y = ticks(&panel.y, ((size[1] / 12.0) as usize).clamp(3, 7));
     let widest = |ticks: &Ticks| ticks.ticks.iter().map(|tick| ruler.width(&tick.text, SMALL)).fold(0.0, f64::max);
     let label = words::label(&panel.y.label, &panel.y.unit, y.exponent);
     let y_label = if labelled_y && !label.is_empty() { wrap(&label, size[1] + 14.0, ruler) } else { Vec::new() };
-    let y_label_gap = TICK + 4.0 + widest(&y);
-    let left = if labelled_y { y_label_gap + y_label.len() as f64 * LABEL * LEADING + 1.0 } else { 4.0 };
-    let right = bar_levels(panel).map_or(6.0, |levels| {
+    let y_label_gap = TICK + 6.0 + widest(&y);
+    // Texts of the ticks at its ends reach beyond the axis.
+    let half = if labelled_x { widest(&x) / 2.0 + 2.5 } else { 4.0 };
+    let left = if labelled_y { y_label_gap + y_label.len() as f64 * LABEL * LEADING + 1.0 } else { half };
+    let right = bar_levels(panel).map_or(half, |levels| {
         let texts = levels.iter().map(|level| ruler.width(&words::short(*level), SMALL));
         2.0 * BAR + 4.0 + texts.fold(0.0, f64::max)
     });

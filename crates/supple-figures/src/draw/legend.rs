@@ -3,7 +3,7 @@
 use super::canvas::{Canvas, Hold, Ruler};
 use super::layout::SMALL;
 use super::series;
-use crate::figure::{Figure, Series};
+use crate::figure::{Figure, Series, Shape};
 
 /// Length of the sample of an entry, pt.
 const SAMPLE: f64 = 17.0;
@@ -25,6 +25,14 @@ struct Entry {
     at: (f64, f64),
 }
 
+impl Entry {
+    /// Length of its sample, pt.
+    fn sample(&self) -> f64 {
+        let narrow = |series: &Series| matches!(series.shape, Shape::Points { .. } | Shape::Vertical { .. });
+        if self.series.iter().all(narrow) { SAMPLE / 2.5 } else { SAMPLE }
+    }
+}
+
 impl Legend {
     /// Entries in rows, in the order in which they first appear.
     pub fn new(figure: &Figure, width: f64, ruler: &Ruler) -> Self {
@@ -43,7 +51,7 @@ impl Legend {
         }
         let (mut x, mut row) = (2.0, 0.0);
         for entry in &mut entries {
-            let length = SAMPLE + GAPS[0] + ruler.width(&entry.label, SMALL);
+            let length = entry.sample() + GAPS[0] + ruler.width(&entry.label, SMALL);
             if x > 2.0 && x + length > width - 2.0 {
                 (x, row) = (2.0, row + 1.0);
             }
@@ -56,11 +64,13 @@ impl Legend {
 
     /// Draws it.
     pub fn draw(&self, canvas: &mut Canvas) {
-        for Entry { label, series, at: (x, y) } in &self.entries {
-            for series in series {
-                series::sample(canvas, series, [*x, y - 3.5, SAMPLE, 7.0]);
+        for entry in &self.entries {
+            let (x, y) = entry.at;
+            for series in &entry.series {
+                series::sample(canvas, series, [x, y - 3.5, entry.sample(), 7.0]);
             }
-            canvas.text(label, (x + SAMPLE + GAPS[0], y + 0.36 * SMALL), SMALL, Hold::Left, 0.0, "#000000");
+            let place = (x + entry.sample() + GAPS[0], y + 0.36 * SMALL);
+            canvas.text(&entry.label, place, SMALL, Hold::Left, 0.0, "#000000");
         }
     }
 }

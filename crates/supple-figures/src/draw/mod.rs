@@ -17,7 +17,7 @@ use layout::{Layout, PanelLayout};
 use scale::Mapping;
 use series::Frame;
 
-use crate::figure::{Figure, Grid, Panel, Shape};
+use crate::figure::{Figure, Grid, Panel, Series, Shape};
 
 /// A page.
 pub struct Page {
@@ -53,13 +53,18 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, place: &PanelLayout) {
     if field.is_none() {
         axes::grid(canvas, place, &frame);
     }
+    let below = |series: &&Series| matches!(series.shape, Shape::Field { .. });
+    let markers = |series: &&Series| matches!(series.shape, Shape::Points { .. });
     canvas.within(place.area, |canvas| {
-        for series in &panel.series {
-            series::draw(canvas, series, &frame);
-        }
+        panel.series.iter().filter(below).for_each(|series| series::draw(canvas, series, &frame));
+        panel.series.iter().for_each(|series| series::rim(canvas, series, &frame));
+        let lines = panel.series.iter().filter(|series| !below(series) && !markers(series));
+        lines.for_each(|series| series::draw(canvas, series, &frame));
     });
     if let Some((levels, map)) = field {
         field::bar(canvas, place.area, levels, map);
     }
     axes::draw(canvas, panel, place, &frame);
+    // Above the axes, as a marker on them is drawn whole.
+    panel.series.iter().filter(markers).for_each(|series| series::draw(canvas, series, &frame));
 }

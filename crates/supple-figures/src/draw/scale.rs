@@ -67,10 +67,14 @@ pub fn step(length: f64, most: usize) -> f64 {
 }
 
 fn linear([low, high]: [f64; 2], most: usize) -> Ticks {
-    let step = step(high - low, most - 1);
     let slack = 1e-9 * (high - low);
-    let first = ((low - slack) / step).ceil();
-    let count = ((high + slack) / step).floor() - first;
+    let counted = |parts: usize| {
+        let step = step(high - low, parts);
+        let first = ((low - slack) / step).ceil();
+        (step, first, ((high + slack) / step).floor() - first)
+    };
+    let fits = |(_, _, count): &(f64, f64, f64)| *count < most as f64;
+    let (step, first, count) = (1..=2 * most).rev().map(counted).find(fits).unwrap_or_else(|| counted(1));
     let values: Vec<f64> = (0..=count.max(0.0) as usize).map(|i| (first + i as f64) * step).collect();
     let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let power = if largest > 0.0 { words::exponent_of(largest) } else { 0 };
@@ -90,14 +94,15 @@ fn logarithmic([low, high]: [f64; 2], most: usize) -> Ticks {
         all.filter(inside).collect()
     };
     let sets: [&[f64]; 4] = [&[1.0, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
-    let chosen = sets.iter().map(|set| at(set)).find(|values| values.len() <= most && values.len() >= 2);
+    let wide = high / low > 4.0;
+    let chosen = sets.iter().map(|set| at(set)).find(|values| wide && values.len() <= most && values.len() >= 2);
     let mut labelled = chosen.unwrap_or_else(|| {
-        let powers = at(&[1.0]);
+        let powers = if wide { at(&[1.0]) } else { Vec::new() };
         let every = powers.len().div_ceil(most).max(1);
         powers.into_iter().step_by(every).collect()
     });
     if labelled.len() < 2 {
-        // Less than a decade: round numbers, as on a linear axis.
+        // Little more than one number: round numbers, as on a linear axis.
         labelled = linear([low, high], most).ticks.into_iter().map(|tick| tick.value).filter(|v| *v > 0.0).collect();
     }
     let mut ticks: Vec<Tick> = labelled.iter().map(|&value| Tick { value, text: words::short(value) }).collect();
@@ -122,7 +127,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_few() {
         assert_eq!(texts(Scale::Linear, [0.0, 2.5], 6), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5"]);
-        assert_eq!(texts(Scale::Linear, [-31.0, 12.0], 5), ["−20", "0"]);
+        assert_eq!(texts(Scale::Linear, [-31.0, 12.0], 5), ["−30", "−20", "−10", "0", "10"]);
         assert_eq!(texts(Scale::Log, [50.0, 600.0], 5), ["50", "100", "200", "500"]);
         assert_eq!(texts(Scale::Log, [1e-8, 1.0], 5), ["10⁻⁸", "10⁻⁶", "10⁻⁴", "0.01", "1"]);
         assert_eq!(texts(Scale::Log, [200.0, 400.0], 4), ["200", "300", "400"]);

@@ -43,7 +43,13 @@ pub fn draw(canvas: &mut Canvas, series: &Series, frame: &Frame) {
             line(canvas, std::slice::from_ref(&places), style);
             markers(canvas, &places, style);
         }
-        Shape::Points { x, y } => markers(canvas, &frame.places(x, y), style),
+        Shape::Points { x, y } => {
+            let inside = |(x, y): &Place| {
+                (left - 0.1..=left + width + 0.1).contains(x) && (top - 0.1..=top + height + 0.1).contains(y)
+            };
+            let places: Vec<Place> = frame.places(x, y).into_iter().filter(inside).collect();
+            markers(canvas, &places, style);
+        }
         Shape::Band { x, low, high } => {
             let (low, high) = (frame.places(x, low), frame.places(x, high));
             band(canvas, &low, &high, style);
@@ -66,6 +72,19 @@ pub fn draw(canvas: &mut Canvas, series: &Series, frame: &Frame) {
             let lines = frame.sheet(grid, |sheet| sheet.lines(*level));
             line(canvas, &lines, style);
         }
+    }
+}
+
+/// Draws the rim of a line: below all lines, so that it hides none of them.
+pub fn rim(canvas: &mut Canvas, series: &Series, frame: &Frame) {
+    let lines = match &series.shape {
+        Shape::Line { x, y } => vec![frame.places(x, y)],
+        Shape::Contour { grid, level } => frame.sheet(grid, |sheet| sheet.lines(*level)),
+        _ => return,
+    };
+    if series.style.rim {
+        let paint = Paint::stroke("#ffffff", series.style.width + 1.2);
+        canvas.path(&lines, false, Paint { opacity: 0.75, ..paint });
     }
 }
 
@@ -100,10 +119,6 @@ fn dashes(dash: Dash) -> &'static [f64] {
 }
 
 fn line(canvas: &mut Canvas, lines: &[Vec<Place>], style: &Style) {
-    if style.rim {
-        let rim = Paint { opacity: 0.85 * style.opacity, ..Paint::stroke("#ffffff", style.width + 1.4) };
-        canvas.path(lines, false, rim);
-    }
     let stroke = Paint::stroke(style.colour.hex(), style.width);
     canvas.path(lines, false, Paint { dash: dashes(style.dash), opacity: style.opacity, ..stroke });
 }

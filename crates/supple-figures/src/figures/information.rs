@@ -2,7 +2,7 @@ use supple::parameters::Scale;
 use supple_study::Folder;
 
 use super::results::{NATS, Shown, designs};
-use crate::figure::{Axis, Colour, Dash, Figure, Grid, Panel, Series, Shape, Style};
+use crate::figure::{Axis, Colour, Figure, Grid, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
 
 /// The most measurements that are shown.
@@ -77,7 +77,7 @@ fn line(design: &Shown, y: Vec<f64>) -> Shape {
 fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
     let bits = |nats: &[f64]| line(design, nats.iter().map(|nats| nats / NATS).collect());
     let total = bits(&design.task.information.per_step_nats);
-    let mut series = vec![Series::named("all measurements", Style::line(Colour::Black), total)];
+    let mut series = vec![Series::named("all measurements", Style { width: 1.6, ..Style::line(Colour::Black) }, total)];
     for (index, name) in channels.iter().enumerate() {
         if let Some(channel) = design.trajectory.measurements.iter().find(|channel| channel.name == *name) {
             let style = Style::of_set(index);
@@ -90,7 +90,7 @@ fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
 
 /// What is not known costs `1/2 Tr(Xi Sigma)`.
 fn worth(design: &Shown) -> Vec<Series> {
-    let style = Style { dash: Dash::Solid, ..Style::line(Colour::Black) };
+    let style = Style::line(Colour::Purple);
     let cost = line(design, design.task.cost.belief_per_step.clone());
     vec![Series::named("cost of what is not known", style, cost)]
 }

@@ -45,15 +45,14 @@ impl Track {
             Shape::Points { x: at(&x), y: at(&y) }
         };
         let mark = |colour, marker, filled| Style { filled, rim: filled, ..Style::points(colour, marker) };
-        let mut series = Vec::new();
+        let shape = |x, y| if self.style.width > 0.0 { Shape::Line { x, y } } else { Shape::Points { x, y } };
+        let mut series = vec![Series::named(self.label.clone(), self.style, shape(x.clone(), y.clone()))];
         if self.ended {
             let start = mark(Colour::Black, Marker::Circle, false);
             let end = mark(Colour::Vermilion, Marker::Star, true);
             series.push(Series::named("start", start, ends(Some(0))));
             series.push(Series::named("end", end, ends(x.len().checked_sub(1))));
         }
-        let shape = if self.style.width > 0.0 { Shape::Line { x, y } } else { Shape::Points { x, y } };
-        series.insert(0, Series::named(self.label.clone(), self.style, shape));
         series
     }
 }

@@ -1,0 +1,39 @@
+//! What `supple plot` writes and refuses.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Folder, TWO_MASS};
+
+/// A folder with the task and its evaluation in `out`.
+fn evaluated() -> Folder {
+    let folder = Folder::with_task(TWO_MASS);
+    let run = folder.run(&["evaluate", "task.toml", "--out", "out"]);
+    assert_eq!(run.quiet().0, Some(0));
+    folder
+}
+
+#[test]
+fn plot_writes_a_file_of_each_format() {
+    let folder = evaluated();
+    let starts: [(&str, &[u8]); 3] = [("svg", b"<svg"), ("pdf", b"%PDF-"), ("png", b"\x89PNG")];
+    for (format, start) in starts {
+        let run = folder.run(&["plot", "out", "--figure", "belief", "--format", format]);
+        assert_eq!(run.quiet(), (Some(0), format!("wrote belief.{format}\n").as_str()));
+        assert!(std::fs::read(folder.path(&format!("belief.{format}"))).unwrap().starts_with(start));
+    }
+    let run = folder.run(&["plot", "out", "--figure", "gains", "--width", "page", "--out", "figures/k.svg"]);
+    assert_eq!(run.quiet().0, Some(0));
+    assert!(std::fs::read_to_string(folder.path("figures/k.svg")).unwrap().contains("width=\"180.000mm\""));
+}
+
+#[test]
+fn plot_refuses_what_it_cannot_draw_and_writes_nothing() {
+    let folder = evaluated();
+    let error = |arguments: &[&str]| folder.run(&[&["plot"], arguments].concat()).error().to_owned();
+    assert!(error(&["out", "--figure", "landscape"]).contains("given: out (of `supple evaluate`)"));
+    assert!(error(&["nowhere", "--figure", "belief"]).contains("nowhere"));
+    assert!(error(&["out", "--figure", "belief", "--task", "push"]).contains("valid names: press"));
+    assert!(error(&["out", "--figure", "belief", "--out", ".."]).contains("names no file"));
+    assert_eq!(folder.names(), ["out", "task.toml"]);
+}

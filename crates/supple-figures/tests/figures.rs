@@ -1,0 +1,137 @@
+//! What figures hold, and the files that are made of them.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod common;
+
+use common::{design, evaluate, pareto, robustness, summary, sweep, trace};
+use insta::assert_json_snapshot;
+use resvg::usvg::{Options, Tree};
+use supple_figures::figure::{Panel, Shape};
+use supple_figures::{Figure, Format, Kind, Width, draw, render};
+use supple_study::{Folder, StudyResult};
+
+fn figure(kind: Kind, folders: &[Folder]) -> Figure {
+    draw(kind, folders, None).unwrap()
+}
+
+fn labels(panel: &Panel) -> Vec<&str> {
+    panel.series.iter().filter_map(|series| series.label.as_deref()).collect()
+}
+
+#[test]
+fn a_landscape_shows_fields_bound_paths_and_designs() {
+    let folders = [sweep(&["k1=log:20:120:6", "k2=10:50:5"]), design(), trace(), pareto()];
+    assert_json_snapshot!("landscape", summary(&figure(Kind::Landscape, &folders)));
+}
+
+#[test]
+fn a_landscape_of_one_parameter_shows_curves() {
+    assert_json_snapshot!("landscape_of_one", summary(&figure(Kind::Landscape, &[sweep(&["k1=20,120,60"])])));
+}
+
+#[test]
+fn beliefs_show_plan_truth_and_estimate_of_start_and_optimum() {
+    let belief = figure(Kind::Belief, &[design()]);
+    assert_json_snapshot!("belief", summary(&belief));
+    assert_eq!(figure(Kind::Belief, &[evaluate()]).panels.len(), 5);
+}
+
+#[test]
+fn gains_show_every_entry_and_the_feedforward() {
+    assert_json_snapshot!("gains", summary(&figure(Kind::Gains, &[design()])));
+}
+
+#[test]
+fn robustness_shows_means_quantiles_and_theory() {
+    assert_json_snapshot!("robustness", summary(&figure(Kind::Robustness, &[robustness()])));
+}
+
+#[test]
+fn a_front_shows_information_and_parameters() {
+    assert_json_snapshot!("pareto", summary(&figure(Kind::Pareto, &[pareto()])));
+}
+
+#[test]
+fn information_shows_all_measurements_and_each() {
+    assert_json_snapshot!("information", summary(&figure(Kind::Information, &[design()])));
+}
+
+#[test]
+fn more_than_six_states_are_reduced_to_those_that_move_most() {
+    let mut folder = evaluate();
+    let StudyResult::Evaluate(report) = &mut folder.result else { panic!() };
+    let trajectory = report.evaluation.tasks[0].trajectory.as_mut().unwrap();
+    let sample = &mut trajectory.sample;
+    let tables = [&mut trajectory.states, &mut trajectory.deviations, &mut sample.states, &mut sample.estimates];
+    // Three states more that rest.
+    tables.into_iter().chain([&mut sample.deviations]).flatten().for_each(|row| row.extend([1.0, 1.0, 1.0]));
+    trajectory.state_names.extend(["a", "b", "c"].map(String::from));
+    trajectory.state_units.extend([const { String::new() }; 3]);
+    let belief = figure(Kind::Belief, &[folder]);
+    let shown: Vec<&str> = belief.panels.iter().map(|panel| panel.y.label.as_str()).collect();
+    assert_eq!(shown.len(), 6);
+    assert_eq!(shown[5], "a", "the first of those that rest comes last: {shown:?}");
+}
+
+#[test]
+fn every_figure_becomes_a_file_of_every_format_and_width() {
+    let folders = [sweep(&["k1=log:20:120:6", "k2=10:50:5"]), design(), trace(), pareto(), robustness()];
+    for kind in Kind::ALL {
+        let figure = figure(kind, &folders);
+        for (width, points, pixels) in [(Width::Column, "249.44", 2079), (Width::Page, "510.23", 4252)] {
+            let svg = String::from_utf8(render(&figure, Format::Svg, width).unwrap()).unwrap();
+            let tree = Tree::from_str(&svg, &Options::default()).unwrap();
+            assert!(svg.contains(&format!("width=\"{:.3}mm\"", width.millimetres())), "{kind:?}");
+            assert!(!svg.contains("<text") && svg.contains("<title>"), "{kind:?}: texts are outlines");
+            assert!(tree.root().has_children() && !svg.contains("NaN"), "{kind:?}");
+            let pdf = render(&figure, Format::Pdf, width).unwrap();
+            let text = String::from_utf8_lossy(&pdf);
+            assert!(pdf.starts_with(b"%PDF-") && text.contains(&format!("[0 0 {points}")), "{kind:?}");
+            assert!(text.contains("NotoSans"), "{kind:?}: the font is embedded");
+            let png = render(&figure, Format::Png, width).unwrap();
+            let info = png::Decoder::new(std::io::Cursor::new(&png)).read_info().unwrap().info().clone();
+            assert_eq!(info.width, pixels, "{kind:?}");
+            assert!(info.height > pixels / 10 && info.pixel_dims.is_some());
+        }
+        assert_eq!(render(&figure, Format::Pdf, Width::Page).ok(), render(&figure, Format::Pdf, Width::Page).ok());
+    }
+}
+
+#[test]
+fn the_line_of_the_bound_is_on_both_panels() {
+    let landscape = figure(Kind::Landscape, &[sweep(&["k1=20:120:6", "k2=10:50:5"])]);
+    let bound = |panel: &Panel| {
+        let level = panel.series.iter().find_map(|series| match series.shape {
+            Shape::Contour { level, .. } => Some(level),
+            _ => None,
+        });
+        (level, labels(panel).contains(&"cost at its bound, 25"))
+    };
+    assert_eq!(landscape.panels.iter().map(bound).collect::<Vec<_>>(), [(Some(25.0), true); 2]);
+}
+
+#[test]
+fn errors_say_what_is_needed_and_what_was_given() {
+    let error = |kind, folders: &[Folder], task| draw(kind, folders, task).unwrap_err().to_string();
+    let landscape = error(Kind::Landscape, &[evaluate()], None);
+    assert!(landscape.contains("supple sweep") && landscape.contains("evaluate (of `supple evaluate`)"), "{landscape}");
+    for kind in [Kind::Belief, Kind::Gains, Kind::Information] {
+        let text = error(kind, &[pareto()], None);
+        assert!(text.contains(kind.name()) && text.contains("supple design") && text.contains("pareto (of"), "{text}");
+    }
+    assert!(error(Kind::Pareto, &[], None).ends_with("given: nothing"));
+    assert!(error(Kind::Robustness, &[robustness(), robustness()], None).contains("one folder of `supple robustness`"));
+    let task = error(Kind::Belief, &[evaluate()], Some("pres"));
+    assert_eq!(task, "no task is named `pres`; valid names: press");
+    let point = error(Kind::Landscape, &[sweep(&["k1=20"])], None);
+    assert!(point.contains("0 axes with more than one value"), "{point}");
+}
+
+#[test]
+fn results_without_trajectories_are_refused() {
+    let mut folder = evaluate();
+    let StudyResult::Evaluate(report) = &mut folder.result else { panic!() };
+    report.evaluation.tasks[0].trajectory = None;
+    let error = draw(Kind::Gains, &[folder], None).unwrap_err().to_string();
+    assert!(error.contains("has no trajectories"), "{error}");
+}
