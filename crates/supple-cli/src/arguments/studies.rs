@@ -40,9 +40,17 @@ pub struct RobustnessOptions {
     #[command(flatten)]
     pub task: TaskArguments,
     /// Designs: `start`, `optimum`, and NAME=PARAMETER:VALUE,PARAMETER:VALUE,..; separated by commas
+    ///
+    /// `start` has the initial values of the task, as set; `optimum` is what `supple design` finds from there; other
+    /// designs are the start with some parameters set. The first optimum, or else the last design, is compared with
+    /// each other one.
     #[arg(long, value_name = "DESIGNS", default_value = "start,optimum")]
     pub designs: String,
-    /// The parameter that grows, as an axis of a sweep
+    /// The parameter that grows: NAME=FROM:TO:COUNT or NAME=A,B,..
+    ///
+    /// FROM:TO:COUNT is spread by ratios where the parameter has the scale `log`, or else evenly; `log:FROM:TO:COUNT` and
+    /// `lin:FROM:TO:COUNT` say which. Controllers are planned twice: for the value that the task gives, and for each
+    /// value itself.
     #[arg(long, value_name = "NAME=VALUES")]
     pub vary: String,
     /// Closed-loop roll-outs at every point

@@ -1,8 +1,37 @@
+use supple::design::DesignStatus;
+use supple_study::{Folder, Made, RESULT, StudyResult, Watch, check_writable};
+
 use crate::Outcome;
 use crate::arguments::ParetoOptions;
 use crate::failure::Failure;
+use crate::output::{print_json, print_text};
+use crate::pages::pareto_page;
+use crate::progress::{Bar, STOP, listen};
 
-/// `supple pareto`
-pub fn pareto(_options: &ParetoOptions) -> Result<Outcome, Failure> {
-    Err(Failure::usage("not built yet".into()))
+/// `supple pareto TASK`
+pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
+    let loaded = options.task.load()?;
+    let ParetoOptions { points, starts, seed, .. } = *options;
+    let wanted = supple_study::pareto::ParetoOptions { points, starts, seed };
+    if let Some(folder) = &options.out {
+        check_writable(folder, RESULT)?;
+    }
+    listen();
+    let bar = Bar::new();
+    let found = supple_study::pareto::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
+    bar.finish();
+    let front = found?;
+    let made = Made::here("pareto", seed, &loaded);
+    let page = pareto_page(&made.about, &front);
+    let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged);
+    if options.json {
+        print_json(&front)?;
+    }
+    if let Some(folder) = &options.out {
+        Folder::save(folder, &made, &StudyResult::Pareto(Box::new(front)))?;
+    }
+    if !options.json {
+        print_text(&page)?;
+    }
+    Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
 }

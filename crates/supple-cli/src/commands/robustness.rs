@@ -1,8 +1,52 @@
+use supple::parameters::Scale;
+use supple_study::robustness::DesignChoice;
+use supple_study::sweep::Axis;
+use supple_study::{Folder, LoadedTask, Made, RESULT, StudyError, StudyResult, Watch, check_writable};
+
 use crate::Outcome;
 use crate::arguments::RobustnessOptions;
 use crate::failure::Failure;
+use crate::output::{print_json, print_text};
+use crate::pages::robustness_page;
+use crate::progress::{Bar, STOP, listen};
 
-/// `supple robustness`
-pub fn robustness(_options: &RobustnessOptions) -> Result<Outcome, Failure> {
-    Err(Failure::usage("not built yet".into()))
+/// `supple robustness TASK`
+pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
+    let loaded = options.task.load()?;
+    let wanted = wanted(options, &loaded)?;
+    if let Some(folder) = &options.out {
+        check_writable(folder, RESULT)?;
+    }
+    listen();
+    let bar = Bar::new();
+    let found = supple_study::robustness::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
+    bar.finish();
+    let study = found?;
+    let made = Made::here("robustness", options.seed, &loaded);
+    let page = robustness_page(&made.about, &study);
+    let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0);
+    if options.json {
+        print_json(&study)?;
+    }
+    if let Some(folder) = &options.out {
+        Folder::save(folder, &made, &StudyResult::Robustness(Box::new(study)))?;
+    }
+    if !options.json {
+        print_text(&page)?;
+    }
+    Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
+}
+
+fn wanted(
+    options: &RobustnessOptions,
+    task: &LoadedTask,
+) -> Result<supple_study::robustness::RobustnessOptions, Failure> {
+    let of = |option: &'static str| move |error: StudyError| Failure::usage(format!("{option} {error}"));
+    let designs = DesignChoice::parse_list(&options.designs, task).map_err(of("--designs:"))?;
+    // A parameter that designs would move by ratios grows by ratios.
+    let name = options.vary.split('=').next().unwrap_or_default().trim();
+    let parameter = task.problem.parameters.iter().find(|parameter| parameter.name == name);
+    let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
+    let vary = Axis::parse_as(&options.vary, task, spread).map_err(of("--vary"))?;
+    Ok(supple_study::robustness::RobustnessOptions { designs, vary, rollouts: options.rollouts, seed: options.seed })
 }

@@ -1,8 +1,40 @@
+use supple_study::{Folder, Made, RESULT, StudyResult, Watch, check_writable};
+
 use crate::Outcome;
 use crate::arguments::TraceOptions;
 use crate::failure::Failure;
+use crate::output::{print_json, print_text};
+use crate::pages::trace_page;
+use crate::progress::{Bar, STOP, listen};
 
-/// `supple trace`
-pub fn trace(_options: &TraceOptions) -> Result<Outcome, Failure> {
-    Err(Failure::usage("not built yet".into()))
+/// `supple trace TASK`
+pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
+    let loaded = options.task.load()?;
+    let wanted = supple_study::trace::TraceOptions {
+        starts: options.starts,
+        methods: options.method.iter().map(|&method| method.into()).collect(),
+        gradients: options.gradient.iter().map(|&gradient| gradient.into()).collect(),
+        seed: options.seed,
+    };
+    if let Some(folder) = &options.out {
+        check_writable(folder, RESULT)?;
+    }
+    listen();
+    let bar = Bar::new();
+    let found = supple_study::trace::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
+    bar.finish();
+    let study = found?;
+    let made = Made::here("trace", options.seed, &loaded);
+    let page = trace_page(&made.about, &study);
+    if options.json {
+        print_json(&study)?;
+    }
+    if let Some(folder) = &options.out {
+        Folder::save(folder, &made, &StudyResult::Trace(Box::new(study)))?;
+    }
+    if !options.json {
+        print_text(&page)?;
+    }
+    // How searches ended is what was asked for, so that ends that are no optima are no shortfall.
+    Ok(Outcome::Success)
 }

@@ -59,9 +59,9 @@ impl<'a> Searcher<'a> {
             Some(summary)
         };
         let starts: Vec<StartSummary> = (0..settings.starts).into_par_iter().filter_map(run).collect();
-        let worse = |summary: &StartSummary| self.worse(summary);
+        let rank = |summary: &StartSummary| self.rank(summary);
         let best = (0..starts.len())
-            .min_by(|&a, &b| worse(&starts[a]).partial_cmp(&worse(&starts[b])).unwrap_or(Ordering::Equal))
+            .min_by(|&a, &b| rank(&starts[a]).partial_cmp(&rank(&starts[b])).unwrap_or(Ordering::Equal))
             .unwrap_or(0);
         if let Some(error) = starts[best].error.clone().filter(|_| starts[best].controls.is_empty()) {
             return Err(error);
@@ -104,8 +104,8 @@ impl<'a> Searcher<'a> {
         Ok(summary)
     }
 
-    /// Of two ends of searches the one with the lesser is the better one.
-    pub fn worse(&self, summary: &StartSummary) -> (bool, f64) {
+    /// How good an end of a search is: first whether it is of no use, then what is minimised. The lesser is the better.
+    pub fn rank(&self, summary: &StartSummary) -> (bool, f64) {
         let met = match self.aim {
             Aim::Information { .. } => summary.violation <= self.settings.feasibility,
             Aim::Cost => summary.status != DesignStatus::BoundViolated,

@@ -1,0 +1,67 @@
+use std::f64::consts::LN_2;
+use std::fmt::Write;
+
+use supple::design::DesignStatus;
+use supple_study::About;
+use supple_study::pareto::{Pareto, ParetoPoint};
+
+use crate::tables::{align_right, heading, number, table};
+
+/// The page of `supple pareto`.
+pub fn pareto_page(about: &About, front: &Pareto) -> String {
+    let design = about.parameters.design();
+    let mut header = vec!["factor".to_owned(), "information, bits".into()];
+    for (task, bound) in about.tasks.iter().zip(&front.bounds) {
+        header.push(format!("cost of {}", task.name));
+        if bound.is_finite() {
+            header.push("bits per unit of bound".into());
+        }
+    }
+    header.extend(design.iter().map(|&i| {
+        let parameter = about.parameters.get(i);
+        if parameter.unit.is_empty() {
+            parameter.name.clone()
+        } else {
+            format!("{}, {}", parameter.name, parameter.unit)
+        }
+    }));
+    header.push("status".into());
+    let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for point in &front.points {
+        let mut row = vec![format!("{:.6}", point.factor), number(point.information_nats / LN_2)];
+        for ((cost, price), bound) in point.costs.iter().zip(&point.prices).zip(&front.bounds) {
+            row.push(number(*cost));
+            if bound.is_finite() {
+                row.push(if price.is_nan() { "no limit".into() } else { number(price / LN_2) });
+            }
+        }
+        row.extend(design.iter().map(|&i| number(point.parameters.0[i].1)));
+        row.push(point.status.to_string());
+        rows.add_row(row);
+    }
+    align_right(&mut rows, 0..header.len() - 1);
+    let mut page = heading(about);
+    let _ = writeln!(page, "{rows}\n");
+    for remark in &front.remarks {
+        let _ = writeln!(page, "{}.", capitalised(remark));
+    }
+    let count = |wanted: &dyn Fn(&ParetoPoint) -> bool| front.points.iter().filter(|point| wanted(point)).count();
+    let _ = writeln!(
+        page,
+        "\nAll bounds are the factor times those of the task file. {} of {} points are optima; {} starts, seed {}.",
+        count(&|point| point.status == DesignStatus::Converged),
+        front.points.len(),
+        front.options.starts,
+        front.options.seed
+    );
+    page
+}
+
+/// A sentence with a great first letter, but for names of parameters, which are written as they are.
+fn capitalised(text: &str) -> String {
+    match text.strip_prefix("the ").map(|rest| ("The ", rest)) {
+        Some((start, rest)) => format!("{start}{rest}"),
+        None if text.starts_with("no ") || text.starts_with("bounds ") => text[..1].to_uppercase() + &text[1..],
+        None => text.to_owned(),
+    }
+}

@@ -1,0 +1,179 @@
+use std::fmt::Write;
+
+use supple::design::DesignStatus;
+use supple_study::About;
+use supple_study::robustness::{Comparison, Paired, PlannedFor, RobustCell, RobustDesign, Robustness};
+
+use crate::tables::{align_right, heading, number, table};
+
+/// p-values below this count as significant.
+const SIGNIFICANT: f64 = 0.05;
+
+/// The page of `supple robustness`.
+pub fn robustness_page(about: &About, study: &Robustness) -> String {
+    let mut page = heading(about) + &designs(about, study);
+    for (index, task) in about.tasks.iter().enumerate() {
+        for planned_for in [PlannedFor::Nominal, PlannedFor::Truth] {
+            let _ = writeln!(
+                page,
+                "Cost of {}, {}:\n\n{}",
+                task.name,
+                planning(study, planned_for),
+                costs(study, index, planned_for)
+            );
+            let of_it = |comparison: &&Comparison| comparison.task == index && comparison.planned_for == planned_for;
+            let sentences: String = study.comparisons.iter().filter(of_it).map(|c| comparison(study, c)).collect();
+            if !sentences.is_empty() {
+                let _ = writeln!(page, "{sentences}");
+            }
+        }
+    }
+    page.push_str(&problems(about, study));
+    page.push_str(&footer(study));
+    page
+}
+
+fn designs(about: &About, study: &Robustness) -> String {
+    let design = about.parameters.design();
+    let mut header = vec!["design".to_owned()];
+    header.extend(design.iter().map(|&i| {
+        let parameter = about.parameters.get(i);
+        if parameter.unit.is_empty() {
+            parameter.name.clone()
+        } else {
+            format!("{}, {}", parameter.name, parameter.unit)
+        }
+    }));
+    header.push("information, bits".to_owned());
+    let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    for RobustDesign { name, parameters, information_nats, .. } in &study.designs {
+        let mut row = vec![name.clone()];
+        row.extend(design.iter().map(|&i| number(parameters.0[i].1)));
+        row.push(number(information_nats / std::f64::consts::LN_2));
+        rows.add_row(row);
+    }
+    align_right(&mut rows, 1..design.len() + 2);
+    let mut page = format!("{rows}\n\n");
+    for design in &study.designs {
+        if let Some(status) = design.status.filter(|&status| status != DesignStatus::Converged) {
+            let _ = writeln!(page, "The search for {} ended as {status}.\n", design.name);
+        }
+    }
+    page
+}
+
+/// What controllers are planned for, in words.
+fn planning(study: &Robustness, planned_for: PlannedFor) -> String {
+    let name = &study.options.vary.parameter;
+    match planned_for {
+        PlannedFor::Nominal => format!("planned for {name} = {} whatever it is", with_unit(study, study.nominal)),
+        PlannedFor::Truth => format!("planned for {name} as it is"),
+    }
+}
+
+fn with_unit(study: &Robustness, value: f64) -> String {
+    format!("{} {}", number(value), study.options.vary.unit).trim_end().to_owned()
+}
+
+fn costs(study: &Robustness, task: usize, planned_for: PlannedFor) -> String {
+    let vary = &study.options.vary;
+    let first =
+        if vary.unit.is_empty() { vary.parameter.clone() } else { format!("{}, {}", vary.parameter, vary.unit) };
+    let mut header = vec![first.as_str()];
+    for design in &study.designs {
+        header.push(&design.name);
+        if planned_for == PlannedFor::Truth {
+            header.push("expected");
+        }
+    }
+    let mut rows = table(&header);
+    for (level, &value) in vary.values.iter().enumerate() {
+        let mut row = vec![number(value)];
+        let of_it = |cell: &&RobustCell| (cell.task, cell.planned_for, cell.level) == (task, planned_for, level);
+        for cell in study.cells.iter().filter(of_it) {
+            row.push(cost(cell));
+            if planned_for == PlannedFor::Truth {
+                row.push(cell.expected.map(number).unwrap_or_default());
+            }
+        }
+        rows.add_row(row);
+    }
+    align_right(&mut rows, 0..header.len());
+    format!("{rows}\n")
+}
+
+fn cost(cell: &RobustCell) -> String {
+    match cell {
+        RobustCell { error: Some(_), .. } => "failed".to_owned(),
+        RobustCell { diverged: 1.., .. } => format!("{} diverged", cell.diverged),
+        RobustCell { mean, confidence, .. } => format!("{mean:.2} +- {confidence:.2}"),
+    }
+}
+
+/// How two designs compare, in a sentence for growth and one for the cost at the greatest level.
+fn comparison(study: &Robustness, comparison: &Comparison) -> String {
+    let Comparison { design, other, levels, growths, difference, interval, p_value, at_greatest, .. } = comparison;
+    let (design, other) = (&study.designs[*design].name, &study.designs[*other].name);
+    let [least, greatest] = levels.map(|level| study.options.vary.values[level]);
+    let name = &study.options.vary.parameter;
+    if !difference.is_finite() {
+        return format!("{design} cannot be compared with {other}: roll-outs diverged or failed.\n");
+    }
+    let growth = Paired { difference: *difference, interval: *interval, p_value: *p_value };
+    let mut text = format!(
+        "From {name} = {} to {} the cost of {design} grows by {:.2}, that of {other} by {:.2}: {}.\n",
+        number(least),
+        with_unit(study, greatest),
+        growths[0],
+        growths[1],
+        verdict(&growth, ["less", "more"])
+    );
+    if at_greatest.difference.is_finite() {
+        let verdict = verdict(at_greatest, ["cheaper", "dearer"]);
+        let _ = writeln!(text, "  At {} {design} is {verdict}.", with_unit(study, greatest));
+    }
+    text
+}
+
+/// A difference, its interval and whether it is significant.
+fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
+    let Paired { difference, interval: [lower, upper], p_value } = *paired;
+    let which = if difference < 0.0 { less } else { more };
+    let p = if p_value < 1e-4 { format!("p = {p_value:.0e}") } else { format!("p = {p_value:.4}") };
+    let significant = if p_value < SIGNIFICANT { "significant" } else { "not significant" };
+    format!(
+        "{:.2} {which} (95 % interval of the difference {lower:.2} to {upper:.2}, {p}: {significant})",
+        difference.abs()
+    )
+}
+
+/// Cells that failed or diverged.
+fn problems(about: &About, study: &Robustness) -> String {
+    let mut page = String::new();
+    for cell in study.cells.iter().filter(|cell| cell.error.is_some() || cell.diverged > 0) {
+        let place = format!(
+            "{} in {}, {}, at {} = {}",
+            study.designs[cell.design].name,
+            about.tasks[cell.task].name,
+            planning(study, cell.planned_for),
+            study.options.vary.parameter,
+            with_unit(study, study.options.vary.values[cell.level])
+        );
+        let _ = match &cell.error {
+            Some(error) => writeln!(page, "{place}: failed: {error}"),
+            None => writeln!(page, "{place}: {} of {} roll-outs diverged", cell.diverged, study.options.rollouts),
+        };
+    }
+    if !page.is_empty() {
+        page.push('\n');
+    }
+    page
+}
+
+fn footer(study: &Robustness) -> String {
+    format!(
+        "{} roll-outs each, seed {}, the same random numbers for every design. +- is half of the 95 % interval of the \
+         mean.\nDifferences are paired by roll-out; each counts as significant by itself below p = {SIGNIFICANT}.\n",
+        study.options.rollouts, study.options.seed
+    )
+}

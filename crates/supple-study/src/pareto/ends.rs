@@ -1,0 +1,54 @@
+use supple::design::{Aim, Searcher, StartSummary};
+
+use super::Front;
+use crate::{StudyError, Watch};
+
+/// The ends of a front.
+pub(super) struct Ends {
+    /// The least information without bounds.
+    pub loose: StartSummary,
+    /// The factor up from which no bound matters.
+    pub loose_factor: f64,
+    /// The least cost of any design.
+    pub tight: StartSummary,
+    /// The least factor that any design meets.
+    pub tight_factor: f64,
+}
+
+impl Front<'_> {
+    /// A search with an aim.
+    pub fn searcher(&self, aim: Aim) -> Searcher<'_> {
+        Searcher { problem: &self.task.problem, settings: &self.settings, aim, control: self.control }
+    }
+
+    /// The least factor of the bounds that costs meet.
+    pub fn factor(&self, summary: &StartSummary) -> f64 {
+        let bounds = self.task.problem.tasks.iter().map(|task| task.bound);
+        let ratios = bounds.zip(&summary.costs).filter_map(|(bound, cost)| {
+            let bound: f64 = bound?.resolve(&summary.to);
+            Some(cost / bound)
+        });
+        ratios.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// Searches for both ends: the least information without bounds, and the least cost, from all starts and from the
+/// other end.
+pub(super) fn find_ends(front: &Front, watch: Watch) -> Result<Ends, StudyError> {
+    let phi = &front.task.phi;
+    let free = front.searcher(Aim::Information { factor: f64::INFINITY });
+    let cheap = front.searcher(Aim::Cost);
+    let (loose, tight) = rayon::join(|| free.search(phi), || cheap.search(phi));
+    let (mut loose, mut tight) = (loose?, tight?);
+    if watch.is_stopped() {
+        return Err(StudyError::Stopped);
+    }
+    let (loose, mut tight) = (loose.starts.swap_remove(loose.best), tight.starts.swap_remove(tight.best));
+    let from_loose = cheap.search_from(&loose.to, &loose.controls, front.settings.starts)?;
+    if cheap.rank(&from_loose) < cheap.rank(&tight) {
+        tight = from_loose;
+    }
+    watch.progress.advance(2);
+    let (loose_factor, tight_factor) = (front.factor(&loose), front.factor(&tight));
+    Ok(Ends { loose, loose_factor, tight, tight_factor })
+}

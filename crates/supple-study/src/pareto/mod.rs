@@ -1,0 +1,162 @@
+//! Pareto fronts: the least information over the bound on cost.
+//!
+//! All bounds are one factor times those of the task. At the front's loose end the factor is just so large that no
+//! bound matters; at its tight end it is the least that any design meets. Between them the front is followed from both
+//! ends, each point's search beginning at its neighbour's design and plans.
+
+mod ends;
+mod follow;
+mod remarks;
+
+use serde::{Deserialize, Serialize};
+use supple::Named;
+use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, StartSummary};
+use supple::parameters::Parameters;
+use supple::plan::PlanMode;
+
+use crate::design::check_designable;
+use crate::{LoadedTask, StudyError, Watch, lenient};
+use ends::{Ends, find_ends};
+use follow::{Point, follow};
+
+/// What a Pareto study does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParetoOptions {
+    /// Points of the front.
+    pub points: usize,
+    /// Starts at its loose end.
+    pub starts: usize,
+    /// Seed of starts.
+    pub seed: u64,
+}
+
+/// A front of information against cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pareto {
+    /// What was asked for.
+    pub options: ParetoOptions,
+    /// The tasks' bounds at factor 1; infinite where a task has none.
+    #[serde(deserialize_with = "lenient::list")]
+    pub bounds: Vec<f64>,
+    /// Points by increasing factor: the tightest first.
+    pub points: Vec<ParetoPoint>,
+    /// Where bounds become active along the front, in words.
+    pub remarks: Vec<String>,
+}
+
+/// A point of a front.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParetoPoint {
+    /// All bounds are this times those of the task.
+    pub factor: f64,
+    /// The tasks' bounds here; infinite where a task has none.
+    #[serde(deserialize_with = "lenient::list")]
+    pub bounds: Vec<f64>,
+    /// How the search ended.
+    pub status: DesignStatus,
+    /// The design.
+    pub parameters: Named,
+    /// Its information, nats.
+    pub information_nats: f64,
+    /// Information of each task, nats.
+    pub task_nats: Vec<f64>,
+    /// Expected cost of each task.
+    pub costs: Vec<f64>,
+    /// Nats that a unit more of each task's bound would save; 0 where a bound is not active. NaN at a tight end whose
+    /// design is the only one: there it has no limit.
+    #[serde(deserialize_with = "lenient::list")]
+    pub prices: Vec<f64>,
+    /// Parameters at an end of their range.
+    pub at_ends: Vec<String>,
+}
+
+/// Follows the front by continuation, by sequential quadratic programming with the task's other settings.
+///
+/// The square root of a point's distance to the tight end, in factors, grows evenly along the front: near that end
+/// information falls as the root of the room that the bounds give. Of three points and more one has the factor 1, where
+/// that lies between the ends. Every point needs no more information than those that are tighter: where a search found
+/// less at a tighter point, that point's design is taken up.
+///
+/// # Errors
+/// Where there is nothing to design, no task has a bound, or a bound is not above 0; where an end cannot be evaluated;
+/// where it is told to stop.
+pub fn run(task: &LoadedTask, options: &ParetoOptions, watch: Watch) -> Result<Pareto, StudyError> {
+    check_designable(task)?;
+    let bounds = check_bounds(task)?;
+    if options.points < 2 {
+        return Err(StudyError::usage(format!("{} points are no front; ask for at least 2", options.points)));
+    }
+    let settings = settings(task, options)?;
+    let front = Front { task, settings, control: Control { observer: &NoObserver, stop: watch.stop } };
+    // Both ends, each from every start, and both ways along the front.
+    watch.progress.begin("searches along the front", 0, (2 + 2 * options.points) as u64);
+    let ends = find_ends(&front, watch)?;
+    let points = follow(&front, &ends, options.points, watch)?;
+    let points: Vec<ParetoPoint> = points.iter().map(|point| report(task, point, &bounds)).collect();
+    let remarks = remarks::remarks(task, &ends, &points);
+    Ok(Pareto { options: options.clone(), bounds, points, remarks })
+}
+
+/// What all searches along a front share.
+struct Front<'a> {
+    task: &'a LoadedTask,
+    settings: DesignSettings,
+    control: Control<'a>,
+}
+
+/// The tasks' bounds at factor 1; infinite where there is none.
+fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
+    let tasks = &task.problem.tasks;
+    let bounds: Vec<Option<f64>> = tasks.iter().map(|one| one.bound.map(|bound| bound.resolve(&task.phi))).collect();
+    if bounds.iter().all(Option::is_none) {
+        let message = "no task has a bound on its expected cost, which a front needs as its unit: write `bound = ..` into \
+                       a task, such as its cost at a design that you know (`supple evaluate` prints it)";
+        return Err(StudyError::usage(message));
+    }
+    for (one, bound) in tasks.iter().zip(&bounds) {
+        if let Some(bound) = bound.filter(|&bound| bound <= 0.0) {
+            let message = format!("the bound of task `{}` is {bound}; a front needs bounds above 0", one.name);
+            return Err(StudyError::usage(message));
+        }
+    }
+    Ok(bounds.into_iter().map(|bound| bound.unwrap_or(f64::INFINITY)).collect())
+}
+
+/// The task's settings, for the one method that knows all aims; by total gradients, along sampled plans by frozen ones.
+fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings, StudyError> {
+    let gradient = match task.problem.planning.mode {
+        PlanMode::Nominal => GradientKind::Total,
+        PlanMode::Sampled => GradientKind::Frozen,
+    };
+    let ParetoOptions { starts, seed, .. } = *options;
+    let settings = DesignSettings { method: Method::Sqp, gradient, starts, seed, ..task.problem.design.clone() };
+    settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
+    Ok(settings)
+}
+
+fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
+    let Point { factor, summary, information } = point;
+    let parameters = &task.problem.parameters;
+    ParetoPoint {
+        factor: *factor,
+        bounds: bounds.iter().map(|bound| factor * bound).collect(),
+        status: summary.status,
+        parameters: Named::new(parameters, &summary.to),
+        information_nats: summary.information,
+        task_nats: information.clone(),
+        costs: summary.costs.clone(),
+        prices: summary.multipliers.clone(),
+        at_ends: at_ends(parameters, summary),
+    }
+}
+
+/// Design parameters at an end of their range.
+fn at_ends(parameters: &Parameters, summary: &StartSummary) -> Vec<String> {
+    let is_at_end = |&index: &usize| {
+        let [lower, upper] = parameters.get(index).bounds;
+        let value = summary.to[index];
+        let near = 1e-6 * (upper - lower);
+        value - lower <= near || upper - value <= near
+    };
+    parameters.design().into_iter().filter(is_at_end).map(|index| parameters.get(index).name.clone()).collect()
+}
