@@ -1,7 +1,6 @@
 "use strict";
 // Draws the page's plots with plotly.js: unpacks their numbers, puts colours and views in their place.
-const SupplePlots = (() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
+const supplePlots = (data) => {
   const unpacked = new Map();
   const PRINT_WIDTH = 670;
 
@@ -93,7 +92,7 @@ const SupplePlots = (() => {
     const colour = SuppleTheme.colour;
     return {
       automargin: true, gridcolor: colour("@faint"), linecolor: colour("@ink/0.5"), zerolinecolor: colour("@ink/0.4"),
-      exponentformat: "power", ...own, title: { standoff: 8, ...(own.title ?? {}) },
+      exponentformat: "power", ...(own.type === "log" ? { tickformat: "~g" } : {}), ...own, title: { standoff: 8, ...(own.title ?? {}) },
     };
   }
 
@@ -208,5 +207,5 @@ const SupplePlots = (() => {
     return rows.map((row) => row.map(quote).join(",")).join("\n") + "\n";
   }
 
-  return { figures: [...document.querySelectorAll("figure.plot")].map((element) => new Figure(element)) };
-})();
+  return [...document.querySelectorAll("figure.plot")].map((element) => new Figure(element));
+};

@@ -2,18 +2,16 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use supple_study::{Folder, StudyResult};
 
 use crate::ReportError;
-use crate::html::{heading, json_text};
+use crate::html::heading;
+use crate::packed::packed;
 use crate::part::{Part, parts};
 use crate::plots::Plots;
 use crate::sections::{Context, KINDS};
 use crate::words::count;
 
 const STYLE: &str = include_str!("../assets/page.css");
-const SCRIPTS: [&str; 3] = [
-    include_str!("../assets/theme.js"),
-    include_str!("../assets/plots.js"),
-    include_str!("../assets/page.js"),
-];
+const SCRIPTS: [&str; 3] =
+    [include_str!("../assets/theme.js"), include_str!("../assets/plots.js"), include_str!("../assets/page.js")];
 
 /// A section of the page that is made.
 struct Made {
@@ -38,8 +36,9 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
     let made: Vec<Vec<Made>> =
         parts.iter().enumerate().map(|(index, part)| sections(part, index, several, &mut plots)).collect();
     let title = title(folders, &parts);
-    let has_scenes = made.iter().flatten().any(|section| section.id.ends_with("motion"));
-    let data = json_text(&plots.into_json())?;
+    let has_scenes = plots.has_scenes();
+    let data = packed(&serde_json::to_string(&plots.into_json())?)?;
+    let library = packed(&plotly())?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -58,8 +57,9 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
                     nav aria-label="Contents" { (contents(&parts, &made)) }
                     main id="content" tabindex="-1" { (body(&parts, &made)) }
                 }
-                script id="data" type="application/json" { (PreEscaped(data)) }
-                (PreEscaped(plotly()))
+                script id="data" type="application/gzip" { (PreEscaped(data)) }
+                (PreEscaped(LICENCE))
+                script id="library" type="application/gzip" { (PreEscaped(library)) }
                 @if has_scenes { script { (PreEscaped(crate::scene::SCRIPT)) } }
                 @for script in SCRIPTS { script { (PreEscaped(script)) } }
             }
@@ -68,11 +68,14 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
     Ok(page.into_string())
 }
 
-/// The script element with plotly.js as the crate carries it, without the formula renderer that it adds.
+/// What the licence of plotly.js asks for, readable where the packed script is not.
+const LICENCE: &str = "<!-- plotly.js v3.0.1, copyright 2012-2025, Plotly, Inc., all rights reserved, MIT licence -->";
+
+/// plotly.js as the crate carries it, without the formula renderer that follows it there.
 fn plotly() -> String {
     let all = plotly::Plot::offline_js_sources();
-    let end = all.find("</script>").map_or(all.len(), |end| end + "</script>".len());
-    all[..end].to_owned()
+    let inner = all.split_once('>').map_or("", |(_, rest)| rest);
+    inner.split_once("</script>").map_or(inner, |(script, _)| script).to_owned()
 }
 
 /// The title of the study, or of its one part.

@@ -12,4 +12,7 @@ pub enum ReportError {
     /// Data of a plot could not be written as JSON.
     #[error("data of the page cannot be written: {0}")]
     Data(#[from] serde_json::Error),
+    /// The page's data could not be packed.
+    #[error("data of the page cannot be packed: {0}")]
+    Pack(#[from] std::io::Error),
 }

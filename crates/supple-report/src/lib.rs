@@ -8,6 +8,7 @@ mod error;
 mod folders;
 mod html;
 mod numbers;
+mod packed;
 mod part;
 mod plots;
 pub mod scene;

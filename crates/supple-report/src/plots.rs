@@ -58,6 +58,7 @@ pub struct Plots {
     /// Their numbers.
     pub arrays: Arrays,
     plots: Vec<Value>,
+    scenes: Vec<Value>,
 }
 
 impl Plots {
@@ -91,9 +92,25 @@ impl Plots {
         }
     }
 
+    /// Takes the data of a three-dimensional view, and gives the place where it will be drawn.
+    pub fn add_scene(&mut self, title: &str, data: Value) -> Markup {
+        self.scenes.push(data);
+        html! {
+            figure.scene {
+                p.title { (title) }
+                div.view data-scene=(self.scenes.len() - 1) {}
+            }
+        }
+    }
+
+    /// Whether there is any three-dimensional view.
+    pub fn has_scenes(&self) -> bool {
+        !self.scenes.is_empty()
+    }
+
     /// What the page's script draws.
     pub fn into_json(self) -> Value {
-        json!({ "arrays": self.arrays.into_json(), "plots": self.plots })
+        json!({ "arrays": self.arrays.into_json(), "plots": self.plots, "scenes": self.scenes })
     }
 }
 

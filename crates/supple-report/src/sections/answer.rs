@@ -103,7 +103,8 @@ fn result(part: &Part, report: &DesignReport) -> String {
     text += ".";
     for (index, (before, after)) in start.tasks.iter().zip(&end.tasks).enumerate() {
         let (from, to) = (before.cost.expected, after.cost.expected);
-        text += &format!(" The expected cost of {} {} from {} to {}", after.name, went(from, to), number(from), number(to));
+        text +=
+            &format!(" The expected cost of {} {} from {} to {}", after.name, went(from, to), number(from), number(to));
         text += &match after.cost.bound {
             Some(bound) => format!("; {}.", against_bound(report, index, to, bound)),
             None => "; it has no bound.".into(),
@@ -185,7 +186,8 @@ fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
         } else {
             ""
         };
-        let range = if design.contains(&index) { format!("{} to {}", number(least), number(most)) } else { String::new() };
+        let range =
+            if design.contains(&index) { format!("{} to {}", number(least), number(most)) } else { String::new() };
         let from = number(value(&report.start));
         vec![parameter.name.clone(), from, number(to), parameter.unit.clone(), range, note.to_owned()]
     };
@@ -220,7 +222,16 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             Some(bound) => {
                 let missed = !(after.cost.expected <= bound + FEASIBILITY * bound.abs());
                 let active = || format!("active: {} bits per unit", number(bits(price)));
-                [number(bound), if missed { "missed".into() } else if price > 0.0 { active() } else { "met".into() }]
+                [
+                    number(bound),
+                    if missed {
+                        "missed".into()
+                    } else if price > 0.0 {
+                        active()
+                    } else {
+                        "met".into()
+                    },
+                ]
             }
         };
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);

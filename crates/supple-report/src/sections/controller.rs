@@ -90,17 +90,20 @@ fn gains(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<Ma
     }
     debug_assert_eq!(traces.len(), runs.len() * (states + 1));
     let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
-    Some(plots.add(Plot {
-        title: titled(part, "Feedback and feedforward", task),
-        alternative: views.first().map(|view| view.alternative.clone())?,
-        caption: "Each line is the gain from one state to the chosen control; its unit is that of the control over that \
+    Some(
+        plots.add(Plot {
+            title: titled(part, "Feedback and feedforward", task),
+            alternative: views.first().map(|view| view.alternative.clone())?,
+            caption:
+                "Each line is the gain from one state to the chosen control; its unit is that of the control over that \
                   of the state. Select entries in the legend to hide or show them."
-            .into(),
-        height: 160 + 200 * names.len(),
-        traces,
-        layout: panels(&names, "time, s", ""),
-        choice: Some(Choice { label: "Shown".into(), views }),
-    }))
+                    .into(),
+            height: 160 + 200 * names.len(),
+            traces,
+            layout: panels(&names, "time, s", ""),
+            choice: Some(Choice { label: "Shown".into(), views }),
+        }),
+    )
 }
 
 /// Colour and dashes of a state: 28 different ones.
@@ -115,9 +118,8 @@ fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), plots
     for (panel, run) in runs.iter().enumerate() {
         let gains = &run.trajectory.feedback;
         let (states, drawn) = (run.trajectory.state_names.len(), thinned(gains.len()));
-        let entry = |t: usize, state: usize| {
-            gains[t].get(control).and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN)
-        };
+        let entry =
+            |t: usize, state: usize| gains[t].get(control).and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN);
         let (mut most, mut at) = (f64::NAN, 0);
         for state in 0..states {
             let values: Vec<f64> = drawn.iter().map(|&t| entry(t, state)).collect();

@@ -74,9 +74,8 @@ fn plot(part: &Part, folder: &str, trace: &Trace, plots: &mut Plots) -> Markup {
     let information = |run: &TraceRun| run.path.iter().map(|point| bits(point.information_nats)).collect();
     let mut views = vec![view("Information".into(), "bits", &information)];
     for (task, about) in part.about.tasks.iter().enumerate() {
-        let cost = |run: &TraceRun| {
-            run.path.iter().map(|point| point.costs.get(task).copied().unwrap_or(f64::NAN)).collect()
-        };
+        let cost =
+            |run: &TraceRun| run.path.iter().map(|point| point.costs.get(task).copied().unwrap_or(f64::NAN)).collect();
         views.push(view(format!("Expected cost of {}", about.name), "cost", &cost));
     }
     plots.add(Plot {
@@ -129,7 +128,11 @@ fn starts(part: &Part, folder: &str, report: &DesignReport) -> Markup {
         row.push(number(bits(start.information_nats)));
         let costs = (0..part.about.tasks.len()).map(|task| start.expected_costs.get(task).copied().unwrap_or(f64::NAN));
         row.extend(costs.map(number));
-        let over = if start.violation > supple::FEASIBILITY { format!("{} %", number(100.0 * start.violation)) } else { "no".into() };
+        let over = if start.violation > supple::FEASIBILITY {
+            format!("{} %", number(100.0 * start.violation))
+        } else {
+            "no".into()
+        };
         row.push(if start.violation.is_nan() { number(f64::NAN) } else { over });
         row.push(number(start.optimality));
         row.push(start.evaluations.to_string());

@@ -127,7 +127,13 @@ fn value(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Markup {
     let traces = lines(runs, |run| run.task.cost.belief_per_step.len(), plots);
     let mut views = vec![
         view("Cost of not knowing", "cost per step", runs, |run| run.task.cost.belief_per_step.clone(), plots),
-        view("Value of information", "cost per variance", runs, |run| run.task.cost.value_of_information_per_step.clone(), plots),
+        view(
+            "Value of information",
+            "cost per variance",
+            runs,
+            |run| run.task.cost.value_of_information_per_step.clone(),
+            plots,
+        ),
     ];
     let sensors = runs.first().map_or(&[][..], |run| &run.trajectory.measurements);
     for sensor in sensors.iter().filter(|sensor| !sensor.saved_cost.is_empty()) {

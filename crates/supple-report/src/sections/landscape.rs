@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 use serde_json::{Value, json};
-use supple::parameters::Scale;
 use supple::Named;
+use supple::parameters::Scale;
 use supple_study::sweep::{Axis, Sweep};
 
 use super::Context;
@@ -119,7 +119,9 @@ fn least(quantity: &Quantity, axes: &[Axis]) -> String {
     let at: Vec<String> = axes
         .iter()
         .zip([column, row])
-        .map(|(axis, index)| format!("{} = {}", axis.parameter, crate::numbers::with_unit(axis.values[index], &axis.unit)))
+        .map(|(axis, index)| {
+            format!("{} = {}", axis.parameter, crate::numbers::with_unit(axis.values[index], &axis.unit))
+        })
         .collect();
     let bound = quantity.bound.map_or_else(String::new, |bound| format!(" Its bound is {}.", number(bound)));
     format!(
@@ -134,7 +136,14 @@ fn least(quantity: &Quantity, axes: &[Axis]) -> String {
 
 fn axis_layout(axis: &Axis) -> Value {
     let kind = if axis.scale == Scale::Log { "log" } else { "linear" };
-    json!({ "title": { "text": labelled(&axis.parameter, &axis.unit) }, "type": kind })
+    let mut layout = json!({ "title": { "text": labelled(&axis.parameter, &axis.unit) }, "type": kind });
+    // Within three decades, marks at 1, 2 and 5 times powers of ten.
+    if let (Scale::Log, [from, .., to]) = (axis.scale, &axis.values[..])
+        && (to / from).max(from / to) <= 1e3
+    {
+        layout["dtick"] = "D2".into();
+    }
+    layout
 }
 
 /// One plot with a view by quantity.
@@ -197,10 +206,7 @@ fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
                 alternative: alternative.clone(),
                 ..Default::default()
             };
-            let views = vec![
-                view("Contours", (0..flat).collect()),
-                view("Surface", (flat..traces.len()).collect()),
-            ];
+            let views = vec![view("Contours", (0..flat).collect()), view("Surface", (flat..traces.len()).collect())];
             let [horizontal, vertical] = [axis_layout(&axes[0]), axis_layout(&axes[1])];
             let up = json!({ "title": { "text": labelled(&quantity.name, quantity.unit) } });
             plots.add(Plot {

@@ -10,8 +10,9 @@ pub fn level_line(grid: &[Vec<f64>], level: f64, other: &[Vec<f64>]) -> Vec<[[f6
             if corners.iter().any(|&(c, r)| !grid[r][c].is_finite()) {
                 continue;
             }
-            let crossings: Vec<[f64; 3]> =
-                (0..4).filter_map(|edge| crossing(grid, level, other, corners[edge], corners[(edge + 1) % 4])).collect();
+            let crossings: Vec<[f64; 3]> = (0..4)
+                .filter_map(|edge| crossing(grid, level, other, corners[edge], corners[(edge + 1) % 4]))
+                .collect();
             match crossings[..] {
                 [a, b] => lines.push([a, b]),
                 // A saddle: which of its corners belong together, the middle of the cell decides.

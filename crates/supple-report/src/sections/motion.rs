@@ -5,7 +5,6 @@ use supple::scene::Scene;
 
 use super::Context;
 use super::series::{runs, titled};
-use crate::html::json_text;
 use crate::scene;
 
 /// A view by task, of all designs that can be drawn.
@@ -19,15 +18,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         if scenes.is_empty() {
             continue;
         }
-        // Data that is no JSON cannot be: it was made as JSON.
-        let Ok(data) = json_text(&scene::data(&scenes)) else { continue };
-        pieces.push(html! {
-            figure.scene {
-                p.title { (titled(part, "Motion by plan", task)) }
-                div.view data-scene {}
-                script type="application/json" { (maud::PreEscaped(data)) }
-            }
-        });
+        pieces.push(context.plots.add_scene(&titled(part, "Motion by plan", task), scene::data(&scenes)));
     }
     if pieces.is_empty() { None } else { Some(html! { @for piece in pieces { (piece) } }) }
 }

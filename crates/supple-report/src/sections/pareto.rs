@@ -26,7 +26,8 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         let name = |what: &str| if several { format!("{what}, {folder}") } else { what.to_owned() };
         let axis = Axis::of(part, front);
         pieces.push(tradeoff(part, front, &axis, name("Least information over the bound"), context.plots));
-        pieces.push(html! { @if !front.remarks.is_empty() { ul { @for remark in &front.remarks { li { (remark) } } } } });
+        pieces
+            .push(html! { @if !front.remarks.is_empty() { ul { @for remark in &front.remarks { li { (remark) } } } } });
         pieces.push(parameters(part, front, &axis, name("Parameters along the front"), context.plots));
         pieces.push(numbers(part, front, &axis, &name("Points of the front")));
     }
@@ -160,9 +161,10 @@ fn parameters(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &m
     plots.add(Plot {
         title,
         alternative: views[0].alternative.clone(),
-        caption: "A share of 0 is the lower end of a parameter's range, 1 the upper end; by ratios where the parameter is \
+        caption:
+            "A share of 0 is the lower end of a parameter's range, 1 the upper end; by ratios where the parameter is \
                   searched by ratios."
-            .into(),
+                .into(),
         height: 380,
         traces,
         layout: json!({ "xaxis": { "title": { "text": axis.title } }, "yaxis": { "title": { "text": "" } } }),

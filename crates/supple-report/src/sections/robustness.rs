@@ -103,7 +103,9 @@ fn of_design((index, name): (usize, &str), study: &Robustness, cells: &[&RobustC
     let at = |cell: &&RobustCell| study.options.vary.values.get(cell.level).copied().unwrap_or(f64::NAN);
     let x = plots.arrays.exact(&cells.iter().map(at).collect::<Vec<_>>());
     let mut exact = |of: &dyn Fn(&RobustCell) -> f64| {
-        plots.arrays.exact(&cells.iter().map(|cell| if cell.error.is_some() { f64::NAN } else { of(cell) }).collect::<Vec<_>>())
+        plots
+            .arrays
+            .exact(&cells.iter().map(|cell| if cell.error.is_some() { f64::NAN } else { of(cell) }).collect::<Vec<_>>())
     };
     let (low, high) = (exact(&|cell| cell.quantiles[0]), exact(&|cell| cell.quantiles[4]));
     let (mean, confidence) = (exact(&|cell| cell.mean), exact(&|cell| cell.confidence));
@@ -119,11 +121,15 @@ fn of_design((index, name): (usize, &str), study: &Robustness, cells: &[&RobustC
     let mut upper = band(high);
     upper["fill"] = "tonexty".into();
     upper["fillcolor"] = format!("{colour}/0.15").into();
-    let mut traces = vec![band(low), upper, json!({
-        "type": "scatter", "mode": "lines+markers", "name": name, "x": x, "y": mean, "legendgroup": name,
-        "error_y": { "type": "data", "array": confidence, "color": colour, "width": 4 },
-        "line": { "color": colour, "dash": dash(index), "width": 2 }, "marker": { "color": colour },
-    })];
+    let mut traces = vec![
+        band(low),
+        upper,
+        json!({
+            "type": "scatter", "mode": "lines+markers", "name": name, "x": x, "y": mean, "legendgroup": name,
+            "error_y": { "type": "data", "array": confidence, "color": colour, "width": 4 },
+            "line": { "color": colour, "dash": dash(index), "width": 2 }, "marker": { "color": colour },
+        }),
+    ];
     if cells.iter().any(|cell| cell.expected.is_some()) {
         traces.push(json!({
             "type": "scatter", "mode": "lines", "name": format!("{name}, theory"), "x": x, "y": expected,
@@ -135,8 +141,12 @@ fn of_design((index, name): (usize, &str), study: &Robustness, cells: &[&RobustC
 
 /// Comparisons of designs in words.
 fn comparisons(study: &Robustness, task: usize) -> Markup {
-    let of_task: Vec<String> =
-        study.comparisons.iter().filter(|comparison| comparison.task == task).map(|found| compared(study, found)).collect();
+    let of_task: Vec<String> = study
+        .comparisons
+        .iter()
+        .filter(|comparison| comparison.task == task)
+        .map(|found| compared(study, found))
+        .collect();
     html! { @if !of_task.is_empty() { ul { @for text in of_task { li { (text) } } } } }
 }
 
@@ -145,11 +155,18 @@ fn compared(study: &Robustness, found: &Comparison) -> String {
     let (design, other) = (name(found.design), name(found.other));
     let [low, high] = found.interval;
     let p = if found.p_value < 1e-3 { "below 0.001".into() } else { format!("{:.3}", found.p_value) };
-    let numbers = format!("95 % interval {} to {}, paired t test: p {}", number(low), number(high), if found.p_value < 1e-3 { p } else { format!("= {p}") });
+    let numbers = format!(
+        "95 % interval {} to {}, paired t test: p {}",
+        number(low),
+        number(high),
+        if found.p_value < 1e-3 { p } else { format!("= {p}") }
+    );
     let growth = "from the least to the greatest noise";
     let how = planning(found.planned_for);
     if !found.difference.is_finite() || !found.p_value.is_finite() {
-        return format!("Controllers {how}: {design} and {other} cannot be compared, as roll-outs diverged or are too few.");
+        return format!(
+            "Controllers {how}: {design} and {other} cannot be compared, as roll-outs diverged or are too few."
+        );
     }
     if found.p_value >= 0.05 {
         return format!(

@@ -13,8 +13,7 @@ use crate::words::list;
 /// One plot by task.
 pub fn section(context: &mut Context) -> Option<Markup> {
     let part = context.part;
-    let plots: Vec<Markup> =
-        (0..part.about.tasks.len()).filter_map(|task| plot(part, task, context.plots)).collect();
+    let plots: Vec<Markup> = (0..part.about.tasks.len()).filter_map(|task| plot(part, task, context.plots)).collect();
     if plots.is_empty() {
         return None;
     }
@@ -67,7 +66,8 @@ fn panel(index: usize, run: &Run, plots: &mut Plots) -> Vec<Value> {
         line["shape"] = "hv".into();
         line
     };
-    let (plan, truth) = (json!({ "color": "@2", "dash": "dash", "width": 2 }), json!({ "color": "@ink", "width": 1.5 }));
+    let (plan, truth) =
+        (json!({ "color": "@2", "dash": "dash", "width": 2 }), json!({ "color": "@ink", "width": 1.5 }));
     let estimate = json!({ "color": "@1", "dash": "dot", "width": 2 });
     let none = json!({ "width": 0, "color": "@1/0.2" });
     let mut traces = vec![
@@ -103,7 +103,12 @@ fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> Vie
         y.extend([band(-2.0), band(2.0), plan, estimate.clone(), column(plots, &sample.states, state)]);
         let end = |rows: &[Vec<f64>]| number(rows.last().and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN));
         let deviation = end(&sample.deviations);
-        ends.push(format!("{} ends at {} by plan, at {} in the run, known to ± {deviation}", run.name, end(&run.trajectory.states), end(&sample.states)));
+        ends.push(format!(
+            "{} ends at {} by plan, at {} in the run, known to ± {deviation}",
+            run.name,
+            end(&run.trajectory.states),
+            end(&sample.states)
+        ));
     }
     View {
         name: label.to_owned(),

@@ -20,7 +20,9 @@ pub fn warnings(part: &Part) -> Vec<String> {
         let failed = study.cells.iter().filter(|cell| cell.error.is_some() || !cell.mean.is_finite()).count();
         if failed > 0 {
             let all = study.cells.len();
-            list.push(format!("In {folder}, {failed} of {all} mean costs could not be computed, or a roll-out diverged."));
+            list.push(format!(
+                "In {folder}, {failed} of {all} mean costs could not be computed, or a roll-out diverged."
+            ));
         }
     }
     for (folder, trace) in part.traces() {
@@ -31,7 +33,8 @@ pub fn warnings(part: &Part) -> Vec<String> {
         }
     }
     for (_, report) in part.searches() {
-        for (index, error) in report.starts.iter().enumerate().filter_map(|(i, start)| Some((i, start.error.as_ref()?))) {
+        for (index, error) in report.starts.iter().enumerate().filter_map(|(i, start)| Some((i, start.error.as_ref()?)))
+        {
             list.push(format!("The search from start {} ended early: {error}.", index + 1));
         }
     }
@@ -41,14 +44,20 @@ pub fn warnings(part: &Part) -> Vec<String> {
 fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<String>) {
     let which = if at.tasks.len() > 1 { format!("{} at {design}", task.name) } else { format!("the task at {design}") };
     if !task.status.is_converged() {
-        list.push(format!("The plan of {which} {}; its numbers are those of the last iterate.", words::planned(task.status)));
+        list.push(format!(
+            "The plan of {which} {}; its numbers are those of the last iterate.",
+            words::planned(task.status)
+        ));
     }
     for limit in &task.limits_violated {
         let unit = task.trajectory.as_ref().map_or("", |trajectory| unit_of(trajectory, &limit.name));
         let (worst, bound) = (number(limit.worst), crate::numbers::with_unit(limit.limit, unit));
         let side = if limit.worst > limit.limit { "above" } else { "below" };
         let steps = words::count(limit.steps, "step");
-        list.push(format!("The plan of {which} exceeds a limit: {} is {worst}, {side} {bound}, in {steps}.", limit.name));
+        list.push(format!(
+            "The plan of {which} exceeds a limit: {} is {worst}, {side} {bound}, in {steps}.",
+            limit.name
+        ));
     }
     if task.stability.numerically_unstable {
         list.push(format!("In {which}, {}.", task.stability));
