@@ -158,7 +158,11 @@
       const text = getComputedStyle(this.element).color;
       const [r, g, b] = (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
       const dark = 0.299 * r + 0.587 * g + 0.114 * b > 140;
-      return { text, faint: `rgba(${r},${g},${b},0.18)`, dark, narrow: this.view.clientWidth < 640 };
+        const faint = `rgba(${r},${g},${b},0.18)`;
+      const { clientWidth: width, clientHeight: height } = this.view, narrow = width < 640;
+      const count = this.overlaid ? 1 : this.designs.length;
+      const aspect = (narrow ? width / (height / count) : width / count / height) || 1;
+      return { text, faint, dark, narrow, aspect };
     }
 
     /** Which traces there are: kind and design of each. */
@@ -180,7 +184,11 @@
       });
       const names = this.overlaid || this.designs.length < 2 ? [] : this.designs.map((design) => design.name);
       const layout = F.layout(count, this.box, this.eye, style, names);
-      const done = Plotly.react(this.view, traces, layout, { displayModeBar: false, displaylogo: false, responsive: false });
+      const done = Plotly.react(this.view, traces, layout, {
+        displayModeBar: false, responsive: false,
+        // By itself plotly draws twice as many pixels each way: four times the work where there is no graphics card.
+        plotGlPixelRatio: Math.min(2, window.devicePixelRatio || 1),
+      });
       this.busy = Promise.resolve(done).then(() => { this.busy = null; this.shown(); });
       return this.busy;
     }

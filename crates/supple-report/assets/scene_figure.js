@@ -82,14 +82,17 @@
     return lines;
   }
 
-  /** Arrows with the tip at the point that is pressed where it is pressed, else from the point that is pulled. */
+  /**
+   * Arrows at second ends, outside of bodies as far as can be: what presses has its tip there, as contacts and
+   * compressed springs do; what pulls begins there.
+   */
   function arrows(design, frame, key, scale, heads) {
     const lines = new G.Lines();
     for (const connection of design.connections) {
       const vector = G.times(1 / scale, G.at(connection[key], frame));
-      const point = G.at(connection.to, frame);
-      const presses = connection.kind === "contact" && key === "force";
-      const from = presses ? G.add(point, G.times(-1, vector)) : point;
+      const point = G.at(connection.to, frame), along = G.sub(point, G.at(connection.from, frame));
+      const pushes = connection.kind === "contact" || (connection.kind === "spring" && G.dot(along, vector) > 0);
+      const from = pushes && key === "force" ? G.sub(point, vector) : point;
       if (G.length(vector) > 4e-3 * design.size) lines.arrow(from, vector, heads);
     }
     return lines;
@@ -122,8 +125,8 @@
       case "walls": return mesh(design.plates, { color: style.dark ? "#9aa0aa" : "#7a7f88", opacity: 0.9 });
       case "bands": return mesh(design.plates, { color: design.colour, opacity: 0.25 });
       case "springs": return line(mix(design.colour, style.dark ? "#ffffff" : "#000000", 0.35), 3);
-      case "forces": return line(FORCE, 5);
-      case "torques": return line(TORQUE, 5);
+      case "forces": return line(FORCE, 6);
+      case "torques": return line(TORQUE, 6);
       default: return mesh(design.balls, { color: design.colour, opacity: 0.3, flatshading: false });
     }
   }
@@ -147,7 +150,7 @@
     const size = Math.max(...designs.map((design) => design.size));
     const most = (lists) => lists.flat().reduce((best, value) => (value > best ? value : best), 0);
     const strongest = (key) => most(designs.flatMap((d) => d.connections.map((c) => c[key].map(G.length))));
-    const scale = (largest) => (largest > 0 ? 2 * G.nice(largest / (0.5 * size)) : 1);
+    const scale = (largest) => (largest > 0 ? G.niceAbove(largest / (0.45 * size)) : 1);
     const points = designs.flatMap((d) => d.beliefs.map((b) => b.covariance.map((c) => Math.sqrt(Math.max(c[0], c[3], c[5])))));
     const walls = designs.flatMap((d) => d.walls.map((wall) => wall.deviation));
     const widest = 2 * most([...points, ...walls]);
@@ -190,22 +193,26 @@
 
   /** Layout of `count` scenes beside or below one another. */
   function layout(count, box, eye, style, names) {
-    const lengths = box.map(([low, high]) => high - low), longest = Math.max(...lengths);
+    const lengths = box.map(([low, high]) => high - low);
+    // As large as the window lets it be: plotly sees about one unit up and down from where the camera is.
+    const wide = Math.min(style.aspect, 1.7);
+    const unit = Math.min(1.15 / lengths[2], (1.2 * wide) / Math.hypot(lengths[0], lengths[1]));
+    const [width, depth, height] = lengths.map((length) => unit * length);
     const axis = (title, n) => ({
       title: { text: title, font: { size: 11 } }, range: box[n], autorange: false, nticks: 4, showbackground: false,
       color: style.text, gridcolor: style.faint, zeroline: false, showspikes: false, tickfont: { size: 10 },
     });
     const out = {
       margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, uirevision: "supple",
-      font: { color: style.text, family: "inherit" }, annotations: [],
+      font: { color: style.text, family: "sans-serif" }, annotations: [],
     };
     for (let n = 0; n < count; n++) {
       const span = [n / count, (n + 1) / count];
       const domain = style.narrow ? { x: [0, 1], y: [1 - span[1], 1 - span[0]] } : { x: span, y: [0, 1] };
       out[n ? `scene${n + 1}` : "scene"] = {
         domain, xaxis: axis("x (m)", 0), yaxis: axis("y (m)", 1), zaxis: axis("z (m)", 2), aspectmode: "manual",
-        aspectratio: { x: (1.25 * lengths[0]) / longest, y: (1.25 * lengths[1]) / longest, z: (1.25 * lengths[2]) / longest },
-        camera: eye, dragmode: "orbit",
+        aspectratio: { x: width, y: depth, z: height },
+        camera: eye, dragmode: "orbit", hovermode: false,
       };
       if (names[n]) {
         out.annotations.push({

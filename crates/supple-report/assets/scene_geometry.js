@@ -92,6 +92,7 @@
   const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
   const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
   const times = (s, a) => [s * a[0], s * a[1], s * a[2]];
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const length = (a) => Math.hypot(a[0], a[1], a[2]);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
@@ -161,5 +162,15 @@
     return (digit >= 5 ? 5 : digit >= 2 ? 2 : 1) * power;
   }
 
-  S.geometry = { bytes, at, place, coordinates, merge, ball, cube, root, Lines, nice, length, times, add };
+  /** The least of 1, 2, 5, 10... that is at least `value`. */
+  function niceAbove(value) {
+    const below = nice(value);
+    if (below >= value) return below;
+    const digit = Math.round(below / Math.pow(10, Math.floor(Math.log10(below) + 1e-9)));
+    return below * (digit === 2 ? 2.5 : 2);
+  }
+
+  S.geometry = {
+    bytes, at, place, coordinates, merge, ball, cube, root, Lines, nice, niceAbove, length, times, add, sub, dot,
+  };
 })((window.SuppleScene = window.SuppleScene || {}));

@@ -3,8 +3,10 @@
 use supple_kernels::Matrices;
 use supple_robot::vector::{add, dot, scale};
 
+use super::track::round;
 use super::{
-    Body, Connection, Landmark, LandmarkKind, MOST_FRAMES, PointBelief, Scene, Seen, Track, Wall, quaternion, turned_to,
+    Body, Connection, Landmark, LandmarkKind, MOST_FRAMES, PointBelief, Scene, Seen, Shape, Solid, Track, Wall,
+    quaternion, turned_to,
 };
 use crate::Trajectory;
 use crate::problem::Task;
@@ -20,9 +22,11 @@ pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Ma
     let seen: Vec<Seen> = steps.iter().map(see).collect::<Option<_>>()?;
     let first = seen.first()?;
     let dt = task.time_step.resolve::<f64>(phi);
+    let mut size = first.picture.size;
+    round(std::slice::from_mut(&mut size));
     let mut scene = Scene {
         time: Track::new(steps.iter().map(|&t| [t as f64 * dt]).collect()),
-        size: first.picture.size,
+        size,
         bodies: (0..first.picture.bodies.len()).map(|body| film_body(&seen, body)).collect(),
         connections: (0..first.picture.connections.len()).map(|index| film_connection(&seen, index)).collect(),
         ..Scene::default()
@@ -58,11 +62,26 @@ fn film_body(seen: &[Seen], index: usize) -> Body {
     }
     Body {
         name: first.name.clone(),
-        shapes: first.shapes.clone(),
+        shapes: first.shapes.iter().map(rounded).collect(),
         meshes: first.meshes.clone(),
         position: Track::new(placed().map(|body| body.pose.position).collect()),
         rotation: Track::new(rotations),
     }
+}
+
+fn rounded(shape: &Shape) -> Shape {
+    let mut shape = *shape;
+    round(&mut shape.position);
+    round(&mut shape.rotation);
+    match &mut shape.solid {
+        Solid::Box { size } => round(size),
+        Solid::Sphere { radius } => round(std::slice::from_mut(radius)),
+        Solid::Cylinder { radius, length } | Solid::Capsule { radius, length } => {
+            round(std::slice::from_mut(radius));
+            round(std::slice::from_mut(length));
+        }
+    }
+    shape
 }
 
 fn film_connection(seen: &[Seen], index: usize) -> Connection {
@@ -103,6 +122,8 @@ fn film_point(seen: &[Seen], (index, landmark): (usize, &Landmark), known: &[[[f
 /// A plate along the wall that holds all places where it may be touched, with a margin.
 fn film_wall(seen: &[Seen], (index, landmark): (usize, &Landmark), normal: [f64; 3], known: &[[[f64; 3]; 3]]) -> Wall {
     let rotation = turned_to(normal);
+    let mut quaternion = quaternion(&rotation);
+    round(&mut quaternion);
     let size = seen[0].picture.size;
     let column = |axis: usize| rotation.map(|row| row[axis]);
     let touches = || {
@@ -116,6 +137,8 @@ fn film_wall(seen: &[Seen], (index, landmark): (usize, &Landmark), normal: [f64;
         let (least, most) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
         (0.5 * (least + most), most - least)
     });
+    let mut edges = [length_a + MARGIN * size, length_b + MARGIN * size, THICKNESS * size];
+    round(&mut edges);
     let centre = |at: [f64; 3]| {
         let out = scale(dot(at, normal), normal);
         add(out, add(scale(middle_a, column(0)), scale(middle_b, column(1))))
@@ -124,8 +147,8 @@ fn film_wall(seen: &[Seen], (index, landmark): (usize, &Landmark), normal: [f64;
     Wall {
         name: landmark.name.clone(),
         position: Track::new(seen.iter().map(|seen| centre(seen.positions[index])).collect()),
-        rotation: quaternion(&rotation),
-        size: [length_a + MARGIN * size, length_b + MARGIN * size, THICKNESS * size],
+        rotation: quaternion,
+        size: edges,
         deviation: Track::new(known.iter().map(deviation).collect()),
     }
 }

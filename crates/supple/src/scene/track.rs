@@ -12,16 +12,7 @@ pub struct Track<const N: usize>(pub Vec<[f64; N]>);
 impl<const N: usize> Track<N> {
     /// Rows, rounded; a single one where all are equal.
     pub fn new(mut rows: Vec<[f64; N]>) -> Self {
-        let finite = rows.iter().flatten().map(|entry| entry.abs()).filter(|entry| entry.is_finite());
-        let largest = finite.fold(0.0, f64::max);
-        if largest > 0.0 {
-            // Digits after the point; more than 300 would be zeros of subnormal numbers.
-            let digits = (6.0 - largest.log10().floor()).clamp(0.0, 300.0) as usize;
-            for entry in rows.iter_mut().flatten() {
-                // By way of text, which gives the number nearest to the decimal one, and so the fewest digits in files.
-                *entry = format!("{entry:.digits$}").parse().unwrap_or(*entry) + 0.0;
-            }
-        }
+        round(rows.as_flattened_mut());
         if rows.windows(2).all(|pair| pair[0] == pair[1]) {
             rows.truncate(1);
         }
@@ -70,5 +61,19 @@ impl<'de, const N: usize> Deserialize<'de> for Track<N> {
             numbers.try_into().map_err(|_| D::Error::custom(format!("a row has {found} numbers in place of {N}")))
         };
         Vec::<Row>::deserialize(deserializer)?.into_iter().map(row).collect::<Result<_, _>>().map(Self)
+    }
+}
+
+/// Rounds to seven digits of the largest number.
+pub(super) fn round(entries: &mut [f64]) {
+    let finite = entries.iter().map(|entry| entry.abs()).filter(|entry| entry.is_finite());
+    let largest = finite.fold(0.0, f64::max);
+    if largest > 0.0 {
+        // Digits after the point; more than 300 would be zeros of subnormal numbers.
+        let digits = (6.0 - largest.log10().floor()).clamp(0.0, 300.0) as usize;
+        for entry in entries {
+            // By way of text, which gives the number nearest to the decimal one, and so the fewest digits in files.
+            *entry = format!("{entry:.digits$}").parse().unwrap_or(*entry) + 0.0;
+        }
     }
 }
