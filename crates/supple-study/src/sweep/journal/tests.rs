@@ -134,7 +134,6 @@ fn overwritten_journals_are_refused_or_not_harmed() {
         }
         refused += usize::from(sample.refuses(&damaged, &format!("{len} bytes at {start}")));
     }
-    println!("{refused} of {cases} are refused");
     // Much of the file is not in use, and what lies there is of no matter.
     assert!(refused >= cases / 20, "{refused} of {cases}");
     let noise: Vec<u8> = (0..100_000).map(|_| numbers.below(256) as u8).collect();
