@@ -160,3 +160,25 @@ fn a_stopped_sweep_has_the_rows_that_are_done() {
     let sweep = run(&task, &options(&task, &["k1=50:600:60"]), None, stop.watch()).unwrap();
     assert!(!sweep.complete && (5..60).contains(&sweep.table.rows.len()), "{}", sweep.table.rows.len());
 }
+
+#[test]
+fn a_neighbour_that_leads_to_a_cheaper_plan_is_followed_and_no_other() {
+    let good = task();
+    let text = good.sources[0].text.replace("initial_control = [57.0]", "initial_control = [0.0]");
+    let poor = Problem::parse(&text, "poor.toml").unwrap();
+    let plan = |problem: &Problem, neighbour: Option<&supple::Matrices>| {
+        let task = &problem.tasks[0];
+        let mut state = supple::pipeline::TaskState::new(task);
+        supple::design::best_plan((problem, task), &good.phi, neighbour, &mut state).unwrap();
+        (state.plan.nominal_cost, state.plan.trajectory.controls)
+    };
+    let (best, controls) = plan(&good.problem, None);
+    let (worse, poor_controls) = plan(&poor, None);
+    assert!(best < worse - 1.0, "{best} and {worse}");
+    assert!((plan(&poor, Some(&controls)).0 - best).abs() < 1e-9 * best);
+    // The same bits as without a neighbour, whether that is worse or on the same branch.
+    for neighbour in [&poor_controls, &controls] {
+        let (cost, found) = plan(&good.problem, Some(neighbour));
+        assert!(cost == best && found.as_slice() == controls.as_slice());
+    }
+}
