@@ -139,7 +139,11 @@ fn comparison(study: &Robustness, comparison: &Comparison) -> String {
 fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
     let Paired { difference, interval: [lower, upper], p_value } = *paired;
     let which = if difference < 0.0 { less } else { more };
-    let p = if p_value < 1e-4 { format!("p = {p_value:.0e}") } else { format!("p = {p_value:.4}") };
+    let p = match p_value {
+        ..1e-12 => "p < 1e-12".to_owned(),
+        ..1e-4 => format!("p = {p_value:.0e}"),
+        _ => format!("p = {p_value:.4}"),
+    };
     let significant = if p_value < SIGNIFICANT { "significant" } else { "not significant" };
     format!(
         "{:.2} {which} (95 % interval of the difference {lower:.2} to {upper:.2}, {p}: {significant})",

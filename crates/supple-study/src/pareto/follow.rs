@@ -1,7 +1,7 @@
-use supple::design::{Aim, DesignStatus, StartSummary};
+use supple::design::{Aim, StartSummary};
 use supple::pipeline::TaskState;
 
-use super::{Ends, Front};
+use super::{Ends, Front, at_ends};
 use crate::{StudyError, Watch};
 
 /// A point of a front.
@@ -42,8 +42,8 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> 
         points.push(if searcher.rank(&up) < searcher.rank(&down) { up } else { down });
     }
     if last > 0 {
-        let loose = front.searcher(Aim::Information { factor: factors[last] });
-        points.push(loose.assess(&ends.loose.to, &ends.loose.controls)?);
+        // No bound matters there, so that none has a price.
+        points.push(ends.loose.clone());
     }
     mend(front, &factors, &mut points, watch)?;
     factors.into_iter().zip(points).map(|(factor, summary)| point(front, factor, summary)).collect()
@@ -71,14 +71,15 @@ fn factors(ends: &Ends, count: usize) -> Vec<f64> {
 
 /// The design of least cost; an optimum of least information too, as no other design meets its bounds.
 fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
-    let aim = Aim::Information { factor: ends.tight_factor };
-    let mut summary = front.searcher(aim).assess(&ends.tight.to, &ends.tight.controls)?;
-    if summary.status != DesignStatus::Converged {
-        // The cost has no slope there, so that the information's cannot be balanced by it at any price.
-        summary.status = ends.tight.status;
-        let bounds = front.task.problem.tasks.iter().map(|task| task.bound);
-        summary.multipliers = bounds.map(|bound| if bound.is_some() { f64::NAN } else { 0.0 }).collect();
+    let parameters = &front.task.problem.parameters;
+    if at_ends(parameters, &ends.tight).len() == parameters.design().len() {
+        let aim = Aim::Information { factor: ends.tight_factor };
+        return Ok(front.searcher(aim).assess(&ends.tight.to, &ends.tight.controls)?);
     }
+    // The cost has no slope there along parameters within their range, so that no price balances the information's.
+    let mut summary = ends.tight.clone();
+    let bounds = front.task.problem.tasks.iter().map(|task| task.bound);
+    summary.multipliers = bounds.map(|bound| if bound.is_some() { f64::NAN } else { 0.0 }).collect();
     Ok(summary)
 }
 

@@ -1,0 +1,124 @@
+//! Pareto fronts: their ends, their shape, and the design at the task's own bounds.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use supple::EvaluateOptions;
+use supple::design::{Control, DesignStatus, NoObserver, design};
+use supple_study::pareto::{Pareto, ParetoOptions, run};
+use supple_study::{LoadedTask, Silent, StudyError, Watch};
+
+fn shipped(name: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
+}
+
+fn load(text: &str) -> LoadedTask {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("task.toml");
+    std::fs::write(&path, text).unwrap();
+    LoadedTask::load(&path, &[]).unwrap()
+}
+
+fn front(task: &LoadedTask, points: usize) -> Result<Pareto, StudyError> {
+    let options = ParetoOptions { points, starts: 2, seed: 3 };
+    run(task, &options, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+}
+
+/// Tightening never lowers information, and no point breaks its bounds.
+fn assert_front(found: &Pareto) {
+    for pair in found.points.windows(2) {
+        assert!(pair[0].factor < pair[1].factor);
+        assert!(pair[1].information_nats <= pair[0].information_nats * (1.0 + 1e-9), "{pair:?}");
+    }
+    for point in &found.points {
+        for (cost, bound) in point.costs.iter().zip(&point.bounds) {
+            assert!(*cost <= bound * (1.0 + 2e-6), "{point:?}");
+        }
+    }
+}
+
+#[test]
+fn the_front_of_two_masses() {
+    let task = load(&shipped("two_mass.toml"));
+    let found = front(&task, 12).unwrap();
+    assert_eq!(found.points.len(), 12);
+    assert_front(&found);
+    assert!(found.points.iter().all(|point| point.status == DesignStatus::Converged), "{:?}", found.points);
+
+    // At the task's own bounds: what `supple design` finds.
+    let own = found.points.iter().find(|point| point.factor == 1.0).unwrap();
+    let stop = AtomicBool::new(false);
+    let control = Control { observer: &NoObserver, stop: &stop };
+    let best = design(&task.problem, &task.phi, &task.problem.design, control).unwrap();
+    let best = &best.starts[best.best];
+    assert!((own.information_nats - best.information).abs() < 1e-6 * best.information, "{own:?}");
+    assert!((own.parameters.0[0].1 - best.to[0]).abs() < 1e-2, "{own:?}");
+    assert!((own.prices[0] - best.multipliers[0]).abs() < 0.02 * best.multipliers[0], "{own:?}");
+
+    // Prices are slopes of the front.
+    for around in found.points[2..].windows(3).take(8) {
+        let slope =
+            (around[0].information_nats - around[2].information_nats) / (around[2].bounds[0] - around[0].bounds[0]);
+        assert!((slope / around[1].prices[0] - 1.0).abs() < 0.25, "{slope}, {around:?}");
+    }
+    let (tight, loose) = (&found.points[0], &found.points[11]);
+    assert!(tight.prices[0].is_nan() && loose.prices[0] == 0.0);
+
+    // No design of a grid is cheaper than the tight end, nor needs less information than the loose one.
+    let side = |bounds: [f64; 2]| (0..4).map(move |i| bounds[0] * (bounds[1] / bounds[0]).powf(i as f64 / 3.0));
+    for k1 in side([50.0, 600.0]) {
+        for k2 in side([100.0, 600.0]) {
+            let phi = [k1, k2, task.phi[2], task.phi[3]];
+            let at = task.problem.evaluate(&phi, &EvaluateOptions { branches: 16, ..Default::default() }).unwrap();
+            assert!(at.tasks[0].cost.expected >= tight.costs[0] * (1.0 - 1e-6), "{k1}, {k2}: {tight:?}");
+            assert!(at.objective.information_nats >= loose.information_nats * (1.0 - 1e-6), "{k1}, {k2}: {loose:?}");
+        }
+    }
+}
+
+#[test]
+fn several_tasks_share_one_factor() {
+    let text = shipped("two_mass_small.toml");
+    let (head, press) = text.split_once("[[tasks]]").unwrap();
+    let second = press.replace("name = \"press\"", "name = \"again\"").replace("bound = 25.0", "bound = 15.0");
+    let task = load(&format!("{head}[[tasks]]{press}\n[[tasks]]{second}"));
+    let found = front(&task, 5).unwrap();
+    assert_front(&found);
+    assert_eq!(found.bounds, [25.0, 15.0]);
+    for point in &found.points {
+        assert!((point.information_nats - point.task_nats.iter().sum::<f64>()).abs() < 1e-9 * point.information_nats);
+        // The same task twice: the tighter bound is the one that is active, and sets the factor at both ends.
+        assert!((point.task_nats[0] - point.task_nats[1]).abs() < 1e-6 * point.task_nats[0]);
+        assert_eq!(point.prices[0].max(0.0), 0.0, "{point:?}");
+    }
+    let (tight, loose) = (&found.points[0], &found.points[4]);
+    assert!((tight.costs[1] / 15.0 - tight.factor).abs() < 1e-6 && (loose.costs[1] / 15.0 - loose.factor).abs() < 1e-9);
+    assert!(found.remarks.iter().any(|remark| remark.contains("the bound of press is")), "{:?}", found.remarks);
+}
+
+#[test]
+fn the_same_on_any_number_of_threads() {
+    let task = load(&shipped("two_mass_small.toml"));
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        // As JSON, where a price that is not a number equals itself.
+        pool.install(|| serde_json::to_string(&front(&task, 5).unwrap()).unwrap())
+    };
+    let alone = run(1);
+    assert_eq!(alone, run(5));
+    let again: Pareto = serde_json::from_str(&alone).unwrap();
+    assert_eq!(serde_json::to_string(&again).unwrap(), alone, "what is kept is read again");
+}
+
+#[test]
+fn a_front_needs_bounds_above_zero_and_a_stop_is_heard() {
+    let text = shipped("two_mass_small.toml");
+    let error = front(&load(&text.replace("bound = 25.0", "")), 5).unwrap_err().to_string();
+    assert!(error.contains("no task has a bound") && error.contains("supple evaluate"), "{error}");
+    let error = front(&load(&text.replace("bound = 25.0", "bound = 0.0")), 5).unwrap_err().to_string();
+    assert!(error.contains("the bound of task `press` is 0"), "{error}");
+    let options = ParetoOptions { points: 5, starts: 2, seed: 0 };
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
+    assert!(matches!(run(&load(&text), &options, watch), Err(StudyError::Stopped)));
+}
