@@ -96,7 +96,7 @@ fn of_front(front: &Pareto, index: usize, of_task: bool) -> Track {
         let cost = point.costs.get(index).copied().unwrap_or(f64::NAN);
         Spot { parameters: point.parameters.clone(), bits: nats / NATS, cost }
     });
-    let style = Style { rim: true, ..Style::line(Colour::Purple) }.marked(Marker::Triangle);
+    let style = Style { rim: true, ..Style::line(Colour::Orange) }.marked(Marker::Triangle);
     Track { label: "Pareto front".into(), style, spots: spots.collect(), ended: false }
 }
 
