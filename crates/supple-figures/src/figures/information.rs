@@ -9,7 +9,7 @@ use crate::{FigureError, words};
 const MOST: usize = 6;
 
 /// Bits of each measurement over time, together and of each channel beyond the others; below it the value of
-/// information, by which the cost grows with what is not known. One column of panels per design.
+/// information, `Tr(Xi)`, and what the cost is raised by what is not known, `1/2 Tr(Xi Sigma)`. One column of panels per design.
 ///
 /// Of more than six channels the six that give the most are shown.
 ///
@@ -20,6 +20,11 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
     let channels = channels(&shown);
     let columns = shown.len();
     let bits: Vec<Vec<Series>> = shown.iter().map(|design| bits(design, &channels)).collect();
+    let value = |design: &Shown| {
+        let y = design.task.cost.value_of_information_per_step.clone();
+        vec![Series::named("value of information", Style::line(Colour::Green), line(design, y))]
+    };
+    let value: Vec<Vec<Series>> = shown.iter().map(value).collect();
     let worth: Vec<Vec<Series>> = shown.iter().map(worth).collect();
     let axis = |label: &str, unit: &str, scale: Scale, series: &[Vec<Series>]| {
         let all: Vec<f64> = series.iter().flatten().flat_map(Series::ordinates).collect();
@@ -27,6 +32,7 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
     };
     let rows = [
         (axis("information per step", "bits", Scale::Linear, &bits), bits),
+        (axis("Tr Ξ", "", Scale::Log, &value), value),
         (axis("cost per step", "", Scale::Linear, &worth), worth),
     ];
     let mut panels = Vec::new();

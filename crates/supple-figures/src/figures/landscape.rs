@@ -36,6 +36,8 @@ impl Quantity {
 /// Information and expected cost over the one or two parameters of a sweep. The line on which the cost is at its bound
 /// is drawn on both, and so are paths of traces, starts and optima of designs, and fronts, where they are given.
 ///
+/// Of a trace, the path goes through the designs that are better than all before them.
+///
 /// The information is that of the objective, or of the task that is named; the cost is that of the task.
 ///
 /// # Errors
