@@ -168,7 +168,7 @@ const supplePlots = (data) => {
       this.canvas.setAttribute("aria-label", view?.alternative ?? this.canvas.getAttribute("aria-label"));
       this.drawn = true;
       return Plotly.react(this.canvas, traces, layout, {
-        responsive: !printing, displaylogo: false, displayModeBar: printing ? false : "hover",
+        responsive: !printing, displaylogo: false, displayModeBar: printing || width < 500 ? false : "hover",
         modeBarButtonsToRemove: ["select2d", "lasso2d", "toImage"],
       });
     }

@@ -7,7 +7,7 @@ use supple_study::AboutTask;
 use supple_study::design::DesignReport;
 
 use super::Context;
-use super::warnings::warnings;
+use super::warnings::{limits, warnings};
 use crate::html::{heading, table, words};
 use crate::numbers::{bits, change, labelled, number, with_unit};
 use crate::part::{Part, end_name};
@@ -37,6 +37,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             div.warnings {
                 p { strong { "To be careful about" } }
                 ul { @for warning in &warnings { li { (warning) } } }
+                @if let Some(limits) = limits(part) { (limits) }
             }
         }
     })

@@ -1,4 +1,5 @@
-use supple::{Evaluation, TaskEvaluation, TrajectoryReport};
+use maud::{Markup, html};
+use supple::{Evaluation, LimitViolation, TaskEvaluation, TrajectoryReport};
 
 use crate::numbers::number;
 use crate::part::Part;
@@ -49,15 +50,11 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
             words::planned(task.status)
         ));
     }
-    for limit in &task.limits_violated {
-        let unit = task.trajectory.as_ref().map_or("", |trajectory| unit_of(trajectory, &limit.name));
-        let (worst, bound) = (number(limit.worst), crate::numbers::with_unit(limit.limit, unit));
-        let side = if limit.worst > limit.limit { "above" } else { "below" };
-        let steps = words::count(limit.steps, "step");
-        list.push(format!(
-            "The plan of {which} exceeds a limit: {} is {worst}, {side} {bound}, in {steps}.",
-            limit.name
-        ));
+    if let Some(worst) = task.limits_violated.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {
+        let limits = words::count(task.limits_violated.len(), "limit");
+        let steps = words::count(worst.steps, "step");
+        let (name, numbers) = (plain(&worst.name), against(task, worst));
+        list.push(format!("The plan of {which} exceeds {limits}, most of all the {name}: {numbers}, in {steps}."));
     }
     if task.stability.numerically_unstable {
         list.push(format!("In {which}, {}.", task.stability));
@@ -70,6 +67,39 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
     if total.is_some_and(|total| !total.valid) {
         list.push(format!("The plan of {which} is not stationary enough for its gradients to hold."));
     }
+}
+
+/// A table of all limits that plans exceed; none where there are none.
+pub fn limits(part: &Part) -> Option<Markup> {
+    let mut rows = Vec::new();
+    for shown in part.designs() {
+        for task in &shown.at.tasks {
+            rows.extend(task.limits_violated.iter().map(|limit| {
+                let numbers = against(task, limit);
+                vec![shown.name.clone(), task.name.clone(), plain(&limit.name), numbers, limit.steps.to_string()]
+            }));
+        }
+    }
+    let head = crate::html::words(["design", "task", "limit", "worst", "steps"]);
+    let table = || crate::html::table("Limits that plans exceed", &head, &rows);
+    (!rows.is_empty()).then(|| html! { details { summary { "All limits that plans exceed" } (table()) } })
+}
+
+/// How far outside a value is, relative to its limit.
+fn excess(limit: &LimitViolation) -> f64 {
+    (limit.worst - limit.limit).abs() / limit.limit.abs().max(f64::MIN_POSITIVE)
+}
+
+/// A value and the limit it is beyond.
+fn against(task: &TaskEvaluation, limit: &LimitViolation) -> String {
+    let unit = task.trajectory.as_ref().map_or("", |trajectory| unit_of(trajectory, &limit.name));
+    let side = if limit.worst > limit.limit { "above" } else { "below" };
+    format!("{}, {side} {}", number(limit.worst), crate::numbers::with_unit(limit.limit, unit))
+}
+
+/// A name without the marks around it.
+fn plain(name: &str) -> String {
+    name.replace('`', "")
 }
 
 /// The unit of a limit of a joint, such as ``velocity of joint `elbow` ``, where a state or control of that name has one.

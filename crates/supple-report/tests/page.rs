@@ -1,0 +1,244 @@
+//! The page, of results that are computed here, and of ones that are made up where only their text matters.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver};
+use supple::parameters::Scale;
+use supple::{EvaluateOptions, Named};
+use supple_report::{ReportError, page};
+use supple_study::evaluate::EvaluateReport;
+use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
+use supple_study::study::Study;
+use supple_study::sweep::{Axis, Sweep, SweepOptions};
+use supple_study::trace::{Trace, TraceOptions, TracePoint, TraceRun};
+use supple_study::{Cell, Column, Folder, LoadedTask, Made, StudyResult, Table};
+
+fn task(name: &str) -> LoadedTask {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
+    LoadedTask::load(&path, &[]).unwrap()
+}
+
+fn folder(name: &str, task: &LoadedTask, result: StudyResult) -> Folder {
+    Folder { path: PathBuf::from("results").join(name), made: Made::here("test", 0, task), result }
+}
+
+fn design(task: &LoadedTask, starts: usize, evaluations: usize) -> StudyResult {
+    let settings = DesignSettings { starts, max_evaluations: evaluations, ..task.problem.design.clone() };
+    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    StudyResult::Design(Box::new(supple_study::design::run(task, &settings, control).unwrap()))
+}
+
+fn evaluation(task: &LoadedTask, phi: &[f64]) -> StudyResult {
+    let options = EvaluateOptions { trajectories: true, total_gradient: true, ..Default::default() };
+    StudyResult::Evaluate(Box::new(EvaluateReport { evaluation: task.problem.evaluate(phi, &options).unwrap() }))
+}
+
+/// Made-up landscape over the first two parameters.
+fn sweep(task: &LoadedTask, count: usize) -> StudyResult {
+    let axes: Vec<Axis> = (0..2)
+        .map(|index| {
+            let parameter = task.problem.parameters.get(index);
+            let [least, most] = parameter.bounds;
+            let value = |i: usize| least * (most / least).powf(i as f64 / (count - 1) as f64);
+            let values = (0..count).map(value).collect();
+            Axis { parameter: parameter.name.clone(), unit: parameter.unit.clone(), scale: Scale::Log, values }
+        })
+        .collect();
+    let mut names: Vec<String> = axes.iter().map(|axis| axis.parameter.clone()).collect();
+    names.push("information_nats".into());
+    names.extend(task.tasks().iter().map(|task| format!("{task}.expected_cost")));
+    let column = |name: &String| Column { name: name.clone(), unit: String::new(), description: String::new() };
+    let columns: Vec<Column> = names.iter().map(column).collect();
+    let mut table = Table { columns: columns.clone(), rows: Vec::new() };
+    for (i, a) in axes[0].values.iter().enumerate() {
+        for (j, b) in axes[1].values.iter().enumerate() {
+            let mut row = vec![Cell::Number(*a), Cell::Number(*b), Cell::Number((i as f64 * 0.1).sin() + j as f64)];
+            row.extend(task.problem.tasks.iter().map(|_| Cell::Number(80.0 + 200.0 * ((i + j) as f64 / 50.0).cos())));
+            table.rows.push(row);
+        }
+    }
+    let options = SweepOptions { axes, rollouts: 0, starts: 0, seed: 0 };
+    StudyResult::Sweep(Box::new(Sweep { options, columns, table, complete: true }))
+}
+
+fn point(task: &LoadedTask, nats: f64) -> TracePoint {
+    let parameters = Named::new(&task.problem.parameters, &task.phi);
+    TracePoint { parameters, information_nats: nats, costs: vec![200.0; task.problem.tasks.len()] }
+}
+
+fn trace(task: &LoadedTask) -> StudyResult {
+    let options =
+        TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients: vec![GradientKind::Total], seed: 0 };
+    let run = TraceRun {
+        method: Method::Sqp,
+        gradient: GradientKind::Total,
+        start: 0,
+        status: DesignStatus::NotConverged,
+        path: vec![point(task, 300.0), point(task, f64::NAN), point(task, 200.0)],
+        end: point(task, 200.0),
+        error: Some("no step".into()),
+    };
+    StudyResult::Trace(Box::new(Trace { options, runs: vec![run] }))
+}
+
+fn front(task: &LoadedTask) -> StudyResult {
+    let at = |factor: f64| ParetoPoint {
+        factor,
+        bounds: vec![250.0 * factor],
+        status: DesignStatus::Converged,
+        parameters: Named::new(&task.problem.parameters, &task.phi),
+        information_nats: 200.0 / factor,
+        task_nats: vec![200.0 / factor],
+        costs: vec![250.0 * factor],
+        prices: vec![1.0],
+        at_ends: Vec::new(),
+    };
+    let points = vec![at(0.9), at(1.0), at(1.2)];
+    let options = ParetoOptions { points: 3, starts: 1, seed: 0 };
+    let remarks = vec!["the bound is active <all along>".into()];
+    StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![250.0], points, remarks }))
+}
+
+/// The text of a page without its scripts and styles.
+fn text(page: &str) -> String {
+    let mut text = String::new();
+    let mut rest = page;
+    while let Some(at) = rest.find("<script").into_iter().chain(rest.find("<style")).min() {
+        text += &rest[..at];
+        let end = if rest[at..].starts_with("<script") { "</script>" } else { "</style>" };
+        rest = rest[at..].split_once(end).unwrap().1;
+    }
+    text + rest
+}
+
+#[test]
+fn a_page_has_a_section_for_all_that_there_is_and_needs_no_network() {
+    let task = task("two_mass_small.toml");
+    let folders = [
+        folder("design", &task, design(&task, 1, 20)),
+        folder("sweep", &task, sweep(&task, 8)),
+        folder("trace", &task, trace(&task)),
+        folder("front", &task, front(&task)),
+    ];
+    let all = page(&folders).unwrap();
+    let text = text(&all);
+    for id in
+        ["answer", "landscape", "motion", "trajectories", "information", "controller", "pareto", "sensitivities",
+            "convergence", "origin"]
+    {
+        assert!(text.contains(&format!("<section aria-labelledby=\"{id}\">")), "no section {id}");
+        assert!(text.contains(&format!("href=\"#{id}\"")), "no link to {id}");
+    }
+    assert!(!text.contains("aria-labelledby=\"robustness\""));
+    assert!(text.contains("the bound is active &lt;all along&gt;"));
+    assert!(text.contains("ended early: no step."));
+    for outside in ["src=", "href=\"http", "url(", "@import", "<link"] {
+        assert!(!text.contains(outside), "{outside}");
+    }
+    assert_eq!(all, page(&folders).unwrap(), "the same results give the same page");
+}
+
+#[test]
+fn whatever_files_hold_is_shown_as_text() {
+    let task = task("two_mass_small.toml");
+    let mut folder = folder("</title><i>", &task, design(&task, 1, 3));
+    let hostile = "</script><b>bold</b>";
+    folder.made.about.title = hostile.into();
+    folder.made.about.tasks[0].name = hostile.into();
+    folder.made.sources[0].text = format!("title = '{hostile}'");
+    folder.made.arguments = vec![hostile.into(), "--out".into()];
+    let StudyResult::Design(report) = &mut folder.result else { panic!() };
+    for at in [&mut report.start, &mut report.optimum] {
+        at.tasks[0].name = hostile.into();
+        at.tasks[0].trajectory.as_mut().unwrap().state_names[0] = hostile.into();
+    }
+    let page = page(&[folder]).unwrap();
+    assert!(!page.contains("<b>") && !page.contains("<i>"));
+    assert!(text(&page).contains("&lt;/script&gt;&lt;b&gt;bold&lt;/b&gt;"));
+    let scripts = page.matches("<script").count();
+    assert_eq!(scripts, page.matches("</script>").count());
+}
+
+#[test]
+fn the_answer_is_true_for_every_status() {
+    let task = task("two_mass_small.toml");
+    let result = design(&task, 1, 20);
+    for (status, says, never) in [
+        (DesignStatus::NotConverged, "The search did not converge", "Optimum:"),
+        (DesignStatus::NotOptimal, "this is not an optimum", "Optimum:"),
+        (DesignStatus::Stopped, "The search was stopped", "Optimum:"),
+        (DesignStatus::BoundViolated, "No design that meets every bound", "Optimum:"),
+        (DesignStatus::Converged, "Optimum:", "did not converge"),
+    ] {
+        let mut folder = folder("design", &task, result.clone());
+        let StudyResult::Design(report) = &mut folder.result else { panic!() };
+        report.status = status;
+        if status == DesignStatus::BoundViolated {
+            report.bound_prices[0].nats_per_unit = 0.0;
+            report.optimum.tasks[0].cost.expected = 1.1 * report.optimum.tasks[0].cost.bound.unwrap();
+        }
+        let text = text(&page(&[folder]).unwrap());
+        assert!(text.contains(says) && !text.contains(never), "{status}");
+        assert_eq!(text.contains("this misses its bound"), status == DesignStatus::BoundViolated, "{status}");
+    }
+}
+
+#[test]
+fn a_task_without_bound_and_a_plan_that_did_not_converge_are_told() {
+    let task = task("two_mass_small.toml");
+    let mut folder = folder("design", &task, design(&task, 1, 3));
+    let StudyResult::Design(report) = &mut folder.result else { panic!() };
+    for at in [&mut report.start, &mut report.optimum] {
+        at.tasks[0].cost.bound = None;
+        at.tasks[0].status = supple::plan::PlanStatus::MaxIterations;
+    }
+    folder.made.about.tasks[0].bound = None;
+    let text = text(&page(&[folder]).unwrap());
+    assert!(text.contains("no bound on its cost") && text.contains("it has no bound"));
+    assert!(text.contains("used up its iterations"));
+}
+
+#[test]
+fn results_of_one_task_belong_together_and_others_get_their_own_part() {
+    let (small, large) = (task("two_mass_small.toml"), task("two_mass.toml"));
+    let folders = [
+        folder("a", &small, evaluation(&small, &small.phi)),
+        folder("b", &large, evaluation(&large, &large.phi)),
+        folder("c", &small, sweep(&small, 4)),
+    ];
+    let text = text(&page(&folders).unwrap());
+    assert!(text.contains("id=\"part-1\"") && text.contains("id=\"part-2\"") && !text.contains("id=\"part-3\""));
+    assert!(text.contains("id=\"part-1-landscape\"") && !text.contains("id=\"part-2-landscape\""));
+    let levels: Vec<u8> = text
+        .match_indices("<h")
+        .filter_map(|(at, _)| text.as_bytes().get(at + 2).filter(|byte| byte.is_ascii_digit()).map(|byte| byte - b'0'))
+        .collect();
+    assert!(levels[0] == 1 && levels.windows(2).all(|pair| pair[1] <= pair[0] + 1), "{levels:?}");
+}
+
+#[test]
+fn without_results_there_is_no_page() {
+    let nothing = page(&[]).unwrap_err();
+    assert!(matches!(nothing, ReportError::Nothing(_)));
+    let task = task("two_mass_small.toml");
+    let study = StudyResult::Study(Box::new(Study { title: "A study".into(), steps: Vec::new() }));
+    assert!(page(&[folder("study", &task, study.clone())]).is_err());
+    let titled = page(&[folder("study", &task, study), folder("a", &task, evaluation(&task, &task.phi))]).unwrap();
+    assert!(text(&titled).contains("<title>A study</title>"));
+}
+
+#[test]
+fn the_largest_page_is_below_six_megabytes() {
+    let task = task("iiwa_door.toml");
+    let mut middle = task.phi.clone();
+    middle[0] = 9e5;
+    let folders = [
+        folder("design", &task, design(&task, 1, 2)),
+        folder("middle", &task, evaluation(&task, &middle)),
+        folder("landscape", &task, sweep(&task, 100)),
+    ];
+    let size = page(&folders).unwrap().len();
+    assert!((2_000_000..6_000_000).contains(&size), "{size}");
+}

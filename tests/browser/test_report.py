@@ -1,0 +1,205 @@
+"""What a reader of a report sees and can do."""
+
+import base64
+import json
+import os
+import time
+from pathlib import Path
+
+import pytest
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+from conftest import SECTIONS
+
+
+def wait(driver, what):
+    return WebDriverWait(driver, 120).until(lambda d: d.execute_script(f"return {what}"))
+
+
+def draw_all(driver):
+    """Scrolls by all plots, so that each is drawn."""
+    for figure in driver.find_elements(By.CSS_SELECTOR, "figure.plot"):
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", figure)
+        WebDriverWait(driver, 120).until(
+            lambda d, f=figure: d.execute_script("return arguments[0].querySelector('.canvas')._fullLayout != null", f)
+        )
+
+
+def keep(driver, name):
+    folder = os.environ.get("SCREENSHOTS")
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        driver.save_screenshot(str(Path(folder) / f"{name}.png"))
+
+
+def test_every_section_is_there_and_linked(wide):
+    found = [s.get_attribute("aria-labelledby") for s in wide.find_elements(By.CSS_SELECTOR, "main section")]
+    assert found == SECTIONS
+    links = [a.get_attribute("href").split("#")[1] for a in wide.find_elements(By.CSS_SELECTOR, "nav a")]
+    assert links == SECTIONS
+
+
+def test_headings_are_in_order(wide):
+    levels = wide.execute_script("return [...document.querySelectorAll('h1,h2,h3,h4')].map(h => +h.tagName[1])")
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in zip(levels, levels[1:]))
+
+
+def test_every_plot_is_drawn_with_its_data_in_every_view(wide):
+    draw_all(wide)
+    counts = wide.execute_script("""
+      const filled = (value) => Array.isArray(value) || ArrayBuffer.isView(value)
+        ? [...value].some((v) => (Array.isArray(v) ? v.some(Number.isFinite) : v !== null && v !== undefined)) : false;
+      const out = [];
+      for (const figure of document.querySelectorAll('figure.plot')) {
+        const canvas = figure.querySelector('.canvas'), select = figure.querySelector('select');
+        for (let view = 0; view < (select ? select.options.length : 1); view += 1) {
+          if (select) { select.value = String(view); select.dispatchEvent(new Event('change')); }
+          const title = figure.querySelector('.title').textContent + ' / ' + (select?.selectedOptions[0].text ?? '');
+          out.push([title, canvas.data.length, canvas.data.some((t) => filled(t.z ?? t.y)),
+                    canvas.getAttribute('aria-label'), canvas.querySelectorAll('svg').length]);
+        }
+        if (select) { select.value = '0'; select.dispatchEvent(new Event('change')); }
+      }
+      return out;""")
+    assert len(counts) > 20
+    for title, traces, has_data, label, pictures in counts:
+        assert traces > 0 and has_data and pictures > 0, title
+        assert any(letter.isdigit() for letter in label) and label.endswith("."), (title, label)
+
+
+def test_nothing_fails_and_nothing_is_fetched(wide):
+    draw_all(wide)
+    # Other levels are the browser's advice on speed.
+    assert [entry for entry in wide.get_log("browser") if entry["level"] == "SEVERE"] == []
+    requests = [
+        message["params"]["request"]["url"]
+        for message in (json.loads(entry["message"])["message"] for entry in wide.get_log("performance"))
+        if message["method"] == "Network.requestWillBeSent"
+    ]
+    assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_controls_work_by_keyboard_alone(wide):
+    wide.execute_script("document.activeElement.blur(); window.scrollTo(0, 0)")
+    figure = wide.find_element(By.XPATH, "//figure[contains(., 'Plan, true state and estimate')]")
+    canvas, select = figure.find_element(By.CSS_SELECTOR, ".canvas"), figure.find_element(By.TAG_NAME, "select")
+    before = canvas.get_attribute("aria-label")
+    for _ in range(300):
+        ActionChains(wide).send_keys(Keys.TAB).perform()
+        active = wide.switch_to.active_element
+        outline = active.value_of_css_property("outline-style")
+        assert outline != "none", f"no focus to be seen on {active.get_attribute('outerHTML')[:200]}"
+        if active == select:
+            break
+    assert wide.switch_to.active_element == select
+    ActionChains(wide).send_keys(Keys.ARROW_DOWN).send_keys(Keys.ENTER).perform()
+    WebDriverWait(wide, 60).until(lambda _: canvas.get_attribute("aria-label") != before)
+    assert Select(select).first_selected_option.text in canvas.get_attribute("aria-label")
+
+
+def test_every_control_has_a_name(wide):
+    nameless = wide.execute_script("""
+      return [...document.querySelectorAll('select, button, input')].filter((control) =>
+        !control.labels?.length && !control.getAttribute('aria-label') && !control.textContent.trim()).length""")
+    assert nameless == 0
+
+
+def picture(driver, element):
+    return base64.b64decode(element.screenshot_as_base64)
+
+
+def test_the_robot_is_drawn_and_moves(wide):
+    view = wide.find_element(By.CSS_SELECTOR, "[data-scene]")
+    wide.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", view)
+    wait(wide, "document.querySelector('[data-scene] canvas') !== null")
+    buttons = {button.text: button for button in view.find_elements(By.TAG_NAME, "button")}
+    assert "Play" in buttons or "Pause" in buttons, list(buttons)
+    if "Play" in buttons:
+        buttons["Play"].send_keys(Keys.SPACE)
+    frames = set()
+    for _ in range(6):
+        frames.add(picture(wide, view))
+        time.sleep(1.0)
+    keep(wide, "motion")
+    assert len(frames) > 1, "nothing moves"
+    colours = wide.execute_script("""
+      const plot = document.querySelector('[data-scene] .js-plotly-plot, [data-scene].js-plotly-plot');
+      return Plotly.toImage(plot, {format: 'png', width: 300, height: 200}).then((url) => new Promise((done) => {
+        const image = new Image();
+        image.onload = () => {
+          const canvas = document.createElement('canvas');
+          [canvas.width, canvas.height] = [300, 200];
+          const context = canvas.getContext('2d');
+          context.drawImage(image, 0, 0, 300, 200);
+          const seen = new Set();
+          const { data } = context.getImageData(0, 0, 300, 200);
+          for (let i = 0; i < data.length; i += 4) seen.add(data.slice(i, i + 4).join());
+          done(seen.size);
+        };
+        image.src = url;
+      }));""")
+    assert colours > 50, "the picture is empty"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_colours_follow_the_system_and_the_reader(open_page, scheme):
+    driver = open_page(prefers_color_scheme=scheme)
+    paper = lambda: driver.execute_script("return getComputedStyle(document.body).backgroundColor")
+    draw_all(driver)
+    plots = lambda: driver.execute_script(
+        "return [...new Set([...document.querySelectorAll('.canvas')].map((c) => c._fullLayout.paper_bgcolor))]"
+    )
+    first = (paper(), plots())
+    assert len(first[1]) == 1
+    keep(driver, scheme)
+    other = "dark" if scheme == "light" else "light"
+    Select(driver.find_element(By.ID, "theme")).select_by_value(other)
+    wait(driver, f"document.querySelector('.canvas')._fullLayout.paper_bgcolor !== '{first[1][0]}'")
+    draw_all(driver)
+    assert paper() != first[0] and len(plots()) == 1 and plots() != first[1]
+
+
+def test_a_phone_needs_no_scrolling_sideways(open_page):
+    driver = open_page(360, 740)
+    draw_all(driver)
+    width = driver.execute_script("return document.documentElement.scrollWidth")
+    keep(driver, "phone")
+    assert width <= 360
+    wider = driver.execute_script("""
+      return [...document.querySelectorAll('main svg.main-svg, main select, main button')]
+        .filter((e) => e.getBoundingClientRect().right > 361).length""")
+    assert wider == 0
+    assert driver.execute_script("return document.querySelector('nav details').open") is False
+
+
+def test_a_print_has_all_plots_in_light_colours(open_page):
+    driver = open_page(prefers_color_scheme="dark")
+    driver.execute_script("addEventListener('afterprint', () => { window.printed = true; })")
+    driver.execute_script("""
+      const kept = window.kept = [];
+      addEventListener('beforeprint', () => {
+        for (const c of document.querySelectorAll('.canvas')) kept.push([c._fullLayout?.paper_bgcolor, c._fullLayout?.width]);
+        kept.push([document.querySelectorAll('main details:not([open])').length]);
+      });""")
+    pages = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
+    if os.environ.get("SCREENSHOTS"):
+        Path(os.environ["SCREENSHOTS"], "print.pdf").write_bytes(pages)
+    assert pages.startswith(b"%PDF") and pages.count(b"/Type /Page\n") + pages.count(b"/Type /Page ") > 5
+    *plots, (closed,) = driver.execute_script("return window.kept")
+    assert closed == 0 and len(plots) > 5
+    assert all(colour == "#ffffff" and width <= 700 for colour, width in plots)
+
+
+def test_those_who_want_less_motion_get_a_robot_at_rest(open_page):
+    driver = open_page(prefers_reduced_motion="reduce")
+    view = driver.find_element(By.CSS_SELECTOR, "[data-scene]")
+    driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", view)
+    wait(driver, "document.querySelector('[data-scene] canvas') !== null")
+    time.sleep(2)
+    frame = view.get_attribute("data-frame")
+    time.sleep(2)
+    assert view.get_attribute("data-frame") == frame
