@@ -195,7 +195,10 @@
 
     /** Moves what is drawn to the frame. */
     update() {
-      if (this.busy) return;
+      if (this.busy) {
+        this.late = true;
+        return;
+      }
       const fixed = (kind, design) => kind === "walls" && design.walls.every((wall) => wall.position.length < 2);
       const moved = this.traces.map((trace, place) => ({ ...trace, place })).filter((t) => !fixed(t.kind, t.design));
       const shapes = moved.map(({ kind, design }) => F.shape(kind, design, this.frameOf(design), this.scales, this.show));
@@ -207,6 +210,11 @@
     shown() {
       this.drawn += 1;
       this.element.dataset.drawn = String(this.drawn);
+      // What was asked for meanwhile.
+      if (this.late) {
+        this.late = false;
+        this.update();
+      }
     }
 
     /** The frame of a design at the time of the frame that is shown. */

@@ -193,7 +193,7 @@ fn add_geometry<'a>(geometry: Node<'a, 'a>, here: &Affine, ids: &Ids<'a>, all: &
         *vertex = here.map(|row| (row[0] * x + row[1] * y + row[2] * z + row[3]) as f32);
     }
     if !own.is_sound() {
-        return Err("has faces without corners".into());
+        return Err("has numbers that are not finite, or faces without corners".into());
     }
     all.add(own);
     Ok(())

@@ -87,7 +87,7 @@ fn obj(bytes: &[u8]) -> Result<Surface, String> {
         let faces = model.mesh.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         let surface = Surface { vertices: triples(&model.mesh.positions), faces };
         if !surface.is_sound() {
-            return Err("has faces without corners".into());
+            return Err("has numbers that are not finite, or faces without corners".into());
         }
         all.add(surface);
     }
