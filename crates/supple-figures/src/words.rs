@@ -18,7 +18,8 @@ pub fn unit(unit: &str) -> String {
         match c {
             '^' => raised = true,
             '0'..='9' | '-' if raised => out.push(lifted(c)),
-            '*' => {
+            // A product, never broken over lines.
+            '*' | ' ' => {
                 raised = false;
                 out.push('\u{b7}');
             }
