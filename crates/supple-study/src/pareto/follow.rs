@@ -1,3 +1,5 @@
+use std::cmp::Ordering;
+
 use supple::design::{Aim, StartSummary};
 use supple::pipeline::TaskState;
 
@@ -107,7 +109,7 @@ fn mend(front: &Front, factors: &[f64], points: &mut [StartSummary], watch: Watc
         let (before, current) = (&tighter[index - 1], &mut rest[0]);
         let needs_more = |one: &StartSummary| {
             let (was, is) = (searcher.rank(before), searcher.rank(one));
-            was.0 < is.0 || was.0 == is.0 && was.1 < is.1 - SAME * is.1.abs()
+            was.partial_cmp(&(is.0, is.1 - SAME * is.1.abs())).is_some_and(Ordering::is_lt)
         };
         if !needs_more(current) {
             continue;
