@@ -16,7 +16,7 @@ pub fn number(value: f64) -> String {
         -3..=6 => format!("{value:.*}", usize::try_from(4 - exponent).unwrap_or(0)),
         _ => format!("{}e{exponent}", trimmed(mantissa)),
     };
-    let text = if exponent < -3 || exponent > 6 { text } else { trimmed(&text).to_owned() };
+    let text = if !(-3..=6).contains(&exponent) { text } else { trimmed(&text).to_owned() };
     text.replace('-', "−")
 }
 

@@ -69,8 +69,7 @@ fn point(task: &LoadedTask, nats: f64) -> TracePoint {
 }
 
 fn trace(task: &LoadedTask) -> StudyResult {
-    let options =
-        TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients: vec![GradientKind::Total], seed: 0 };
+    let options = TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients: vec![GradientKind::Total], seed: 0 };
     let run = TraceRun {
         method: Method::Sqp,
         gradient: GradientKind::Total,
@@ -124,10 +123,18 @@ fn a_page_has_a_section_for_all_that_there_is_and_needs_no_network() {
     ];
     let all = page(&folders).unwrap();
     let text = text(&all);
-    for id in
-        ["answer", "landscape", "motion", "trajectories", "information", "controller", "pareto", "sensitivities",
-            "convergence", "origin"]
-    {
+    for id in [
+        "answer",
+        "landscape",
+        "motion",
+        "trajectories",
+        "information",
+        "controller",
+        "pareto",
+        "sensitivities",
+        "convergence",
+        "origin",
+    ] {
         assert!(text.contains(&format!("<section aria-labelledby=\"{id}\">")), "no section {id}");
         assert!(text.contains(&format!("href=\"#{id}\"")), "no link to {id}");
     }

@@ -118,13 +118,18 @@ fn result(part: &Part, report: &DesignReport) -> String {
 fn against_bound(report: &DesignReport, index: usize, cost: f64, bound: f64) -> String {
     let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
     let bound_text = number(bound);
-    if !(cost <= bound + FEASIBILITY * bound.abs()) {
+    if misses(cost, bound) {
         format!("this misses its bound of {bound_text}")
     } else if price > 0.0 {
         format!("its bound of {bound_text} is active: one unit more of it would save {} bits", number(bits(price)))
     } else {
         format!("its bound of {bound_text} is met and not active")
     }
+}
+
+/// Whether a cost misses its bound; one that is no number does.
+fn misses(cost: f64, bound: f64) -> bool {
+    cost.is_nan() || cost > bound + FEASIBILITY * bound.abs()
 }
 
 fn went(from: f64, to: f64) -> &'static str {
@@ -221,7 +226,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         let remark = match after.cost.bound {
             None => ["none".into(), String::new()],
             Some(bound) => {
-                let missed = !(after.cost.expected <= bound + FEASIBILITY * bound.abs());
+                let missed = misses(after.cost.expected, bound);
                 let active = || format!("active: {} bits per unit", number(bits(price)));
                 [
                     number(bound),

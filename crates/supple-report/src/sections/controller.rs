@@ -124,7 +124,7 @@ fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), plots
         for state in 0..states {
             let values: Vec<f64> = drawn.iter().map(|&t| entry(t, state)).collect();
             for value in &values {
-                if !(value.abs() <= most) {
+                if most.is_nan() || value.abs() > most {
                     (most, at) = (value.abs(), state);
                 }
             }

@@ -39,7 +39,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
 }
 
 /// The cells of a design under a planning, by level.
-fn cells<'a>(study: &'a Robustness, task: usize, planned_for: PlannedFor, design: usize) -> Vec<&'a RobustCell> {
+fn cells(study: &Robustness, task: usize, planned_for: PlannedFor, design: usize) -> Vec<&RobustCell> {
     let wanted = |cell: &&RobustCell| (cell.task, cell.planned_for, cell.design) == (task, planned_for, design);
     let mut cells: Vec<_> = study.cells.iter().filter(wanted).collect();
     cells.sort_by_key(|cell| cell.level);

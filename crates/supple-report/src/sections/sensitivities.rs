@@ -68,6 +68,9 @@ impl Sensitive<'_> {
     }
 }
 
+/// A name, a unit, and the changes of a design.
+type Quantity = (&'static str, &'static str, fn(&Sensitive) -> Vec<f64>);
+
 fn bars(part: &Part, task: usize, designs: &[Sensitive], plots: &mut Plots) -> Markup {
     let names: Vec<&str> = part.about.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
     let mut traces = Vec::new();
@@ -78,7 +81,7 @@ fn bars(part: &Part, task: usize, designs: &[Sensitive], plots: &mut Plots) -> M
             "marker": { "color": colour(index), "pattern": { "shape": shape, "fgopacity": 0.6 } },
         }));
     }
-    let kinds: [(&str, &str, fn(&Sensitive) -> Vec<f64>); 2] =
+    let kinds: [Quantity; 2] =
         [("Information", "bits", |at| at.information()), ("Expected cost", "cost", |at| at.cost())];
     let views = kinds.map(|(name, unit, values)| {
         let mut view = View { name: name.into(), traces: (0..designs.len()).collect(), ..Default::default() };
