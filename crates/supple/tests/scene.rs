@@ -130,7 +130,7 @@ fn two_masses_are_where_they_should_be() {
 #[test]
 fn links_are_where_kinematics_puts_them() {
     let (_, trajectory, scene) = film("iiwa_door.toml");
-    let robot = supple_robot::load(&repository("models/iiwa14_door.urdf"), &LoadOptions::default()).unwrap();
+    let robot = supple_robot::load(repository("models/iiwa14_door.urdf"), &LoadOptions::default()).unwrap();
     let (tree, numbers) = (Tree::new(&robot), Numbers::of(&robot, [0.0; 3]));
     assert_eq!(scene.bodies.len(), robot.links.len());
     for frame in (0..scene.time.0.len()).step_by(10) {
@@ -156,7 +156,7 @@ fn links_are_where_kinematics_puts_them() {
 #[test]
 fn beliefs_follow_from_the_jacobian() {
     let (_, trajectory, scene) = film("iiwa_door.toml");
-    let robot = supple_robot::load(&repository("models/iiwa14_door.urdf"), &LoadOptions::default()).unwrap();
+    let robot = supple_robot::load(repository("models/iiwa14_door.urdf"), &LoadOptions::default()).unwrap();
     let (tree, numbers) = (Tree::new(&robot), Numbers::of(&robot, [0.0; 3]));
     let now = Kinematics::at_rest(&tree, &numbers, &trajectory.states[0][..8]);
     for name in ["iiwa_link_7", "handle"] {

@@ -72,7 +72,7 @@ fn capsule(from: [f64; 3], to: [f64; 3], radius: f64) -> Shape {
 fn plate(link: &LinkNumbers<f64>) -> Option<Shape> {
     let [a, b, c] = link.moment;
     let moment = Matrix3::new(a[0], a[1], a[2], a[1], b[1], b[2], a[2], b[2], c[2]);
-    if !(link.mass > 0.0) || moment.iter().any(|entry| !entry.is_finite()) {
+    if link.mass.is_nan() || link.mass <= 0.0 || moment.iter().any(|entry| !entry.is_finite()) {
         return None;
     }
     let SymmetricEigen { eigenvalues: principal, eigenvectors: mut axes } = SymmetricEigen::new(moment);
