@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod output;
 mod pages;
+mod present;
 mod progress;
 mod tables;
 

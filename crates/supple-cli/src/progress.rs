@@ -60,7 +60,7 @@ impl Observer for Progress {
                     state.best = Some(information);
                 }
             }
-            Event::SearchingBranches { .. } => {}
+            Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
         }
         let best = state.best.map_or_else(
             || "none feasible yet".to_owned(),

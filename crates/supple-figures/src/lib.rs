@@ -6,12 +6,10 @@ mod draw;
 mod error;
 pub mod figure;
 mod figures;
-mod load;
 mod render;
 mod words;
 
 pub use error::FigureError;
 pub use figure::Figure;
 pub use figures::{Kind, belief, draw, gains, information, landscape, pareto, robustness};
-pub use load::load;
 pub use render::{Format, Width, render};

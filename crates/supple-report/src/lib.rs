@@ -1,11 +1,10 @@
 //! One self-contained HTML page of studies: what was asked, the answer, plots, and the robot moving.
 //!
-//! [`load`] reads folders of results, [`page`] makes the page. Its text and tables are HTML made here; its plots are
+//! [`Folder::load_all`](supple_study::Folder::load_all) reads folders of results, [`page`] makes the page. Its text and tables are HTML made here; its plots are
 //! data made here and drawn by plotly.js, which the page carries; nothing is fetched when it is read.
 mod arrays;
 mod document;
 mod error;
-mod folders;
 mod html;
 mod numbers;
 mod packed;
@@ -17,4 +16,3 @@ mod words;
 
 pub use document::page;
 pub use error::ReportError;
-pub use folders::load;

@@ -76,6 +76,7 @@ fn trace(task: &LoadedTask) -> StudyResult {
         start: 0,
         status: DesignStatus::NotConverged,
         path: vec![point(task, 300.0), point(task, f64::NAN), point(task, 200.0)],
+        steps: vec![0, 1, 2],
         end: point(task, 200.0),
         error: Some("no step".into()),
     };
@@ -230,9 +231,11 @@ fn without_results_there_is_no_page() {
     let nothing = page(&[]).unwrap_err();
     assert!(matches!(nothing, ReportError::Nothing(_)));
     let task = task("two_mass_small.toml");
-    let study = StudyResult::Study(Box::new(Study { title: "A study".into(), steps: Vec::new() }));
-    assert!(page(&[folder("study", &task, study.clone())]).is_err());
-    let titled = page(&[folder("study", &task, study), folder("a", &task, evaluation(&task, &task.phi))]).unwrap();
+    let study = StudyResult::Study(Box::new(Study { steps: Vec::new(), figures: Vec::new() }));
+    let mut study = folder("study", &task, study);
+    study.made.about.title = "A study".into();
+    assert!(page(&[study.clone()]).is_err());
+    let titled = page(&[study, folder("a", &task, evaluation(&task, &task.phi))]).unwrap();
     assert!(text(&titled).contains("<title>A study</title>"));
 }
 

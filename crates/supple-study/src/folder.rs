@@ -111,6 +111,26 @@ impl Folder {
         write_text(&file, text.as_bytes())
     }
 
+    /// Reads folders; after that of a study file those of its steps. A folder that is named twice is read once.
+    ///
+    /// # Errors
+    /// Where there is no result in one, or one that this version cannot read.
+    pub fn load_all(paths: &[impl AsRef<Path>]) -> Result<Vec<Self>, StudyError> {
+        let mut found: Vec<Self> = Vec::new();
+        let mut waiting: Vec<PathBuf> = paths.iter().rev().map(|path| path.as_ref().to_owned()).collect();
+        while let Some(path) = waiting.pop() {
+            if found.iter().any(|folder| same(&folder.path, &path)) {
+                continue;
+            }
+            let folder = Self::load(&path)?;
+            if let StudyResult::Study(study) = &folder.result {
+                waiting.extend(study.steps.iter().rev().map(|step| path.join(step)));
+            }
+            found.push(folder);
+        }
+        Ok(found)
+    }
+
     /// Reads a folder.
     ///
     /// # Errors
@@ -135,6 +155,11 @@ impl Folder {
         }
         Ok(Self { path: path.to_owned(), made: read.made, result })
     }
+}
+
+/// Whether two paths lead to the same folder.
+fn same(a: &Path, b: &Path) -> bool {
+    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 #[derive(Deserialize)]

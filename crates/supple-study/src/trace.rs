@@ -46,6 +46,10 @@ pub struct TraceRun {
     pub status: DesignStatus,
     /// Designs in the order in which they were visited.
     pub path: Vec<TracePoint>,
+    /// Places in `path` of the designs that the optimiser stepped to, in order; the others are trials of its line
+    /// searches.
+    #[serde(default)]
+    pub steps: Vec<usize>,
     /// Where it ended: the best design.
     pub end: TracePoint,
     /// Why it ended early, where it did.
@@ -63,6 +67,13 @@ pub struct TracePoint {
     pub information_nats: f64,
     /// Expected cost of each task.
     pub costs: Vec<f64>,
+}
+
+impl TraceRun {
+    /// The designs that the optimiser stepped to, and where it ended.
+    pub fn stepped(&self) -> impl Iterator<Item = &TracePoint> + Clone {
+        self.steps.iter().filter_map(|&step| self.path.get(step)).chain(std::iter::once(&self.end))
+    }
 }
 
 /// Runs every search and keeps what it visits. All methods and gradients begin from the same starts, and all other
@@ -109,17 +120,18 @@ fn searches(
     settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
     let recorder = Recorder {
         parameters: &problem.parameters,
-        paths: (0..starts).map(|_| Mutex::default()).collect(),
+        paths: (0..starts).map(|_| Mutex::<Path>::default()).collect(),
         progress: watch.progress,
     };
     let found = supple::design::design(problem, phi, &settings, Control { observer: &recorder, stop: watch.stop })?;
     let paths = recorder.paths.into_iter().map(|path| path.into_inner().unwrap_or_else(PoisonError::into_inner));
-    let run = |(start, (summary, path)): (usize, (&StartSummary, Vec<TracePoint>))| TraceRun {
+    let run = |(start, (summary, path)): (usize, (&StartSummary, Path))| TraceRun {
         method,
         gradient,
         start,
         status: summary.status,
-        path,
+        path: path.points,
+        steps: path.steps,
         end: TracePoint {
             parameters: Named::new(&problem.parameters, &summary.to),
             information_nats: summary.information,
@@ -130,10 +142,17 @@ fn searches(
     Ok(found.starts.iter().zip(paths).enumerate().map(run).collect())
 }
 
+/// What a start has visited until now.
+#[derive(Default)]
+struct Path {
+    points: Vec<TracePoint>,
+    steps: Vec<usize>,
+}
+
 /// Keeps the designs that each start visits.
 struct Recorder<'a> {
     parameters: &'a Parameters,
-    paths: Vec<Mutex<Vec<TracePoint>>>,
+    paths: Vec<Mutex<Path>>,
     progress: &'a dyn Progress,
 }
 
@@ -146,7 +165,15 @@ impl Observer for Recorder<'_> {
                     information_nats: information,
                     costs: costs.to_vec(),
                 };
-                self.paths[start].lock().unwrap_or_else(PoisonError::into_inner).push(point);
+                self.paths[start].lock().unwrap_or_else(PoisonError::into_inner).points.push(point);
+            }
+            Event::Stepped { start, design } => {
+                let mut path = self.paths[start].lock().unwrap_or_else(PoisonError::into_inner);
+                let named = Named::new(self.parameters, design);
+                let place = path.points.iter().rposition(|point| point.parameters == named);
+                if let Some(place) = place.filter(|place| path.steps.last() != Some(place)) {
+                    path.steps.push(place);
+                }
             }
             Event::StartEnded { .. } => self.progress.advance(1),
             Event::StartBegan { .. } | Event::SearchingBranches { .. } => {}

@@ -1,13 +1,12 @@
 use supple::Problem;
 use supple::design::{Control, DesignSettings, DesignStatus};
-use supple_study::{Folder, Made, RESULT, StudyResult, check_writable};
+use supple_study::{Made, RESULT, StudyResult, check_writable};
 
 use crate::Outcome;
 use crate::arguments::DesignOptions;
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
+use crate::present::present;
 use crate::progress::{Progress, STOP, listen};
-use crate::tables::design_page;
 
 /// `supple design TASK`
 pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
@@ -22,17 +21,8 @@ pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     progress.finish();
     let report = found?;
     let made = Made::here("design", settings.seed, &loaded);
-    let page = design_page(&made.about, &report);
     let outcome = if report.status == DesignStatus::Converged { Outcome::Success } else { Outcome::Shortfall };
-    if options.json {
-        print_json(&report)?;
-    }
-    if let Some(folder) = &options.out {
-        Folder::save(folder, &made, &StudyResult::Design(Box::new(report)))?;
-    }
-    if !options.json {
-        print_text(&page)?;
-    }
+    present(&StudyResult::Design(Box::new(report)), &made, options.out.as_deref(), options.json)?;
     Ok(outcome)
 }
 

@@ -1,11 +1,10 @@
 use supple_study::evaluate::EvaluateReport;
-use supple_study::{Folder, LoadedTask, Made, RESULT, StudyResult, check_writable};
+use supple_study::{LoadedTask, Made, RESULT, StudyResult, check_writable};
 
 use crate::Outcome;
 use crate::arguments::{EvaluateOptions, GradientChoice};
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
-use crate::tables::evaluation_page;
+use crate::present::present;
 
 /// `supple evaluate TASK`
 pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
@@ -26,15 +25,7 @@ pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
     let evaluation = problem.evaluate(phi, &wanted)?;
     let made = Made::here("evaluate", options.seed, &loaded);
     let outcome = if evaluation.feasible { Outcome::Success } else { Outcome::Shortfall };
-    let page = evaluation_page(&made.about, &evaluation);
-    if options.json {
-        print_json(&evaluation)?;
-    }
-    if let Some(folder) = &options.out {
-        Folder::save(folder, &made, &StudyResult::Evaluate(Box::new(EvaluateReport { evaluation })))?;
-    }
-    if !options.json {
-        print_text(&page)?;
-    }
+    let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
+    present(&result, &made, options.out.as_deref(), options.json)?;
     Ok(outcome)
 }

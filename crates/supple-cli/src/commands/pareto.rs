@@ -1,11 +1,10 @@
 use supple::design::DesignStatus;
-use supple_study::{Folder, Made, RESULT, StudyResult, Watch, check_writable};
+use supple_study::{Made, RESULT, StudyResult, Watch, check_writable};
 
 use crate::Outcome;
 use crate::arguments::ParetoOptions;
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
-use crate::pages::pareto_page;
+use crate::present::present;
 use crate::progress::{Bar, STOP, listen};
 
 /// `supple pareto TASK`
@@ -22,16 +21,7 @@ pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
     bar.finish();
     let front = found?;
     let made = Made::here("pareto", seed, &loaded);
-    let page = pareto_page(&made.about, &front);
     let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged);
-    if options.json {
-        print_json(&front)?;
-    }
-    if let Some(folder) = &options.out {
-        Folder::save(folder, &made, &StudyResult::Pareto(Box::new(front)))?;
-    }
-    if !options.json {
-        print_text(&page)?;
-    }
+    present(&StudyResult::Pareto(Box::new(front)), &made, options.out.as_deref(), options.json)?;
     Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
 }

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
-use supple_figures::{FigureError, Kind, draw, load, render};
-use supple_study::{check_writable, write_text};
+use supple_figures::{FigureError, Kind, draw, render};
+use supple_study::{Folder, check_writable, write_text};
 
 use crate::Outcome;
 use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
@@ -19,7 +19,7 @@ pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
         return Err(Failure::usage(format!("--out: {} names no file", out.display())));
     }
     check_writable(&folder, &name)?;
-    let folders = load(&options.folders)?;
+    let folders = Folder::load_all(&options.folders)?;
     let figure = draw(kind, &folders, options.task.as_deref()).map_err(failure)?;
     let width = match options.width {
         Width::Column => supple_figures::Width::Column,

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use supple_report::ReportError;
-use supple_study::{check_writable, write_text};
+use supple_study::{Folder, check_writable, write_text};
 
 use crate::Outcome;
 use crate::arguments::ReportOptions;
@@ -17,7 +17,7 @@ pub fn report(options: &ReportOptions) -> Result<Outcome, Failure> {
         return Err(Failure::usage(format!("--out {} names no file", out.display())));
     }
     check_writable(folder, &name)?;
-    let folders = supple_report::load(&options.folders).map_err(failure)?;
+    let folders = Folder::load_all(&options.folders)?;
     let page = supple_report::page(&folders).map_err(failure)?;
     write_text(out, page.as_bytes())?;
     print_text(&format!("{}: {:.1} MB\n", out.display(), page.len() as f64 / 1e6))?;

@@ -1,13 +1,12 @@
 use supple::parameters::Scale;
 use supple_study::robustness::DesignChoice;
 use supple_study::sweep::Axis;
-use supple_study::{Folder, LoadedTask, Made, RESULT, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{LoadedTask, Made, RESULT, StudyError, StudyResult, Watch, check_writable};
 
 use crate::Outcome;
 use crate::arguments::RobustnessOptions;
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
-use crate::pages::robustness_page;
+use crate::present::present;
 use crate::progress::{Bar, STOP, listen};
 
 /// `supple robustness TASK`
@@ -23,17 +22,8 @@ pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     bar.finish();
     let study = found?;
     let made = Made::here("robustness", options.seed, &loaded);
-    let page = robustness_page(&made.about, &study);
     let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0);
-    if options.json {
-        print_json(&study)?;
-    }
-    if let Some(folder) = &options.out {
-        Folder::save(folder, &made, &StudyResult::Robustness(Box::new(study)))?;
-    }
-    if !options.json {
-        print_text(&page)?;
-    }
+    present(&StudyResult::Robustness(Box::new(study)), &made, options.out.as_deref(), options.json)?;
     Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
 }
 

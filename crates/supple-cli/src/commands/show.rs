@@ -3,30 +3,21 @@ use supple_study::{Folder, StudyResult};
 use crate::Outcome;
 use crate::arguments::ShowOptions;
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
-use crate::pages::result_page;
+use crate::output::print_text;
+use crate::present::print;
 
 /// `supple show DIR`
 pub fn show(options: &ShowOptions) -> Result<Outcome, Failure> {
     let folder = Folder::load(&options.folder)?;
-    if options.json {
-        match &folder.result {
-            StudyResult::Sweep(sweep) => print_text(&sweep.table.to_jsonl())?,
-            StudyResult::Design(result) => print_json(result)?,
-            StudyResult::Evaluate(result) => print_json(&result.evaluation)?,
-            StudyResult::Robustness(result) => print_json(result)?,
-            StudyResult::Pareto(result) => print_json(result)?,
-            StudyResult::Trace(result) => print_json(result)?,
-            StudyResult::Study(result) => print_json(result)?,
-        }
-        return Ok(Outcome::Success);
-    }
-    if let StudyResult::Study(study) = &folder.result {
+    if let StudyResult::Study(study) = &folder.result
+        && !options.json
+    {
         for step in &study.steps {
             let step = Folder::load(&options.folder.join(step))?;
-            print_text(&format!("{}\n", result_page(&step.made.about, &step.result, Some(&step.path))))?;
+            print(&step.result, &step.made, Some(&step.path), false)?;
+            print_text("\n")?;
         }
     }
-    print_text(&result_page(&folder.made.about, &folder.result, Some(&folder.path)))?;
+    print(&folder.result, &folder.made, Some(&folder.path), options.json)?;
     Ok(Outcome::Success)
 }

@@ -43,12 +43,10 @@ pub fn study(options: &StudyOptions, common: &Common) -> Result<Outcome, Failure
     for figure in &file.figures {
         run(&figure.words, common, &figure.name)?;
     }
-    let report = out.join(REPORT).display().to_string();
-    let folders = file.steps.iter().map(|step| out.join(&step.name).display().to_string());
-    let words: Vec<String> =
-        ["report".to_owned()].into_iter().chain(folders).chain(["--out".to_owned(), report.clone()]).collect();
-    run(&words, common, "report")?;
     save(&file, &out)?;
+    let report = out.join(REPORT).display().to_string();
+    let words = ["report", &out.display().to_string(), "--out", &report].map(str::to_owned);
+    run(&words, common, "report")?;
     let (steps, seconds) = (file.steps.len(), clock.elapsed().as_secs_f64());
     print_text(&format!("{}\n\n{steps} steps in {seconds:.0} s. The report: {report}\n", file.title))?;
     Ok(outcome)

@@ -1,13 +1,14 @@
 use std::path::Path;
 
 use supple_study::sweep::{Axis, JOURNAL, Sweep, SweepOptions, TABLE_CSV};
-use supple_study::{Folder, LoadedTask, Made, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{LoadedTask, Made, StudyError, StudyResult, Watch, check_writable};
 
 use crate::Outcome;
 use crate::arguments;
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
-use crate::pages::{failed, sweep_page, table_page};
+use crate::pages::failed;
+use crate::present::present;
 use crate::progress::{Bar, STOP, listen};
 
 /// `supple sweep TASK`
@@ -24,25 +25,16 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     let found = on_threads(options.jobs, || supple_study::sweep::run(&loaded, &wanted, folder, watch));
     bar.finish();
     let sweep = found??;
-    if options.json {
-        print_text(&sweep.table.to_jsonl())?;
-    }
     if !sweep.complete {
+        if options.json {
+            print_text(&sweep.table.to_jsonl())?;
+        }
         warn(&interrupted(&sweep, folder));
         return Ok(Outcome::Shortfall);
     }
     let outcome = if failed(&sweep) == sweep.table.rows.len() { Outcome::Shortfall } else { Outcome::Success };
     let made = Made::here("sweep", options.seed, &loaded);
-    let page = match folder {
-        Some(folder) => sweep_page(&made.about, &sweep, folder),
-        None => table_page(&made.about, &sweep),
-    };
-    if let Some(folder) = folder {
-        Folder::save(folder, &made, &StudyResult::Sweep(Box::new(sweep)))?;
-    }
-    if !options.json {
-        print_text(&page)?;
-    }
+    present(&StudyResult::Sweep(Box::new(sweep)), &made, folder, options.json)?;
     Ok(outcome)
 }
 

@@ -1,10 +1,9 @@
-use supple_study::{Folder, Made, RESULT, StudyResult, Watch, check_writable};
+use supple_study::{Made, RESULT, StudyResult, Watch, check_writable};
 
 use crate::Outcome;
 use crate::arguments::TraceOptions;
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
-use crate::pages::trace_page;
+use crate::present::present;
 use crate::progress::{Bar, STOP, listen};
 
 /// `supple trace TASK`
@@ -25,16 +24,7 @@ pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
     bar.finish();
     let study = found?;
     let made = Made::here("trace", options.seed, &loaded);
-    let page = trace_page(&made.about, &study);
-    if options.json {
-        print_json(&study)?;
-    }
-    if let Some(folder) = &options.out {
-        Folder::save(folder, &made, &StudyResult::Trace(Box::new(study)))?;
-    }
-    if !options.json {
-        print_text(&page)?;
-    }
+    present(&StudyResult::Trace(Box::new(study)), &made, options.out.as_deref(), options.json)?;
     // How searches ended is what was asked for, so that ends that are no optima are no shortfall.
     Ok(Outcome::Success)
 }

@@ -4,7 +4,10 @@ use std::path::Path;
 use supple_study::study::Study;
 use supple_study::{About, StudyResult};
 
-use super::{pareto_page, robustness_page, sweep_page, table_page, trace_page};
+use super::pareto::pareto_page;
+use super::robustness::robustness_page;
+use super::sweep::{sweep_page, table_page};
+use super::trace::trace_page;
 use crate::tables::{design_page, evaluation_page, heading};
 
 /// The page of a result: what its command prints, and `supple show` again. `folder` is where it is kept.

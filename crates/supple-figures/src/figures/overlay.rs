@@ -63,7 +63,7 @@ pub fn tracks(folders: &[Folder], task: &str, of_task: bool) -> Result<Vec<Track
     for folder in folders {
         let index = || task_index(folder, Some(task));
         match &folder.result {
-            StudyResult::Trace(trace) => tracks.extend(of_trace(trace, folder, index()?)),
+            StudyResult::Trace(trace) => tracks.extend(of_trace(trace, index()?)),
             StudyResult::Pareto(front) => tracks.push(of_front(front, index()?, of_task)),
             StudyResult::Design(report) => {
                 let index = index()?;
@@ -100,9 +100,9 @@ fn of_front(front: &Pareto, index: usize, of_task: bool) -> Track {
     Track { label: "Pareto front".into(), style, spots: spots.collect(), ended: false }
 }
 
-/// One style per method and gradient, in the order in which they ran. A path goes through the designs that are better
-/// than all before them: of trials that a search took back, little could be seen but their number.
-fn of_trace(trace: &Trace, folder: &Folder, index: usize) -> Vec<Track> {
+/// One style per method and gradient, in the order in which they ran. A path goes through the designs that the
+/// optimiser stepped to: of trials that it took back, little could be seen but their number.
+fn of_trace(trace: &Trace, index: usize) -> Vec<Track> {
     let spot = |point: &TracePoint| {
         let cost = point.costs.get(index).copied().unwrap_or(f64::NAN);
         Spot { parameters: point.parameters.clone(), bits: point.information_nats / NATS, cost }
@@ -115,28 +115,10 @@ fn of_trace(trace: &Trace, folder: &Folder, index: usize) -> Vec<Track> {
             kinds.push(kind);
             kinds.len() - 1
         });
-        let spots: Vec<Spot> = better(&run.path, folder).chain([&run.end]).map(spot).collect();
+        let spots: Vec<Spot> = run.stepped().map(spot).collect();
         tracks.push(Track { label: kind_name(kind), style: path_style(number), spots, ended: true });
     }
     tracks
-}
-
-/// The first design, and all that violate the bounds less than any before, or meet them with less information.
-fn better<'a>(path: &'a [TracePoint], folder: &'a Folder) -> impl Iterator<Item = &'a TracePoint> {
-    let mut best = (f64::INFINITY, f64::INFINITY);
-    path.iter().enumerate().filter_map(move |(index, point)| {
-        let bounds = folder.made.about.tasks.iter().map(|task| task.bound);
-        let above =
-            |(cost, bound): (&f64, Option<f64>)| bound.map_or(0.0, |bound| (cost - bound) / bound.abs().max(1.0));
-        let violation = point.costs.iter().zip(bounds).map(above).fold(0.0, f64::max);
-        // A bound counts as met to within what searches leave.
-        let found = (if violation > 1e-6 { violation } else { 0.0 }, point.information_nats);
-        let less = found.0 < best.0 || (found.0 == 0.0 && best.0 == 0.0 && found.1 < best.1);
-        if less {
-            best = found;
-        }
-        (less || index == 0).then_some(point)
-    })
 }
 
 fn kind_name((method, gradient): (Method, GradientKind)) -> String {

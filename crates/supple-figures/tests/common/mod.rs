@@ -58,6 +58,7 @@ pub fn trace() -> Folder {
         start: 0,
         status: DesignStatus::Converged,
         path: vec![point(60.0, 30.0), point(40.0, 35.0)],
+        steps: vec![0, 1],
         end: point(20.0, end),
         error: None,
     };
@@ -107,6 +108,7 @@ pub fn robustness() -> Folder {
             confidence,
             quantiles,
             expected,
+            diverged: 0,
             error: None,
         }
     };
@@ -114,7 +116,12 @@ pub fn robustness() -> Folder {
         let both = [PlannedFor::Nominal, PlannedFor::Truth].into_iter();
         both.flat_map(move |planned| (0..3).map(move |level| cell(design, planned, level)))
     });
-    let design = |name: &str, k1| RobustDesign { name: name.into(), parameters: named(k1, 30.0), information_nats: k1 };
+    let design = |name: &str, k1| RobustDesign {
+        name: name.into(),
+        parameters: named(k1, 30.0),
+        information_nats: k1,
+        status: None,
+    };
     let designs = vec![DesignChoice::Start, DesignChoice::Optimum];
     let study = Robustness {
         options: RobustnessOptions { designs, vary, rollouts: 20, seed: 0 },

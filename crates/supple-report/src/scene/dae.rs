@@ -202,7 +202,9 @@ fn add_geometry<'a>(geometry: Node<'a, 'a>, here: &Affine, ids: &Ids<'a>, all: &
 /// The whole number in an attribute; `default` where there is none.
 fn whole(node: Node, attribute: &str, default: usize) -> Result<usize, String> {
     match node.attribute(attribute) {
-        Some(text) => text.trim().parse().map_err(|_| format!("has `{attribute}` = `{text}`, which is no whole number")),
+        Some(text) => {
+            text.trim().parse().map_err(|_| format!("has `{attribute}` = `{text}`, which is no whole number"))
+        }
         None => Ok(default),
     }
 }

@@ -49,7 +49,7 @@ fn plot(part: &Part, folder: &str, trace: &Trace, plots: &mut Plots) -> Markup {
     for run in &trace.runs {
         let kind = kind(trace, run);
         let name = method(run.method, run.gradient);
-        let x: Vec<f64> = (1..=run.path.len()).map(|index| index as f64).collect();
+        let x: Vec<f64> = run.steps.iter().map(|&step| step as f64 + 1.0).chain([run.path.len() as f64]).collect();
         traces.push(json!({
             "type": "scatter", "mode": "lines", "name": name, "legendgroup": name, "showlegend": !seen.contains(&kind),
             "x": plots.arrays.curve(&x), "y": Value::Null, "text": format!("{name}, start {}", run.start + 1),
@@ -71,19 +71,20 @@ fn plot(part: &Part, folder: &str, trace: &Trace, plots: &mut Plots) -> Markup {
         );
         view
     };
-    let information = |run: &TraceRun| run.path.iter().map(|point| bits(point.information_nats)).collect();
+    let information = |run: &TraceRun| run.stepped().map(|point| bits(point.information_nats)).collect();
     let mut views = vec![view("Information".into(), "bits", &information)];
     for (task, about) in part.about.tasks.iter().enumerate() {
         let cost =
-            |run: &TraceRun| run.path.iter().map(|point| point.costs.get(task).copied().unwrap_or(f64::NAN)).collect();
+            |run: &TraceRun| run.stepped().map(|point| point.costs.get(task).copied().unwrap_or(f64::NAN)).collect();
         views.push(view(format!("Expected cost of {}", about.name), "cost", &cost));
     }
     plots.add(Plot {
         title: in_folder("Paths of searches", folder, part.traces().len() > 1),
         alternative: views[0].alternative.clone(),
-        caption: "One line by start, coloured by optimiser and gradient. Designs in the order in which they were \
-                  visited, those of line searches included."
-            .into(),
+        caption:
+            "One line by start, coloured by optimiser and gradient, through the designs that the optimiser stepped \
+                  to and the best one; trials of line searches count as designs visited."
+                .into(),
         height: 400,
         traces,
         layout: json!({

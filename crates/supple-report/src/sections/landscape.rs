@@ -294,7 +294,7 @@ fn marks(part: &Part, axes: &[Axis]) -> Vec<Mark> {
     for (_, trace) in part.traces() {
         for run in &trace.runs {
             let kind = kind(trace, run);
-            let path = run.path.iter().chain(std::iter::once(&run.end));
+            let path = run.stepped();
             let height = |point: &supple_study::trace::TracePoint| {
                 std::iter::once(bits(point.information_nats)).chain(point.costs.iter().copied()).collect()
             };

@@ -29,6 +29,13 @@ pub enum Event<'a> {
         /// How far the worst task is above its bound, relative to it.
         violation: f64,
     },
+    /// The optimiser stepped to a design that was evaluated before; others were trials.
+    Stepped {
+        /// The start's number.
+        start: usize,
+        /// All its parameters.
+        design: &'a [f64],
+    },
     /// Other local minima of the plans are being searched for.
     SearchingBranches {
         /// The start's number.
@@ -130,6 +137,11 @@ impl<'a> Search<'a, '_> {
             self.tell(&visit);
         }
         Ok(visit)
+    }
+
+    /// Tells the observer of a step of the optimiser.
+    pub fn step_to(&self, visit: &Visit) {
+        self.control.observer.observe(Event::Stepped { start: self.start, design: &visit.phi });
     }
 
     /// Counts an evaluated design and tells the observer.

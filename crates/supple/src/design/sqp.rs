@@ -53,6 +53,10 @@ impl Shared<'_, '_, '_> {
         }
         let Some(visit) = self.visit(variables) else { return f64::NAN };
         let problem = self.search.problem();
+        // SLSQP asks for gradients where it steps to, and not at the trials of its line searches.
+        if gradient.is_some() {
+            self.search.step_to(&visit);
+        }
         self.gradient(&visit, &visit.information_gradient(problem), (self.scale, 0.0), gradient);
         visit.information(problem) / self.scale
     }

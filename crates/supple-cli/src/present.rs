@@ -1,0 +1,31 @@
+use std::path::Path;
+
+use supple_study::{Folder, Made, StudyResult};
+
+use crate::failure::Failure;
+use crate::output::{print_json, print_text};
+use crate::pages::result_page;
+
+/// Keeps a result in a folder, where one is given, and prints its page or its JSON.
+pub fn present(result: &StudyResult, made: &Made, folder: Option<&Path>, json: bool) -> Result<(), Failure> {
+    if let Some(folder) = folder {
+        Folder::save(folder, made, result)?;
+    }
+    print(result, made, folder, json)
+}
+
+/// Prints the page of a result, which may be kept in a folder, or its JSON.
+pub fn print(result: &StudyResult, made: &Made, folder: Option<&Path>, json: bool) -> Result<(), Failure> {
+    if !json {
+        return print_text(&result_page(&made.about, result, folder));
+    }
+    match result {
+        StudyResult::Sweep(sweep) => print_text(&sweep.table.to_jsonl()),
+        StudyResult::Design(result) => print_json(result),
+        StudyResult::Evaluate(result) => print_json(&result.evaluation),
+        StudyResult::Robustness(result) => print_json(result),
+        StudyResult::Pareto(result) => print_json(result),
+        StudyResult::Trace(result) => print_json(result),
+        StudyResult::Study(result) => print_json(result),
+    }
+}
