@@ -166,6 +166,8 @@ const supplePlots = (data) => {
       if (printing) Object.assign(layout, { autosize: false, width });
       this.canvas.style.height = `${height}px`;
       this.canvas.setAttribute("aria-label", view?.alternative ?? this.canvas.getAttribute("aria-label"));
+      // plotly.js fails where it shall draw contours again that have not changed.
+      if (this.drawn && this.plot.traces.some((trace) => trace.type === "contour")) Plotly.purge(this.canvas);
       this.drawn = true;
       return Plotly.react(this.canvas, traces, layout, {
         responsive: !printing, displaylogo: false, displayModeBar: printing || width < 500 ? false : "hover",

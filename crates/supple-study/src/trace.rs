@@ -147,6 +147,8 @@ fn searches(
 struct Path {
     points: Vec<TracePoint>,
     steps: Vec<usize>,
+    /// Whether the last step may still be taken back.
+    on_trial: bool,
 }
 
 /// Keeps the designs that each start visits.
@@ -167,12 +169,16 @@ impl Observer for Recorder<'_> {
                 };
                 self.paths[start].lock().unwrap_or_else(PoisonError::into_inner).points.push(point);
             }
-            Event::Stepped { start, design } => {
+            Event::Stepped { start, design, is_trial } => {
                 let mut path = self.paths[start].lock().unwrap_or_else(PoisonError::into_inner);
                 let named = Named::new(self.parameters, design);
                 let place = path.points.iter().rposition(|point| point.parameters == named);
                 if let Some(place) = place.filter(|place| path.steps.last() != Some(place)) {
+                    if path.on_trial && !is_trial {
+                        path.steps.pop();
+                    }
                     path.steps.push(place);
+                    path.on_trial = is_trial;
                 }
             }
             Event::StartEnded { .. } => self.progress.advance(1),

@@ -37,8 +37,8 @@ fn links(text: &str) -> impl Iterator<Item = &str> {
 fn is_path(word: &str) -> bool {
     let plain = word.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
     let ending = [".rs", ".toml", ".md", ".json", ".svg"].iter().any(|ending| word.ends_with(ending));
-    // Names in capitals stand for names to choose: `crates/supple/src/cost/NAME.rs`.
-    plain && (word.contains('/') || ending) && !word.contains("NAME")
+    // Names in capitals stand for names to choose: `crates/supple/src/cost/NAME.rs`, `DIR/result.json`.
+    plain && (word.contains('/') || ending) && !["NAME", "DIR"].iter().any(|name| word.contains(name))
 }
 
 #[test]

@@ -100,23 +100,18 @@ fn of_front(front: &Pareto, index: usize, of_task: bool) -> Track {
     Track { label: "Pareto front".into(), style, spots: spots.collect(), ended: false }
 }
 
-/// One style per method and gradient, in the order in which they ran. A path goes through the designs that the
+/// One style per method and gradient. A path goes through the designs that the
 /// optimiser stepped to: of trials that it took back, little could be seen but their number.
 fn of_trace(trace: &Trace, index: usize) -> Vec<Track> {
     let spot = |point: &TracePoint| {
         let cost = point.costs.get(index).copied().unwrap_or(f64::NAN);
         Spot { parameters: point.parameters.clone(), bits: point.information_nats / NATS, cost }
     };
-    let mut kinds: Vec<(Method, GradientKind)> = Vec::new();
     let mut tracks = Vec::new();
     for run in &trace.runs {
         let kind = (run.method, run.gradient);
-        let number = kinds.iter().position(|known| *known == kind).unwrap_or_else(|| {
-            kinds.push(kind);
-            kinds.len() - 1
-        });
         let spots: Vec<Spot> = run.stepped().map(spot).collect();
-        tracks.push(Track { label: kind_name(kind), style: path_style(number), spots, ended: true });
+        tracks.push(Track { label: kind_name(kind), style: path_style(kind), spots, ended: true });
     }
     tracks
 }
@@ -134,13 +129,12 @@ fn kind_name((method, gradient): (Method, GradientKind)) -> String {
 }
 
 /// Colours that stand out from the maps below them.
-fn path_style(number: usize) -> Style {
-    let kinds = [
-        (Colour::Black, Dash::Solid),
-        (Colour::Vermilion, Dash::Dashed),
-        (Colour::Purple, Dash::DashDotted),
-        (Colour::Sky, Dash::Dotted),
-    ];
-    let (colour, dash) = kinds[number % kinds.len()];
+fn path_style(kind: (Method, GradientKind)) -> Style {
+    let (colour, dash) = match kind {
+        (Method::Sqp, GradientKind::Total) => (Colour::Black, Dash::Solid),
+        (Method::Sqp, GradientKind::Frozen) => (Colour::Vermilion, Dash::Dashed),
+        (Method::Barrier, GradientKind::Total) => (Colour::Purple, Dash::DashDotted),
+        (Method::Barrier, GradientKind::Frozen) => (Colour::Sky, Dash::Dotted),
+    };
     Style { dash, width: 0.8, rim: true, ..Style::line(colour) }
 }

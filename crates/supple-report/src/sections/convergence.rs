@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use serde_json::{Value, json};
+use supple::design::{DesignStatus, GradientKind, Method};
 use supple_study::design::{DesignReport, StartReport};
 use supple_study::trace::{Trace, TraceRun};
 
@@ -33,9 +34,13 @@ pub fn section(context: &mut Context) -> Option<Markup> {
 }
 
 /// Colour by optimiser and gradient.
-pub fn kind(trace: &Trace, run: &TraceRun) -> usize {
-    let kinds = trace.options.methods.iter().flat_map(|m| trace.options.gradients.iter().map(move |g| (*m, *g)));
-    kinds.into_iter().position(|kind| kind == (run.method, run.gradient)).unwrap_or(0)
+pub fn kind(run: &TraceRun) -> usize {
+    match (run.method, run.gradient) {
+        (Method::Sqp, GradientKind::Total) => 0,
+        (Method::Sqp, GradientKind::Frozen) => 1,
+        (Method::Barrier, GradientKind::Total) => 2,
+        (Method::Barrier, GradientKind::Frozen) => 3,
+    }
 }
 
 /// The name of the folder, where several ones could be meant.
@@ -47,7 +52,7 @@ fn plot(part: &Part, folder: &str, trace: &Trace, plots: &mut Plots) -> Markup {
     let mut traces = Vec::new();
     let mut seen = Vec::new();
     for run in &trace.runs {
-        let kind = kind(trace, run);
+        let kind = kind(run);
         let name = method(run.method, run.gradient);
         let x: Vec<f64> = run.steps.iter().map(|&step| step as f64 + 1.0).chain([run.path.len() as f64]).collect();
         traces.push(json!({
@@ -103,7 +108,7 @@ fn runs(part: &Part, folder: &str, trace: &Trace) -> Markup {
         for gradient in &trace.options.gradients {
             let runs: Vec<&TraceRun> =
                 trace.runs.iter().filter(|run| run.method == *method_ && run.gradient == *gradient).collect();
-            let converged = runs.iter().filter(|run| run.status == supple::design::DesignStatus::Converged);
+            let converged = runs.iter().filter(|run| run.status == DesignStatus::Converged);
             let ends = || runs.iter().map(|run| bits(run.end.information_nats)).filter(|bits| bits.is_finite());
             let visited = runs.iter().map(|run| run.path.len()).sum::<usize>() as f64 / runs.len() as f64;
             rows.push(vec![

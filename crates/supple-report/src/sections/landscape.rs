@@ -293,7 +293,7 @@ fn marks(part: &Part, axes: &[Axis]) -> Vec<Mark> {
     let mut marks: Vec<Mark> = Vec::new();
     for (_, trace) in part.traces() {
         for run in &trace.runs {
-            let kind = kind(trace, run);
+            let kind = kind(run);
             let path = run.stepped();
             let height = |point: &supple_study::trace::TracePoint| {
                 std::iter::once(bits(point.information_nats)).chain(point.costs.iter().copied()).collect()

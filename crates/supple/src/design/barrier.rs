@@ -18,7 +18,7 @@ pub(super) fn descend(search: &mut Search) -> Result<Ending, Error> {
         if search.control.is_stopped() {
             return Ok(Ending::Stopped);
         }
-        search.step_to(&visit);
+        search.step_to(&visit, false);
         let mut direction = visit.information_gradient(problem);
         let mut least = f64::INFINITY;
         for task in &visit.tasks {

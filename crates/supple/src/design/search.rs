@@ -29,12 +29,14 @@ pub enum Event<'a> {
         /// How far the worst task is above its bound, relative to it.
         violation: f64,
     },
-    /// The optimiser stepped to a design that was evaluated before; others were trials.
+    /// The optimiser stepped to a design that it evaluated; other designs are trials of its line searches.
     Stepped {
         /// The start's number.
         start: usize,
         /// All its parameters.
         design: &'a [f64],
+        /// Whether a step that comes next may take its place: it is the first trial of a line search.
+        is_trial: bool,
     },
     /// Other local minima of the plans are being searched for.
     SearchingBranches {
@@ -140,8 +142,8 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Tells the observer of a step of the optimiser.
-    pub fn step_to(&self, visit: &Visit) {
-        self.control.observer.observe(Event::Stepped { start: self.start, design: &visit.phi });
+    pub fn step_to(&self, visit: &Visit, is_trial: bool) {
+        self.control.observer.observe(Event::Stepped { start: self.start, design: &visit.phi, is_trial });
     }
 
     /// Counts an evaluated design and tells the observer.

@@ -51,11 +51,12 @@ impl Shared<'_, '_, '_> {
             }
             return variables[self.dimension];
         }
+        let known = self.search.evaluations;
         let Some(visit) = self.visit(variables) else { return f64::NAN };
         let problem = self.search.problem();
-        // SLSQP asks for gradients where it steps to, and not at the trials of its line searches.
+        // SLSQP asks for gradients at full steps, which it tries first, and where a line search ended that it had to make.
         if gradient.is_some() {
-            self.search.step_to(&visit);
+            self.search.step_to(&visit, self.search.evaluations > known);
         }
         self.gradient(&visit, &visit.information_gradient(problem), (self.scale, 0.0), gradient);
         visit.information(problem) / self.scale
