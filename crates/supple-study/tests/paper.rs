@@ -35,7 +35,8 @@ fn growth_of_cost_with_noise_is_as_shown() {
             seed: 0,
         };
         let study = run(&task, &options, Watch { progress: &Silent, stop: &stop }).unwrap();
-        for (name, planned_for) in [("the task's noise", PlannedFor::Nominal), ("the noise as it is", PlannedFor::Truth)]
+        for (name, planned_for) in
+            [("the task's noise", PlannedFor::Nominal), ("the noise as it is", PlannedFor::Truth)]
         {
             let mean = |design: usize, level: usize| {
                 let of = |cell: &&supple_study::robustness::RobustCell| {
