@@ -4,42 +4,20 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, So
 use supple::FileError;
 use supple_study::StudyError;
 
-/// Why a command could not do what was asked: exit code 2, nothing written.
+/// Why a command could not do what was asked.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
-    /// Something is wrong in a task file.
-    #[error("{0}")]
-    File(#[from] Box<FileError>),
-    /// Something is wrong with the arguments.
-    #[error("{0}")]
-    Usage(String),
-    /// Something could not be computed.
-    #[error("{0}")]
-    Compute(#[from] supple::Error),
-    /// Ctrl-C came before there was anything to keep: exit code 1.
-    #[error("stopped: nothing is kept")]
-    Stopped,
-    /// A file or stream could not be written.
-    #[error("{what}: {error}")]
-    Write { what: String, error: std::io::Error },
-}
+#[error(transparent)]
+pub struct Failure(#[from] StudyError);
 
-impl From<StudyError> for Failure {
-    fn from(error: StudyError) -> Self {
-        match error {
-            StudyError::File(error) => Self::File(error),
-            StudyError::Usage(message) => Self::Usage(message),
-            StudyError::Compute(error) => Self::Compute(error),
-            StudyError::Io { what, error } => Self::Write { what, error },
-            StudyError::Stopped => Self::Stopped,
-            kept @ StudyError::Kept { .. } => Self::Usage(kept.to_string()),
-        }
+impl From<supple::Error> for Failure {
+    fn from(error: supple::Error) -> Self {
+        Self(error.into())
     }
 }
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Self::File(Box::new(error))
+        Self(error.into())
     }
 }
 
@@ -58,18 +36,23 @@ struct Located {
 
 impl Failure {
     pub fn usage(message: String) -> Self {
-        Self::Usage(message)
+        Self(StudyError::Usage(message))
     }
 
     pub fn write(what: impl std::fmt::Display, error: std::io::Error) -> Self {
-        Self::Write { what: what.to_string(), error }
+        Self(StudyError::Io { what: what.to_string(), error })
+    }
+
+    /// 1 where it was stopped before there was anything to keep, or else 2.
+    pub fn exit_code(&self) -> u8 {
+        if matches!(self.0, StudyError::Stopped) { 1 } else { 2 }
     }
 
     /// Tells the user, on standard error; where that cannot be written, the exit code has to do.
     pub fn report(&self) {
         // One line for programs and logs, then the place in the file for people.
         let picture = match self {
-            Self::File(error) => picture(error).unwrap_or_default(),
+            Self(StudyError::File(error)) => picture(error).unwrap_or_default(),
             _ => String::new(),
         };
         let _ = write!(std::io::stderr(), "error: {self}\n{picture}");

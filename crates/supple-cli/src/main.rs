@@ -32,7 +32,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Shortfall) => ExitCode::from(1),
         Err(failure) => {
             failure.report();
-            ExitCode::from(if matches!(failure, Failure::Stopped) { 1 } else { 2 })
+            ExitCode::from(failure.exit_code())
         }
     }
 }

@@ -2,16 +2,18 @@ use std::path::Path;
 
 use supple_study::{Folder, Made, StudyResult};
 
+use crate::arguments::Output;
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::pages::result_page;
 
 /// Keeps a result in a folder, where one is given, and prints its page or its JSON.
-pub fn present(result: &StudyResult, made: &Made, folder: Option<&Path>, json: bool) -> Result<(), Failure> {
+pub fn present(result: &StudyResult, made: &Made, output: &Output) -> Result<(), Failure> {
+    let folder = output.out.as_deref();
     if let Some(folder) = folder {
         Folder::save(folder, made, result)?;
     }
-    print(result, made, folder, json)
+    print(result, made, folder, output.json)
 }
 
 /// Prints the page of a result, which may be kept in a folder, or its JSON.

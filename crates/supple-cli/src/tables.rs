@@ -40,6 +40,11 @@ pub(crate) fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
     }
 }
 
+/// The title of a column: a name with its unit.
+pub(crate) fn title(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
+}
+
 fn percent(from: f64, to: f64) -> String {
     format!("{:+.1} %", 100.0 * (to - from) / from.abs())
 }

@@ -110,3 +110,15 @@ fn a_closed_loop_sample_is_the_first_of_the_roll_outs() {
     // The filter does not know the wall at first, and the truth is where the noise put it.
     assert!(sample.states[0][4] != 0.75 && sample.deviations[0][4] > 0.0);
 }
+
+#[test]
+fn a_design_of_the_wrong_length_is_an_error() {
+    let problem = shipped("two_mass.toml");
+    let error = problem.evaluate(&[500.0, 500.0], &EvaluateOptions::default()).unwrap_err();
+    assert_eq!(error.to_string(), "the list of parameters has length 2, not 4");
+    let control = supple::design::Control {
+        observer: &supple::design::NoObserver,
+        stop: &std::sync::atomic::AtomicBool::new(false),
+    };
+    assert!(supple::design::design(&problem, &[500.0], &problem.design, control).is_err());
+}

@@ -4,7 +4,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::Level;
 use supple::design::{GradientKind, Method};
-use supple_study::LoadedTask;
+use supple_study::{LoadedTask, RESULT, check_writable};
 
 use crate::failure::Failure;
 use crate::output::warn;
@@ -85,6 +85,9 @@ pub enum Command {
     /// Validate a task file and compare every derivative with finite differences
     Check(CheckOptions),
     /// Evaluate a grid of designs
+    ///
+    /// With --out, a journal in the folder keeps what is done, and the same command goes on where it was interrupted. With
+    /// --json, one JSON object per point is printed.
     Sweep(SweepOptions),
     /// Compare the costs of designs in closed loop as a noise grows
     Robustness(RobustnessOptions),
@@ -147,6 +150,27 @@ impl TaskArguments {
     }
 }
 
+/// Where a result goes.
+#[derive(Args, Debug)]
+pub struct Output {
+    /// Folder to keep the result in, with all that made it and what it does over time
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Output {
+    /// Checks that the result can be kept, before long work is done for it.
+    pub fn check(&self) -> Result<(), Failure> {
+        match &self.out {
+            Some(folder) => Ok(check_writable(folder, RESULT)?),
+            None => Ok(()),
+        }
+    }
+}
+
 #[derive(Args, Debug)]
 pub struct DesignOptions {
     #[command(flatten)]
@@ -163,12 +187,8 @@ pub struct DesignOptions {
     /// Seed of everything random
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
-    /// Folder to write result.json to
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -221,12 +241,8 @@ pub struct EvaluateOptions {
     /// Seed of roll-outs and branch searches
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Folder to write the result to, with trajectories
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{GradientArgument, MethodArgument, TaskArguments, count};
+use super::{GradientArgument, MethodArgument, Output, TaskArguments, count};
 
 #[derive(Args, Debug)]
 pub struct SweepOptions {
@@ -24,15 +24,11 @@ pub struct SweepOptions {
     /// Seed of roll-outs and searches
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Folder for the table, and for a journal from which an interrupted sweep goes on
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
     /// Points to evaluate at once; all cores where left out
     #[arg(long, value_name = "N", value_parser = count(1, 1024))]
     pub jobs: Option<usize>,
-    /// Print one JSON object per point and nothing else
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Debug)]
@@ -59,12 +55,8 @@ pub struct RobustnessOptions {
     /// Seed of the roll-outs; all designs see the same random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Folder to write the result to
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Debug)]
@@ -80,12 +72,8 @@ pub struct ParetoOptions {
     /// Seed of the starts
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Folder to write the result to
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Debug)]
@@ -104,12 +92,8 @@ pub struct TraceOptions {
     /// Seed of the starts
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Folder to write the result to
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Debug)]

@@ -1,6 +1,6 @@
 use supple::Problem;
 use supple::design::{Control, DesignSettings, DesignStatus};
-use supple_study::{Made, RESULT, StudyResult, check_writable};
+use supple_study::{Made, StudyResult};
 
 use crate::Outcome;
 use crate::arguments::DesignOptions;
@@ -12,9 +12,7 @@ use crate::progress::{Progress, STOP, listen};
 pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let settings = settings(options, &loaded.problem)?;
-    if let Some(folder) = &options.out {
-        check_writable(folder, RESULT)?;
-    }
+    options.output.check()?;
     listen();
     let progress = Progress::new();
     let found = supple_study::design::run(&loaded, &settings, Control { observer: &progress, stop: &STOP });
@@ -22,7 +20,7 @@ pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     let report = found?;
     let made = Made::here("design", settings.seed, &loaded);
     let outcome = if report.status == DesignStatus::Converged { Outcome::Success } else { Outcome::Shortfall };
-    present(&StudyResult::Design(Box::new(report)), &made, options.out.as_deref(), options.json)?;
+    present(&StudyResult::Design(Box::new(report)), &made, &options.output)?;
     Ok(outcome)
 }
 

@@ -1,5 +1,5 @@
 use supple_study::evaluate::EvaluateReport;
-use supple_study::{LoadedTask, Made, RESULT, StudyResult, check_writable};
+use supple_study::{LoadedTask, Made, StudyResult};
 
 use crate::Outcome;
 use crate::arguments::{EvaluateOptions, GradientChoice};
@@ -9,9 +9,7 @@ use crate::present::present;
 /// `supple evaluate TASK`
 pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
-    if let Some(folder) = &options.out {
-        check_writable(folder, RESULT)?;
-    }
+    options.output.check()?;
     let LoadedTask { problem, phi, .. } = &loaded;
     let wanted = supple::EvaluateOptions {
         total_gradient: matches!(options.gradient, GradientChoice::Total | GradientChoice::Both),
@@ -19,13 +17,13 @@ pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
         rollouts: options.rollouts,
         branches: options.branches,
         seed: options.seed,
-        trajectories: options.out.is_some(),
+        trajectories: options.output.out.is_some(),
         ..Default::default()
     };
     let evaluation = problem.evaluate(phi, &wanted)?;
     let made = Made::here("evaluate", options.seed, &loaded);
     let outcome = if evaluation.feasible { Outcome::Success } else { Outcome::Shortfall };
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
-    present(&result, &made, options.out.as_deref(), options.json)?;
+    present(&result, &made, &options.output)?;
     Ok(outcome)
 }

@@ -1,5 +1,5 @@
 use supple::design::DesignStatus;
-use supple_study::{Made, RESULT, StudyResult, Watch, check_writable};
+use supple_study::{Made, StudyResult, Watch};
 
 use crate::Outcome;
 use crate::arguments::ParetoOptions;
@@ -12,9 +12,7 @@ pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let ParetoOptions { points, starts, seed, .. } = *options;
     let wanted = supple_study::pareto::ParetoOptions { points, starts, seed };
-    if let Some(folder) = &options.out {
-        check_writable(folder, RESULT)?;
-    }
+    options.output.check()?;
     listen();
     let bar = Bar::new();
     let found = supple_study::pareto::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
@@ -22,6 +20,6 @@ pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
     let front = found?;
     let made = Made::here("pareto", seed, &loaded);
     let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged);
-    present(&StudyResult::Pareto(Box::new(front)), &made, options.out.as_deref(), options.json)?;
+    present(&StudyResult::Pareto(Box::new(front)), &made, &options.output)?;
     Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
 }

@@ -1,7 +1,7 @@
 use supple::parameters::Scale;
 use supple_study::robustness::DesignChoice;
 use supple_study::sweep::Axis;
-use supple_study::{LoadedTask, Made, RESULT, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{LoadedTask, Made, StudyError, StudyResult, Watch};
 
 use crate::Outcome;
 use crate::arguments::RobustnessOptions;
@@ -13,9 +13,7 @@ use crate::progress::{Bar, STOP, listen};
 pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let wanted = wanted(options, &loaded)?;
-    if let Some(folder) = &options.out {
-        check_writable(folder, RESULT)?;
-    }
+    options.output.check()?;
     listen();
     let bar = Bar::new();
     let found = supple_study::robustness::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
@@ -23,7 +21,7 @@ pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     let study = found?;
     let made = Made::here("robustness", options.seed, &loaded);
     let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0);
-    present(&StudyResult::Robustness(Box::new(study)), &made, options.out.as_deref(), options.json)?;
+    present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?;
     Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
 }
 

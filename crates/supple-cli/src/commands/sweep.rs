@@ -15,7 +15,7 @@ use crate::progress::{Bar, STOP, listen};
 pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let wanted = wanted(options, &loaded)?;
-    let folder = options.out.as_deref();
+    let folder = options.output.out.as_deref();
     if let Some(folder) = folder {
         check_writable(folder, TABLE_CSV)?;
     }
@@ -26,7 +26,7 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     bar.finish();
     let sweep = found??;
     if !sweep.complete {
-        if options.json {
+        if options.output.json {
             print_text(&sweep.table.to_jsonl())?;
         }
         warn(&interrupted(&sweep, folder));
@@ -34,7 +34,7 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     }
     let outcome = if failed(&sweep) == sweep.table.rows.len() { Outcome::Shortfall } else { Outcome::Success };
     let made = Made::here("sweep", options.seed, &loaded);
-    present(&StudyResult::Sweep(Box::new(sweep)), &made, folder, options.json)?;
+    present(&StudyResult::Sweep(Box::new(sweep)), &made, &options.output)?;
     Ok(outcome)
 }
 

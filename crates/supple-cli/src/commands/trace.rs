@@ -1,4 +1,4 @@
-use supple_study::{Made, RESULT, StudyResult, Watch, check_writable};
+use supple_study::{Made, StudyResult, Watch};
 
 use crate::Outcome;
 use crate::arguments::TraceOptions;
@@ -15,16 +15,14 @@ pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
         gradients: options.gradient.iter().map(|&gradient| gradient.into()).collect(),
         seed: options.seed,
     };
-    if let Some(folder) = &options.out {
-        check_writable(folder, RESULT)?;
-    }
+    options.output.check()?;
     listen();
     let bar = Bar::new();
     let found = supple_study::trace::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
     bar.finish();
     let study = found?;
     let made = Made::here("trace", options.seed, &loaded);
-    present(&StudyResult::Trace(Box::new(study)), &made, options.out.as_deref(), options.json)?;
+    present(&StudyResult::Trace(Box::new(study)), &made, &options.output)?;
     // How searches ended is what was asked for, so that ends that are no optima are no shortfall.
     Ok(Outcome::Success)
 }

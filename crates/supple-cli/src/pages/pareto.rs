@@ -5,7 +5,7 @@ use supple::design::DesignStatus;
 use supple_study::About;
 use supple_study::pareto::{Pareto, ParetoPoint};
 
-use crate::tables::{align_right, heading, number, table};
+use crate::tables::{align_right, heading, number, table, title};
 
 /// The page of `supple pareto`.
 pub fn pareto_page(about: &About, front: &Pareto) -> String {
@@ -19,11 +19,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     }
     header.extend(design.iter().map(|&i| {
         let parameter = about.parameters.get(i);
-        if parameter.unit.is_empty() {
-            parameter.name.clone()
-        } else {
-            format!("{}, {}", parameter.name, parameter.unit)
-        }
+        title(&parameter.name, &parameter.unit)
     }));
     header.push("status".into());
     let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());

@@ -4,7 +4,7 @@ use supple::design::DesignStatus;
 use supple_study::About;
 use supple_study::robustness::{Comparison, Paired, PlannedFor, RobustCell, RobustDesign, Robustness};
 
-use crate::tables::{align_right, heading, number, table};
+use crate::tables::{align_right, heading, number, table, title};
 
 /// p-values below this count as significant.
 const SIGNIFICANT: f64 = 0.05;
@@ -38,11 +38,7 @@ fn designs(about: &About, study: &Robustness) -> String {
     let mut header = vec!["design".to_owned()];
     header.extend(design.iter().map(|&i| {
         let parameter = about.parameters.get(i);
-        if parameter.unit.is_empty() {
-            parameter.name.clone()
-        } else {
-            format!("{}, {}", parameter.name, parameter.unit)
-        }
+        title(&parameter.name, &parameter.unit)
     }));
     header.push("information, bits".to_owned());
     let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());

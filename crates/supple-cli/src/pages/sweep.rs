@@ -4,7 +4,7 @@ use std::path::Path;
 use supple_study::sweep::{JOURNAL, Sweep, TABLE_CSV, TABLE_JSONL};
 use supple_study::{About, Cell, RESULT};
 
-use crate::tables::{align_right, heading, number, table};
+use crate::tables::{align_right, heading, number, table, title};
 
 /// Rows that are shown at the beginning and at the end of a table that is longer than both.
 const FIRST: usize = 15;
@@ -52,10 +52,6 @@ pub fn table_page(about: &About, sweep: &Sweep) -> String {
     }
     let _ = writeln!(page, "{rows}\n");
     page + &summary(sweep)
-}
-
-fn title(name: &str, unit: &str) -> String {
-    if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
 }
 
 fn text(cell: &Cell) -> String {

@@ -18,8 +18,10 @@ use crate::problem::Problem;
 /// starts, in parallel; the result does not depend on the number of threads.
 ///
 /// # Errors
-/// Where not even the first start can be evaluated, or total gradients are asked for along sampled plans.
+/// Where `phi` has the wrong length, not even the first start can be evaluated, or total gradients are asked for along
+/// sampled plans.
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
+    problem.check_design(phi)?;
     Searcher { problem, settings, aim: Aim::default(), control }.search(phi)
 }
 

@@ -1,0 +1,102 @@
+//! `supple study` and `supple show`: several commands in one, not made again where nothing changed.
+
+mod common;
+
+use common::{Folder, TWO_MASS, edited};
+
+const STUDY: &str = r#"title = "A small study"
+
+[[steps]]
+name = "best"
+run = "design"
+task = "task.toml"
+starts = 1
+
+[[steps]]
+name = "line"
+run = "sweep"
+task = "task.toml"
+grid = "k1=log:20:120:5"
+
+[[steps]]
+name = "start"
+run = "evaluate"
+task = "task.toml"
+rollouts = 2
+
+[[figures]]
+name = "line"
+figure = "landscape"
+from = ["line", "best"]
+"#;
+
+fn with_study(text: &str) -> Folder {
+    let folder = Folder::with_task(TWO_MASS);
+    std::fs::write(folder.path("study.toml"), text).unwrap();
+    folder
+}
+
+#[test]
+fn a_study_makes_its_steps_figures_and_a_report() {
+    let folder = with_study(STUDY);
+    let run = folder.run(&["study", "study.toml"]);
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert!(run.stderr.contains("step 2 of 3, line: supple sweep task.toml --grid=k1=log:20:120:5 --out study/line"));
+    assert!(run.stdout.contains("A small study\n\n3 steps in "), "{}", run.stdout);
+    for file in ["best/result.json", "line/table.csv", "start/result.json", "figures/line.svg", "report.html"] {
+        assert!(folder.path("study").join(file).exists(), "{file}");
+    }
+    let page = std::fs::read_to_string(folder.path("study/report.html")).unwrap();
+    assert!(page.contains("<title>A small study</title>"));
+
+    let shown = folder.run(&["show", "study"]);
+    let (code, shown) = shown.quiet();
+    assert_eq!(code, Some(0));
+    let found = folder.run(&["show", "study/best"]);
+    assert!(shown.contains(found.quiet().1.trim_end()) && shown.contains("5 points, all evaluated"), "{shown}");
+    assert!(shown.contains("study/figures/line.svg: a figure"), "{shown}");
+
+    let again = folder.run(&["study", "study.toml"]);
+    assert_eq!(again.stderr.matches(": as it was made before").count(), 3, "{}", again.stderr);
+    // Another option of one step, and all steps of another task.
+    std::fs::write(folder.path("study.toml"), edited(STUDY, "rollouts = 2", "rollouts = 3")).unwrap();
+    assert_eq!(folder.run(&["study", "study.toml"]).stderr.matches(": as it was made before").count(), 2);
+    std::fs::write(folder.path("task.toml"), edited(TWO_MASS, "bound = ", "bound = 1")).unwrap();
+    std::fs::remove_dir_all(folder.path("study/line")).unwrap();
+    assert_eq!(folder.run(&["study", "study.toml"]).stderr.matches(": as it was made before").count(), 0);
+}
+
+#[test]
+fn what_is_shown_is_what_was_printed() {
+    let folder = Folder::with_task(TWO_MASS);
+    for arguments in [&["design", "task.toml", "--starts", "1"][..], &["trace", "task.toml", "--starts", "1"]] {
+        let arguments = [arguments, &["--out", "kept"]].concat();
+        let printed = folder.run(&arguments);
+        assert_eq!(folder.run(&["show", "kept"]).quiet().1, printed.stdout);
+    }
+}
+
+#[test]
+fn an_option_that_a_command_has_not_is_found_before_anything_runs() {
+    let folder = with_study(&edited(STUDY, "rollouts = 2", "rolouts = 2"));
+    let error = folder.run(&["study", "study.toml"]);
+    let error = error.error();
+    assert!(
+        error.starts_with("error: study.toml:15:") && error.contains("`start`: unexpected argument '--rolouts'"),
+        "{error}"
+    );
+    assert_eq!(folder.names(), ["study.toml", "task.toml"], "nothing was made");
+}
+
+#[test]
+fn a_step_that_cannot_be_made_ends_the_study_and_keeps_the_others() {
+    let folder = with_study(&edited(STUDY, "k1=log:20:120:5", "k1=log:20:1200:5"));
+    let run = folder.run(&["study", "study.toml"]);
+    assert_eq!(run.code, Some(2));
+    assert!(
+        run.stderr.contains("is outside the bounds of `k1`") && run.stderr.contains("error: line failed"),
+        "{}",
+        run.stderr
+    );
+    assert!(folder.path("study/best/result.json").exists() && !folder.path("study/report.html").exists());
+}
