@@ -1,5 +1,7 @@
 //! `supple study` and `supple show`: several commands in one, not made again where nothing changed.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{Folder, TWO_MASS, edited};
