@@ -252,3 +252,19 @@ fn the_largest_page_is_below_six_megabytes() {
     let size = page(&folders).unwrap().len();
     assert!((2_000_000..6_000_000).contains(&size), "{size}");
 }
+
+/// The closed loop of a design may diverge; the rest is shown all the same.
+#[test]
+fn a_run_that_ended_early_is_shown_as_far_as_it_came() {
+    let task = task("two_mass_small.toml");
+    let mut at = folder("a", &task, evaluation(&task, &task.phi));
+    let StudyResult::Evaluate(report) = &mut at.result else { panic!() };
+    let sample = &mut report.evaluation.tasks[0].trajectory.as_mut().unwrap().sample;
+    for rows in [&mut sample.states, &mut sample.estimates, &mut sample.deviations, &mut sample.controls] {
+        rows.truncate(7);
+    }
+    sample.cost = f64::INFINITY;
+    let kept = serde_json::to_string(&at.result).unwrap();
+    at.result = serde_json::from_str(&kept).unwrap();
+    assert!(page(&[at]).is_ok());
+}

@@ -38,7 +38,7 @@ pub struct MonteCarlo {
     pub costs: Vec<f64>,
 }
 
-/// One run in closed loop.
+/// One run in closed loop; where it diverges, as far as that.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Seed of its noise.
@@ -51,7 +51,8 @@ pub struct Sample {
     pub deviations: Vec<Vec<f64>>,
     /// Controls, one row per step.
     pub controls: Vec<Vec<f64>>,
-    /// Its cost.
+    /// Its cost; infinite where it diverged.
+    #[serde(deserialize_with = "or_nan")]
     pub cost: f64,
 }
 
@@ -371,13 +372,22 @@ pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u6
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);
-    closed.run(setting, (seed, 0), Some(&mut record))?;
+    let times = match closed.run(setting, (seed, 0), Some(&mut record)) {
+        Ok(()) => task.steps + 1,
+        Err(Error::NotFinite { step, .. } | Error::NotPositiveDefinite { step, .. }) => step,
+        Err(error) => return Err(error),
+    };
+    let rows = |matrices: &Matrices| {
+        let mut rows = matrices.to_rows();
+        rows.truncate(times);
+        rows
+    };
     Ok(Sample {
         seed,
-        states: record.truth.to_rows(),
-        estimates: record.run.states.to_rows(),
-        deviations: record.deviations.to_rows(),
-        controls: record.run.controls.to_rows(),
-        cost: closed.costs[0],
+        states: rows(&record.truth),
+        estimates: rows(&record.run.states),
+        deviations: rows(&record.deviations),
+        controls: rows(&record.run.controls),
+        cost: if times > task.steps { closed.costs[0] } else { f64::INFINITY },
     })
 }

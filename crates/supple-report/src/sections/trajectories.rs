@@ -1,5 +1,7 @@
 //! States and controls over time: the plan, and one run in closed loop with what its filter believes.
 
+use std::borrow::Cow;
+
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
 
@@ -96,11 +98,12 @@ fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> Vie
     let mut ends = Vec::new();
     for run in runs {
         let sample = &run.trajectory.sample;
+        let times = run.trajectory.states.len();
         let plan = column(plots, &run.trajectory.states, state);
-        let estimate = column(plots, &sample.estimates, state);
-        let deviation = column(plots, &sample.deviations, state);
+        let estimate = column(plots, &whole(&sample.estimates, times), state);
+        let deviation = column(plots, &whole(&sample.deviations, times), state);
         let band = |times: f64| json!({ "a": estimate["a"], "add": deviation["a"], "times": times });
-        y.extend([band(-2.0), band(2.0), plan, estimate.clone(), column(plots, &sample.states, state)]);
+        y.extend([band(-2.0), band(2.0), plan, estimate.clone(), column(plots, &whole(&sample.states, times), state)]);
         let end = |rows: &[Vec<f64>]| number(rows.last().and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN));
         let deviation = end(&sample.deviations);
         ends.push(format!(
@@ -124,7 +127,8 @@ fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) ->
     let mut sizes = Vec::new();
     for run in runs {
         y.push(column(plots, &run.trajectory.controls, control));
-        y.push(column(plots, &run.trajectory.sample.controls, control));
+        let steps = run.trajectory.controls.len();
+        y.push(column(plots, &whole(&run.trajectory.sample.controls, steps), control));
         let of = |row: &Vec<f64>| row.get(control).copied().unwrap_or(0.0).abs();
         let most = |rows: &[Vec<f64>]| number(rows.iter().map(of).fold(0.0, f64::max));
         let (plan, sample) = (most(&run.trajectory.controls), most(&run.trajectory.sample.controls));
@@ -137,6 +141,16 @@ fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) ->
         layout: vertical(runs, label),
         alternative: format!("{label} over time, in size: {}.", list(&sizes)),
     }
+}
+
+/// Rows of a run, with rows of nothing where it diverged and ended early.
+fn whole(rows: &[Vec<f64>], count: usize) -> Cow<'_, [Vec<f64>]> {
+    if rows.len() >= count {
+        return Cow::Borrowed(rows);
+    }
+    let mut whole = rows.to_vec();
+    whole.resize(count, Vec::new());
+    Cow::Owned(whole)
 }
 
 /// Some traces of every panel.
