@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use supple::design::{Event, Observer};
+use supple_study::Watch;
 
 /// Set by Ctrl-C: long work stops soon and keeps what it found. A second Ctrl-C ends the program at once.
 pub static STOP: AtomicBool = AtomicBool::new(false);
@@ -71,11 +72,20 @@ impl Observer for Progress {
     }
 }
 
+/// Does long work with a bar, until it is done or Ctrl-C stops it.
+pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
+    listen();
+    let bar = Bar::new();
+    let found = work(Watch { progress: &bar, stop: &STOP });
+    bar.finish();
+    found
+}
+
 /// A bar with rate and time left on standard error, where that is a terminal.
-pub struct Bar(ProgressBar);
+struct Bar(ProgressBar);
 
 impl Bar {
-    pub fn new() -> Self {
+    fn new() -> Self {
         let bar = ProgressBar::new(0);
         let template = "{msg} {wide_bar} {pos} of {len}, {per_sec}, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {
@@ -85,7 +95,7 @@ impl Bar {
         Self(bar)
     }
 
-    pub fn finish(&self) {
+    fn finish(&self) {
         self.0.finish_and_clear();
     }
 }

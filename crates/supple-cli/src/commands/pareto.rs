@@ -1,11 +1,11 @@
 use supple::design::DesignStatus;
-use supple_study::{Made, StudyResult, Watch};
+use supple_study::{Made, StudyResult};
 
 use crate::Outcome;
 use crate::arguments::ParetoOptions;
 use crate::failure::Failure;
 use crate::present::present;
-use crate::progress::{Bar, STOP, listen};
+use crate::progress::watched;
 
 /// `supple pareto TASK`
 pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
@@ -13,11 +13,7 @@ pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
     let ParetoOptions { points, starts, seed, .. } = *options;
     let wanted = supple_study::pareto::ParetoOptions { points, starts, seed };
     options.output.check()?;
-    listen();
-    let bar = Bar::new();
-    let found = supple_study::pareto::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
-    bar.finish();
-    let front = found?;
+    let front = watched(|watch| supple_study::pareto::run(&loaded, &wanted, watch))?;
     let made = Made::here("pareto", seed, &loaded);
     let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged);
     present(&StudyResult::Pareto(Box::new(front)), &made, &options.output)?;

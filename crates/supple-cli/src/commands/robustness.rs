@@ -1,24 +1,20 @@
 use supple::parameters::Scale;
 use supple_study::robustness::DesignChoice;
 use supple_study::sweep::Axis;
-use supple_study::{LoadedTask, Made, StudyError, StudyResult, Watch};
+use supple_study::{LoadedTask, Made, StudyError, StudyResult};
 
 use crate::Outcome;
 use crate::arguments::RobustnessOptions;
 use crate::failure::Failure;
 use crate::present::present;
-use crate::progress::{Bar, STOP, listen};
+use crate::progress::watched;
 
 /// `supple robustness TASK`
 pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let wanted = wanted(options, &loaded)?;
     options.output.check()?;
-    listen();
-    let bar = Bar::new();
-    let found = supple_study::robustness::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
-    bar.finish();
-    let study = found?;
+    let study = watched(|watch| supple_study::robustness::run(&loaded, &wanted, watch))?;
     let made = Made::here("robustness", options.seed, &loaded);
     let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0);
     present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?;

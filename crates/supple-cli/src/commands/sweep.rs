@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use supple_study::sweep::{Axis, JOURNAL, Sweep, SweepOptions, TABLE_CSV};
-use supple_study::{LoadedTask, Made, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{LoadedTask, Made, StudyError, StudyResult, check_writable};
 
 use crate::Outcome;
 use crate::arguments;
@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::output::{print_text, warn};
 use crate::pages::failed;
 use crate::present::present;
-use crate::progress::{Bar, STOP, listen};
+use crate::progress::watched;
 
 /// `supple sweep TASK`
 pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
@@ -19,12 +19,8 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     if let Some(folder) = folder {
         check_writable(folder, TABLE_CSV)?;
     }
-    listen();
-    let bar = Bar::new();
-    let watch = Watch { progress: &bar, stop: &STOP };
-    let found = on_threads(options.jobs, || supple_study::sweep::run(&loaded, &wanted, folder, watch));
-    bar.finish();
-    let sweep = found??;
+    let sweep =
+        watched(|watch| on_threads(options.jobs, || supple_study::sweep::run(&loaded, &wanted, folder, watch)))??;
     if !sweep.complete {
         if options.output.json {
             print_text(&sweep.table.to_jsonl())?;

@@ -1,10 +1,10 @@
-use supple_study::{Made, StudyResult, Watch};
+use supple_study::{Made, StudyResult};
 
 use crate::Outcome;
 use crate::arguments::TraceOptions;
 use crate::failure::Failure;
 use crate::present::present;
-use crate::progress::{Bar, STOP, listen};
+use crate::progress::watched;
 
 /// `supple trace TASK`
 pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
@@ -16,11 +16,7 @@ pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
         seed: options.seed,
     };
     options.output.check()?;
-    listen();
-    let bar = Bar::new();
-    let found = supple_study::trace::run(&loaded, &wanted, Watch { progress: &bar, stop: &STOP });
-    bar.finish();
-    let study = found?;
+    let study = watched(|watch| supple_study::trace::run(&loaded, &wanted, watch))?;
     let made = Made::here("trace", options.seed, &loaded);
     present(&StudyResult::Trace(Box::new(study)), &made, &options.output)?;
     // How searches ended is what was asked for, so that ends that are no optima are no shortfall.
