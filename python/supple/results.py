@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from . import _html
 from ._records import Array, Record, build
@@ -21,12 +21,12 @@ from .reports import TaskReport
 from .table import Table
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
     from .task import Task
 
 __all__ = ["Design", "Evaluation", "Information", "Pareto", "ParetoPoint", "Result", "Robustness", "RobustnessCell"]
 __all__ += ["Comparison", "RobustDesign", "Start", "Sweep", "Trace", "TracePoint", "TraceRun", "load_result"]
-
-T = TypeVar("T", bound="Result")
 
 
 class Result:
@@ -69,7 +69,7 @@ class Result:
         return Path(folder)
 
     @classmethod
-    def load(cls: type[T], folder: str | os.PathLike[str]) -> T:
+    def load(cls, folder: str | os.PathLike[str]) -> Self:
         """Reads a result that :meth:`save` or the command line kept."""
         return cls(Kept.load(folder))
 
