@@ -5,7 +5,8 @@ from typing import Any, TypeAlias, final
 
 from .progress import Progress
 
-__all__: list[str]
+__all__ = ["Kept", "NativeTask", "__version__"]
+
 __version__: str
 
 _Axis: TypeAlias = str | list[float]
