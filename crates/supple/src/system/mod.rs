@@ -9,10 +9,12 @@ use crate::scene::Seen;
 use crate::{Channels, Dimensions, Limit};
 
 mod authored;
+mod convex;
 mod programs;
 mod trace;
 
 pub use authored::Authored;
+pub use convex::make_convex;
 
 /// A batch of points: `stages` pairs of state and control, and one state more where the batch has an end.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +39,8 @@ impl Points<'_> {
 /// Which second derivatives of the cost are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curvature {
-    /// Those of the norm alone: never indefinite, for iterating.
+    /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
+    /// convex by [`make_convex`].
     GaussNewton,
     /// All of them.
     Exact,
