@@ -130,24 +130,24 @@ impl NoiseModel {
     }
 }
 
-/// A factor `G` with `covariance = G G'`, also for a singular covariance: Cholesky with zero columns where the pivot
+/// A factor `G` of one of these matrices, `G G'`, also for a singular covariance: Cholesky with zero columns where the pivot
 /// vanishes. Row-major, order x order. `None` where the matrix is indefinite.
-pub(crate) fn semidefinite_factor(covariance: &Matrices) -> Option<Vec<f64>> {
+pub(crate) fn semidefinite_factor(covariance: &Matrices, index: usize) -> Option<Vec<f64>> {
     let n = covariance.rows();
     let mut factor = vec![0.0; n * n];
-    let largest = (0..n).map(|i| covariance.get(0, i, i).abs()).fold(0.0, f64::max);
+    let largest = (0..n).map(|i| covariance.get(index, i, i).abs()).fold(0.0, f64::max);
     for j in 0..n {
         let (above, row) = factor.split_at_mut(j * n);
         for k in 0..j {
             let other = &above[k * n..];
-            let rest = covariance.get(0, j, k) - rows::dot(&row[..k], &other[..k]);
+            let rest = covariance.get(index, j, k) - rows::dot(&row[..k], &other[..k]);
             let pivot = other[k];
             row[k] = if pivot > 0.0 { rest / pivot } else { 0.0 };
             if pivot == 0.0 && rest.abs() > 1e-7 * largest {
                 return None;
             }
         }
-        let scale = covariance.get(0, j, j);
+        let scale = covariance.get(index, j, j);
         let pivot = scale - rows::dot(&row[..j], &row[..j]);
         if pivot < -1e-10 * largest || !pivot.is_finite() {
             return None;

@@ -1,4 +1,5 @@
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use supple_kernels::Matrices;
 
@@ -11,6 +12,7 @@ use crate::trajectory::Trajectory;
 use crate::{Error, Value};
 
 /// A robot, its tasks and the parameters to design.
+#[derive(Clone)]
 pub struct Problem {
     /// What it is, for people.
     pub title: String,
@@ -43,6 +45,7 @@ impl Problem {
 }
 
 /// One task: a system with its costs, start, noise and bound.
+#[derive(Clone)]
 pub struct Task {
     /// Its name.
     pub name: String,
@@ -62,8 +65,8 @@ pub struct Task {
     pub control_bounds: Option<ControlBounds>,
     /// Its noise.
     pub noise: NoiseModel,
-    /// Model and costs, differentiated.
-    pub system: Box<dyn System>,
+    /// Model and costs, differentiated. Copies of the task share it.
+    pub system: Arc<dyn System>,
 }
 
 impl Task {

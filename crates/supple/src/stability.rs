@@ -150,7 +150,8 @@ impl Looker<'_> {
         };
         let mut limit = time_step;
         for (growth, step) in seen.into_iter().filter(|&(growth, _)| growth > SLOW) {
-            let at = Step { looker: self, x: trajectory.states.vector(step), u: trajectory.controls.vector(step) };
+            let (x, u) = (trajectory.states.vector(step), trajectory.controls.vector(step));
+            let at = Step { looker: self, t: step, x, u };
             let Some(rate) = at.rate(time_step).filter(|rate| growth > FASTER * rate * time_step + SLOW) else {
                 continue;
             };
@@ -181,6 +182,7 @@ fn two_digits(value: f64) -> f64 {
 /// One step of a plan.
 struct Step<'a> {
     looker: &'a Looker<'a>,
+    t: usize,
     x: &'a [f64],
     u: &'a [f64],
 }
@@ -189,7 +191,7 @@ impl Step<'_> {
     /// `ln rho(A)` over a time step.
     fn growth(&self, time_step: f64) -> Option<f64> {
         let Looker { task, phi } = self.looker;
-        growth(&task.system.dynamics_jacobian_with(self.x, self.u, phi, time_step)?, 0)
+        growth(&task.system.dynamics_jacobian_with(self.t, self.x, self.u, phi, time_step)?, 0)
     }
 
     /// The rate at which the physics grows, 1/s: the least of any shorter time step, and at least 0.

@@ -1,7 +1,7 @@
 use supple_kernels::Matrices;
 
 use crate::Dimensions;
-use crate::system::Points;
+use crate::system::{Points, Times};
 
 /// States at steps 0 to N and controls at steps 0 to N - 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +26,14 @@ impl Trajectory {
         self.controls.count()
     }
 
-    /// All its points, end included.
+    /// All its points, end included, from step 0 on.
     pub fn points(&self) -> Points<'_> {
-        Points { states: &self.states, controls: &self.controls, stages: self.steps(), has_end: true }
+        Points {
+            states: &self.states,
+            controls: &self.controls,
+            stages: self.steps(),
+            has_end: true,
+            times: Times::From(0),
+        }
     }
 }

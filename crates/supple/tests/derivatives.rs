@@ -124,12 +124,12 @@ proptest! {
             let found = gradients(&z, &vec![3e-5; z.len()], |z| {
                 let (x, u) = z.split_at(4);
                 let (mut next, mut y) = (vec![0.0; 4], vec![0.0; 2]);
-                system.observe(x, phi, &mut y);
+                system.observe(t, x, phi, &mut y);
                 let cost = if end {
                     system.final_cost(x, phi, scratch)
                 } else {
-                    system.step(x, u, phi, &mut next);
-                    system.stage_cost(x, u, phi, scratch)
+                    system.step(t, x, u, phi, &mut next);
+                    system.stage_cost(t, x, u, phi, scratch)
                 };
                 [next, y, vec![cost]].concat()
             });
@@ -302,8 +302,8 @@ proptest! {
             let mut next = [0.0; 4];
             for t in 0..stages {
                 let (x, u) = (points.states.vector(t), points.controls.vector(t));
-                sum += system.stage_cost(x, u, phi, scratch);
-                system.step(x, u, phi, &mut next);
+                sum += system.stage_cost(t, x, u, phi, scratch);
+                system.step(t, x, u, phi, &mut next);
                 sum += next.iter().zip(costates.vector(t + 1)).map(|(next, costate)| next * costate).sum::<f64>();
             }
             vec![sum]

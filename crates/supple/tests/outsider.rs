@@ -90,9 +90,9 @@ fn balance() -> Task {
 /// Forces that more or less keep the pole up. Left alone it would fall over, and the plan start from there.
 fn guess(task: &Task) -> Vec<Vec<Value>> {
     let (mut x, mut next) = ([-0.5, 0.3, 0.0, 0.0], [0.0; 4]);
-    let push = |_| {
+    let push = |t| {
         let force = 2.0 * x[0] + 30.0 * x[1] + 3.0 * x[2] + 6.0 * x[3];
-        task.system.step(&x, &[force], &DESIGN, &mut next);
+        task.system.step(t, &x, &[force], &DESIGN, &mut next);
         x = next;
         numbers(&[force])
     };
@@ -114,7 +114,7 @@ fn plan_brings_the_pole_upright() {
     let mut sum = 0.0;
     for t in 0..task.steps {
         let (x, u) = (states.vector(t), state.plan.trajectory.controls.vector(t));
-        task.system.step(x, u, &DESIGN, &mut next);
+        task.system.step(t, x, u, &DESIGN, &mut next);
         assert!(relative_error(&next, states.vector(t + 1)) < 1e-12);
         sum += x[0] * x[0] + x[1] * x[1] + 0.1 * (x[2] * x[2] + x[3] * x[3]) + 0.01 * u[0] * u[0];
     }

@@ -49,8 +49,8 @@ fn everything(system: &dyn System, phi: &[f64], seed: u64) -> Vec<(&'static str,
     let mut found = Vec::new();
     let (mut next, mut y) = (vec![0.0; n], vec![0.0; size.measurements]);
     let (x, u) = (points.states.vector(0), points.controls.vector(0));
-    let cost = system.advance(x, u, phi, &mut next, scratch);
-    system.observe(x, phi, &mut y);
+    let cost = system.advance(0, x, u, phi, &mut next, scratch);
+    system.observe(0, x, phi, &mut y);
     found.push(("values", [next, y, vec![cost, system.final_cost(x, phi, scratch)]].concat()));
     let mut dynamics = Matrices::zeros(stages, n, joint);
     system.dynamics_jacobians(at, phi, &mut dynamics, scratch);

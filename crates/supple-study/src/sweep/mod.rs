@@ -128,9 +128,7 @@ pub fn run(
 
 /// The problem with the parameters on axes held, for design searches.
 fn held(task: &LoadedTask, grid: &Grid) -> Result<Problem, StudyError> {
-    let Some(source) = task.sources.first() else { return Err(StudyError::usage("the task has no text")) };
-    let mut problem = Problem::parse(&source.text, &source.path)?;
-    problem.parameters = problem.parameters.held(&grid.indices);
+    let problem = Problem { parameters: task.problem.parameters.held(&grid.indices), ..task.problem.clone() };
     if problem.parameters.design().is_empty() {
         let message =
             "there is nothing to design: every parameter with role = \"design\" is on an axis; leave --starts out";

@@ -5,7 +5,7 @@ use super::{Belief, guard};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::shape::Shape;
-use crate::system::{Points, System};
+use crate::system::{Points, System, Times};
 use crate::{Dimensions, Error};
 
 /// Extended Kalman filters of a batch of samples in step with one another; each linearises at its own estimate.
@@ -18,7 +18,10 @@ pub struct FilterBatch {
     /// Covariances, in the corrected and predicted matrices of a belief.
     pub belief: Belief,
     knots: Knots,
-    expected: Vec<f64>,
+    /// Measurements to expect, length p.
+    expected: Matrices,
+    /// States a step on, length n.
+    next: Matrices,
     /// Controls where they do not matter.
     idle: Matrices,
 }
@@ -41,7 +44,8 @@ impl FilterBatch {
             means: Matrices::vectors(count, dimensions.states),
             belief: Belief::zeros(dimensions.states, dimensions.measurements, count - 1),
             knots: Knots::zeros(dimensions, count),
-            expected: vec![0.0; dimensions.measurements],
+            expected: Matrices::vectors(count, dimensions.measurements),
+            next: Matrices::vectors(count, dimensions.states),
             idle: Matrices::vectors(count, dimensions.controls),
         }
     }
@@ -64,26 +68,32 @@ impl FilterBatch {
 }
 
 impl ExtendedKalman<'_> {
-    /// Takes in measurements, one per sample.
+    /// Takes in measurements of step `t`, one per sample.
     ///
     /// # Errors
     /// Where an innovation covariance is not positive definite; the step is that of the sample.
-    pub fn correct(&self, measured: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) -> Result<(), Error> {
-        let FilterBatch { means, belief, knots, expected, idle } = batch;
+    pub fn correct(
+        &self,
+        t: usize,
+        measured: &Matrices,
+        batch: &mut FilterBatch,
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
+        let FilterBatch { means, belief, knots, expected, idle, .. } = batch;
         let count = means.count();
-        let at = Points { states: means, controls: idle, stages: count, has_end: false };
+        let at = Points { states: means, controls: idle, stages: count, has_end: false, times: Times::At(t) };
         self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
         let mut failed = None;
-        dispatch(CorrectAll { count, knots, noise: self.noise, belief, failed: &mut failed });
+        dispatch(CorrectAll { count, knots, v: self.noise.measurement.at(t), belief, failed: &mut failed });
         if let Some(step) = failed {
             return Err(Error::NotPositiveDefinite { what: "the innovation covariance of a filter", step });
         }
+        self.system.observe_all(at, self.phi, expected, scratch);
         for sample in 0..count {
             let mean = means.vector_mut(sample);
-            self.system.observe(mean, self.phi, expected);
             let gain = belief.gain_transposed.at(sample);
             let stride = belief.gain_transposed.stride();
-            for (k, (y, expected)) in measured.vector(sample).iter().zip(expected.iter()).enumerate() {
+            for (k, (y, expected)) in measured.vector(sample).iter().zip(expected.vector(sample)).enumerate() {
                 for (mean, gain) in mean.iter_mut().zip(&gain[k * stride..]) {
                     *mean += gain * (y - expected);
                 }
@@ -92,24 +102,22 @@ impl ExtendedKalman<'_> {
         Ok(())
     }
 
-    /// Moves all filters one step on under their controls.
-    pub fn predict(&self, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch, next: &mut [f64]) {
-        let FilterBatch { means, belief, knots, .. } = batch;
+    /// Moves all filters on from step `t` under their controls.
+    pub fn predict(&self, t: usize, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) {
+        let FilterBatch { means, belief, knots, next, .. } = batch;
         let count = means.count();
-        let at = Points { states: means, controls, stages: count, has_end: false };
+        let at = Points { states: means, controls, stages: count, has_end: false, times: Times::At(t) };
         self.system.dynamics_jacobians(at, self.phi, &mut knots.dynamics, scratch);
-        dispatch(PredictAll { count, knots, noise: self.noise, belief });
-        for sample in 0..count {
-            self.system.step(means.vector(sample), controls.vector(sample), self.phi, next);
-            means.vector_mut(sample).copy_from_slice(next);
-        }
+        dispatch(PredictAll { count, knots, w: self.noise.process.at(t), belief });
+        self.system.step_all(at, self.phi, next, scratch);
+        means.copy_from(next);
     }
 }
 
 struct CorrectAll<'a> {
     count: usize,
     knots: &'a Knots,
-    noise: &'a Noise,
+    v: &'a [f64],
     belief: &'a mut Belief,
     failed: &'a mut Option<usize>,
 }
@@ -119,7 +127,7 @@ impl Job for CorrectAll<'_> {
     fn run<L: Lanes>(self) {
         let shape = Shape::of(self.knots.dimensions);
         for sample in 0..self.count {
-            if correct::<L>(shape, sample, self.knots, self.noise, self.belief).is_err() {
+            if correct::<L>(shape, sample, self.knots, self.v, self.belief).is_err() {
                 *self.failed = Some(sample);
                 return;
             }
@@ -132,7 +140,7 @@ impl Job for CorrectAll<'_> {
 struct PredictAll<'a> {
     count: usize,
     knots: &'a Knots,
-    noise: &'a Noise,
+    w: &'a [f64],
     belief: &'a mut Belief,
 }
 
@@ -141,7 +149,7 @@ impl Job for PredictAll<'_> {
     fn run<L: Lanes>(self) {
         let shape = Shape::of(self.knots.dimensions);
         for sample in 0..self.count {
-            predict::<L>(shape, (sample, sample), self.knots, self.noise, self.belief);
+            predict::<L>(shape, (sample, sample), self.knots, self.w, self.belief);
         }
     }
 }

@@ -103,11 +103,11 @@ fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Beli
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
         if t > 0 {
-            predict::<L>(shape, (t - 1, t), knots, noise, belief);
+            predict::<L>(shape, (t - 1, t), knots, noise.process.at(t - 1), belief);
         }
         let corrected = match picks {
             Some(picks) => sequential::correct::<L>(shape, t, (picks, &noise.measurement), belief),
-            None => correct::<L>(shape, t, knots, noise, belief),
+            None => correct::<L>(shape, t, knots, noise.measurement.at(t), belief),
         };
         corrected.map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?;
         if t % GUARD_INTERVAL == 0 || t == steps {
@@ -117,13 +117,13 @@ fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Beli
     Ok(())
 }
 
-/// `P_to = A_from Sigma_from A_from' + W_from`.
+/// `P_to = A_from Sigma_from A_from' + W`.
 #[inline(always)]
 pub(super) fn predict<L: Lanes>(
     shape: Shape,
     (from, to): (usize, usize),
     knots: &Knots,
-    noise: &Noise,
+    w: &[f64],
     belief: &mut Belief,
 ) {
     let (n, stride, wide) = (shape.n, shape.narrow(), shape.wide());
@@ -133,22 +133,22 @@ pub(super) fn predict<L: Lanes>(
     multiply::<L>(a_sigma, Left::plain(f, wide), belief.corrected.at(from), stride, (n, n), Into::Set);
     rows::transpose::<L>(transposed, stride, f, wide, (n, n));
     let predicted = belief.predicted.at_mut(to);
-    let base = Into::AddTo(noise.process.at(from));
+    let base = Into::AddTo(w);
     multiply::<L>(predicted, Left::plain(a_sigma, stride), transposed, stride, (n, n), base);
     rows::symmetrise::<L>(predicted, n, stride);
 }
 
-/// From `P_t` to `Sigma_t`.
+/// From `P_t` to `Sigma_t` with the noise `V`.
 #[inline(always)]
 pub(super) fn correct<L: Lanes>(
     shape: Shape,
     t: usize,
     knots: &Knots,
-    noise: &Noise,
+    v: &[f64],
     belief: &mut Belief,
 ) -> Result<(), usize> {
     let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
-    let (c, v) = (knots.measurement.at(t), noise.measurement.at(t));
+    let c = knots.measurement.at(t);
     let predicted = belief.predicted.at(t);
     let Work { cross, defect, .. } = &mut belief.work;
     let (cross, defect) = (cross.at_mut(0), defect.at_mut(0));

@@ -71,7 +71,7 @@ impl SystemCheck<'_> {
                 let numeric = derivative(self.size(t, j), |h| {
                     let (x, u) = moved(&self.plan.trajectory, t, j, h);
                     let mut next = vec![0.0; n];
-                    self.task.system.step(&x, &u, self.phi, &mut next);
+                    self.task.system.step(t, &x, &u, self.phi, &mut next);
                     next
                 });
                 for (i, numeric) in numeric.into_iter().enumerate() {
@@ -91,7 +91,7 @@ impl SystemCheck<'_> {
                 let numeric = derivative(self.size(t, j), |h| {
                     let (x, _) = moved(&self.plan.trajectory, t, j, h);
                     let mut y = vec![0.0; p];
-                    self.task.system.observe(&x, self.phi, &mut y);
+                    self.task.system.observe(t, &x, self.phi, &mut y);
                     y
                 });
                 for (i, numeric) in numeric.into_iter().enumerate() {
@@ -119,7 +119,7 @@ impl SystemCheck<'_> {
                 let numeric = derivative(self.size(t, j), |h| {
                     let (x, u) = moved(&plan.trajectory, t, j, h);
                     vec![if t < steps {
-                        task.system.stage_cost(&x, &u, phi, &mut self.scratch)
+                        task.system.stage_cost(t, &x, &u, phi, &mut self.scratch)
                     } else {
                         task.system.final_cost(&x, phi, &mut self.scratch)
                     }]
@@ -304,8 +304,8 @@ impl SystemCheck<'_> {
         let mut sum = 0.0;
         for t in 0..trajectory.steps() {
             let (x, u) = (trajectory.states.vector(t), trajectory.controls.vector(t));
-            sum += self.task.system.stage_cost(x, u, phi, &mut self.scratch);
-            self.task.system.step(x, u, phi, &mut next);
+            sum += self.task.system.stage_cost(t, x, u, phi, &mut self.scratch);
+            self.task.system.step(t, x, u, phi, &mut next);
             sum += next.iter().zip(costates.vector(t + 1)).map(|(f, costate)| f * costate).sum::<f64>();
         }
         sum + self.task.system.final_cost(trajectory.states.vector(trajectory.steps()), phi, &mut self.scratch)

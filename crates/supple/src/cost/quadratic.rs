@@ -70,7 +70,7 @@ fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<()
     }
     let mut matrix = Matrices::constant(rows.len(), rows.len());
     Covariance::Full(rows.to_vec()).resolve(&parameters.initial(), &mut matrix);
-    match semidefinite_factor(&matrix) {
+    match semidefinite_factor(&matrix, 0) {
         Some(_) => Ok(()),
         None => Err("must be positive semidefinite, so that no cost is negative".into()),
     }

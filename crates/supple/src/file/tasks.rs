@@ -471,7 +471,7 @@ impl Reader<'_> {
                 }
             }
         }
-        if semidefinite_factor(&self.at_start(covariance)).is_none() {
+        if semidefinite_factor(&self.at_start(covariance), 0).is_none() {
             return error(&[], "must be positive semidefinite".into());
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
@@ -317,7 +318,7 @@ pub(crate) trait AnyModel {
     fn files(&self) -> Vec<PathBuf>;
     fn warnings(&self) -> Vec<String>;
     fn vocabulary(&self) -> Vocabulary;
-    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System>;
+    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System>;
 }
 
 impl<M: ModelFile> AnyModel for M {
@@ -336,8 +337,8 @@ impl<M: ModelFile> AnyModel for M {
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)
     }
-    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Box<dyn System> {
-        Box::new(Authored::new(self.clone(), costs, time_step, parameters))
+    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
+        Arc::new(Authored::new(self.clone(), costs, time_step, parameters))
     }
 }
 

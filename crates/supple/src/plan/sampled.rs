@@ -84,7 +84,7 @@ fn average(reference: &mut Trajectory, run: &Trajectory, share: f64) -> f64 {
 /// The cost of a reference as it stands, which need not obey the dynamics.
 fn cost_of(task: &Task, phi: &[f64], reference: &Trajectory, scratch: &mut Scratch) -> f64 {
     let stages = (0..task.steps)
-        .map(|t| task.system.stage_cost(reference.states.vector(t), reference.controls.vector(t), phi, scratch));
+        .map(|t| task.system.stage_cost(t, reference.states.vector(t), reference.controls.vector(t), phi, scratch));
     let stages: f64 = stages.sum();
     stages + task.system.final_cost(reference.states.vector(task.steps), phi, scratch)
 }

@@ -12,7 +12,7 @@ use crate::{Channels, Dimensions, Limit, Model, Point, Value};
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
 /// The physics is recorded as a graph, differentiated there, and compiled to one program per function; each is made
-/// when it is first asked for.
+/// when it is first asked for. It is the same at every step.
 #[derive(Debug)]
 pub struct Authored<M> {
     model: M,
@@ -139,18 +139,18 @@ impl<M: Model> System for Authored<M> {
         dependencies
     }
 
-    fn step(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]) {
+    fn step(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]) {
         self.program(&self.programs.step, |r| r.step()).run_single(&[x, u], phi, &mut [next]);
     }
 
-    fn advance(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
+    fn advance(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
         let mut cost = [0.0];
         let program = self.program(&self.programs.advance, |r| r.advance());
         program.run_single(&[x, u], phi, &mut [next, &mut cost]);
         cost[0]
     }
 
-    fn observe(&self, x: &[f64], phi: &[f64], y: &mut [f64]) {
+    fn observe(&self, _: usize, x: &[f64], phi: &[f64], y: &mut [f64]) {
         self.program(&self.programs.observe, |r| r.observe()).run_single(&[x], phi, &mut [y]);
     }
 
@@ -158,7 +158,7 @@ impl<M: Model> System for Authored<M> {
         self.programs.picks.get_or_init(|| self.recorder().picks()).as_deref()
     }
 
-    fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
+    fn stage_cost(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
         self.cost(x, u, phi, false)
     }
 
@@ -172,7 +172,7 @@ impl<M: Model> System for Authored<M> {
         program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
     }
 
-    fn dynamics_jacobian_with(&self, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
+    fn dynamics_jacobian_with(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
         let program = self.program(&self.programs.dynamics_jacobian_with, |recorder| {
             let time_step = Value::Parameter(recorder.parameters);
             Recorder { time_step, parameters: recorder.parameters + 1, ..*recorder }.dynamics_jacobian()

@@ -6,35 +6,20 @@
 use supple_kernels::{Matrices, Scratch};
 
 use crate::scene::Seen;
+use crate::trajectory::Trajectory;
 use crate::{Channels, Dimensions, Limit};
 
 mod authored;
+mod batch;
 mod convex;
 mod programs;
+mod roll_out;
 mod trace;
 
 pub use authored::Authored;
+pub use batch::{KnotAdjoints, Points, Times, Variation};
 pub use convex::make_convex;
-
-/// A batch of points: `stages` pairs of state and control, and one state more where the batch has an end.
-#[derive(Clone, Copy, Debug)]
-pub struct Points<'a> {
-    /// States, vectors of length n.
-    pub states: &'a Matrices,
-    /// Controls, vectors of length m.
-    pub controls: &'a Matrices,
-    /// How many points have a control.
-    pub stages: usize,
-    /// Whether state number `stages` is the end of a trajectory, with the final cost.
-    pub has_end: bool,
-}
-
-impl Points<'_> {
-    /// How many states there are.
-    pub fn count(&self) -> usize {
-        self.stages + usize::from(self.has_end)
-    }
-}
+pub use roll_out::RollOut;
 
 /// Which second derivatives of the cost are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,45 +31,14 @@ pub enum Curvature {
     Exact,
 }
 
-/// Adjoints of a number by the entries of the knots, at every point.
-#[derive(Clone, Debug)]
-pub struct KnotAdjoints {
-    /// By `[A B]`, n x (n + m), stages.
-    pub dynamics: Matrices,
-    /// By `C`, p x n, stages and end.
-    pub measurement: Matrices,
-    /// By the second derivatives of the cost, symmetric, (n + m) x (n + m + 1) with an unused last column.
-    pub cost: Matrices,
-    /// Whether any adjoint by the cost's second derivatives may be non-zero.
-    pub has_cost: bool,
-}
-
-impl KnotAdjoints {
-    /// Zero adjoints for `stages` stages and an end.
-    pub fn zeros(dimensions: Dimensions, stages: usize) -> Self {
-        let (n, joint) = (dimensions.states, dimensions.joint());
-        Self {
-            dynamics: Matrices::zeros(stages, n, joint),
-            measurement: Matrices::zeros(stages + 1, dimensions.measurements, n),
-            cost: Matrices::zeros(stages + 1, joint, joint + 1),
-            has_cost: false,
-        }
-    }
-}
-
-/// Variations of trajectory and costates, along which second derivatives are contracted.
-#[derive(Clone, Copy, Debug)]
-pub struct Variation<'a> {
-    /// Of state and control together, vectors of length n + m, stages and end (where the control's part is 0).
-    pub joint: &'a Matrices,
-    /// Of the costates, vectors of length n; entry t belongs to the state at t.
-    pub costates: &'a Matrices,
-}
-
 /// A controlled system with costs and all derivatives that planning and design need.
 ///
-/// `phi` holds all parameters; matrices are those of [`Matrices`], `z = (x, u)`. Methods write every entry that can
-/// be non-zero and rely on the others being zero, so each output belongs to one system for its life.
+/// `phi` holds all parameters, `t` is the step, from 0; matrices are those of [`Matrices`], `z = (x, u)`. Functions may
+/// differ from step to step. Methods write every entry that can be non-zero and rely on the others being zero, so each
+/// output belongs to one system for its life.
+///
+/// Functions at single points are called where points come one by one; batches and roll-outs are methods of their own,
+/// for systems that do better than to go through their points.
 pub trait System: Send + Sync {
     /// Lengths of state, control and measurement.
     fn dimensions(&self) -> Dimensions;
@@ -110,34 +64,75 @@ pub trait System: Send + Sync {
     /// Which parameters any of the functions depend on.
     fn depends_on(&self, parameters: usize) -> Vec<bool>;
 
-    /// `next = f(x, u)`.
-    fn step(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]);
+    /// `next = f(x, u)` at step t = 0..N-1.
+    fn step(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]);
 
-    /// `next = f(x, u)`; returns the stage cost `l(x, u)`.
-    fn advance(&self, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], scratch: &mut Scratch) -> f64 {
-        self.step(x, u, phi, next);
-        self.stage_cost(x, u, phi, scratch)
+    /// `next = f(x, u)`; returns the stage cost `l(x, u)`, both at step t = 0..N-1.
+    fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], scratch: &mut Scratch) -> f64 {
+        self.step(t, x, u, phi, next);
+        self.stage_cost(t, x, u, phi, scratch)
     }
 
-    /// `y = g(x)`.
-    fn observe(&self, x: &[f64], phi: &[f64], y: &mut [f64]);
+    /// `y = g(x)` at step t = 0..N.
+    fn observe(&self, t: usize, x: &[f64], phi: &[f64], y: &mut [f64]);
 
     /// Which state each measurement is, where every one is just a state; none where any is not, or that is not known.
     fn picks(&self) -> Option<&[usize]> {
         None
     }
 
-    /// The stage cost `l(x, u)`.
-    fn stage_cost(&self, x: &[f64], u: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
+    /// The stage cost `l(x, u)` at step t = 0..N-1.
+    fn stage_cost(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
 
     /// The final cost `l_N(x)`.
     fn final_cost(&self, x: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
 
+    /// `f(x, u)` at every stage, vectors of length n.
+    fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
+        for i in 0..at.stages {
+            self.step(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, next.vector_mut(i));
+        }
+    }
+
+    /// `g(x)` at every state, vectors of length p.
+    fn observe_all(&self, at: Points, phi: &[f64], y: &mut Matrices, _: &mut Scratch) {
+        for i in 0..at.count() {
+            self.observe(at.times.of(i), at.states.vector(i), phi, y.vector_mut(i));
+        }
+    }
+
+    /// `l(x, u)` at every stage: as many numbers.
+    fn stage_costs(&self, at: Points, phi: &[f64], out: &mut [f64], scratch: &mut Scratch) {
+        for (i, out) in out.iter_mut().enumerate().take(at.stages) {
+            *out = self.stage_cost(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, scratch);
+        }
+    }
+
+    /// `l_N(x)` at states that are all ends: as many numbers.
+    fn final_costs(&self, states: &Matrices, phi: &[f64], out: &mut [f64], scratch: &mut Scratch) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.final_cost(states.vector(i), phi, scratch);
+        }
+    }
+
+    /// Fills `out` with the noise-free trajectory from step 0 on under `law`; returns its cost.
+    fn roll_out(&self, law: RollOut, phi: &[f64], out: &mut Trajectory, scratch: &mut Scratch) -> f64 {
+        roll_out::step_by_step(self, law, phi, out, scratch)
+    }
+
     /// `[A B] = [f_x f_u]` at every stage: n x (n + m).
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
 
-    /// `[A B]` at one point, were the time step `time_step`, s: one matrix, n x (n + m). None where that is not known.
-    fn dynamics_jacobian_with(&self, _x: &[f64], _u: &[f64], _phi: &[f64], _time_step: f64) -> Option<Matrices> {
+    /// `[A B]` at one point at step t, were the time step `time_step`, s: one matrix, n x (n + m). None where that is not
+    /// known.
+    fn dynamics_jacobian_with(
+        &self,
+        _t: usize,
+        _x: &[f64],
+        _u: &[f64],
+        _phi: &[f64],
+        _time_step: f64,
+    ) -> Option<Matrices> {
         None
     }
 

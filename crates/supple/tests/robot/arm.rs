@@ -103,7 +103,7 @@ impl Description {
 /// The state after one step of the first task.
 pub fn step(problem: &Problem, x: &[f64], u: &[f64], phi: &[f64]) -> Vec<f64> {
     let mut next = vec![0.0; x.len()];
-    problem.tasks[0].system.step(x, u, phi, &mut next);
+    problem.tasks[0].system.step(0, x, u, phi, &mut next);
     next
 }
 
@@ -116,13 +116,13 @@ pub fn steps(problem: &Problem, x: &[f64], u: &[f64], phi: &[f64], count: usize)
 pub fn observe(problem: &Problem, x: &[f64], phi: &[f64]) -> Vec<f64> {
     let system = &problem.tasks[0].system;
     let mut y = vec![0.0; system.dimensions().measurements];
-    system.observe(x, phi, &mut y);
+    system.observe(0, x, phi, &mut y);
     y
 }
 
 /// The stage cost of the first task.
 pub fn stage_cost(problem: &Problem, x: &[f64], u: &[f64], phi: &[f64]) -> f64 {
-    problem.tasks[0].system.stage_cost(x, u, phi, &mut Scratch::new())
+    problem.tasks[0].system.stage_cost(0, x, u, phi, &mut Scratch::new())
 }
 
 /// Accelerations of all positions: the task's time step must be 1.

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "every test uses a part of it")]
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test stops at the first thing that is wrong")]
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 use proptest::test_runner::{Config, RngSeed};
 use rand_chacha::ChaCha8Rng;
@@ -36,7 +38,7 @@ pub fn task(
         initial_control: vec![numbers(initial_control)],
         control_bounds: None,
         noise,
-        system: Box::new(system),
+        system: Arc::new(system),
     }
 }
 

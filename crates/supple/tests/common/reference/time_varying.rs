@@ -100,18 +100,18 @@ impl System for TimeVarying {
         vec![false; parameters]
     }
 
-    fn step(&self, x: &[f64], u: &[f64], _: &[f64], next: &mut [f64]) {
+    fn step(&self, _: usize, x: &[f64], u: &[f64], _: &[f64], next: &mut [f64]) {
         let t = self.clock(x);
         let result = &self.a[t] * DVector::from_column_slice(x) + &self.b[t] * DVector::from_column_slice(u);
         next.copy_from_slice(result.as_slice());
         next[x.len() - 1] = (t + 1) as f64;
     }
 
-    fn observe(&self, x: &[f64], _: &[f64], y: &mut [f64]) {
+    fn observe(&self, _: usize, x: &[f64], _: &[f64], y: &mut [f64]) {
         y.copy_from_slice((&self.c[self.clock(x)] * DVector::from_column_slice(x)).as_slice());
     }
 
-    fn stage_cost(&self, x: &[f64], u: &[f64], _: &[f64], _: &mut Scratch) -> f64 {
+    fn stage_cost(&self, _: usize, x: &[f64], u: &[f64], _: &[f64], _: &mut Scratch) -> f64 {
         let t = self.clock(x);
         quadratic(&self.q[t], x) + quadratic(&self.r[t], u)
     }

@@ -2,17 +2,21 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 
 use crate::belief::{ExtendedKalman, FilterBatch};
-use crate::noise::{Noise, semidefinite_factor};
+use crate::noise::Noise;
 use crate::plan::Plan;
 use crate::problem::Task;
+use crate::system::{Points, Times};
 use crate::trajectory::Trajectory;
 use crate::{Dimensions, Error, or_nan};
+
+mod factors;
+
+pub(crate) use factors::NoiseFactors;
 
 /// The sampled cost of a task in closed loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,48 +60,6 @@ pub struct Sample {
     pub cost: f64,
 }
 
-/// How samples are drawn: factors of the covariances.
-#[derive(Clone, Debug)]
-pub(crate) struct NoiseFactors {
-    initial: Factor,
-    process: Factor,
-    measurement: Factor,
-}
-
-/// `G` of a covariance `G G'`, row-major, order x order.
-#[derive(Clone, Debug)]
-struct Factor {
-    order: usize,
-    entries: Vec<f64>,
-}
-
-impl Factor {
-    fn of(covariance: &Matrices, what: &'static str) -> Result<Self, Error> {
-        let entries = semidefinite_factor(covariance).ok_or(Error::NotPositiveDefinite { what, step: 0 })?;
-        Ok(Self { order: covariance.rows(), entries })
-    }
-
-    /// `out += G n` with standard normal `n`; draws as many numbers as the order.
-    fn add_sample(&self, random: &mut ChaCha8Rng, out: &mut [f64]) {
-        for column in 0..self.order {
-            let normal: f64 = StandardNormal.sample(random);
-            for (row, out) in out.iter_mut().enumerate().skip(column) {
-                *out += self.entries[row * self.order + column] * normal;
-            }
-        }
-    }
-}
-
-impl NoiseFactors {
-    pub fn of(noise: &Noise) -> Result<Self, Error> {
-        Ok(Self {
-            initial: Factor::of(&noise.initial, "the covariance of the first state")?,
-            process: Factor::of(&noise.process, "the process covariance")?,
-            measurement: Factor::of(&noise.measurement, "the measurement covariance")?,
-        })
-    }
-}
-
 /// Samples that run in step with one another.
 pub(crate) struct ClosedLoop {
     filters: FilterBatch,
@@ -110,7 +72,10 @@ pub(crate) struct ClosedLoop {
     diverged: Vec<bool>,
     /// Mean of the first state, as the filters believe.
     first: Vec<f64>,
-    next: Vec<f64>,
+    /// States a step on, length n.
+    next: Matrices,
+    /// Cost of the step of each sample.
+    stage_costs: Vec<f64>,
     scratch: Scratch,
 }
 
@@ -164,7 +129,8 @@ impl ClosedLoop {
             costs: vec![0.0; count],
             diverged: vec![false; count],
             first: vec![0.0; dimensions.states],
-            next: vec![0.0; dimensions.states],
+            next: Matrices::vectors(count, dimensions.states),
+            stage_costs: vec![0.0; count],
             scratch: Scratch::new(),
         }
     }
@@ -186,7 +152,7 @@ impl ClosedLoop {
         let filter = ExtendedKalman { system: &*task.system, phi: setting.believed.phi, noise: setting.believed.noise };
         self.start(setting, (seed, first));
         for t in 0..=task.steps {
-            self.measure(setting);
+            self.measure(setting, t);
             self.correct(&filter, setting, (t, record.is_some()))?;
             if let Some(record) = record.as_deref_mut() {
                 record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
@@ -203,10 +169,11 @@ impl ClosedLoop {
             if let Some(record) = record.as_deref_mut() {
                 record.run.controls.vector_mut(t).copy_from_slice(self.controls.vector(0));
             }
-            filter.predict(&self.controls, &mut self.filters, &mut self.scratch, &mut self.next);
+            filter.predict(t, &self.controls, &mut self.filters, &mut self.scratch);
         }
-        for (sample, cost) in self.costs.iter_mut().enumerate() {
-            *cost += task.system.final_cost(self.states.vector(sample), setting.phi, &mut self.scratch);
+        task.system.final_costs(&self.states, setting.phi, &mut self.stage_costs, &mut self.scratch);
+        for (sample, (cost, last)) in self.costs.iter_mut().zip(&self.stage_costs).enumerate() {
+            *cost += last;
             if self.diverged[sample] || !cost.is_finite() {
                 *cost = f64::INFINITY;
             }
@@ -225,7 +192,7 @@ impl ClosedLoop {
             for (x, value) in x.iter_mut().zip(&task.initial_state) {
                 *x = value.resolve(phi);
             }
-            factors.initial.add_sample(&mut generator, x);
+            factors.initial.at(0).add_sample(&mut generator, x);
             self.random.push(generator);
         }
         self.costs.fill(0.0);
@@ -236,12 +203,14 @@ impl ClosedLoop {
         self.filters.start(&self.first, believed.noise);
     }
 
-    /// Measures the true states.
-    fn measure(&mut self, setting: LoopSetting) {
+    /// Measures the true states at step `t`.
+    fn measure(&mut self, setting: LoopSetting, t: usize) {
+        let Self { states, controls, measured, scratch, .. } = self;
+        let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
+        setting.task.system.observe_all(at, setting.phi, measured, scratch);
+        let noise = setting.factors.measurement.at(t);
         for (sample, random) in self.random.iter_mut().enumerate() {
-            let y = self.measured.vector_mut(sample);
-            setting.task.system.observe(self.states.vector(sample), setting.phi, y);
-            setting.factors.measurement.add_sample(random, y);
+            noise.add_sample(random, self.measured.vector_mut(sample));
         }
     }
 
@@ -256,7 +225,7 @@ impl ClosedLoop {
         for sample in 0..self.costs.len() {
             let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
             if !(finite(self.filters.means.vector(sample)) && finite(self.measured.vector(sample))) {
-                self.set_aside(setting, sample);
+                self.set_aside(setting, (t, sample));
             }
         }
         if recorded && self.diverged[0] {
@@ -265,25 +234,25 @@ impl ClosedLoop {
         // Each sample is set aside once at most: where it begins again, its filter did not fail.
         let mut aside = 0;
         loop {
-            let corrected = filter.correct(&self.measured, &mut self.filters, &mut self.scratch);
+            let corrected = filter.correct(t, &self.measured, &mut self.filters, &mut self.scratch);
             let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
             if t == 0 || aside == self.costs.len() || recorded && sample == 0 {
                 return Err(Error::NotPositiveDefinite { what, step: t });
             }
-            self.set_aside(setting, sample);
+            self.set_aside(setting, (t, sample));
             aside += 1;
         }
     }
 
-    /// Counts a sample as diverged, and puts it back to where it can be computed.
-    fn set_aside(&mut self, setting: LoopSetting, sample: usize) {
+    /// Counts a sample as diverged at step `t`, and puts it back to where it can be computed.
+    fn set_aside(&mut self, setting: LoopSetting, (t, sample): (usize, usize)) {
         let LoopSetting { task, believed, phi, .. } = setting;
         self.diverged[sample] = true;
         for (x, value) in self.states.vector_mut(sample).iter_mut().zip(&task.initial_state) {
             *x = value.resolve(phi);
         }
         self.filters.start_one(sample, &self.first, believed.noise);
-        task.system.observe(self.states.vector(sample), phi, self.measured.vector_mut(sample));
+        task.system.observe(t, self.states.vector(sample), phi, self.measured.vector_mut(sample));
     }
 
     /// Applies the controls of step `t`, adds their cost, and moves the true states on.
@@ -303,11 +272,16 @@ impl ClosedLoop {
             if let Some(bounds) = &task.control_bounds {
                 bounds.clamp(u);
             }
-            let x = self.states.vector_mut(sample);
-            self.costs[sample] += task.system.stage_cost(x, u, phi, &mut self.scratch);
-            task.system.step(x, u, phi, &mut self.next);
-            x.copy_from_slice(&self.next);
-            factors.process.add_sample(&mut self.random[sample], x);
+        }
+        let Self { states, controls, next, stage_costs, scratch, .. } = self;
+        let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
+        task.system.stage_costs(at, phi, stage_costs, scratch);
+        task.system.step_all(at, phi, next, scratch);
+        states.copy_from(next);
+        let noise = factors.process.at(t);
+        for (sample, random) in self.random.iter_mut().enumerate() {
+            self.costs[sample] += self.stage_costs[sample];
+            noise.add_sample(random, self.states.vector_mut(sample));
         }
     }
 }
