@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
@@ -27,9 +28,9 @@ def double_precision() -> AbstractContextManager[Any]:
     if hasattr(jax, "enable_x64"):
         context: AbstractContextManager[Any] = jax.enable_x64(True)
         return context
-    from jax.experimental import enable_x64
+    from jax import experimental
 
-    older: AbstractContextManager[Any] = enable_x64()
+    older: AbstractContextManager[Any] = getattr(experimental, "enable_x64")()  # noqa: B009
     return older
 
 
@@ -110,12 +111,14 @@ def _write(
     shapes = [tuple(int(length) for length in value.shape) for value in closed.out_avals]
     if shapes != [shape]:
         listed = " and ".join(str(found) for found in shapes)
-        raise ValueError(f"`{name}` returns {'an array' if len(shapes) == 1 else 'arrays'} of shape {listed}, not {shape}")
+        raise ValueError(
+            f"`{name}` returns {'an array' if len(shapes) == 1 else 'arrays'} of shape {listed}, not {shape}"
+        )
     if closed.out_avals[0].dtype not in (np.float64, np.int64, np.bool_):
         raise Untranslatable(f"`{name}` returns {closed.out_avals[0].dtype}, not float64: use float64 throughout")
-    tape = Tape(*sizes, name)
+    tape = Tape((sizes[0], sizes[1], sizes[2]), name)
     ends = np.cumsum([0, *sizes])
-    inputs: list[Any] = [Symbolic(np.arange(a, b, dtype=np.int64), "f") for a, b in zip(ends[:-1], ends[1:])]
+    inputs: list[Any] = [Symbolic(np.arange(a, b, dtype=np.int64), "f") for a, b in itertools.pairwise(ends)]
     if len(arguments) > len(sizes):
         inputs.append(Symbolic(np.array(ends[-1], dtype=np.int64), "f"))
     (result,) = interpret.run(tape, closed, inputs)

@@ -268,7 +268,9 @@ def while_(tape: Tape, values: list[Array], parameters: dict[str, Any]) -> list[
     for _ in itertools.repeat(None, MOST_ROUNDS + 1):
         (goes_on,) = run(tape, parameters["cond_jaxpr"], [*test, *state])
         if isinstance(goes_on, Symbolic):
-            raise Untranslatable(f"a loop in `{tape.name}` whose end depends on states, controls or parameters (`while`)")
+            raise Untranslatable(
+                f"a loop in `{tape.name}` whose end depends on states, controls or parameters (`while`)"
+            )
         if not bool(np.asarray(goes_on)):
             return state
         state = run(tape, parameters["body_jaxpr"], [*inner, *state])

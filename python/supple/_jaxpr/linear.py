@@ -42,7 +42,9 @@ def dot_general(tape: Tape, a: Symbolic, b: Symbolic, numbers: Any) -> Symbolic:
 def _matrices(tape: Tape, array: Symbolic, what: str) -> list[Ids]:
     rows, columns = array.shape[-2:]
     if max(rows, columns) > LARGEST:
-        raise Untranslatable(f"`{tape.name}` needs {what} of {rows} x {columns}; up to {LARGEST} x {LARGEST} are written")
+        raise Untranslatable(
+            f"`{tape.name}` needs {what} of {rows} x {columns}; up to {LARGEST} x {LARGEST} are written"
+        )
     return list(array.ids.reshape((-1, rows, columns)))
 
 

@@ -126,7 +126,8 @@ def entries(tape: Tape, name: str, arrays: list[Symbolic], parameters: dict[str,
     if name == "reduce_precision" and (parameters["exponent_bits"], parameters["mantissa_bits"]) != (11, 52):
         raise Untranslatable(f"`{tape.name}` rounds numbers (`reduce_precision`)")
     if name in NUMBERS and (kind == "f" or kind == "i" and name in EXACT):
-        _ = name == "stop_gradient" and tape.own_rules.add("stop_gradient")
+        if name == "stop_gradient":
+            tape.own_rules.add(name)
         return elementwise(partial(NUMBERS[name], tape), kind, *arrays)
     return None
 

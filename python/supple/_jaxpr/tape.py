@@ -58,10 +58,15 @@ class Tape:
     inputs. Equal expressions are one value, and what constants decide is folded.
     """
 
-    def __init__(self, states: int, controls: int, parameters: int, name: str) -> None:
-        """An empty tape with so many inputs; `name` is the function that it is of, for messages."""
-        self.sizes = (states, controls, parameters)
-        self.inputs = states + controls + parameters + 1
+    def __init__(self, sizes: tuple[int, int, int], name: str) -> None:
+        """An empty tape.
+
+        Args:
+            sizes: how many states, controls and parameters there are.
+            name: the function that it is of, for messages.
+        """
+        self.sizes = sizes
+        self.inputs = sum(sizes) + 1
         self.name = name
         #: Which rules make derivatives of JAX's differ from those of the arithmetic, if any.
         self.own_rules: set[str] = set()
@@ -106,7 +111,7 @@ class Tape:
         if len(numbers) == len(operands):
             return self.constant(FOLD[operation](*numbers))
         if operation == "select":
-            condition, a, b = operands
+            a, b = operands[1:]
             if a == b:
                 return a
             return None if known[0] is None else (a if known[0] > 0.0 else b)

@@ -71,7 +71,9 @@ def check_derivatives(
         off = np.abs(found - expected) > DERIVATIVE_TOLERANCE * scale[None, :, None]
     if off.any():
         listed = ", ".join(f"`{rule}`" for rule in sorted(rules))
-        raise Untranslatable(f"derivatives of `{name}` by rules of its own ({listed}), other than those of what it computes")
+        raise Untranslatable(
+            f"derivatives of `{name}` by rules of its own ({listed}), other than those of what it computes"
+        )
 
 
 def jacobians(tape: dict[str, Any], at: Numbers) -> Numbers:
