@@ -112,6 +112,14 @@ impl Task {
         check("the initial covariance", self.noise.initial.order(), size.states)?;
         check("the process covariance", self.noise.process.order(), size.states)?;
         check("the measurement covariance", self.noise.measurement.order(), size.measurements)?;
+        let counts = [
+            ("the list of initial covariances", &self.noise.initial, 1),
+            ("the list of process covariances", &self.noise.process, self.steps),
+            ("the list of measurement covariances", &self.noise.measurement, self.steps + 1),
+        ];
+        for (what, covariance, expected) in counts {
+            check(what, covariance.count().unwrap_or(expected), expected)?;
+        }
         if let Some(bounds) = &self.control_bounds {
             check("the bounds of the controls", bounds.lower().len(), size.controls)?;
         }
