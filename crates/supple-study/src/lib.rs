@@ -8,6 +8,7 @@ pub mod evaluate;
 mod folder;
 mod lenient;
 pub mod pareto;
+mod picture;
 pub mod robustness;
 pub mod study;
 pub mod sweep;
@@ -19,6 +20,7 @@ mod write;
 
 pub use error::StudyError;
 pub use folder::{Folder, Made, RESULT, StudyResult};
+pub use picture::picture;
 pub use table::{Cell, Column, Table};
 pub use task::{About, AboutTask, LoadedTask, Source};
 pub use watch::{Progress, Silent, Watch};

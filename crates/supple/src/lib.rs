@@ -41,4 +41,4 @@ pub use problem::{Problem, Task};
 pub use stability::{Stability, stability};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};
 pub use trajectory::Trajectory;
-pub use value::Value;
+pub use value::{Value, is_name, with_names};

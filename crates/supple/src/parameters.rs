@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Value};
+use crate::{Error, Value, is_name};
 use supple_files::quoted;
 
 /// A named number that tasks and designs may change.
@@ -20,6 +20,34 @@ pub struct Parameter {
     pub unit: String,
     /// Who may change it.
     pub role: Role,
+}
+
+impl Parameter {
+    /// What is wrong with its name or numbers: the key, and what is valid.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let Self { name, initial, bounds: [lower, upper], scale, .. } = self;
+        if !is_name(name) {
+            let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
+            return Err(("name", message));
+        }
+        if !(lower.is_finite() && upper.is_finite()) {
+            return Err(("bounds", "must be two finite numbers".to_owned()));
+        }
+        if lower >= upper {
+            let message = format!("are the wrong way round: [{lower}, {upper}]; the lower one comes first");
+            return Err(("bounds", message));
+        }
+        if *scale == Scale::Log && *lower <= 0.0 {
+            return Err(("bounds", format!("must be above 0 with scale = \"log\"; the lower one is {lower}")));
+        }
+        if !(lower..=upper).contains(&initial) {
+            return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
+        }
+        Ok(())
+    }
 }
 
 /// How the design search moves a parameter.

@@ -73,7 +73,7 @@ thread_local! {
 /// Reads something whose [`Value`]s may name the `declared` parameters; returns it with which of them it named.
 ///
 /// Serde has no other way to hand a context to nested fields; errors keep the place of the value.
-pub(crate) fn with_names<T>(declared: &[String], read: impl FnOnce() -> T) -> (T, Vec<bool>) {
+pub fn with_names<T>(declared: &[String], read: impl FnOnce() -> T) -> (T, Vec<bool>) {
     let fresh = Names { declared: declared.to_vec(), used: vec![false; declared.len()] };
     let outer = NAMES.replace(fresh);
     let result = read();
@@ -131,7 +131,7 @@ fn undeclared(name: &str, declared: &[String]) -> String {
 }
 
 /// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
-pub(crate) fn is_name(name: &str) -> bool {
+pub fn is_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
 }
 

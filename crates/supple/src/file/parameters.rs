@@ -5,7 +5,6 @@ use supple_files::FileError;
 
 use super::document::{Document, Place};
 use crate::parameters::{Parameter, Parameters, Role, Scale};
-use crate::value::is_name;
 
 /// A parameter, by its name: `[parameters.NAME]`.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -42,27 +41,11 @@ pub(super) fn read(document: &Document) -> Result<Parameters, FileError> {
 
 fn read_one(document: &Document, name: &str) -> Result<Parameter, FileError> {
     let at = ["parameters".into(), Place::Key(name)];
-    let key = |key: &'static str| ["parameters".into(), Place::Key(name), key.into()];
-    if !is_name(name) {
-        let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
-        return Err(document.error_at_key(&at, message));
-    }
     let ParameterFile { initial, bounds, scale, unit, role } = document.read(&at)?;
-    let [lower, upper] = bounds;
-    if !(lower.is_finite() && upper.is_finite()) {
-        return Err(document.error(&key("bounds"), "must be two finite numbers"));
+    let parameter = Parameter { name: name.to_owned(), initial, bounds, scale, unit, role };
+    match parameter.check() {
+        Ok(()) => Ok(parameter),
+        Err(("name", message)) => Err(document.error_at_key(&at, message)),
+        Err((key, message)) => Err(document.error(&["parameters".into(), Place::Key(name), key.into()], message)),
     }
-    if lower >= upper {
-        let message = format!("are the wrong way round: [{lower}, {upper}]; the lower one comes first");
-        return Err(document.error(&key("bounds"), message));
-    }
-    if scale == Scale::Log && lower <= 0.0 {
-        let message = format!("must be above 0 with scale = \"log\"; the lower one is {lower}");
-        return Err(document.error(&key("bounds"), message));
-    }
-    if !(lower..=upper).contains(&initial) {
-        let message = format!("{initial} is outside the bounds [{lower}, {upper}]");
-        return Err(document.error(&key("initial"), message));
-    }
-    Ok(Parameter { name: name.to_owned(), initial, bounds, scale, unit, role })
 }

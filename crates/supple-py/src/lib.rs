@@ -1,0 +1,29 @@
+//! The native part of the Python package `supple`: tasks and results for `python/supple`, which gives them their shape.
+//!
+//! Everything here is private to the package; its functions take and give plain objects.
+
+mod arrays;
+mod errors;
+mod options;
+mod own;
+mod result;
+mod task;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// The module `supple._supple`.
+#[pymodule]
+mod _supple {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::result::Kept;
+    #[pymodule_export]
+    use crate::task::NativeTask;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,82 @@
+//! What is asked for, from plain Python objects.
+
+use pyo3::prelude::*;
+use supple::parameters::Scale;
+use supple_study::LoadedTask;
+use supple_study::robustness::DesignChoice;
+use supple_study::sweep::Axis;
+
+use crate::errors;
+
+/// The values of an axis, or a text such as `log:50:600:100`.
+#[derive(FromPyObject)]
+pub enum AxisValues {
+    Text(String),
+    Values(Vec<f64>),
+}
+
+impl AxisValues {
+    /// The axis of a parameter.
+    ///
+    /// # Errors
+    /// Where the parameter is unknown, the text is none of the forms, or a value is out of bounds.
+    pub fn axis(self, py: Python<'_>, name: &str, task: &LoadedTask, spread: Scale) -> PyResult<Axis> {
+        match self {
+            Self::Text(text) => {
+                let text = format!("{name}={text}");
+                Axis::parse_as(&text, task, spread).map_err(|error| errors::of_study(py, &error))
+            }
+            Self::Values(values) => {
+                let parameters = &task.problem.parameters;
+                let index = parameters.index(name).map_err(|error| errors::of_compute(py, &error))?;
+                let unit = parameters.get(index).unit.clone();
+                Ok(Axis { parameter: name.to_owned(), unit, scale: spread_of(&values), values })
+            }
+        }
+    }
+}
+
+/// How values are spread: by ratios where all of these are equal and the differences are not.
+fn spread_of(values: &[f64]) -> Scale {
+    let same = |pairs: Vec<f64>| pairs.windows(2).all(|two| (two[0] - two[1]).abs() <= 1e-9 * two[0].abs());
+    let pairs = || values.windows(2);
+    let by_ratios = values.len() > 2
+        && values.iter().all(|&value| value > 0.0)
+        && same(pairs().map(|pair| pair[1] / pair[0]).collect())
+        && !same(pairs().map(|pair| pair[1] - pair[0]).collect());
+    if by_ratios { Scale::Log } else { Scale::Linear }
+}
+
+/// A design of a study of robustness: a name of its own with values, or one that stands for itself.
+#[derive(FromPyObject)]
+pub enum Designed {
+    Named(String, Vec<(String, f64)>),
+    Standing(String),
+}
+
+impl Designed {
+    /// The design, of which the values may be anything yet.
+    ///
+    /// # Errors
+    /// Where a name stands for no design.
+    pub fn choice(self, py: Python<'_>, task: &LoadedTask) -> PyResult<DesignChoice> {
+        match self {
+            Self::Standing(name) => match &*name {
+                "start" => Ok(DesignChoice::Start),
+                "optimum" => Ok(DesignChoice::Optimum),
+                _ => {
+                    let message = format!("`{name}` is no design: there is `start`, `optimum`, and designs with values");
+                    Err(errors::usage(py, &message))
+                }
+            },
+            Self::Named(name, values) => {
+                let mut phi = task.phi.clone();
+                for (parameter, value) in &values {
+                    let set = task.problem.parameters.set(&mut phi, parameter, *value);
+                    set.map_err(|error| errors::of_compute(py, &error))?;
+                }
+                Ok(DesignChoice::Named(name, values))
+            }
+        }
+    }
+}

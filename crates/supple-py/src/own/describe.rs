@@ -1,0 +1,141 @@
+//! All of a task that is plain data.
+
+
+use serde::Deserialize;
+use supple::design::DesignSettings;
+use supple::noise::{Covariance, NoiseModel};
+use supple::parameters::{Parameter, Parameters};
+use supple::plan::{ControlBounds, PlanSettings};
+use supple::system::System;
+use supple::{Problem, Task, Value};
+
+/// A problem but for its systems.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Described {
+    title: String,
+    parameters: Vec<Parameter>,
+    tasks: Vec<DescribedTask>,
+    planning: PlanSettings,
+    design: DesignSettings,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DescribedTask {
+    name: String,
+    steps: usize,
+    time_step: Value,
+    bound: Option<Value>,
+    information_weight: f64,
+    initial_state: Vec<Value>,
+    /// One row for all steps, or one per step.
+    initial_control: Vec<Vec<Value>>,
+    /// Least and greatest value of each control; none for infinite ones.
+    control_bounds: Option<[Vec<Option<f64>>; 2]>,
+    initial: DescribedCovariance,
+    process: DescribedCovariance,
+    measurement: DescribedCovariance,
+}
+
+/// A list of variances, or all entries.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum DescribedCovariance {
+    Diagonal(Vec<Value>),
+    Full(Vec<Vec<Value>>),
+}
+
+/// Names of the parameters of a description, by which its other numbers may be told.
+///
+/// # Errors
+/// Where it is no description.
+pub fn parameter_names(plain: &str) -> Result<Vec<String>, serde_json::Error> {
+    #[derive(Deserialize)]
+    struct Names {
+        parameters: Vec<Name>,
+    }
+    #[derive(Deserialize)]
+    struct Name {
+        name: String,
+    }
+    let Names { parameters } = serde_json::from_str(plain)?;
+    Ok(parameters.into_iter().map(|parameter| parameter.name).collect())
+}
+
+impl Described {
+    /// How many steps each task lasts.
+    pub fn steps(&self) -> Vec<usize> {
+        self.tasks.iter().map(|task| task.steps).collect()
+    }
+
+    /// The problem with these systems, one for each task.
+    ///
+    /// # Errors
+    /// What is wrong with the numbers, and what is valid.
+    pub fn problem(self, systems: Vec<Box<dyn System>>) -> Result<Problem, String> {
+        let Self { title, parameters, tasks, planning, design } = self;
+        for parameter in &parameters {
+            parameter.check().map_err(|(key, message)| match key {
+                "name" => message,
+                key => format!("parameter `{}`: {key} {message}", parameter.name),
+            })?;
+        }
+        planning.check().map_err(|(key, message)| format!("planning: {key}: {message}"))?;
+        design.check().map_err(|(key, message)| format!("design: {key}: {message}"))?;
+        let parameters = Parameters::new(parameters);
+        let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters));
+        let tasks = tasks.collect::<Result<_, _>>()?;
+        Ok(Problem { title, parameters, tasks, planning, design, files: Vec::new(), warnings: Vec::new() })
+    }
+}
+
+impl DescribedTask {
+    fn build(self, system: Box<dyn System>, parameters: &Parameters) -> Result<Task, String> {
+        let at = |what: &str| format!("task `{}`: {what}", self.name);
+        if self.steps == 0 {
+            return Err(at("steps must be at least 1; found 0"));
+        }
+        if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
+            return Err(at(&format!("information_weight must be at least 0; found {}", self.information_weight)));
+        }
+        if let Some(least) = parameters.least(self.time_step).filter(|&least| least <= 0.0) {
+            return Err(at(&format!("time_step must be above 0; it can be {least}")));
+        }
+        let bounds = self.control_bounds.map(|[lower, upper]| {
+            let or = |bound: Option<f64>, infinite: f64| bound.unwrap_or(infinite);
+            let pairs = lower.into_iter().zip(upper);
+            pairs.map(|(lower, upper)| (or(lower, f64::NEG_INFINITY), or(upper, f64::INFINITY))).collect::<Vec<_>>()
+        });
+        if let Some((lower, upper)) = bounds.iter().flatten().find(|(lower, upper)| lower > upper) {
+            return Err(at(&format!("control_bounds are the wrong way round: [{lower}, {upper}]")));
+        }
+        let task = Task {
+            name: self.name.clone(),
+            steps: self.steps,
+            time_step: self.time_step,
+            bound: self.bound,
+            information_weight: self.information_weight,
+            initial_state: self.initial_state,
+            initial_control: self.initial_control,
+            control_bounds: bounds.map(|bounds| ControlBounds::new(&bounds)),
+            noise: NoiseModel {
+                initial: self.initial.into(),
+                process: self.process.into(),
+                measurement: self.measurement.into(),
+            },
+            system: system,
+        };
+        task.check_shapes().map_err(|error| error.to_string())?;
+        Ok(task)
+    }
+}
+
+impl From<DescribedCovariance> for Covariance {
+    fn from(described: DescribedCovariance) -> Self {
+        match described {
+            DescribedCovariance::Diagonal(entries) => Self::Diagonal(entries),
+            DescribedCovariance::Full(rows) => Self::Full(rows),
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Tasks that are not read from a file: what Python describes, as a problem.
+//!
+//! A description is a dict. All but the systems is plain data and read by serde from JSON (`own/describe.rs`); each task
+//! has a system under the key `system`, a dict whose `kind` says which of the files here makes it.
+
+mod describe;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use supple::Problem;
+use supple::system::System;
+
+use crate::errors;
+
+/// The first exception that a function of the user's raised, until somebody takes it.
+#[derive(Clone, Default)]
+pub struct Failures(Arc<Mutex<Option<PyErr>>>);
+
+impl Failures {
+    /// Keeps an exception, unless there is one already.
+    pub fn keep(&self, error: PyErr) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    /// Whether there is one.
+    pub fn any(&self) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    /// Takes it away.
+    pub fn take(&self) -> Option<PyErr> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// What a system may need to know of the problem that it belongs to.
+pub struct Context<'a> {
+    /// Names of all parameters.
+    pub parameters: &'a [String],
+    /// How many steps its task lasts.
+    pub steps: usize,
+    /// Where exceptions of callbacks go.
+    pub failures: &'a Failures,
+}
+
+/// The problem of a description.
+///
+/// # Errors
+/// Where something in it is missing, of the wrong shape or not valid.
+pub fn problem(description: &Bound<'_, PyDict>, failures: &Failures) -> PyResult<Problem> {
+    let py = description.py();
+    let wrong = |message: String| errors::usage(py, &message);
+    let plain: String = field(description, "plain")?.extract()?;
+    let described: describe::Described =
+        serde_json::from_str(&plain).map_err(|error| wrong(format!("the description of the task: {error}")))?;
+    let names = described.parameter_names();
+    let systems = field(description, "systems")?.cast_into::<PyList>()?;
+    let mut made = Vec::new();
+    for (entry, steps) in systems.iter().zip(described.steps()) {
+        let context = Context { parameters: &names, steps, failures };
+        made.push(system(&entry.cast_into::<PyDict>()?, &context)?);
+    }
+    described.problem(made).map_err(wrong)
+}
+
+/// An entry that has to be there.
+pub fn field<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+    let missing = || errors::usage(dict.py(), &format!("the description of the task has no `{key}`"));
+    dict.get_item(key)?.ok_or_else(missing)
+}
+
+/// The system of a description, by its kind.
+fn system(description: &Bound<'_, PyDict>, _context: &Context<'_>) -> PyResult<Box<dyn System>> {
+    let kind: String = field(description, "kind")?.extract()?;
+    match &*kind {
+        _ => Err(errors::usage(description.py(), &format!("no kind of system `{kind}`"))),
+    }
+}

@@ -1,0 +1,162 @@
+//! Results with all that made them: kept, read again, drawn and shown.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyList};
+use serde::Serialize;
+use supple_figures::{Format, Kind, Width, draw, render};
+use supple_study::{Cell, Folder, Made, StudyResult, Table};
+
+use crate::arrays::to_python;
+use crate::errors;
+use crate::watch::long;
+use crate::own::Failures;
+
+/// A result and what made it.
+#[pyclass(name = "Kept", module = "supple._supple", frozen)]
+pub struct Kept(pub Arc<Folder>);
+
+impl Kept {
+    /// A result that is in no folder yet.
+    pub fn new(made: Made, result: StudyResult) -> Self {
+        Self(Arc::new(Folder { path: PathBuf::new(), made, result }))
+    }
+}
+
+#[pymethods]
+impl Kept {
+    /// Reads a folder.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let folder = py.detach(|| Folder::load(&path)).map_err(|error| errors::of_study(py, &error))?;
+        Ok(Self(Arc::new(folder)))
+    }
+
+    /// Writes a folder that the command line reads too.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let Folder { made, result, .. } = &*self.0;
+        py.detach(|| Folder::save(&path, made, result)).map_err(|error| errors::of_study(py, &error))
+    }
+
+    /// `design`, `evaluate`, `sweep`...
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.0.result {
+            StudyResult::Design(_) => "design",
+            StudyResult::Evaluate(_) => "evaluate",
+            StudyResult::Sweep(_) => "sweep",
+            StudyResult::Robustness(_) => "robustness",
+            StudyResult::Pareto(_) => "pareto",
+            StudyResult::Trace(_) => "trace",
+            StudyResult::Study(_) => "study",
+        }
+    }
+
+    /// What made it, as a dict.
+    fn made(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        to_python(py, &self.0.made)
+    }
+
+    /// The result as dicts, lists and arrays.
+    fn data(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        match &self.0.result {
+            StudyResult::Design(result) => to_python(py, result),
+            StudyResult::Evaluate(result) => to_python(py, &result.evaluation),
+            StudyResult::Sweep(result) => to_python(py, result),
+            StudyResult::Robustness(result) => to_python(py, result),
+            StudyResult::Pareto(result) => to_python(py, result),
+            StudyResult::Trace(result) => to_python(py, result),
+            StudyResult::Study(result) => to_python(py, result),
+        }
+    }
+
+    /// The result as the command line prints it with `--json`.
+    fn json(&self, py: Python<'_>) -> PyResult<String> {
+        let text = match &self.0.result {
+            StudyResult::Design(result) => json(result),
+            StudyResult::Evaluate(result) => json(&result.evaluation),
+            StudyResult::Sweep(result) => return Ok(result.table.to_jsonl()),
+            StudyResult::Robustness(result) => json(result),
+            StudyResult::Pareto(result) => json(result),
+            StudyResult::Trace(result) => json(result),
+            StudyResult::Study(result) => json(result),
+        };
+        text.map_err(|error| errors::usage(py, &error.to_string()))
+    }
+
+    /// The columns of a sweep's table by name: arrays of numbers, NaN where there is none, or lists of texts.
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        if let StudyResult::Sweep(sweep) = &self.0.result {
+            for (index, column) in sweep.table.columns.iter().enumerate() {
+                dict.set_item(&column.name, self::column(py, &sweep.table, index)?)?;
+            }
+        }
+        Ok(dict)
+    }
+
+    /// A figure of this and other results, as the bytes of a file.
+    #[pyo3(signature = (figure, format, *, others, task, wide))]
+    fn plot<'py>(
+        &self,
+        py: Python<'py>,
+        (figure, format): (String, String),
+        others: Vec<Py<Self>>,
+        task: Option<String>,
+        wide: bool,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let kind = Kind::ALL.iter().copied().find(|kind| kind.name() == figure);
+        let kind = kind.ok_or_else(|| errors::usage(py, &format!("there is no figure `{figure}`")))?;
+        let formats = [Format::Svg, Format::Png, Format::Pdf];
+        let known = formats.into_iter().find(|known| known.extension() == format);
+        let format = known
+            .ok_or_else(|| errors::usage(py, &format!("there is no format `{format}`: there is svg, png and pdf")))?;
+        let folders = self.with(&others);
+        let width = if wide { Width::Page } else { Width::Column };
+        let drawn = py.detach(|| draw(kind, &folders, task.as_deref()).and_then(|drawn| render(&drawn, format, width)));
+        let bytes = drawn.map_err(|error| match error {
+            supple_figures::FigureError::Study(error) => errors::of_study(py, &error),
+            other => errors::usage(py, &other.to_string()),
+        })?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The page of this and other results, HTML.
+    fn report(&self, py: Python<'_>, others: Vec<Py<Self>>) -> PyResult<String> {
+        let folders = self.with(&others);
+        let page = long(py, None, &Failures::default(), |_| supple_report::page(&folders))?;
+        page.map_err(|error| match error {
+            supple_report::ReportError::Study(error) => errors::of_study(py, &error),
+            other => errors::usage(py, &other.to_string()),
+        })
+    }
+}
+
+impl Kept {
+    /// This one's folder and those of others.
+    fn with(&self, others: &[Py<Self>]) -> Vec<Folder> {
+        std::iter::once(&self.0).chain(others.iter().map(|other| &other.get().0)).map(|folder| (**folder).clone()).collect()
+    }
+}
+
+fn json<T: Serialize>(result: &T) -> Result<String, serde_json::Error> {
+    serde_json::to_string_pretty(result)
+}
+
+/// A column: numbers, unless there is a text in it.
+fn column<'py>(py: Python<'py>, table: &Table, index: usize) -> PyResult<Bound<'py, PyAny>> {
+    let cells = || table.rows.iter().map(|row| &row[index]);
+    if cells().any(|cell| matches!(cell, Cell::Text(_))) {
+        let text = |cell: &Cell| match cell {
+            Cell::Text(text) => Some(text.clone()),
+            Cell::Number(number) => Some(number.to_string()),
+            Cell::Missing => None,
+        };
+        return Ok(PyList::new(py, cells().map(text))?.into_any());
+    }
+    let number = |cell: &Cell| if let Cell::Number(number) = cell { *number } else { f64::NAN };
+    Ok(PyArray1::from_iter(py, cells().map(number)).into_any())
+}

@@ -1,0 +1,253 @@
+//! Tasks, and the studies that are made of them.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::ThreadPoolBuilder;
+use supple::design::{Control, DesignSettings};
+use supple::parameters::Scale;
+use supple::{EvaluateOptions, Named};
+use supple_study::evaluate::EvaluateReport;
+use supple_study::pareto::ParetoOptions;
+use supple_study::robustness::RobustnessOptions;
+use supple_study::sweep::{SweepOptions, TABLE_CSV};
+use supple_study::trace::TraceOptions;
+use supple_study::{About, LoadedTask, Made, StudyError, StudyResult, Watch, check_writable};
+
+use crate::arrays::to_python;
+use crate::errors;
+use crate::options::{AxisValues, Designed};
+use crate::own::{self, Failures};
+use crate::result::Kept;
+use crate::watch::{Search, long};
+
+/// A problem with the values of its parameters.
+#[pyclass(name = "NativeTask", module = "supple._supple", frozen)]
+pub struct NativeTask {
+    pub task: LoadedTask,
+    pub failures: Failures,
+}
+
+impl NativeTask {
+    /// Does long work on this task and makes a result of what it finds.
+    fn study(
+        &self,
+        py: Python<'_>,
+        (command, arguments, seed): (&str, Vec<String>, u64),
+        progress: Option<&Bound<'_, PyAny>>,
+        work: impl FnOnce(&LoadedTask, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
+    ) -> PyResult<Kept> {
+        let found = long(py, progress, &self.failures, |watch| work(&self.task, watch))?;
+        let result = found.map_err(|error| errors::of_study(py, &error))?;
+        let made = Made { arguments, ..Made::here(command, seed, &self.task) };
+        Ok(Kept::new(made, result))
+    }
+}
+
+#[pymethods]
+impl NativeTask {
+    /// Reads a task file.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let task = py.detach(|| LoadedTask::load(&path, &values)).map_err(|error| errors::of_study(py, &error))?;
+        Ok(Self { task, failures: Failures::default() })
+    }
+
+    /// A task that Python describes.
+    #[staticmethod]
+    fn own(description: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let failures = Failures::default();
+        let problem = own::problem(description, &failures)?;
+        let phi = problem.parameters.initial();
+        Ok(Self { task: LoadedTask { problem, phi, sources: Vec::new() }, failures })
+    }
+
+    /// The same task with other values of some parameters.
+    fn with_values(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let LoadedTask { problem, phi, sources } = &self.task;
+        let mut phi = phi.clone();
+        for (name, value) in &values {
+            problem.parameters.set(&mut phi, name, *value).map_err(|error| errors::of_compute(py, &error))?;
+        }
+        let task = LoadedTask { problem: problem.clone(), phi, sources: sources.clone() };
+        Ok(Self { task, failures: self.failures.clone() })
+    }
+
+    /// Title, parameters and tasks, as a dict.
+    fn about(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        to_python(py, &About::of(&self.task.problem))
+    }
+
+    /// Parameters by name.
+    fn values(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        to_python(py, &Named::new(&self.task.problem.parameters, &self.task.phi))
+    }
+
+    /// What of the files is ignored or most likely wrong.
+    fn warnings(&self) -> Vec<String> {
+        self.task.problem.warnings.clone()
+    }
+
+    /// Names and texts of the files that the task was read from.
+    fn sources(&self) -> Vec<(String, String)> {
+        self.task.sources.iter().map(|source| (source.path.clone(), source.text.clone())).collect()
+    }
+
+    /// The settings of the design search, as a dict.
+    fn design_settings(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        to_python(py, &self.task.problem.design)
+    }
+
+    /// Evaluates the design that the parameters are.
+    #[pyo3(signature = (made, *, total, frozen, rollouts, branches, seed, trajectories))]
+    fn evaluate(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        (total, frozen): (bool, bool),
+        rollouts: usize,
+        branches: usize,
+        seed: u64,
+        trajectories: bool,
+    ) -> PyResult<Kept> {
+        let wanted = EvaluateOptions {
+            total_gradient: total,
+            frozen_gradient: frozen,
+            rollouts,
+            seed,
+            branches,
+            trajectories,
+            ..Default::default()
+        };
+        self.study(py, ("evaluate", made, seed), None, |task, _| {
+            let evaluation = task.problem.evaluate(&task.phi, &wanted)?;
+            Ok(StudyResult::Evaluate(Box::new(EvaluateReport { evaluation })))
+        })
+    }
+
+    /// Searches for a design; `settings` are the task's, changed, as JSON.
+    fn design(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        settings: &str,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let settings = design_settings(py, settings)?;
+        self.study(py, ("design", made, settings.seed), progress, |task, watch| {
+            let search = Search::new(watch.progress);
+            let control = Control { observer: &search, stop: watch.stop };
+            Ok(StudyResult::Design(Box::new(supple_study::design::run(task, &settings, control)?)))
+        })
+    }
+
+    /// Evaluates every design of a grid.
+    #[pyo3(signature = (made, grid, *, rollouts, starts, seed, jobs, out, progress))]
+    fn sweep(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        grid: Vec<(String, AxisValues)>,
+        (rollouts, starts, seed): (usize, usize, u64),
+        jobs: Option<usize>,
+        out: Option<PathBuf>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let options = self.sweep_options(py, grid, (rollouts, starts, seed))?;
+        if let Some(folder) = &out {
+            check_writable(folder, TABLE_CSV).map_err(|error| errors::of_study(py, &error))?;
+        }
+        self.study(py, ("sweep", made, seed), progress, |task, watch| {
+            let sweep = || supple_study::sweep::run(task, &options, out.as_deref(), watch);
+            let sweep = match jobs {
+                None => sweep()?,
+                Some(jobs) => {
+                    let pool = ThreadPoolBuilder::new().num_threads(jobs).build();
+                    pool.map_err(|error| StudyError::usage(format!("jobs = {jobs}: {error}")))?.install(sweep)?
+                }
+            };
+            if sweep.complete { Ok(StudyResult::Sweep(Box::new(sweep))) } else { Err(StudyError::Stopped) }
+        })
+    }
+
+    /// Costs in closed loop as a noise grows.
+    #[pyo3(signature = (made, designs, vary, *, rollouts, seed, progress))]
+    fn robustness(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        designs: Vec<Designed>,
+        (name, values): (String, AxisValues),
+        (rollouts, seed): (usize, u64),
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let parameter = self.task.problem.parameters.iter().find(|parameter| parameter.name == name);
+        let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
+        let vary = values.axis(py, &name, &self.task, spread)?;
+        let designs = designs.into_iter().map(|design| design.choice(py, &self.task)).collect::<PyResult<_>>()?;
+        let options = RobustnessOptions { designs, vary, rollouts, seed };
+        self.study(py, ("robustness", made, seed), progress, |task, watch| {
+            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, watch)?)))
+        })
+    }
+
+    /// The front of information against cost.
+    #[pyo3(signature = (made, *, points, starts, seed, progress))]
+    fn pareto(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        (points, starts, seed): (usize, usize, u64),
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let options = ParetoOptions { points, starts, seed };
+        self.study(py, ("pareto", made, seed), progress, |task, watch| {
+            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, watch)?)))
+        })
+    }
+
+    /// The paths of searches; `options` as JSON.
+    fn trace(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        options: &str,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let options: TraceOptions = from_json(py, options)?;
+        self.study(py, ("trace", made, options.seed), progress, |task, watch| {
+            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, watch)?)))
+        })
+    }
+}
+
+impl NativeTask {
+    /// What a sweep is asked to do.
+    ///
+    /// # Errors
+    /// Where an axis is wrong.
+    pub fn sweep_options(
+        &self,
+        py: Python<'_>,
+        grid: Vec<(String, AxisValues)>,
+        (rollouts, starts, seed): (usize, usize, u64),
+    ) -> PyResult<SweepOptions> {
+        let axis = |(name, values): (String, AxisValues)| values.axis(py, &name, &self.task, Scale::Linear);
+        let axes = grid.into_iter().map(axis).collect::<PyResult<_>>()?;
+        Ok(SweepOptions { axes, rollouts, starts, seed })
+    }
+}
+
+/// Settings of a design search, checked.
+pub fn design_settings(py: Python<'_>, json: &str) -> PyResult<DesignSettings> {
+    let settings: DesignSettings = from_json(py, json)?;
+    match settings.check() {
+        Ok(()) => Ok(settings),
+        Err((key, message)) => Err(errors::usage(py, &format!("{key}: {message}"))),
+    }
+}
+
+fn from_json<T: serde::de::DeserializeOwned>(py: Python<'_>, json: &str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(|error| errors::usage(py, &error.to_string()))
+}

@@ -1,0 +1,179 @@
+//! Long work: away from the interpreter, watched and stopped from it.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use supple::design::{Event, Observer};
+use supple_study::{Progress, Watch};
+
+use crate::own::Failures;
+
+/// How often progress is shown and signals are looked for.
+const WAKE: Duration = Duration::from_millis(50);
+
+/// Does long work on a thread of its own while this one shows progress and listens for Ctrl-C; without the interpreter's
+/// lock but for moments.
+///
+/// `progress` has the methods `begin(what, done, total)`, `advance(parts)` and `say(message)`.
+///
+/// # Errors
+/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions.
+pub fn long<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    failures: &Failures,
+    work: impl FnOnce(Watch<'_>) -> T + Send,
+) -> PyResult<T> {
+    let relay = Relay::default();
+    let stop = AtomicBool::new(false);
+    let (outcome, raised) = std::thread::scope(|scope| {
+        let worker = scope.spawn(|| {
+            // Told even where the work panics.
+            let _end = End(&relay);
+            work(Watch { progress: &relay, stop: &stop })
+        });
+        let mut raised = None;
+        loop {
+            let ended = py.detach(|| relay.wait());
+            let seen = relay.deliver(progress).and_then(|()| py.check_signals());
+            if let Err(error) = seen {
+                raised.get_or_insert(error);
+            }
+            if raised.is_some() || failures.any() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            if ended {
+                break;
+            }
+        }
+        (py.detach(|| worker.join()), raised)
+    });
+    if let Some(error) = failures.take() {
+        return Err(error);
+    }
+    if let Some(error) = raised {
+        return Err(error);
+    }
+    Ok(outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+}
+
+/// What is to be told of long work.
+enum Told {
+    Begin(String, u64, u64),
+    Say(String),
+}
+
+/// Carries progress from the threads that work to the one that may call Python.
+#[derive(Default)]
+struct Relay {
+    told: Mutex<(VecDeque<Told>, bool)>,
+    ended: Condvar,
+    advanced: AtomicU64,
+}
+
+impl Relay {
+    fn lock(&self) -> MutexGuard<'_, (VecDeque<Told>, bool)> {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits a moment; true where the work has ended.
+    fn wait(&self) -> bool {
+        let guard = self.lock();
+        if guard.1 {
+            return true;
+        }
+        let (guard, _) = self.ended.wait_timeout(guard, WAKE).unwrap_or_else(PoisonError::into_inner);
+        guard.1
+    }
+
+    fn deliver(&self, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let told = std::mem::take(&mut self.lock().0);
+        let advanced = self.advanced.swap(0, Ordering::Relaxed);
+        let Some(progress) = progress else { return Ok(()) };
+        for told in told {
+            match told {
+                Told::Begin(what, done, total) => progress.call_method1("begin", (what, done, total))?,
+                Told::Say(message) => progress.call_method1("say", (message,))?,
+            };
+        }
+        if advanced > 0 {
+            progress.call_method1("advance", (advanced,))?;
+        }
+        Ok(())
+    }
+}
+
+impl Progress for Relay {
+    fn begin(&self, what: &str, done: u64, total: u64) {
+        self.lock().0.push_back(Told::Begin(what.to_owned(), done, total));
+    }
+
+    fn advance(&self, parts: u64) {
+        self.advanced.fetch_add(parts, Ordering::Relaxed);
+    }
+
+    fn say(&self, message: &str) {
+        let mut guard = self.lock();
+        if matches!(guard.0.back(), Some(Told::Say(_))) {
+            guard.0.pop_back();
+        }
+        guard.0.push_back(Told::Say(message.to_owned()));
+    }
+}
+
+struct End<'a>(&'a Relay);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.lock().1 = true;
+        self.0.ended.notify_all();
+    }
+}
+
+/// A design search's events as progress.
+pub struct Search<'a> {
+    progress: &'a dyn Progress,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    begun: bool,
+    evaluations: usize,
+    best: Option<f64>,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(progress: &'a dyn Progress) -> Self {
+        Self { progress, state: Mutex::default() }
+    }
+}
+
+impl Observer for Search<'_> {
+    fn observe(&self, event: Event<'_>) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        match event {
+            Event::StartBegan { of, .. } => {
+                if !std::mem::replace(&mut state.begun, true) {
+                    self.progress.begin("starts", 0, of as u64);
+                }
+            }
+            Event::StartEnded { .. } => self.progress.advance(1),
+            Event::Evaluated { information, violation, .. } => {
+                state.evaluations += 1;
+                if violation <= supple::FEASIBILITY && state.best.is_none_or(|best| information < best) {
+                    state.best = Some(information);
+                }
+                let best = match state.best {
+                    Some(nats) => format!("{:.2} bits", nats / std::f64::consts::LN_2),
+                    None => "none feasible yet".to_owned(),
+                };
+                self.progress.say(&format!("{} designs, best {best}", state.evaluations));
+            }
+            Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
+        }
+    }
+}
