@@ -222,7 +222,8 @@ impl Sequence<'_> {
         let numbers = std::mem::take(&mut self.numbers);
         for i in 0..count {
             let own = &numbers[i * size..(i + 1) * size];
-            let entry = if shape.is_empty() { Built::Number(own[0]) } else { Built::Numbers(own.to_vec(), shape.clone()) };
+            let entry =
+                if shape.is_empty() { Built::Number(own[0]) } else { Built::Numbers(own.to_vec(), shape.clone()) };
             self.built.push(entry.finish(self.py)?);
         }
         Ok(())

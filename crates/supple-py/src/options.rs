@@ -65,7 +65,8 @@ impl Designed {
                 "start" => Ok(DesignChoice::Start),
                 "optimum" => Ok(DesignChoice::Optimum),
                 _ => {
-                    let message = format!("`{name}` is no design: there is `start`, `optimum`, and designs with values");
+                    let message =
+                        format!("`{name}` is no design: there is `start`, `optimum`, and designs with values");
                     Err(errors::usage(py, &message))
                 }
             },

@@ -12,8 +12,8 @@ use supple_study::{Cell, Folder, Made, StudyResult, Table};
 
 use crate::arrays::to_python;
 use crate::errors;
-use crate::watch::long;
 use crate::own::Failures;
+use crate::watch::long;
 
 /// A result and what made it.
 #[pyclass(name = "Kept", module = "supple._supple", frozen)]
@@ -138,7 +138,10 @@ impl Kept {
 impl Kept {
     /// This one's folder and those of others.
     fn with(&self, others: &[Py<Self>]) -> Vec<Folder> {
-        std::iter::once(&self.0).chain(others.iter().map(|other| &other.get().0)).map(|folder| (**folder).clone()).collect()
+        std::iter::once(&self.0)
+            .chain(others.iter().map(|other| &other.get().0))
+            .map(|folder| (**folder).clone())
+            .collect()
     }
 }
 

@@ -108,6 +108,7 @@ impl Task {
             let what = format!("{what} of task `{}`", self.name);
             if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
         };
+        check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;
         check("the initial covariance", self.noise.initial.order(), size.states)?;
         check("the process covariance", self.noise.process.order(), size.states)?;

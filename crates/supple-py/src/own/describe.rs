@@ -1,6 +1,5 @@
 //! All of a task that is plain data.
 
-
 use serde::Deserialize;
 use supple::design::DesignSettings;
 use supple::noise::{Covariance, NoiseModel};
