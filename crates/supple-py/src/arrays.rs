@@ -4,6 +4,7 @@
 //! an axis more. Memory of a list of numbers is handed over, not copied.
 
 use numpy::{PyArray1, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyNone};
@@ -68,12 +69,8 @@ impl ser::Error for Failure {
 struct Builder<'py>(Python<'py>);
 
 impl Builder<'_> {
-    fn object<'py, T: IntoPyObject<'py>>(py: Python<'py>, value: T) -> Result<Built, Failure>
-    where
-        PyErr: From<T::Error>,
-    {
-        let object = value.into_pyobject(py).map_err(|error| Failure(error.into()))?;
-        Ok(Built::Object(object.into_any().into_py_any(py)?))
+    fn object<'py, T: IntoPyObjectExt<'py>>(py: Python<'py>, value: T) -> Result<Built, Failure> {
+        Ok(Built::Object(value.into_py_any(py)?))
     }
 }
 

@@ -34,7 +34,7 @@ pub fn of_study(py: Python<'_>, error: &StudyError) -> PyErr {
 pub fn of_file(py: Python<'_>, error: &FileError) -> PyErr {
     let details = PyDict::new(py);
     let FileError { file, line, column, key, help, .. } = error;
-    let mut set = || -> PyResult<()> {
+    let set = || -> PyResult<()> {
         details.set_item("file", file)?;
         details.set_item("line", line)?;
         details.set_item("column", column)?;

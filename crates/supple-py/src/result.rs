@@ -103,7 +103,8 @@ impl Kept {
     fn plot<'py>(
         &self,
         py: Python<'py>,
-        (figure, format): (String, String),
+        figure: &str,
+        format: &str,
         others: Vec<Py<Self>>,
         task: Option<String>,
         wide: bool,

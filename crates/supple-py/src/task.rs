@@ -100,20 +100,20 @@ impl NativeTask {
     }
 
     /// Evaluates the design that the parameters are.
-    #[pyo3(signature = (made, *, total, frozen, rollouts, branches, seed, trajectories))]
+    #[pyo3(signature = (made, *, gradients, rollouts, branches, seed, trajectories))]
     fn evaluate(
         &self,
         py: Python<'_>,
         made: Vec<String>,
-        (total, frozen): (bool, bool),
+        gradients: (bool, bool),
         rollouts: usize,
         branches: usize,
         seed: u64,
         trajectories: bool,
     ) -> PyResult<Kept> {
         let wanted = EvaluateOptions {
-            total_gradient: total,
-            frozen_gradient: frozen,
+            total_gradient: gradients.0,
+            frozen_gradient: gradients.1,
             rollouts,
             seed,
             branches,
@@ -143,22 +143,22 @@ impl NativeTask {
     }
 
     /// Evaluates every design of a grid.
-    #[pyo3(signature = (made, grid, *, rollouts, starts, seed, jobs, out, progress))]
+    #[pyo3(signature = (made, grid, *, sizes, jobs, out, progress))]
     fn sweep(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         grid: Vec<(String, AxisValues)>,
-        (rollouts, starts, seed): (usize, usize, u64),
+        sizes: (usize, usize, u64),
         jobs: Option<usize>,
         out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let options = self.sweep_options(py, grid, (rollouts, starts, seed))?;
+        let options = self.sweep_options(py, grid, sizes)?;
         if let Some(folder) = &out {
             check_writable(folder, TABLE_CSV).map_err(|error| errors::of_study(py, &error))?;
         }
-        self.study(py, ("sweep", made, seed), progress, |task, watch| {
+        self.study(py, ("sweep", made, sizes.2), progress, |task, watch| {
             let sweep = || supple_study::sweep::run(task, &options, out.as_deref(), watch);
             let sweep = match jobs {
                 None => sweep()?,
@@ -172,16 +172,17 @@ impl NativeTask {
     }
 
     /// Costs in closed loop as a noise grows.
-    #[pyo3(signature = (made, designs, vary, *, rollouts, seed, progress))]
+    #[pyo3(signature = (made, designs, vary, *, sizes, progress))]
     fn robustness(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         designs: Vec<Designed>,
-        (name, values): (String, AxisValues),
-        (rollouts, seed): (usize, u64),
+        vary: (String, AxisValues),
+        sizes: (usize, u64),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
+        let ((name, values), (rollouts, seed)) = (vary, sizes);
         let parameter = self.task.problem.parameters.iter().find(|parameter| parameter.name == name);
         let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
         let vary = values.axis(py, &name, &self.task, spread)?;
@@ -193,14 +194,15 @@ impl NativeTask {
     }
 
     /// The front of information against cost.
-    #[pyo3(signature = (made, *, points, starts, seed, progress))]
+    #[pyo3(signature = (made, *, sizes, progress))]
     fn pareto(
         &self,
         py: Python<'_>,
         made: Vec<String>,
-        (points, starts, seed): (usize, usize, u64),
+        sizes: (usize, usize, u64),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
+        let (points, starts, seed) = sizes;
         let options = ParetoOptions { points, starts, seed };
         self.study(py, ("pareto", made, seed), progress, |task, watch| {
             Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, watch)?)))

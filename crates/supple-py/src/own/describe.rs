@@ -1,5 +1,7 @@
 //! All of a task that is plain data.
 
+use std::sync::Arc;
+
 use serde::Deserialize;
 use supple::design::DesignSettings;
 use supple::noise::{Covariance, NoiseModel};
@@ -72,7 +74,7 @@ impl Described {
     ///
     /// # Errors
     /// What is wrong with the numbers, and what is valid.
-    pub fn problem(self, systems: Vec<Box<dyn System>>) -> Result<Problem, String> {
+    pub fn problem(self, systems: Vec<Arc<dyn System>>) -> Result<Problem, String> {
         let Self { title, parameters, tasks, planning, design } = self;
         for parameter in &parameters {
             parameter.check().map_err(|(key, message)| match key {
@@ -90,7 +92,7 @@ impl Described {
 }
 
 impl DescribedTask {
-    fn build(self, system: Box<dyn System>, parameters: &Parameters) -> Result<Task, String> {
+    fn build(self, system: Arc<dyn System>, parameters: &Parameters) -> Result<Task, String> {
         let at = |what: &str| format!("task `{}`: {what}", self.name);
         if self.steps == 0 {
             return Err(at("steps must be at least 1; found 0"));

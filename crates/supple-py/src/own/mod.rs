@@ -53,9 +53,10 @@ pub fn problem(description: &Bound<'_, PyDict>, failures: &Failures) -> PyResult
     let py = description.py();
     let wrong = |message: String| errors::usage(py, &message);
     let plain: String = field(description, "plain")?.extract()?;
-    let described: describe::Described =
-        serde_json::from_str(&plain).map_err(|error| wrong(format!("the description of the task: {error}")))?;
-    let names = described.parameter_names();
+    let misread = |error: serde_json::Error| wrong(format!("the description of the task: {error}"));
+    let names = describe::parameter_names(&plain).map_err(misread)?;
+    let (read, _) = supple::with_names(&names, || serde_json::from_str::<describe::Described>(&plain));
+    let described = read.map_err(misread)?;
     let systems = field(description, "systems")?.cast_into::<PyList>()?;
     let mut made = Vec::new();
     for (entry, steps) in systems.iter().zip(described.steps()) {
@@ -72,7 +73,7 @@ pub fn field<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, P
 }
 
 /// The system of a description, by its kind.
-fn system(description: &Bound<'_, PyDict>, _context: &Context<'_>) -> PyResult<Box<dyn System>> {
+fn system(description: &Bound<'_, PyDict>, _context: &Context<'_>) -> PyResult<Arc<dyn System>> {
     let kind: String = field(description, "kind")?.extract()?;
     match &*kind {
         _ => Err(errors::usage(description.py(), &format!("no kind of system `{kind}`"))),

@@ -1,0 +1,1 @@
+"""Where the functions and derivatives of own models come from."""

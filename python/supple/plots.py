@@ -1,0 +1,105 @@
+"""Figures for papers and notebooks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ._supple import Kept
+from .errors import UsageError
+
+if TYPE_CHECKING:
+    from .results import Result, Sweep
+
+__all__ = ["Figure", "Plots"]
+
+
+class Figure:
+    """A figure of results; notebooks show it."""
+
+    def __init__(self, kept: Kept, others: Sequence[Kept], figure: str, task: str | None, wide: bool) -> None:
+        self._kept = kept
+        self._others = list(others)
+        self._figure = figure
+        self._task = task
+        self._wide = wide
+        # Drawn at once: what is wrong is said where it was asked for.
+        self._svg = self.render("svg").decode()
+
+    def render(self, format: str) -> bytes:
+        """The bytes of a file: ``svg``, ``pdf`` or ``png``."""
+        return self._kept.plot(self._figure, format, others=self._others, task=self._task, wide=self._wide)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Writes a file in the format of its ending; the path."""
+        format = Path(path).suffix.lstrip(".")
+        Path(path).write_bytes(self.render(format))
+        return Path(path)
+
+    def _repr_svg_(self) -> str:
+        return self._svg
+
+    def __repr__(self) -> str:
+        return f"Figure `{self._figure}`: save it, or show it in a notebook"
+
+
+class Plots:
+    """The figures of a result. ``others`` are results to draw into the same figure, ``task`` names one of several."""
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    def _figure(self, figure: str, others: Sequence[Result], task: str | None, wide: bool) -> Figure:
+        return Figure(self._result._kept, [other._kept for other in others], figure, task, wide)
+
+    def landscape(
+        self, *others: Result, sweep: Sweep | None = None, points: int = 21, task: str | None = None, wide: bool = True
+    ) -> Figure:
+        """Information and cost over one or two parameters, with this result on it.
+
+        Without a sweep among the results, one is made: over the first two design parameters between their bounds, with
+        ``points`` values each, the others held at this result's.
+        """
+        results = [self._result, *others]
+        if sweep is None and not any(result.kind == "sweep" for result in results):
+            others = (*others, self._swept(points))
+        elif sweep is not None:
+            others = (*others, sweep)
+        return self._figure("landscape", others, task, wide)
+
+    def _swept(self, points: int) -> Sweep:
+        task = self._result.task
+        if task is None:
+            raise UsageError("the landscape needs a sweep: give one as sweep=, made by task.sweep")
+        names = [name for name, parameter in task.parameters.items() if parameter.role == "design"][:2]
+        if not names:
+            raise UsageError("the landscape needs a sweep: give one as sweep=; the task has no design parameters")
+        grid = {}
+        for name in names:
+            parameter = task.parameters[name]
+            lower, upper = parameter.bounds
+            grid[name] = f"{'log' if parameter.scale == 'log' else 'lin'}:{lower!r}:{upper!r}:{points}"
+        values = getattr(self._result, "parameters", {})
+        return task.sweep(grid, at={name: value for name, value in values.items() if name not in names})
+
+    def belief(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+        """States over time: plan, truth, estimate."""
+        return self._figure("belief", others, task, wide)
+
+    def gains(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+        """Feedback gains and feedforward over time."""
+        return self._figure("gains", others, task, wide)
+
+    def information(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+        """Information over time, by measurement."""
+        return self._figure("information", others, task, wide)
+
+    def robustness(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+        """Costs as a noise grows."""
+        return self._figure("robustness", others, task, wide)
+
+    def pareto(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+        """Information against cost."""
+        return self._figure("pareto", others, task, wide)

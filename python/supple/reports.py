@@ -1,0 +1,290 @@
+"""What evaluations report. Names are those of the command line's JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ._records import Array, Record
+
+__all__ = [
+    "ControllerReport",
+    "CostReport",
+    "FrozenGradient",
+    "GradientReport",
+    "InformationReport",
+    "LimitViolation",
+    "MeasurementReport",
+    "MonteCarlo",
+    "SampleRun",
+    "Stability",
+    "TaskReport",
+    "TotalGradient",
+    "TrajectoryReport",
+]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CostReport(Record):
+    """The expected cost of a task.
+
+    Attributes:
+        expected: The sum of the four parts.
+        nominal: Cost of the trajectory without noise.
+        belief: Price of an uncertain belief, ``1/2 sum Tr(Xi Sigma)``.
+        process: Price of process noise, ``1/2 sum Tr(S W)``.
+        initial: Price of the unknown start, ``1/2 Tr(S_0 X_0)``.
+        bound: The bound; ``None`` where there is none.
+        belief_per_step: ``1/2 Tr(Xi_t Sigma_t)``, (N,).
+        value_of_information_per_step: ``Tr(Xi_t)``, (N,).
+    """
+
+    expected: float
+    nominal: float
+    belief: float
+    process: float
+    initial: float
+    bound: float | None
+    belief_per_step: Array
+    value_of_information_per_step: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InformationReport(Record):
+    """The directed information of a task.
+
+    Attributes:
+        total_nats: Over the whole task, nats.
+        total_bits: The same in bits.
+        bits_per_step: Bits per measurement: the total over N + 1.
+        bits_per_second: Bits per measurement and time step.
+        entropy_form_nats: The entropy form, for comparison; ``None`` where a covariance is singular.
+        paper_form_nats: The paper's printed form, for comparison; ``None`` where a covariance is singular.
+        per_step_nats: Nats at each measurement, (N+1,).
+    """
+
+    total_nats: float
+    total_bits: float
+    bits_per_step: float
+    bits_per_second: float
+    entropy_form_nats: float | None
+    paper_form_nats: float | None
+    per_step_nats: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TotalGradient(Record):
+    """Derivatives by each parameter with everything moving.
+
+    Attributes:
+        valid: Whether the plan is stationary enough for the gradient to hold.
+        information_nats: Of the directed information, nats per unit of the parameter.
+        expected_cost: Of the expected cost; the others are of its parts.
+    """
+
+    valid: bool
+    information_nats: dict[str, float]
+    expected_cost: dict[str, float]
+    nominal_cost: dict[str, float]
+    belief_cost: dict[str, float]
+    process_cost: dict[str, float]
+    initial_cost: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrozenGradient(Record):
+    """Derivatives by each parameter with trajectory and controller held fixed, as in the paper.
+
+    Attributes:
+        information_nats: Of the directed information, nats per unit of the parameter.
+        belief_cost: Of the belief's part of the expected cost.
+        recursion_spectral_radius: The paper's recursion is stable where this is below 1.
+    """
+
+    information_nats: dict[str, float]
+    belief_cost: dict[str, float]
+    recursion_spectral_radius: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GradientReport(Record):
+    """Gradients of a task, where they were asked for."""
+
+    total: TotalGradient | None
+    frozen: FrozenGradient | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Stability(Record):
+    """Whether the time step is short enough for the model."""
+
+    time_step: float
+    spectral_radius: float
+    step: int
+    numerically_unstable: bool
+    suggested_time_step: float | None
+    suggested_substeps: int | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitViolation(Record):
+    """A limit of the model that a plan violates."""
+
+    name: str
+    worst: float
+    limit: float
+    step: int
+    steps: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControllerReport(Record):
+    """How much a controller changes over time."""
+
+    feedback_variance: float
+    feedback_variation: float
+    feedforward_variance: float
+    feedforward_variation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MonteCarlo(Record):
+    """The cost in closed loop with an extended Kalman filter.
+
+    Attributes:
+        rollouts: How many runs there were.
+        seed: Seed of their noise.
+        diverged: How many diverged.
+        cost_mean: Mean cost.
+        cost_standard_error: Its standard error.
+        difference: Mean less expected cost.
+        costs: Cost of each run, (rollouts,); infinite where it diverged.
+    """
+
+    rollouts: int
+    seed: int
+    diverged: int
+    cost_mean: float
+    cost_standard_error: float
+    difference: float
+    costs: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasurementReport(Record):
+    """What a measurement gives at each step.
+
+    Attributes:
+        name: Its name.
+        alone_nats: Nats that it gives where there is no other measurement at this step, (N+1,).
+        beyond_others_nats: Nats that it gives beyond the others, (N+1,).
+        saved_cost: Expected cost that it saves, (N,).
+    """
+
+    name: str
+    alone_nats: Array
+    beyond_others_nats: Array
+    saved_cost: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SampleRun(Record):
+    """One run in closed loop: true states and estimates (N+1, n), their deviations, controls (N, m), cost."""
+
+    seed: int
+    states: Array
+    estimates: Array
+    deviations: Array
+    controls: Array
+    cost: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrajectoryReport(Record):
+    """A plan's trajectory and controller; ``n`` states, ``m`` controls, ``N`` steps.
+
+    Attributes:
+        state_names: Names of the states.
+        state_units: Their units; empty where they are not known.
+        control_names: Names of the controls.
+        control_units: Their units.
+        time: Time of each state, s, (N+1,).
+        states: (N+1, n).
+        deviations: Standard deviations of the belief, (N+1, n).
+        controls: The feedforward, (N, m).
+        feedback: Gains ``K`` of ``u = ubar + K (estimate - xbar)``, (N, m, n).
+        measurements: What each measurement gives.
+        sample: One run in closed loop.
+    """
+
+    state_names: list[str]
+    state_units: list[str]
+    control_names: list[str]
+    control_units: list[str]
+    time: Array
+    states: Array
+    deviations: Array
+    controls: Array
+    feedback: Array
+    measurements: dict[str, MeasurementReport]
+    sample: SampleRun
+
+    @property
+    def t(self) -> Array:
+        """Time of each state, s, (N+1,)."""
+        return self.time
+
+    @property
+    def x(self) -> Array:
+        """States, (N+1, n)."""
+        return self.states
+
+    @property
+    def u(self) -> Array:
+        """Controls, (N, m)."""
+        return self.controls
+
+    @property
+    def K(self) -> Array:
+        """Feedback gains, (N, m, n)."""
+        return self.feedback
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TaskReport(Record):
+    """One task at one design.
+
+    Attributes:
+        name: Its name.
+        status: How its plan ended: ``converged``, ``max_iterations``, ``line_search_stalled`` or ``indefinite``.
+        iterations: Iterations of its plan, over all guesses that were tried.
+        stationarity: The largest gradient of the Hamiltonian by a control.
+        relative_stationarity: The same, relative to 1 plus the largest ``|l_u|``.
+        regularised_iterations: Iterations that had to raise the regularisation.
+        belief_repairs: How often rounding in the belief had to be mended.
+        branches: Different local minima of the plan seen, where they were searched for.
+        limits_violated: Limits of the model that its plan violates.
+        stability: Whether the time step is short enough.
+        cost: Its expected cost.
+        information: Its directed information.
+        controller: How much its controller changes over time.
+        gradient: Its gradients, where they were asked for.
+        monte_carlo: Its cost in closed loop, where that was asked for.
+        trajectory: Its trajectory, where that was kept.
+    """
+
+    name: str
+    status: str
+    iterations: int
+    stationarity: float
+    relative_stationarity: float
+    regularised_iterations: int
+    belief_repairs: int
+    branches: int | None
+    limits_violated: list[LimitViolation]
+    stability: Stability
+    cost: CostReport
+    information: InformationReport
+    controller: ControllerReport
+    gradient: GradientReport | None
+    monte_carlo: MonteCarlo | None
+    trajectory: TrajectoryReport | None

@@ -1,0 +1,473 @@
+"""Results: plain objects that can be kept, read again, drawn and shown."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from . import _html
+from ._records import Array, Record, build
+from ._supple import Kept
+from .errors import UsageError
+from .plots import Plots
+from .reports import TaskReport
+from .table import Table
+
+if TYPE_CHECKING:
+    from .task import Task
+
+__all__ = ["Design", "Evaluation", "Information", "Pareto", "ParetoPoint", "Result", "Robustness", "RobustnessCell"]
+__all__ += ["Comparison", "RobustDesign", "Start", "Sweep", "Trace", "TracePoint", "TraceRun", "load_result"]
+
+T = TypeVar("T", bound="Result")
+
+
+class Result:
+    """A result with all that made it: what ``save`` keeps, the command line reads, and the other way round.
+
+    Attributes:
+        task: The task that it was made of, where it was made here; ``None`` after :func:`load_result`.
+    """
+
+    kind: ClassVar[str] = ""
+
+    def __init__(self, kept: Kept, task: Task | None = None) -> None:
+        if self.kind and kept.kind != self.kind:
+            raise UsageError(f"this is a result of `{kept.kind}`, not of `{self.kind}`: read it with supple.load_result")
+        self._kept = kept
+        self.task = task
+
+    @cached_property
+    def _data(self) -> dict[str, Any]:
+        return self._kept.data()
+
+    @cached_property
+    def made(self) -> dict[str, Any]:
+        """What made it: version, command, arguments, seed, texts of files, title and parameters."""
+        return self._kept.made()
+
+    def to_json(self) -> str:
+        """The result as the command line prints it with ``--json``."""
+        return self._kept.json()
+
+    def to_dict(self) -> Any:
+        """The same as dicts, lists, numbers and texts."""
+        return json.loads(self.to_json())
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Keeps the result in a folder that the command line reads too; the folder."""
+        self._kept.save(folder)
+        return Path(folder)
+
+    @classmethod
+    def load(cls: type[T], folder: str | os.PathLike[str]) -> T:
+        """Reads a result that :meth:`save` or the command line kept."""
+        return cls(Kept.load(folder))
+
+    def report(self, path: str | os.PathLike[str], *others: Result) -> Path:
+        """Writes one HTML page with this result and others; it needs no network. The path."""
+        page = self._kept.report([other._kept for other in others])
+        Path(path).write_text(page, encoding="utf-8")
+        return Path(path)
+
+    @property
+    def plot(self) -> Plots:
+        """Figures of this result."""
+        return Plots(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        with tempfile.TemporaryDirectory() as folder:
+            self.save(folder)
+            files = {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+        return _unpacked, (type(self), files)
+
+    def _summary(self) -> list[tuple[str, str]]:
+        return []
+
+    def __repr__(self) -> str:
+        rows = self._summary()
+        width = max((len(name) for name, _ in rows), default=0)
+        return "\n".join([type(self).__name__, *(f"  {name:<{width}}  {text}" for name, text in rows)])
+
+    def _repr_html_(self) -> str:
+        return _html.table(type(self).__name__, self._summary())
+
+
+def _unpacked(kind: type[Result], files: Mapping[str, bytes]) -> Result:
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files.items():
+            (Path(folder) / name).write_bytes(content)
+        return kind.load(folder)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Information(Record):
+    """What designs minimise: the weighted sum of the tasks' information.
+
+    Attributes:
+        nats: In nats.
+        bits: In bits.
+        bits_per_second: Bits over the time that all measurements together take, s.
+    """
+
+    nats: float
+    bits: float
+    bits_per_second: float
+
+
+class _Evaluated:
+    """The attributes of one evaluated design, from the dict of an evaluation."""
+
+    def __init__(self, data: Mapping[str, Any], about: Mapping[str, Any]) -> None:
+        self.parameters: dict[str, float] = dict(data["parameters"])
+        self.feasible: bool = data["feasible"]
+        self.tasks: dict[str, TaskReport] = {task["name"]: build(TaskReport, task) for task in data["tasks"]}
+        objective = data["objective"]
+        nats, bits = objective["information_nats"], objective["information_bits"]
+        reports = [task.information for task in self.tasks.values()]
+        weights = [task["information_weight"] for task in about["tasks"]]
+        if len(reports) == 1 and weights == [1.0]:
+            rate = reports[0].bits_per_second
+        else:
+            seconds = sum(report.total_bits / report.bits_per_second for report in reports if report.bits_per_second > 0)
+            rate = bits / seconds if seconds > 0 else math.nan
+        self.information = Information(nats=nats, bits=bits, bits_per_second=rate)
+
+    def summary(self) -> list[tuple[str, str]]:
+        rows = [(name, f"{value:.6g}") for name, value in self.parameters.items()]
+        rows.append(("information", f"{self.information.bits:.6g} bits, {self.information.bits_per_second:.6g} bits/s"))
+        for name, task in self.tasks.items():
+            bound = "" if task.cost.bound is None else f" of at most {task.cost.bound:.6g}"
+            status = "" if task.status == "converged" else f" ({task.status})"
+            rows.append((name, f"{task.information.total_bits:.6g} bits, cost {task.cost.expected:.6g}{bound}{status}"))
+        rows.append(("feasible", "yes" if self.feasible else "no"))
+        return rows
+
+
+class Evaluation(Result):
+    """One design, evaluated."""
+
+    kind = "evaluate"
+
+    @cached_property
+    def _evaluated(self) -> _Evaluated:
+        return _Evaluated(self._data, self.made["about"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All parameters by name."""
+        return self._evaluated.parameters
+
+    @property
+    def information(self) -> Information:
+        """The weighted sum of the tasks' information."""
+        return self._evaluated.information
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every plan converged and every task meets its bound."""
+        return self._evaluated.feasible
+
+    @property
+    def tasks(self) -> dict[str, TaskReport]:
+        """Each task by name."""
+        return self._evaluated.tasks
+
+    def _summary(self) -> list[tuple[str, str]]:
+        return self._evaluated.summary()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Start(Record):
+    """One start of a search; the command line's JSON has the same keys."""
+
+    status: str
+    to: dict[str, float]
+    information_nats: float
+    expected_costs: Array
+    violation: float
+    optimality: float
+    branches: int
+    evaluations: int
+    error: str | None
+
+
+class Design(Result):
+    """The best design that a search found, and how it went."""
+
+    kind = "design"
+
+    @cached_property
+    def _evaluated(self) -> _Evaluated:
+        return _Evaluated(self._data["optimum"], self.made["about"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All parameters of the best design by name."""
+        return self._evaluated.parameters
+
+    @property
+    def information(self) -> Information:
+        """The weighted sum of the tasks' information at the best design."""
+        return self._evaluated.information
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every plan converged and every task meets its bound at the best design."""
+        return self._evaluated.feasible
+
+    @property
+    def tasks(self) -> dict[str, TaskReport]:
+        """Each task at the best design by name."""
+        return self._evaluated.tasks
+
+    @property
+    def status(self) -> str:
+        """``converged``, ``not_optimal``, ``not_converged``, ``bound_violated`` or ``stopped``."""
+        return str(self._data["status"])
+
+    @property
+    def active_bounds(self) -> list[str]:
+        """Tasks whose bound is active."""
+        return list(self._data["active_bounds"])
+
+    @property
+    def bound_prices(self) -> dict[str, float]:
+        """Nats that a unit more of each task's bound would save."""
+        return {price["task"]: price["nats_per_unit"] for price in self._data["bound_prices"]}
+
+    @property
+    def evaluations(self) -> int:
+        """Designs evaluated."""
+        return int(self._data["evaluations"])
+
+    @property
+    def seconds(self) -> float:
+        """Wall time, s."""
+        return float(self._data["seconds"])
+
+    @cached_property
+    def starts(self) -> list[Start]:
+        """Every start."""
+        return [build(Start, start) for start in self._data["starts"]]
+
+    @cached_property
+    def _start(self) -> _Evaluated:
+        return _Evaluated(self._data["start"], self.made["about"])
+
+    @property
+    def start_parameters(self) -> dict[str, float]:
+        """The design that the first start began from."""
+        return self._start.parameters
+
+    @property
+    def start_information(self) -> Information:
+        """Its information."""
+        return self._start.information
+
+    def _summary(self) -> list[tuple[str, str]]:
+        found = f"{self.status}, {len(self.starts)} starts, {self.evaluations} designs in {self.seconds:.3g} s"
+        return [("status", found), *self._evaluated.summary()]
+
+
+class Sweep(Result):
+    """Designs on a grid, each evaluated."""
+
+    kind = "sweep"
+
+    @cached_property
+    def table(self) -> Table:
+        """One row by design, the last axis changing fastest."""
+        columns = self._data["columns"]
+        return Table(
+            self._kept.columns(),
+            units={column["name"]: column["unit"] for column in columns},
+            descriptions={column["name"]: column["description"] for column in columns},
+        )
+
+    @property
+    def axes(self) -> dict[str, Array]:
+        """Values along each axis."""
+        return {axis["parameter"]: axis["values"] for axis in self._data["options"]["axes"]}
+
+    def grid(self, column: str) -> Array:
+        """A column of numbers in the shape of the grid."""
+        values: Array = self.table[column].reshape([len(values) for values in self.axes.values()])
+        return values
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [(name, f"{len(values)} values, {min(values):.6g} to {max(values):.6g}") for name, values in self.axes.items()]
+        return [("designs", str(len(self.table))), *rows]
+
+    def _repr_html_(self) -> str:
+        return _html.table("Sweep", self._summary()) + self.table._repr_html_()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RobustDesign(Record):
+    """A design of a study of robustness."""
+
+    name: str
+    parameters: dict[str, float]
+    information_nats: float
+    status: str | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RobustnessCell(Record):
+    """Costs of one design in one task at one level of noise, planned for the ``nominal`` noise or the ``truth``."""
+
+    design: int
+    task: int
+    planned_for: str
+    level: int
+    mean: float
+    deviation: float
+    confidence: float
+    quantiles: Array
+    diverged: int
+    expected: float | None
+    error: str | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Record):
+    """How the growth of cost compares between two designs, roll-out by roll-out."""
+
+    task: int
+    planned_for: str
+    design: int
+    other: int
+    levels: list[int]
+    growths: Array
+    difference: float
+    interval: Array
+    p_value: float
+
+
+class Robustness(Result):
+    """Costs in closed loop as a noise grows."""
+
+    kind = "robustness"
+
+    @cached_property
+    def designs(self) -> list[RobustDesign]:
+        """The designs."""
+        return [build(RobustDesign, design) for design in self._data["designs"]]
+
+    @cached_property
+    def cells(self) -> list[RobustnessCell]:
+        """Costs by design, task, planning and level, in this order of nesting."""
+        return [build(RobustnessCell, cell) for cell in self._data["cells"]]
+
+    @cached_property
+    def comparisons(self) -> list[Comparison]:
+        """How designs compare."""
+        return [build(Comparison, comparison) for comparison in self._data["comparisons"]]
+
+    @property
+    def levels(self) -> Array:
+        """Values of the parameter that grows."""
+        levels: Array = self._data["options"]["vary"]["values"]
+        return levels
+
+    @property
+    def varied(self) -> str:
+        """The parameter that grows."""
+        return str(self._data["options"]["vary"]["parameter"])
+
+    def _summary(self) -> list[tuple[str, str]]:
+        levels = self.levels
+        rows = [("varied", f"{self.varied}, {levels.min():.3g} to {levels.max():.3g} in {len(levels)} levels")]
+        return rows + [(design.name, f"{design.information_nats / math.log(2):.6g} bits") for design in self.designs]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParetoPoint(Record):
+    """A point of a front; the command line's JSON has the same keys."""
+
+    factor: float
+    bounds: Array
+    status: str
+    parameters: dict[str, float]
+    information_nats: float
+    task_nats: Array
+    costs: Array
+    prices: Array
+    at_ends: list[str]
+
+
+class Pareto(Result):
+    """The front of information against cost."""
+
+    kind = "pareto"
+
+    @cached_property
+    def points(self) -> list[ParetoPoint]:
+        """Points by increasing factor of the bounds: the tightest first."""
+        return [build(ParetoPoint, point) for point in self._data["points"]]
+
+    @property
+    def remarks(self) -> list[str]:
+        """Where bounds become active along the front."""
+        return list(self._data["remarks"])
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [(f"{point.factor:.6g}", f"{point.information_nats / math.log(2):.6g} bits") for point in self.points]
+        return [("factor of bounds", "information"), *rows]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TracePoint(Record):
+    """A visited design."""
+
+    parameters: dict[str, float]
+    information_nats: float
+    costs: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TraceRun(Record):
+    """One search from one start."""
+
+    method: str
+    gradient: str
+    start: int
+    status: str
+    path: list[TracePoint]
+    steps: list[int]
+    end: TracePoint
+    error: str | None
+
+
+class Trace(Result):
+    """The paths of searches."""
+
+    kind = "trace"
+
+    @cached_property
+    def runs(self) -> list[TraceRun]:
+        """One run per method, gradient and start."""
+        return [build(TraceRun, run) for run in self._data["runs"]]
+
+    def _summary(self) -> list[tuple[str, str]]:
+        return [
+            (f"{run.method}, {run.gradient}, {run.start}", f"{run.status}, {run.end.information_nats / math.log(2):.6g} bits")
+            for run in self.runs
+        ]
+
+
+_KINDS: dict[str, type[Result]] = {kind.kind: kind for kind in (Evaluation, Design, Sweep, Robustness, Pareto, Trace)}
+
+
+def load_result(folder: str | os.PathLike[str]) -> Result:
+    """Reads a result of any kind that ``save`` or the command line kept."""
+    kept = Kept.load(folder)
+    return _KINDS.get(kept.kind, Result)(kept)

@@ -1,0 +1,432 @@
+"""Tasks: a robot, what it has to do, and the parameters to design."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _html
+from ._supple import NativeTask
+from .errors import UsageError
+from .progress import Progress, watching
+from .results import Design, Evaluation, Pareto, Robustness, Sweep, Trace
+
+__all__ = ["Grid", "Parameter", "Task", "load"]
+
+LOGGER = logging.getLogger("supple")
+
+#: Axes by parameter: values, or a text such as ``"log:50:600:100"``.
+Grid = Mapping[str, ArrayLike]
+
+Gradient = Literal["total", "frozen", "both"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number that designs and studies change.
+
+    Attributes:
+        initial: The value that it starts from.
+        bounds: Least and greatest value.
+        scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
+        unit: Its unit, for people.
+        role: Who may change it: the ``design`` search, or only the user, for a ``study``.
+    """
+
+    initial: float
+    bounds: tuple[float, float]
+    scale: Literal["linear", "log"] = "linear"
+    unit: str = ""
+    role: Literal["design", "study"] = "design"
+
+
+def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
+    """Reads a task file (TOML), and sets some of its parameters.
+
+    Raises:
+        FileError: Where the file, or the robot's file that it names, is wrong or cannot be read.
+        UsageError: Where a parameter is unknown or out of bounds.
+    """
+    native = NativeTask.load(path, _pairs(parameters))
+    for warning in native.warnings():
+        LOGGER.warning("%s: %s", os.fspath(path), warning)
+    return Task(native, ("load", os.fspath(path)), changed=parameters)
+
+
+class Task:
+    """A problem: a model with named parameters, and one or more tasks that share them.
+
+    Made by :func:`supple.load`, :class:`supple.Model`, :func:`supple.linear` or :class:`supple.mujoco.Model`.
+    Methods take values of parameters as keyword arguments, or in ``at`` where a name is no identifier or is that of an
+    option.
+    """
+
+    def __init__(self, native: NativeTask, recipe: tuple[str, Any], changed: Mapping[str, float] | None = None) -> None:
+        self._native = native
+        # How another process makes the task again.
+        self._recipe = recipe
+        self._changed = dict(changed or {})
+        about = native.about()
+        self._title = str(about["title"])
+        self._tasks = {str(task["name"]): dict(task) for task in about["tasks"]}
+        self._parameters = {
+            entry["name"]: Parameter(
+                initial=entry["initial"],
+                bounds=(float(entry["bounds"][0]), float(entry["bounds"][1])),
+                scale=entry["scale"],
+                unit=entry["unit"],
+                role=entry["role"],
+            )
+            for entry in about["parameters"]
+        }
+
+    @property
+    def title(self) -> str:
+        """What it is; may be empty."""
+        return self._title
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """All parameters by name, as declared."""
+        return dict(self._parameters)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of all parameters by name, as set."""
+        return self._native.values()
+
+    @property
+    def tasks(self) -> list[str]:
+        """Names of the tasks."""
+        return list(self._tasks)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What of the files is ignored or most likely wrong."""
+        return self._native.warnings()
+
+    def at(self, values: Mapping[str, float] | None = None, /, **parameters: float) -> Task:
+        """The same task with other values of some parameters."""
+        changed = {**(values or {}), **parameters}
+        return Task(self._native.with_values(_pairs(changed)), self._recipe, {**self._changed, **changed})
+
+    def evaluate(
+        self,
+        *,
+        gradient: Gradient | None = None,
+        rollouts: int = 0,
+        branches: int = 0,
+        seed: int = 0,
+        trajectories: bool = True,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Evaluation:
+        """Evaluates a design: information, cost, controller, and what else is asked for.
+
+        Args:
+            gradient: Which gradients to find: ``total``, everything moving; ``frozen``, the paper's; or ``both``.
+            rollouts: Runs in closed loop with an extended Kalman filter.
+            branches: Attempts to find a plan of lower cost among other local minima.
+            seed: Seed of roll-outs and attempts.
+            trajectories: Whether to keep the trajectories.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
+        if gradient not in (None, "total", "frozen", "both"):
+            raise UsageError(f'gradient={gradient!r}: there is "total", "frozen", "both" and None')
+        _check_counts(rollouts=rollouts, branches=branches, seed=seed)
+        task = self.at(at, **parameters)
+        words = ["--gradient", gradient] if gradient else []
+        words += _options(rollouts=rollouts, branches=branches, seed=seed)
+        kept = task._native.evaluate(
+            task._made("evaluate", words),
+            gradients=(gradient in ("total", "both"), gradient in ("frozen", "both")),
+            rollouts=rollouts,
+            branches=branches,
+            seed=seed,
+            trajectories=trajectories,
+        )
+        return Evaluation(kept, task)
+
+    def design(
+        self,
+        *,
+        starts: int | None = None,
+        seed: int | None = None,
+        method: Literal["sqp", "barrier"] | None = None,
+        gradient: Literal["total", "frozen"] | None = None,
+        settings: Mapping[str, Any] | None = None,
+        executor: Executor | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Design:
+        """Searches for the design with the least information that meets every bound.
+
+        Args:
+            starts: The values of the parameters as they are, then seeded random ones; as the task says where left out.
+            seed: Seed of random starts and of searches for other local minima.
+            method: The optimiser.
+            gradient: The gradient that it follows.
+            settings: Other settings of the search by the names of the task file's ``[design]``.
+            executor: Where the starts are searched from, each a unit of work; the threads of this process where left
+                out. The result is the same.
+            progress: ``True`` for a bar of tqdm's, or an object of your own (:class:`supple.Progress`).
+            at: Values of parameters to start from.
+            **parameters: Values of parameters to start from.
+        """
+        task = self.at(at, **parameters)
+        wanted = {**task._native.design_settings(), **(settings or {})}
+        given = {"starts": starts, "seed": seed, "method": method, "gradient": gradient}
+        wanted.update({key: value for key, value in given.items() if value is not None})
+        words = [word for key, value in given.items() if value is not None for word in (f"--{key}", str(value))]
+        made = task._made("design", words)
+        with watching(progress) as seer, _logged("design"):
+            if executor is None:
+                return Design(task._native.design(made, json.dumps(wanted), seer), task)
+            from . import executors
+
+            return Design(executors.design(task, made, wanted, executor, seer), task)
+
+    def sweep(
+        self,
+        grid: Grid,
+        *,
+        rollouts: int = 0,
+        starts: int = 0,
+        seed: int = 0,
+        jobs: int | None = None,
+        out: str | os.PathLike[str] | None = None,
+        executor: Executor | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Sweep:
+        """Evaluates every design of a grid.
+
+        Args:
+            grid: Values by parameter; the last axis changes fastest. Values may be a text: ``"50:600:100"``,
+                ``"log:50:600:100"``.
+            rollouts: Closed-loop runs at every point.
+            starts: At every point, design the parameters that are on no axis, from this many starts.
+            seed: Seed of roll-outs and searches.
+            jobs: Points to evaluate at once; all cores where left out.
+            out: A folder whose journal keeps what is done: the same call goes on from there.
+            executor: Where segments of points are evaluated; the threads of this process where left out. The table is
+                the same to the last bit.
+            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            at: Values of parameters that are on no axis.
+            **parameters: Values of parameters that are on no axis.
+        """
+        _check_counts(rollouts=rollouts, starts=starts, seed=seed)
+        if jobs is not None and jobs < 1:
+            raise UsageError(f"jobs={jobs}: at least 1")
+        task = self.at(at, **parameters)
+        axes = [(name, _axis(name, values)) for name, values in grid.items()]
+        words = [word for name, values in axes for word in ("--grid", f"{name}={_axis_text(values)}")]
+        made = task._made("sweep", words + _options(rollouts=rollouts, starts=starts, seed=seed))
+        sizes = (rollouts, starts, seed)
+        with watching(progress) as seer, _logged("sweep"):
+            if executor is None:
+                kept = task._native.sweep(made, axes, sizes=sizes, jobs=jobs, out=out, progress=seer)
+            else:
+                from . import executors
+
+                kept = executors.sweep(task, made, axes, sizes, executor, out, seer)
+        return self._kept(Sweep(kept, task), out)
+
+    def robustness(
+        self,
+        designs: Mapping[str, Mapping[str, float]] | Iterable[str] = ("start", "optimum"),
+        *,
+        vary: Grid,
+        rollouts: int = 20,
+        seed: int = 0,
+        executor: Executor | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Robustness:
+        """Costs of several designs in closed loop as a noise grows, under the same random numbers.
+
+        Args:
+            designs: Designs by name: values of parameters, ``{"soft": {"k1": 50.0}}``; the names ``start``, the values as
+                they are, and ``optimum``, what a design search finds from there, need none: ``{"optimum": {}}``.
+            vary: The parameter that grows, with the role ``study``, and its values: ``{"wall_variance": [1e-5, 1e-3]}``.
+            rollouts: Runs at every level.
+            seed: Seed of the runs.
+            executor: Where designs and levels are simulated; the threads of this process where left out.
+            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            at: Values of parameters of ``start``.
+            **parameters: Values of parameters of ``start``.
+        """
+        _check_counts(rollouts=rollouts, seed=seed)
+        if len(vary) != 1:
+            raise UsageError(f"vary names {len(vary)} parameters: one is varied at a time")
+        task = self.at(at, **parameters)
+        ((name, values),) = vary.items()
+        axis = (name, _axis(name, values))
+        chosen = _designs(designs)
+        texts = [one if isinstance(one, str) else _design_text(*one) for one in chosen]
+        words = ["--designs", ",".join(texts), "--vary", f"{name}={_axis_text(axis[1])}"]
+        made = task._made("robustness", words + _options(rollouts=rollouts, seed=seed))
+        with watching(progress) as seer, _logged("robustness"):
+            if executor is None:
+                kept = task._native.robustness(made, chosen, axis, sizes=(rollouts, seed), progress=seer)
+            else:
+                from . import executors
+
+                kept = executors.robustness(task, made, chosen, axis, (rollouts, seed), executor, seer)
+        return Robustness(kept, task)
+
+    def pareto(
+        self,
+        *,
+        points: int = 20,
+        starts: int = 4,
+        seed: int = 0,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Pareto:
+        """The front of information against cost: designs with the least information as all bounds move together."""
+        _check_counts(points=points, starts=starts, seed=seed)
+        task = self.at(at, **parameters)
+        made = task._made("pareto", _options(points=points, starts=starts, seed=seed))
+        with watching(progress) as seer, _logged("pareto"):
+            return Pareto(task._native.pareto(made, sizes=(points, starts, seed), progress=seer), task)
+
+    def trace(
+        self,
+        *,
+        starts: int = 10,
+        methods: Sequence[Literal["sqp", "barrier"]] = ("sqp", "barrier"),
+        gradients: Sequence[Literal["total", "frozen"]] = ("total", "frozen"),
+        seed: int = 0,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Trace:
+        """The paths of searches, by every method and gradient from every start."""
+        _check_counts(starts=starts, seed=seed)
+        task = self.at(at, **parameters)
+        options = {"starts": starts, "methods": list(methods), "gradients": list(gradients), "seed": seed}
+        words = ["--method", ",".join(methods), "--gradient", ",".join(gradients)]
+        made = task._made("trace", words + _options(starts=starts, seed=seed))
+        with watching(progress) as seer, _logged("trace"):
+            return Trace(task._native.trace(made, json.dumps(options), seer), task)
+
+    def _made(self, command: str, words: list[str]) -> list[str]:
+        """The command line that does the same; empty where there is none."""
+        if self._recipe[0] != "load":
+            return []
+        sets = [word for name, value in self._changed.items() for word in ("--set", f"{name}={value!r}")]
+        return [command, str(self._recipe[1]), *sets, *words]
+
+    @staticmethod
+    def _kept(sweep: Sweep, out: str | os.PathLike[str] | None) -> Sweep:
+        if out is not None:
+            sweep.save(out)
+        return sweep
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from ._recipes import make
+
+        return make, (*self._packed(), self._changed)
+
+    def _packed(self) -> tuple[str, Any]:
+        kind, what = self._recipe
+        return (kind, what)
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [(name, f"{task['steps']} steps of {task['time_step']:.6g} s") for name, task in self._tasks.items()]
+        for name, value in self.values.items():
+            parameter = self._parameters[name]
+            lower, upper = parameter.bounds
+            unit = f" {parameter.unit}" if parameter.unit else ""
+            rows.append((name, f"{value:.6g}{unit} in [{lower:.6g}, {upper:.6g}], {parameter.scale}, {parameter.role}"))
+        return rows
+
+    def __repr__(self) -> str:
+        rows = self._summary()
+        width = max((len(name) for name, _ in rows), default=0)
+        return "\n".join([f"Task {self._title}".rstrip(), *(f"  {name:<{width}}  {text}" for name, text in rows)])
+
+    def _repr_html_(self) -> str:
+        return _html.table(f"Task {self._title}".rstrip(), self._summary())
+
+
+class _logged:
+    """Logs how long a study takes."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+
+    def __enter__(self) -> None:
+        LOGGER.info("%s begins", self._what)
+        self._clock = time.perf_counter()
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        how = "done" if kind is None else f"ended by {kind.__name__}"
+        LOGGER.info("%s %s after %.3f s", self._what, how, time.perf_counter() - self._clock)
+
+
+def _pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
+    pairs = []
+    for name, value in values.items():
+        try:
+            pairs.append((name, float(value)))
+        except (TypeError, ValueError):
+            raise UsageError(f"parameter `{name}` = {value!r} is no number") from None
+    return pairs
+
+
+def _check_counts(**counts: int) -> None:
+    for name, count in counts.items():
+        if not isinstance(count, (int, np.integer)) or isinstance(count, bool) or count < 0:
+            raise UsageError(f"{name}={count!r}: a whole number of at least 0")
+
+
+def _options(**options: int) -> list[str]:
+    return [word for name, value in options.items() for word in (f"--{name}", str(value))]
+
+
+def _axis(name: str, values: ArrayLike) -> str | list[float]:
+    if isinstance(values, str):
+        return values
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise UsageError(f"axis `{name}`: {values!r} are no numbers") from None
+    if array.ndim != 1:
+        raise UsageError(f"axis `{name}` has the shape {array.shape}: its values are a list of numbers")
+    return [float(value) for value in array]
+
+
+def _axis_text(values: str | list[float]) -> str:
+    return values if isinstance(values, str) else ",".join(repr(value) for value in values)
+
+
+_Chosen = list[str | tuple[str, list[tuple[str, float]]]]
+
+
+def _designs(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> _Chosen:
+    if isinstance(designs, str):
+        return [designs]
+    if not isinstance(designs, Mapping):
+        return list(designs)
+    standing = ("start", "optimum")
+    return [name if name in standing and not values else (name, _pairs(values)) for name, values in designs.items()]
+
+
+def _design_text(name: str, values: list[tuple[str, float]]) -> str:
+    return f"{name}=" + ",".join(f"{parameter}:{value!r}" for parameter, value in values)
