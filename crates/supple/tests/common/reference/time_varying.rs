@@ -75,7 +75,7 @@ impl TimeVarying {
         let steps = self.steps();
         Arrays {
             QN: Some(sequence(&self.q[steps..])),
-            ..Arrays::new([&self.a, &self.b, &self.c, &self.q[..steps], &self.r].map(|list| sequence(list)))
+            ..Arrays::new([&self.a, &self.b, &self.c, &self.q[..steps], &self.r].map(sequence))
         }
     }
 
