@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ._linear import linear
+from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
 from .plots import Figure
@@ -32,6 +34,8 @@ __all__ = [
     "Trace",
     "UsageError",
     "__version__",
+    "from_state_space",
+    "linear",
     "load",
     "load_result",
 ]

@@ -4,6 +4,7 @@
 //! has a system under the key `system`, a dict whose `kind` says which of the files here makes it.
 
 mod describe;
+mod linear;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -73,9 +74,10 @@ pub fn field<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, P
 }
 
 /// The system of a description, by its kind.
-fn system(description: &Bound<'_, PyDict>, _context: &Context<'_>) -> PyResult<Arc<dyn System>> {
+fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResult<Arc<dyn System>> {
     let kind: String = field(description, "kind")?.extract()?;
     match &*kind {
+        "linear" => linear::system(description, context),
         _ => Err(errors::usage(description.py(), &format!("no kind of system `{kind}`"))),
     }
 }
