@@ -12,6 +12,7 @@ use crate::{Channels, Dimensions, Limit};
 mod arrays;
 mod authored;
 mod batch;
+mod convex;
 mod programs;
 mod roll_out;
 mod sequence;
@@ -20,13 +21,15 @@ mod trace;
 pub use arrays::Arrays;
 pub use authored::Authored;
 pub use batch::{KnotAdjoints, Points, Times, Variation};
+pub use convex::make_convex;
 pub use roll_out::RollOut;
 pub use sequence::Sequence;
 
 /// Which second derivatives of the cost are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curvature {
-    /// Those of the norm alone: never indefinite, for iterating.
+    /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
+    /// convex by [`make_convex`].
     GaussNewton,
     /// All of them.
     Exact,
