@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ._linear import linear
+from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
 from .model import DerivativeError, Derivatives, Model, Noise, combine
@@ -38,6 +40,8 @@ __all__ = [
     "UsageError",
     "__version__",
     "combine",
+    "from_state_space",
+    "linear",
     "load",
     "load_result",
 ]
