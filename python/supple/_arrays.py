@@ -84,9 +84,7 @@ def numbers(name: str, given: ArrayLike) -> Array:
     return np.ascontiguousarray(found, dtype=np.float64).reshape(found.shape)
 
 
-def array(
-    name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False
-) -> Array:
+def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False) -> Array:
     """An array of the given axes, or with the time as one axis more before them.
 
     Args:

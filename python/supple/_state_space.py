@@ -28,9 +28,9 @@ def from_state_space(
     *,
     steps: int | None = None,
     time_step: float | None = None,
-    states: Names = None,
-    controls: Names = None,
-    measurements: Names = None,
+    states: Names | None = None,
+    controls: Names | None = None,
+    measurements: Names | None = None,
     **options: Any,
 ) -> Task:
     """A linear problem whose ``A``, ``B`` and ``C`` are those of a state-space object.
@@ -113,7 +113,9 @@ def _matrices(space: Any) -> tuple[Array, Array, Array, Array]:
     A, B, C, D = (np.atleast_2d(numbers(name, getattr(space, name))) for name in "ABCD")
     if A.size == 0 or B.size == 0 or C.size == 0:
         shapes = f"{A.shape}, {B.shape} and {C.shape}"
-        raise UsageError(f"A, B and C of the system have the shapes {shapes}: it needs a state, a control and a measurement")
+        raise UsageError(
+            f"A, B and C of the system have the shapes {shapes}: it needs a state, a control and a measurement"
+        )
     return A, B, C, D
 
 
@@ -142,7 +144,8 @@ def _held(A: Array, B: Array, time_step: float) -> tuple[Array, Array]:
     n, m = B.shape
     joint = np.zeros((n + m, n + m))
     joint[:n, :n], joint[:n, n:] = A, B
-    moved = np.asarray(expm(joint * time_step), dtype=np.float64)
+    with np.errstate(all="ignore"):
+        moved = np.asarray(expm(joint * time_step), dtype=np.float64)
     if not np.isfinite(moved).all():
         raise UsageError(f"time_step={time_step}: the system grows beyond all numbers in it; take a shorter one")
     return moved[:n, :n].copy(), moved[:n, n:].copy()
