@@ -28,12 +28,11 @@ class Sizes:
     @staticmethod
     def of(A: ArrayLike, B: ArrayLike, C: ArrayLike, steps: int | None) -> Sizes:
         """From the shapes of ``A``, ``B`` and ``C``, and from the number of steps where it is given."""
+        valid = {"A": "(n, n) or (N, n, n)", "B": "(n, m) or (N, n, m)", "C": "(p, n) or (N+1, p, n)"}
         shapes = {name: numbers(name, given).shape for name, given in (("A", A), ("B", B), ("C", C))}
-        for (name, shape), valid in zip(
-            shapes.items(), ("(n, n) or (N, n, n)", "(n, m) or (N, n, m)", "(p, n) or (N+1, p, n)"), strict=True
-        ):
+        for name, shape in shapes.items():
             if len(shape) not in (2, 3) or 0 in shape:
-                raise UsageError(f"{name} has the shape {_text(shape)}: it must be {valid}")
+                raise UsageError(f"{name} has the shape {_text(shape)}: it must be {valid[name]}")
         sizes = Sizes(shapes["A"][-1], shapes["B"][-1], shapes["C"][-2])
         if steps is not None:
             if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
@@ -55,8 +54,8 @@ class Sizes:
             ((known, source),) = self._steps.items()
             expected = known + 1 if measured else known
             raise UsageError(
-                f"{name} has the length {count} along the time: it must be {valid} = {expected}, as N = {known} by {source}; "
-                "or leave that axis out where it is the same at all steps"
+                f"{name} has the length {count} along the time: it must be {valid} = {expected}, as N = {known} by "
+                f"{source}; or leave that axis out where it is the same at all steps"
             )
         self._steps.setdefault(steps, f"the shape of {name}")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,33 +26,39 @@ def from_state_space(
     Q: ArrayLike,
     R: ArrayLike,
     *,
+    QN: ArrayLike | None = None,
+    S: ArrayLike | None = None,
+    c: ArrayLike | None = None,
+    d: ArrayLike | None = None,
+    q: ArrayLike | None = None,
+    r: ArrayLike | None = None,
+    qN: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
     steps: int | None = None,
     time_step: float | None = None,
+    bound: float | None = None,
+    control_bounds: Sequence[tuple[float, float]] | None = None,
     states: Names | None = None,
     controls: Names | None = None,
     measurements: Names | None = None,
-    **options: Any,
+    name: str = "linear",
+    title: str = "",
+    planning: Mapping[str, Any] | None = None,
 ) -> Task:
     """A linear problem whose ``A``, ``B`` and ``C`` are those of a state-space object.
 
-    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. A system in
-    continuous time is put into discrete time by a zero-order hold: the control stays the same over a time step. ``W`` is
-    the covariance of the noise that a time step adds, not one per second, and ``Q`` and ``R`` weigh each step.
+    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. A system
+    in continuous time is put into discrete time by a zero-order hold: the control stays the same over a time step.
+    ``W`` is the covariance of the noise that a time step adds, not one per second, and ``Q`` and ``R`` weigh each step.
 
     Args:
         sys: The system. Its ``D`` must be 0: measurements see the state alone.
-        W: As of :func:`supple.linear`, and so are ``V``, ``X0``, ``Q``, ``R`` and all other options.
-        V: Covariance of the measurement noise.
-        X0: Covariance of the first state.
-        Q: Weight of the state.
-        R: Weight of the control.
-        steps: N.
+        W: As of :func:`supple.linear`, and so are all other arguments but these:
         time_step: Time step, s: needed for systems in continuous time, and for those in discrete time that do not say
             theirs.
         states: Names of the states; those of python-control's object, or else ``x1``, ``x2``..., where left out.
         controls: Names of the controls, likewise.
         measurements: Names of the measurements, likewise.
-        **options: Other options of :func:`supple.linear`.
 
     Raises:
         UsageError: Where the system is of another kind, has a ``D``, or its time step is not known.
@@ -65,9 +71,34 @@ def from_state_space(
             "take D u away from what is measured"
         )
     A, B, time_step = _discrete(found, time_step)
-    names = {"states": states, "controls": controls, "measurements": measurements}
-    given = {key: found.names.get(key) if value is None else value for key, value in names.items()}
-    return linear(A, B, found.C, W, V, X0, Q, R, steps=steps, time_step=time_step, **given, **options)
+    return linear(
+        A,
+        B,
+        found.C,
+        W,
+        V,
+        X0,
+        Q,
+        R,
+        QN=QN,
+        S=S,
+        c=c,
+        d=d,
+        q=q,
+        r=r,
+        qN=qN,
+        x0=x0,
+        steps=steps,
+        time_step=time_step,
+        bound=bound,
+        control_bounds=control_bounds,
+        states=found.names.get("states") if states is None else states,
+        controls=found.names.get("controls") if controls is None else controls,
+        measurements=found.names.get("measurements") if measurements is None else measurements,
+        name=name,
+        title=title,
+        planning=planning,
+    )
 
 
 @dataclass(frozen=True)
@@ -104,8 +135,8 @@ def _read(sys: Any) -> _Found:
         return _Found(*_matrices(sys), time_step=step, names={key: list(value) for key, value in labels.items()})
     kind = f"{type(sys).__module__}.{type(sys).__qualname__}"
     raise UsageError(
-        f"sys is a {kind}: it must be a control.StateSpace, or a StateSpace, lti or dlti of scipy.signal; other kinds of "
-        "python-control become one by control.ss(sys), and arrays go into supple.linear"
+        f"sys is a {kind}: it must be a control.StateSpace, or a StateSpace, lti or dlti of scipy.signal; other kinds "
+        "of python-control become one by control.ss(sys), and arrays go into supple.linear"
     )
 
 
