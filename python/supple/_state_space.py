@@ -47,8 +47,8 @@ def from_state_space(
 ) -> Task:
     """A linear problem whose ``A``, ``B`` and ``C`` are those of a state-space object.
 
-    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. A system
-    in continuous time is put into discrete time by a zero-order hold: the control stays the same over a time step.
+    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. Systems
+    in continuous time are put into discrete time by a zero-order hold: the control stays the same over a time step.
     ``W`` is the covariance of the noise that a time step adds, not one per second, and ``Q`` and ``R`` weigh each step.
 
     Args:

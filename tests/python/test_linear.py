@@ -97,7 +97,7 @@ def test_time_varying_filter_and_controller_are_those_of_textbooks() -> None:
     A, B, C = rng.normal(size=(N, n, n)) / 2, rng.normal(size=(N, n, m)), rng.normal(size=(N + 1, p, n))
     W, V, X0, Q, R, QN = spd(N, n), spd(N + 1, p), spd(1, n)[0], spd(N, n), spd(N, m), spd(1, n)[0]
     task = supple.linear(A, B, C, W, V, X0, Q, R, QN=QN, x0=np.ones(n))
-    found = task.evaluate(rollouts=4000).tasks["linear"]
+    found: Any = task.evaluate(rollouts=4000).tasks["linear"]
 
     gains, s = np.empty((N, m, n)), QN
     process = 0.0
@@ -301,7 +301,7 @@ def test_systems_of_python_control() -> None:
     unsaid = control.ss(*oscillator(STEP), *OSCILLATOR[2:], True)
     check(supple.from_state_space(unsaid, **COSTS, steps=N, time_step=STEP))
 
-    misuse = [
+    misuse: list[tuple[Any, dict[str, Any], str]] = [
         (continuous, {}, "the system is in continuous time: give time_step, s"),
         (unsaid, {}, "the system does not say its time step: give time_step, s"),
         (discrete, {"time_step": 0.1}, "time_step=0.1, but that of the system is 0.05: leave time_step out"),
