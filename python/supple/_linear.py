@@ -40,7 +40,7 @@ def linear(
     r: ArrayLike | None = None,
     qN: ArrayLike | None = None,
     x0: ArrayLike | None = None,
-    steps: int | None = None,
+    N: int | None = None,
     time_step: float = 1.0,
     bound: float | None = None,
     control_bounds: Sequence[tuple[float, float]] | None = None,
@@ -78,7 +78,7 @@ def linear(
         r: Linear cost of the control, (m,) or (N, m).
         qN: Linear cost of the last state, (n,); the last of ``q`` where left out.
         x0: Mean of the first state, (n,); 0 where left out.
-        steps: N; needed where no array has a time axis.
+        N: How many steps there are; needed where no array has a time axis.
         time_step: Time step, s: it makes bits per second of bits per step.
         bound: The expected cost may be at most this.
         control_bounds: Least and greatest value of each control; plus or minus infinity for none.
@@ -93,7 +93,7 @@ def linear(
         UsageError: Where an array has a wrong shape, is not finite, or no covariance or weight: it says which, what was
             found and what is valid.
     """
-    sizes = Sizes.of(A, B, C, steps)
+    sizes = Sizes.of(A, B, C, N)
     n, m, p = sizes.states, sizes.controls, sizes.measurements
     system: dict[str, Any] = {
         "kind": "linear",

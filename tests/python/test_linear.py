@@ -53,7 +53,7 @@ OPTIONS: dict[str, Any] = {"time_step": 0.1, "bound": 50.0, "name": "hold"}
 
 def made(**changes: Any) -> supple.Task:
     """The task of these arrays with some changed; those that are changed to ``None`` are left out."""
-    given = {**ARRAYS, "steps": N, **OPTIONS, **changes}
+    given = {**ARRAYS, "N": N, **OPTIONS, **changes}
     return supple.linear(**{key: value for key, value in given.items() if value is not None})
 
 
@@ -75,7 +75,7 @@ def from_file(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_numbers_are_those_of_the_same_task_file(from_file: Any) -> None:
     each = {name: repeated(name) for name in "ABCWVQR"}
-    for task in (made(), made(steps=None, **each), made(A=repeated("A")), made(W=repeated("W"), V=repeated("V"))):
+    for task in (made(), made(N=None, **each), made(A=repeated("A")), made(W=repeated("W"), V=repeated("V"))):
         found = report(task)
         assert found.information.per_step_nats.tolist() == from_file.information.per_step_nats.tolist()
         for part in ("belief", "process", "initial"):
@@ -132,7 +132,7 @@ def test_long_tasks_are_stationary_lqg_of_the_riccati_equations() -> None:
     sigma = P - P @ C.T @ np.linalg.solve(innovation, C @ P)
     xi = gain.T @ (R + B.T @ S @ B) @ gain
     steps = 200
-    found = report(made(steps=steps, QN=S, X0=P, x0=[0.0, 0.0]))
+    found = report(made(N=steps, QN=S, X0=P, x0=[0.0, 0.0]))
     nats = 0.5 * np.log(np.linalg.det(innovation) / np.linalg.det(V))
     assert np.allclose(found.information.per_step_nats, nats, rtol=1e-10)
     assert found.information.bits_per_second == pytest.approx(nats / np.log(2) / 0.1, rel=1e-10)
@@ -182,6 +182,15 @@ def test_tasks_are_pickled_and_results_kept(tmp_path: Path) -> None:
     assert task.parameters == {}
 
 
+def test_tasks_stay_what_they_are_when_arrays_change() -> None:
+    A = np.array(ARRAYS["A"])
+    task = made(A=A)
+    before = report(task).trajectory.x.tolist()
+    A[:] = 0.0
+    assert report(task).trajectory.x.tolist() == before
+    assert report(pickle.loads(pickle.dumps(task))).trajectory.x.tolist() == before
+
+
 def test_there_is_nothing_to_design() -> None:
     with pytest.raises(supple.SuppleError, match="design"):
         made().design(starts=1)
@@ -194,16 +203,19 @@ MISUSE: list[tuple[dict[str, Any], str]] = [
     ({"A": np.eye(2) * 1j}, "A holds complex128: it must hold real numbers"),
     ({"A": [["a", "b"]] * 2}, "A holds <U1: it must hold real numbers"),
     ({"A": [[1.0, np.nan], [0.0, 1.0]]}, r"A\[0, 1\] is nan: it must be finite"),
-    ({"A": np.ones((7, 2, 2))}, r"A has the length 7 along the time: it must be N = 20, as N = 20 by steps=20"),
+    ({"A": np.ones((7, 2, 2))}, r"A has the length 7 along the time: it must be N = 20, as N = 20 by the argument N"),
     ({"A": np.ones((0, 2, 2))}, r"A has the shape \(0, 2, 2\)"),
-    ({"steps": None}, "say how many steps there are"),
-    ({"steps": 0}, "steps=0: a whole number of at least 1"),
-    ({"steps": 2.5}, "steps=2.5: a whole number of at least 1"),
+    ({"N": None}, "say how many steps there are"),
+    ({"N": 0}, "N=0: a whole number of at least 1"),
+    ({"N": 2.5}, "N=2.5: a whole number of at least 1"),
     ({"B": [0.0, 0.3]}, r"B has the shape \(2,\): it must be \(n, m\) or \(N, n, m\)"),
     ({"B": [[0.0], [0.3], [1.0]]}, r"B has the shape \(3, 1\): it must be \(n, m\) = \(2, 1\)"),
-    ({"C": np.ones((N, 1, 2))}, r"C has the length 20 along the time: it must be N\+1 = 21, as N = 20 by steps=20"),
     (
-        {"A": np.ones((5, 2, 2)), "C": np.ones((5, 1, 2)), "steps": None},
+        {"C": np.ones((N, 1, 2))},
+        r"C has the length 20 along the time: it must be N\+1 = 21, as N = 20 by the argument N",
+    ),
+    (
+        {"A": np.ones((5, 2, 2)), "C": np.ones((5, 1, 2)), "N": None},
         r"must be N\+1 = 6, as N = 5 by the shape of A",
     ),
     ({"c": [1.0]}, r"c has the shape \(1,\): it must be \(n,\) = \(2,\), or \(N, n\) with one of 2 for each step"),
@@ -273,7 +285,7 @@ def report_of(task: supple.Task) -> Any:
 
 def expected() -> Any:
     A, B = oscillator(STEP)
-    task = supple.linear(A, B, OSCILLATOR[2], **COSTS, steps=N, time_step=STEP)
+    task = supple.linear(A, B, OSCILLATOR[2], **COSTS, N=N, time_step=STEP)
     return report_of(task)
 
 
@@ -289,17 +301,17 @@ def test_systems_of_python_control() -> None:
     control = pytest.importorskip("control")
     labels = {"states": ["angle", "rate"], "inputs": ["torque"], "outputs": ["seen"]}
     continuous = control.ss(*OSCILLATOR, **labels)
-    found = check(supple.from_state_space(continuous, **COSTS, steps=N, time_step=STEP))
+    found = check(supple.from_state_space(continuous, **COSTS, N=N, time_step=STEP))
     assert found.trajectory.state_names == ["angle", "rate"]
     assert found.trajectory.control_names == ["torque"]
     assert list(found.trajectory.measurements) == ["seen"]
-    other = supple.from_state_space(continuous, **COSTS, steps=N, time_step=STEP, states=["a", "b"])
+    other = supple.from_state_space(continuous, **COSTS, N=N, time_step=STEP, states=["a", "b"])
     assert report_of(other).trajectory.state_names == ["a", "b"]
 
     discrete = control.ss(*oscillator(STEP), *OSCILLATOR[2:], STEP)
-    check(supple.from_state_space(discrete, **COSTS, steps=N))
+    check(supple.from_state_space(discrete, **COSTS, N=N))
     unsaid = control.ss(*oscillator(STEP), *OSCILLATOR[2:], True)
-    check(supple.from_state_space(unsaid, **COSTS, steps=N, time_step=STEP))
+    check(supple.from_state_space(unsaid, **COSTS, N=N, time_step=STEP))
 
     misuse: list[tuple[Any, dict[str, Any], str]] = [
         (continuous, {}, "the system is in continuous time: give time_step, s"),
@@ -310,30 +322,30 @@ def test_systems_of_python_control() -> None:
     ]
     for system, options, message in misuse:
         with pytest.raises(supple.UsageError, match=message):
-            supple.from_state_space(system, **COSTS, steps=N, **options)
+            supple.from_state_space(system, **COSTS, N=N, **options)
 
 
 def test_systems_of_scipy() -> None:
     signal = pytest.importorskip("scipy.signal")
     for kind in (signal.StateSpace, signal.lti):
-        check(supple.from_state_space(kind(*OSCILLATOR), **COSTS, steps=N, time_step=STEP))
+        check(supple.from_state_space(kind(*OSCILLATOR), **COSTS, N=N, time_step=STEP))
     for kind in (signal.StateSpace, signal.dlti):
-        check(supple.from_state_space(kind(*oscillator(STEP), *OSCILLATOR[2:], dt=STEP), **COSTS, steps=N))
+        check(supple.from_state_space(kind(*oscillator(STEP), *OSCILLATOR[2:], dt=STEP), **COSTS, N=N))
     unsaid = signal.dlti(*oscillator(STEP), *OSCILLATOR[2:])
-    check(supple.from_state_space(unsaid, **COSTS, steps=N, time_step=STEP))
+    check(supple.from_state_space(unsaid, **COSTS, N=N, time_step=STEP))
 
 
 def test_misuse_of_state_space_objects() -> None:
     signal = pytest.importorskip("scipy.signal")
     through = signal.StateSpace(*OSCILLATOR[:3], [[0.5]])
     with pytest.raises(supple.UsageError, match=r"D\[0, 0\] of the system is 0.5: it must be 0"):
-        supple.from_state_space(through, **COSTS, steps=N, time_step=STEP)
+        supple.from_state_space(through, **COSTS, N=N, time_step=STEP)
     with pytest.raises(supple.UsageError, match="time_step=-1.0: a number above 0, s"):
-        supple.from_state_space(signal.StateSpace(*OSCILLATOR), **COSTS, steps=N, time_step=-1.0)
+        supple.from_state_space(signal.StateSpace(*OSCILLATOR), **COSTS, N=N, time_step=-1.0)
     with pytest.raises(supple.UsageError, match="sys is a builtins.tuple: it must be a control.StateSpace"):
-        supple.from_state_space(OSCILLATOR, **COSTS, steps=N, time_step=STEP)
+        supple.from_state_space(OSCILLATOR, **COSTS, N=N, time_step=STEP)
     with pytest.raises(supple.UsageError, match=r"W has 3 variances: it must have 2"):
-        supple.from_state_space(signal.StateSpace(*OSCILLATOR), **{**COSTS, "W": [1.0] * 3}, steps=N, time_step=STEP)
+        supple.from_state_space(signal.StateSpace(*OSCILLATOR), **{**COSTS, "W": [1.0] * 3}, N=N, time_step=STEP)
     unstable = signal.StateSpace([[1e6]], [[1.0]], [[1.0]], [[0.0]])
     with pytest.raises(supple.UsageError, match="grows beyond all numbers"):
-        supple.from_state_space(unstable, [1.0], [1.0], [1.0], [[1.0]], [[1.0]], steps=N, time_step=1.0)
+        supple.from_state_space(unstable, [1.0], [1.0], [1.0], [[1.0]], [[1.0]], N=N, time_step=1.0)
