@@ -26,19 +26,18 @@ class Sizes:
     _steps: dict[int, str] = field(default_factory=dict)
 
     @staticmethod
-    def of(A: ArrayLike, B: ArrayLike, C: ArrayLike, steps: int | None) -> Sizes:
+    def of(A: ArrayLike, B: ArrayLike, C: ArrayLike, N: int | None) -> Sizes:
         """From the shapes of ``A``, ``B`` and ``C``, and from the number of steps where it is given."""
+        valid = {"A": "(n, n) or (N, n, n)", "B": "(n, m) or (N, n, m)", "C": "(p, n) or (N+1, p, n)"}
         shapes = {name: numbers(name, given).shape for name, given in (("A", A), ("B", B), ("C", C))}
-        for (name, shape), valid in zip(
-            shapes.items(), ("(n, n) or (N, n, n)", "(n, m) or (N, n, m)", "(p, n) or (N+1, p, n)"), strict=True
-        ):
+        for name, shape in shapes.items():
             if len(shape) not in (2, 3) or 0 in shape:
-                raise UsageError(f"{name} has the shape {_text(shape)}: it must be {valid}")
+                raise UsageError(f"{name} has the shape {_text(shape)}: it must be {valid[name]}")
         sizes = Sizes(shapes["A"][-1], shapes["B"][-1], shapes["C"][-2])
-        if steps is not None:
-            if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-                raise UsageError(f"steps={steps!r}: a whole number of at least 1")
-            sizes._steps[int(steps)] = f"steps={steps}"
+        if N is not None:
+            if isinstance(N, bool) or not isinstance(N, (int, np.integer)) or N < 1:
+                raise UsageError(f"N={N!r}: a whole number of at least 1")
+            sizes._steps[int(N)] = "the argument N"
         return sizes
 
     def length(self, axis: str) -> int:
@@ -55,8 +54,8 @@ class Sizes:
             ((known, source),) = self._steps.items()
             expected = known + 1 if measured else known
             raise UsageError(
-                f"{name} has the length {count} along the time: it must be {valid} = {expected}, as N = {known} by {source}; "
-                "or leave that axis out where it is the same at all steps"
+                f"{name} has the length {count} along the time: it must be {valid} = {expected}, as N = {known} by "
+                f"{source}; or leave that axis out where it is the same at all steps"
             )
         self._steps.setdefault(steps, f"the shape of {name}")
 
@@ -64,7 +63,7 @@ class Sizes:
     def steps(self) -> int:
         """N, once all arrays were seen."""
         if not self._steps:
-            raise UsageError("steps=...: say how many steps there are, as no array has a time axis")
+            raise UsageError("N is missing: say how many steps there are, as no array has a time axis")
         return next(iter(self._steps))
 
 
@@ -74,19 +73,17 @@ def _text(shape: tuple[int, ...]) -> str:
 
 
 def numbers(name: str, given: ArrayLike) -> Array:
-    """An array of float64 with the numbers of another one; anything but real numbers is an error."""
+    """A copy as float64, which nobody else changes; anything but real numbers is an error."""
     try:
         found = np.asarray(given)
     except ValueError:
         raise UsageError(f"{name} is no array: its rows have different lengths") from None
     if found.dtype.kind not in "biuf":
         raise UsageError(f"{name} holds {found.dtype}: it must hold real numbers")
-    return np.ascontiguousarray(found, dtype=np.float64).reshape(found.shape)
+    return np.array(found, dtype=np.float64, order="C")
 
 
-def array(
-    name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False
-) -> Array:
+def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False) -> Array:
     """An array of the given axes, or with the time as one axis more before them.
 
     Args:

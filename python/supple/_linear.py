@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import _description as describe
 from ._arrays import Sizes, array, covariance, symmetric
 from ._records import Array
-from ._supple import NativeTask
 from .errors import UsageError
 from .task import Task
 
 __all__ = ["linear"]
 
-#: Names of channels with their units, names alone, or nothing for numbered names.
-Names = Mapping[str, str] | Sequence[str] | None
+#: Names of the numbers of a vector, with their units where there are any.
+Names = Sequence[str] | Mapping[str, str]
 
 
 def linear(
@@ -40,13 +40,13 @@ def linear(
     r: ArrayLike | None = None,
     qN: ArrayLike | None = None,
     x0: ArrayLike | None = None,
-    steps: int | None = None,
+    N: int | None = None,
     time_step: float = 1.0,
     bound: float | None = None,
-    control_bounds: tuple[ArrayLike, ArrayLike] | None = None,
-    states: Names = None,
-    controls: Names = None,
-    measurements: Names = None,
+    control_bounds: Sequence[tuple[float, float]] | None = None,
+    states: Names | None = None,
+    controls: Names | None = None,
+    measurements: Names | None = None,
     name: str = "linear",
     title: str = "",
     planning: Mapping[str, Any] | None = None,
@@ -78,10 +78,10 @@ def linear(
         r: Linear cost of the control, (m,) or (N, m).
         qN: Linear cost of the last state, (n,); the last of ``q`` where left out.
         x0: Mean of the first state, (n,); 0 where left out.
-        steps: N; needed where no array has a time axis.
+        N: How many steps there are; needed where no array has a time axis.
         time_step: Time step, s: it makes bits per second of bits per step.
         bound: The expected cost may be at most this.
-        control_bounds: Least and greatest controls that the plan keeps, (m,) each; may be infinite.
+        control_bounds: Least and greatest value of each control; plus or minus infinity for none.
         states: Names of the states, or names with units; ``x1``, ``x2``... where left out.
         controls: The same of the controls; ``u1``, ``u2``... where left out.
         measurements: The same of the measurements; ``y1``, ``y2``... where left out.
@@ -93,7 +93,7 @@ def linear(
         UsageError: Where an array has a wrong shape, is not finite, or no covariance or weight: it says which, what was
             found and what is valid.
     """
-    sizes = Sizes.of(A, B, C, steps)
+    sizes = Sizes.of(A, B, C, N)
     n, m, p = sizes.states, sizes.controls, sizes.measurements
     system: dict[str, Any] = {
         "kind": "linear",
@@ -128,12 +128,11 @@ def linear(
         "information_weight": 1.0,
         "initial_state": start.tolist(),
         "initial_control": [[0.0] * m],
-        "control_bounds": None if control_bounds is None else _bounds(control_bounds, m),
+        "control_bounds": _bounds(control_bounds, m),
         **noise,
     }
     plain = {"title": title, "parameters": [], "tasks": [task], "planning": dict(planning or {}), "design": {}}
-    description = {"plain": json.dumps(plain), "systems": [system]}
-    return Task(NativeTask.own(description), ("own", description))
+    return describe.made({"plain": json.dumps(plain), "systems": [system]})
 
 
 def _optional(name: str, given: ArrayLike | None, sizes: Sizes, axes: str, **how: bool) -> Array | None:
@@ -160,19 +159,12 @@ def _check_convex(Q: Array, S: Array | None, R: Array) -> None:
         )
 
 
-def _channels(what: str, names: Names, prefix: str, count: int) -> list[tuple[str, str]]:
+def _channels(what: str, given: Names | None, letter: str, count: int) -> list[tuple[str, str]]:
     """Names with units, of which there must be ``count``."""
-    if names is None:
-        return [(f"{prefix}{index + 1}", "") for index in range(count)]
-    if isinstance(names, str):
-        raise UsageError(f"{what}={names!r}: a list of {count} names, or a dict of names with units")
-    pairs = [(str(name), str(unit)) for name, unit in names.items()] if isinstance(names, Mapping) else None
-    pairs = pairs if pairs is not None else [(str(name), "") for name in names]
-    if len(pairs) != count:
-        raise UsageError(f"{what} has {len(pairs)} names: there are {count} {what}")
-    if len({name for name, _ in pairs}) != count:
-        raise UsageError(f"{what}={[name for name, _ in pairs]}: each name may be there once")
-    return pairs
+    found = describe.names(what, count if given is None else given, letter)
+    if len(found) != count:
+        raise UsageError(f"{what} has {len(found)} names: there are {count} {what}")
+    return list(found.items())
 
 
 def _number(name: str, value: float) -> float:
@@ -192,15 +184,8 @@ def _positive(name: str, value: float) -> float:
     return number
 
 
-def _bounds(bounds: tuple[ArrayLike, ArrayLike], count: int) -> list[list[float | None]]:
+def _bounds(given: Sequence[tuple[float, float]] | None, count: int) -> list[list[float | None]] | None:
     """Least and greatest controls, (m,) each, with ``None`` for infinite ones."""
-    try:
-        both = [np.asarray(bound, dtype=np.float64) for bound in bounds]
-    except (TypeError, ValueError):
-        raise UsageError(f"control_bounds={bounds!r}: two arrays of numbers, the least and the greatest controls") from None
-    shapes = [bound.shape for bound in both]
-    if shapes != [(count,), (count,)]:
-        raise UsageError(f"control_bounds have the shapes {shapes}: least and greatest controls, ({count},) each")
-    if any(np.isnan(bound).any() for bound in both):
-        raise UsageError("control_bounds are not numbers: use infinity where there is no bound")
-    return [[float(entry) if math.isfinite(entry) else None for entry in bound] for bound in both]
+    if given is not None and len(given) != count:
+        raise UsageError(f"control_bounds has {len(given)} pairs: there are {count} controls")
+    return describe.bounds(given)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,33 +26,39 @@ def from_state_space(
     Q: ArrayLike,
     R: ArrayLike,
     *,
-    steps: int | None = None,
+    QN: ArrayLike | None = None,
+    S: ArrayLike | None = None,
+    c: ArrayLike | None = None,
+    d: ArrayLike | None = None,
+    q: ArrayLike | None = None,
+    r: ArrayLike | None = None,
+    qN: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+    N: int | None = None,
     time_step: float | None = None,
-    states: Names = None,
-    controls: Names = None,
-    measurements: Names = None,
-    **options: Any,
+    bound: float | None = None,
+    control_bounds: Sequence[tuple[float, float]] | None = None,
+    states: Names | None = None,
+    controls: Names | None = None,
+    measurements: Names | None = None,
+    name: str = "linear",
+    title: str = "",
+    planning: Mapping[str, Any] | None = None,
 ) -> Task:
     """A linear problem whose ``A``, ``B`` and ``C`` are those of a state-space object.
 
-    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. A system in
-    continuous time is put into discrete time by a zero-order hold: the control stays the same over a time step. ``W`` is
-    the covariance of the noise that a time step adds, not one per second, and ``Q`` and ``R`` weigh each step.
+    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. Systems
+    in continuous time are put into discrete time by a zero-order hold: the control stays the same over a time step.
+    ``W`` is the covariance of the noise that a time step adds, not one per second, and ``Q`` and ``R`` weigh each step.
 
     Args:
         sys: The system. Its ``D`` must be 0: measurements see the state alone.
-        W: As of :func:`supple.linear`, and so are ``V``, ``X0``, ``Q``, ``R`` and all other options.
-        V: Covariance of the measurement noise.
-        X0: Covariance of the first state.
-        Q: Weight of the state.
-        R: Weight of the control.
-        steps: N.
+        W: As of :func:`supple.linear`, and so are all other arguments but these:
         time_step: Time step, s: needed for systems in continuous time, and for those in discrete time that do not say
             theirs.
         states: Names of the states; those of python-control's object, or else ``x1``, ``x2``..., where left out.
         controls: Names of the controls, likewise.
         measurements: Names of the measurements, likewise.
-        **options: Other options of :func:`supple.linear`.
 
     Raises:
         UsageError: Where the system is of another kind, has a ``D``, or its time step is not known.
@@ -65,9 +71,34 @@ def from_state_space(
             "take D u away from what is measured"
         )
     A, B, time_step = _discrete(found, time_step)
-    names = {"states": states, "controls": controls, "measurements": measurements}
-    given = {key: found.names.get(key) if value is None else value for key, value in names.items()}
-    return linear(A, B, found.C, W, V, X0, Q, R, steps=steps, time_step=time_step, **given, **options)
+    return linear(
+        A,
+        B,
+        found.C,
+        W,
+        V,
+        X0,
+        Q,
+        R,
+        QN=QN,
+        S=S,
+        c=c,
+        d=d,
+        q=q,
+        r=r,
+        qN=qN,
+        x0=x0,
+        N=N,
+        time_step=time_step,
+        bound=bound,
+        control_bounds=control_bounds,
+        states=found.names.get("states") if states is None else states,
+        controls=found.names.get("controls") if controls is None else controls,
+        measurements=found.names.get("measurements") if measurements is None else measurements,
+        name=name,
+        title=title,
+        planning=planning,
+    )
 
 
 @dataclass(frozen=True)
@@ -104,8 +135,8 @@ def _read(sys: Any) -> _Found:
         return _Found(*_matrices(sys), time_step=step, names={key: list(value) for key, value in labels.items()})
     kind = f"{type(sys).__module__}.{type(sys).__qualname__}"
     raise UsageError(
-        f"sys is a {kind}: it must be a control.StateSpace, or a StateSpace, lti or dlti of scipy.signal; other kinds of "
-        "python-control become one by control.ss(sys), and arrays go into supple.linear"
+        f"sys is a {kind}: it must be a control.StateSpace, or a StateSpace, lti or dlti of scipy.signal; other kinds "
+        "of python-control become one by control.ss(sys), and arrays go into supple.linear"
     )
 
 
@@ -113,7 +144,9 @@ def _matrices(space: Any) -> tuple[Array, Array, Array, Array]:
     A, B, C, D = (np.atleast_2d(numbers(name, getattr(space, name))) for name in "ABCD")
     if A.size == 0 or B.size == 0 or C.size == 0:
         shapes = f"{A.shape}, {B.shape} and {C.shape}"
-        raise UsageError(f"A, B and C of the system have the shapes {shapes}: it needs a state, a control and a measurement")
+        raise UsageError(
+            f"A, B and C of the system have the shapes {shapes}: it needs a state, a control and a measurement"
+        )
     return A, B, C, D
 
 
@@ -142,7 +175,8 @@ def _held(A: Array, B: Array, time_step: float) -> tuple[Array, Array]:
     n, m = B.shape
     joint = np.zeros((n + m, n + m))
     joint[:n, :n], joint[:n, n:] = A, B
-    moved = np.asarray(expm(joint * time_step), dtype=np.float64)
+    with np.errstate(all="ignore"):
+        moved = np.asarray(expm(joint * time_step), dtype=np.float64)
     if not np.isfinite(moved).all():
         raise UsageError(f"time_step={time_step}: the system grows beyond all numbers in it; take a shorter one")
     return moved[:n, :n].copy(), moved[:n, n:].copy()

@@ -126,7 +126,7 @@ impl DescribedTask {
                 process: self.process.build("process").map_err(|error| at(&error))?,
                 measurement: self.measurement.build("measurement").map_err(|error| at(&error))?,
             },
-            system: system,
+            system,
         };
         task.check_shapes().map_err(|error| error.to_string())?;
         Ok(task)
