@@ -134,10 +134,14 @@ def simple(tape: Tape, name: str, values: list[Array], parameters: dict[str, Any
     if name == "split":
         places = np.cumsum(parameters["sizes"])[:-1]
         return [Symbolic(part, first.kind) for part in np.split(first.ids, places, axis=int(parameters["axis"]))]
+    if name == "unstack":
+        return [Symbolic(part, first.kind) for part in np.moveaxis(first.ids, int(parameters["axis"]), 0)]
     if name in ("cumsum", "cumprod", "cummax", "cummin"):
         return rules.accumulate(tape, name, first, int(parameters["axis"]), bool(parameters["reverse"]))
     if name in rules.FOLDS:
         return rules.reduce(tape, name, first, tuple(int(axis) for axis in parameters["axes"]))
+    if name in ("argmax", "argmin"):
+        return rules.furthest(tape, name, first, int(parameters["axes"][0]))
     if name == "dot_general":
         return linear.dot_general(tape, first, arrays[1], parameters["dimension_numbers"])
     if name == "cholesky":
@@ -209,20 +213,22 @@ def scatter(tape: Tape, name: str, values: list[Array], parameters: dict[str, An
     from jax import lax
 
     combine = {"scatter": None, "scatter-add": "add", "scatter_add": "add", "scatter-mul": "mul", "scatter_mul": "mul"}
+    combine |= {"scatter-sub": "sub", "scatter_sub": "sub"}
     combine |= {"scatter-min": "min", "scatter_min": "min", "scatter-max": "max", "scatter_max": "max"}
     if name not in combine:
         raise Untranslatable(f"primitive `{name}` in `{tape.name}`")
     array, places, updates = lift(tape, values[0]), np.asarray(values[1]), lift(tape, values[2])
     ids, flat = array.ids.copy(), updates.ids.reshape(-1)
-    plain = {**parameters, "update_jaxpr": None, "update_consts": ()}
     operation = combine[name]
     for number, value in enumerate(flat):
         # Where one update goes, found by JAX: one after the other, since several may go to one place.
         mark = np.zeros(updates.ids.size, dtype=np.int64)
         mark[number] = 1
         zeros = np.zeros(array.shape, dtype=np.int64)
-        added = {**plain, "update_jaxpr": None}
-        target = np.asarray(lax.scatter_add_p.bind(zeros, places, mark.reshape(updates.shape), **added)) > 0
+        moved = lax.scatter_add(
+            zeros, places, mark.reshape(updates.shape), parameters["dimension_numbers"], mode=parameters["mode"]
+        )
+        target = np.asarray(moved) > 0
         for place in zip(*np.nonzero(target)):
             before = int(ids[place])
             ids[place] = int(value) if operation is None else rules.NUMBERS[operation](tape, before, int(value))
