@@ -24,7 +24,9 @@ def without_time(text: str) -> str:
     return re.sub(r'"seconds": [^,\n]+', '"seconds": 0', text)
 
 
-@pytest.mark.parametrize("file", ["two_mass", "iiwa_door", "elastic_elbow", "peg_on_wall", "soft_gripper", "wiping_arm"])
+@pytest.mark.parametrize(
+    "file", ["two_mass", "iiwa_door", "elastic_elbow", "peg_on_wall", "soft_gripper", "wiping_arm"]
+)
 def test_evaluations_are_the_same_text(program: Path, file: str) -> None:
     path = f"tasks/{file}.toml"
     found = supple.load(path).evaluate(gradient="both", rollouts=8, seed=3, trajectories=False)

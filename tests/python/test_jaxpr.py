@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 jax = pytest.importorskip("jax")
-import jax.numpy as jnp  # noqa: E402
-
-from supple._jaxpr import Mistranslated, Untranslatable, translate  # noqa: E402
-from supple._jaxpr.tape import evaluate  # noqa: E402
-from supple._jaxpr.verify import jacobians, points  # noqa: E402
+import jax.numpy as jnp
+from supple._jaxpr import Mistranslated, Untranslatable, translate
+from supple._jaxpr.tape import evaluate
+from supple._jaxpr.verify import jacobians, points
 
 X, U, PHI = np.array([0.4, -0.7, 1.3]), np.array([0.6]), np.array([1.5, 0.2])
 

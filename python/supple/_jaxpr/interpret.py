@@ -159,9 +159,8 @@ def indexed(tape: Tape, name: str, values: list[Array], parameters: dict[str, An
     """Entries taken from, or put into, an array at known places; or taken along one axis at others."""
     updates = {"gather": 1, "dynamic_slice": 1, "dynamic_update_slice": 2}.get(name, 2)
     arrays = [lift(tape, value) for value in values[:updates]] if name != "scatter" else []
-    if name == "dynamic_slice" and not any(isinstance(value, Symbolic) for value in values[1:]):
-        part = starts(arrays[0].ids, parameters["slice_sizes"], values[1:])
-        return Symbolic(arrays[0].ids[part], arrays[0].kind)
+    if name == "dynamic_slice":
+        return slice_at(tape, arrays[0], values[1:], [int(size) for size in parameters["slice_sizes"]])
     if name == "dynamic_update_slice" and not any(isinstance(value, Symbolic) for value in values[2:]):
         ids = arrays[0].ids.copy()
         ids[starts(ids, arrays[1].shape, values[2:])] = arrays[1].ids
@@ -185,6 +184,21 @@ def gather(tape: Tape, array: Symbolic, places: Any, parameters: dict[str, Any])
     if taken.size and taken.min() < 0:
         raise Untranslatable(f"`{tape.name}` reads beyond the end of an array")
     return Symbolic(array.ids.reshape(-1)[taken], array.kind)
+
+
+def slice_at(tape: Tape, array: Symbolic, firsts: list[Array], sizes: list[int]) -> Symbolic:
+    """A part of an array; along axes where it is not known where it starts, a choice among all parts."""
+    for axis, (first, size) in enumerate(zip(firsts, sizes)):
+        rows, last = np.moveaxis(array.ids, axis, 0), array.shape[axis] - size
+        cases = [Symbolic(np.moveaxis(rows[place : place + size], 0, axis), array.kind) for place in range(last + 1)]
+        if not isinstance(first, Symbolic):
+            array = cases[min(max(int(np.asarray(first)), 0), last)]
+            continue
+        array = cases[0]
+        for place, case in enumerate(cases[1:], start=1):
+            beyond = elementwise(partial(scalars.shifted, tape, by=0.5 - place), "b", first)
+            array = elementwise(partial(scalars.choose, tape), array.kind, beyond, case, array)
+    return array
 
 
 def gather_at(tape: Tape, array: Symbolic, places: Symbolic, parameters: dict[str, Any]) -> Symbolic:
