@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
+from .model import DerivativeError, Derivatives, Model, Noise, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
@@ -12,6 +13,8 @@ from .task import Grid, Parameter, Task, load
 
 __all__ = [
     "ComputeError",
+    "DerivativeError",
+    "Derivatives",
     "Design",
     "Evaluation",
     "Figure",
@@ -19,6 +22,8 @@ __all__ = [
     "Grid",
     "Interrupted",
     "KeptError",
+    "Model",
+    "Noise",
     "Parameter",
     "Pareto",
     "Progress",
@@ -32,6 +37,7 @@ __all__ = [
     "Trace",
     "UsageError",
     "__version__",
+    "combine",
     "load",
     "load_result",
 ]

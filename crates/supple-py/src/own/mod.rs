@@ -3,6 +3,7 @@
 //! A description is a dict. All but the systems is plain data and read by serde from JSON (`own/describe.rs`); each task
 //! has a system under the key `system`, a dict whose `kind` says which of the files here makes it.
 
+mod callback;
 mod describe;
 mod recorded;
 
@@ -77,6 +78,7 @@ pub fn field<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, P
 fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResult<Arc<dyn System>> {
     let kind: String = field(description, "kind")?.extract()?;
     match &*kind {
+        "callback" => Ok(Arc::new(callback::Callback::new(description, context)?)),
         "recorded" => recorded::system(description, context),
         _ => Err(errors::usage(description.py(), &format!("no kind of system `{kind}`"))),
     }
