@@ -155,7 +155,9 @@ class Model:
         self._functions = Functions(*written.values(), *sizes, tuple(self._parameters))
         self._given = None if derivatives is None else Given(derivatives.given(), self._functions)
         if backend == "recorded" and self._given is not None:
-            raise UsageError('backend="recorded" finds all derivatives itself: leave `derivatives` out, or take backend="jax"')
+            raise UsageError(
+                'backend="recorded" finds all derivatives itself: leave `derivatives` out, or take backend="jax"'
+            )
         self._wanted = backend
         self._why_not_jax = ""
         self._jax = self._traced(backend)
@@ -259,14 +261,14 @@ class Model:
         if self._jax is None:
             return self._by_differences(x, controls, phi)
         checks.check_single(self._functions, x, controls[0], phi)
-        if self._wanted == "recorded":
-            return _record(self, (x, controls[0], phi), time_step), exact
-        if self._wanted == "auto" and self._given is None:
+        if self._wanted == "recorded" or self._wanted == "auto" and self._given is None:
             from ._jaxpr import Mistranslated, Untranslatable
 
             try:
                 return _record(self, (x, controls[0], phi), time_step), exact
             except (Mistranslated, Untranslatable) as why:
+                if self._wanted == "recorded":
+                    raise UsageError(f'backend="recorded": {why}. Or take backend="jax"') from why
                 LOGGER.info("functions are called in JAX, and not recorded: %s", why)
         return self._described(self._overridden(self._jax, near)), exact
 
@@ -315,7 +317,11 @@ class Model:
 
     def _described(self, backend: Any) -> dict[str, Any]:
         system: dict[str, Any] = {"kind": "callback", "backend": backend}
-        for what, key in (("states", "state_units"), ("controls", "control_units"), ("measurements", "measurement_units")):
+        for what, key in (
+            ("states", "state_units"),
+            ("controls", "control_units"),
+            ("measurements", "measurement_units"),
+        ):
             system[what] = list(self._channels[what])
             system[key] = list(self._channels[what].values())
         return system

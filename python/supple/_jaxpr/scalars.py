@@ -1,7 +1,7 @@
 """Functions of numbers that instructions do not have, written with those that they have.
 
 Accurate near 0 and without overflow on the way; branches that are not taken give no numbers that are not finite, which
-would spoil derivatives. Ties follow JAX: `max` and `min` share the derivative, `abs` and `sign` have none at 0.
+would spoil derivatives. Ties follow JAX: `max` and `min` share the derivative, that of `abs` at 0 is 1, that of `sign` is 0.
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ def minimum(tape: Tape, a: int, b: int) -> int:
 
 
 def absolute(tape: Tape, a: int) -> int:
-    """`|a|`, flat at 0."""
-    return choose(tape, a, a, choose(tape, neg(tape, a), neg(tape, a), power(tape, a, 3)))
+    """`|a|`, with the derivative 1 at 0, as JAX has it."""
+    return choose(tape, neg(tape, a), neg(tape, a), a)
 
 
 def sign(tape: Tape, a: int) -> int:
@@ -156,11 +156,14 @@ def real_power(tape: Tape, a: int, exponent: float) -> int:
         return power(tape, a, int(exponent))
     if exponent < 0.0:
         return tape.emit("recip", real_power(tape, a, -exponent))
-    if 2.0 * exponent == round(2.0 * exponent) and exponent <= 64.0:
-        root = tape.emit("sqrt", a)
-        return mul(tape, power(tape, a, int(exponent)), root) if exponent > 1.0 else root
+    if exponent == 0.5:
+        return tape.emit("sqrt", a)
     one = tape.constant(1.0)
-    positive = tape.emit("exp", scaled(tape, exponent, tape.emit("ln", choose(tape, a, a, one))))
+    safe = choose(tape, a, a, one)
+    if 2.0 * exponent == round(2.0 * exponent) and exponent <= 64.0:
+        positive = mul(tape, power(tape, safe, int(exponent)), tape.emit("sqrt", safe))
+    else:
+        positive = tape.emit("exp", scaled(tape, exponent, tape.emit("ln", safe)))
     # 0 at 0, and the logarithm of what is negative.
     return choose(tape, a, positive, tape.emit("ln", choose(tape, neg(tape, a), a, one)))
 
