@@ -81,7 +81,7 @@ class Derivatives:
 @dataclass(frozen=True, eq=False, repr=False)
 class DerivativeError(Record):
     """Estimated relative errors of a model's derivatives: how far they change where all steps are halved, relative to the
-    largest entry along a trajectory. All 0 for functions of JAX, whose derivatives are exact but for rounding.
+    largest entry along the trajectory of the first guess and around it. All 0 for functions of JAX, whose derivatives are exact but for rounding.
 
     Information and expected cost are as exact as the larger of ``first`` and ``second``, and total gradients as the largest
     of all three, times how much what they are made of cancels: most often within a factor of 100.
@@ -284,9 +284,7 @@ class Model:
         plain = differences_near(functions, None, x[None], controls[:1], phi, self._spans())
         states, taken, _ = plain.roll_out(x, controls, None, None, None, phi)
         found = differences_near(functions, self._given, states[:-1], taken, phi, self._spans())
-        finite = np.isfinite(states[:-1]).all(axis=1)
-        few = np.flatnonzero(finite)[:: max(1, int(finite.sum()) // 16)]
-        error = DerivativeError(*relative_errors(found, states[few], taken[few], phi))
+        error = DerivativeError(*relative_errors(found, states[:-1], taken, phi))
         LOGGER.info(
             "derivatives by finite differences: relative errors %.1e (first), %.1e (second), %.1e (third)",
             error.first,
