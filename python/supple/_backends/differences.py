@@ -183,7 +183,9 @@ class Differences:
 
     def dynamics_curvature(self, x: Array, u: Array, costates: Array, phi: Array) -> Array:
         """See the protocol."""
-        found: Array = np.einsum("bk,bkij->bij", costates, self._tensor("step", "dynamics_jacobians", _joint(x, u), phi))
+        found: Array = np.einsum(
+            "bk,bkij->bij", costates, self._tensor("step", "dynamics_jacobians", _joint(x, u), phi)
+        )
         return found
 
     def contract_dynamics(self, x: Array, u: Array, adjoints: Array, phi: Array) -> tuple[Array, Array]:
