@@ -12,8 +12,6 @@ from .functions import Functions
 
 __all__ = ["Programs", "refuse"]
 
-#: Steps of a roll-out that are compiled as one.
-UNROLLED = 5
 
 Program = Callable[..., Any]
 
@@ -183,7 +181,7 @@ class Programs:
                 u = jnp.clip(u, lower, upper)
                 return step(x, u, phi), (x, u)
 
-            end, (x, u) = jax.lax.scan(advance, start, (controls, feedback, reference), unroll=UNROLLED)
+            end, (x, u) = jax.lax.scan(advance, start, (controls, feedback, reference))
             costs = jax.vmap(cost, in_axes=(0, 0, None))(x, u, phi)
             return jnp.concatenate([x, end[None]]), u, jnp.sum(costs) + final_cost(end, None, phi)
 
