@@ -34,10 +34,14 @@ nb_execution_raise_on_error = True
 
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
+# How results are made is the package's own affair.
+autodoc_class_signature = "separated"
 napoleon_google_docstring = True
 
 html_theme = "furo"
 html_copy_source = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 
 # The Rust interface, where `cargo doc` has made it.
 rustdoc = ROOT / "target" / "doc"

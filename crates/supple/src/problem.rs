@@ -108,10 +108,19 @@ impl Task {
             let what = format!("{what} of task `{}`", self.name);
             if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
         };
+        check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;
         check("the initial covariance", self.noise.initial.order(), size.states)?;
         check("the process covariance", self.noise.process.order(), size.states)?;
         check("the measurement covariance", self.noise.measurement.order(), size.measurements)?;
+        let counts = [
+            ("the list of initial covariances", &self.noise.initial, 1),
+            ("the list of process covariances", &self.noise.process, self.steps),
+            ("the list of measurement covariances", &self.noise.measurement, self.steps + 1),
+        ];
+        for (what, covariance, expected) in counts {
+            check(what, covariance.count().unwrap_or(expected), expected)?;
+        }
         if let Some(bounds) = &self.control_bounds {
             check("the bounds of the controls", bounds.lower().len(), size.controls)?;
         }
