@@ -157,7 +157,6 @@ class MonteCarlo(Record):
         cost_mean: Mean cost.
         cost_standard_error: Its standard error.
         difference: Mean less expected cost.
-        costs: Cost of each run, (rollouts,); infinite where it diverged.
     """
 
     rollouts: int
@@ -166,7 +165,6 @@ class MonteCarlo(Record):
     cost_mean: float
     cost_standard_error: float
     difference: float
-    costs: Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)

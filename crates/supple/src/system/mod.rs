@@ -11,18 +11,21 @@ use crate::{Channels, Dimensions, Limit};
 
 mod authored;
 mod batch;
+mod convex;
 mod programs;
 mod roll_out;
 mod trace;
 
 pub use authored::Authored;
 pub use batch::{KnotAdjoints, Points, Times, Variation};
+pub use convex::make_convex;
 pub use roll_out::RollOut;
 
 /// Which second derivatives of the cost are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curvature {
-    /// Those of the norm alone: never indefinite, for iterating.
+    /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
+    /// convex by [`make_convex`].
     GaussNewton,
     /// All of them.
     Exact,
