@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from .._backends import stencils
+from .._backends.functions import Values, checked, pack, unpack
 from .._records import Array
 from ..errors import UsageError
 from . import names
-from .differences import contract_hessian, hessian, jacobian
+from .differences import contract_hessian, hessian
 from .names import Outputs
 from .simulator import Simulator
 
@@ -31,6 +34,15 @@ Term = Weight | tuple[Weight, Any]
 
 class Cost(ABC):
     """A cost ``l(z; phi)``."""
+
+    #: Factor on all steps of differences.
+    _factor = 1.0
+
+    def scaled(self, factor: float, simulator: Simulator) -> Cost:
+        """The same with all steps of differences times a factor, and with this simulator."""
+        other = copy.copy(self)
+        other._factor = factor * self._factor
+        return other
 
     @abstractmethod
     def values(self, z: Array, phi: Array) -> Array:
@@ -50,28 +62,42 @@ class Cost(ABC):
 
 
 class FunctionCost(Cost):
-    """A function of the user's, (B, k) -> (B,), by differences of its values."""
+    """A function of the user's, ``cost(x, u, p)`` or ``final_cost(x, p)`` -> (B,), by differences of its values.
 
-    def __init__(self, name: str, function: Callable[[Array, Array], Any]) -> None:
-        self._name, self._function = name, function
+    Args:
+        name: ``cost`` or ``final_cost``; only the former takes ``u``.
+        function: The function.
+        states: n.
+        parameters: Names of all parameters.
+    """
+
+    def __init__(self, name: str, function: Callable[..., Any], states: int, parameters: Sequence[str]) -> None:
+        self._name, self._function, self._states, self._parameters = name, function, states, tuple(parameters)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_function": pack(self._function, f"`{self._name}`")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._function = unpack(state["_function"], f"`{self._name}`")
 
     def values(self, z: Array, phi: Array) -> Array:
-        found = np.asarray(self._function(z, phi))
-        if found.shape != (len(z),) or found.dtype != np.float64:
-            raise UsageError(
-                f"{self._name} returned shape {found.shape} of {found.dtype} for {len(z)} points: it must return float64 of "
-                f"shape ({len(z)},). Its arguments have the points along the first axis: sum over the last"
-            )
-        return found
+        p, n = Values(self._parameters, phi), self._states
+        with np.errstate(all="ignore"):
+            found = self._function(z[:, :n], z[:, n:], p) if self._name == "cost" else self._function(z, p)
+        return checked(f"`{self._name}`", found, (len(z),))
 
     def gradients(self, z: Array, phi: Array) -> Array:
-        return jacobian(lambda at: self.values(at, phi), z, FIRST)
+        return self._gradients(z, phi, FIRST)
+
+    def _gradients(self, z: Array, phi: Array, step: float) -> Array:
+        return stencils.first(lambda at: self.values(at, phi), z, np.full(z.shape[1], self._factor * step))
 
     def hessians(self, z: Array, phi: Array) -> Array:
-        return hessian(lambda at: self.values(at, phi)[:, None], z, SECOND)[:, 0]
+        return hessian(lambda at: self.values(at, phi)[:, None], z, self._factor * SECOND)[:, 0]
 
     def contract(self, z: Array, weights: Array, phi: Array) -> Array:
-        return contract_hessian(lambda at: jacobian(lambda near: self.values(near, phi), at, THIRD), z, weights, THIRD)
+        return contract_hessian(lambda at: self._gradients(at, phi, THIRD), z, weights, self._factor * THIRD)
 
 
 @dataclass(frozen=True)
@@ -86,34 +112,48 @@ class Quadratic:
 
 
 class _Weighted:
-    """Weights and targets (r,) of numbers, either of which may be a parameter."""
+    """Weights and targets (r,) of numbers, either of which may be a parameter; 0 where none is set."""
 
     def __init__(self, size: int) -> None:
         self._size = size
-        self._entries: list[tuple[int, float | int, float | int, bool, bool]] = []
+        self._entries: dict[int, tuple[Weight, Weight]] = {}
 
-    def add(self, place: int, weight: Weight, target: Weight, parameters: Sequence[str]) -> None:
-        def number(value: Weight) -> tuple[float | int, bool]:
-            if isinstance(value, str):
-                return names.find("parameter", value, parameters), True
-            return float(value), False
-
-        (w, named_w), (t, named_t) = number(weight), number(target)
-        if not named_w and not (w >= 0.0 and np.isfinite(w)):
-            raise UsageError(f"cost: a weight must be at least 0; found {weight}")
-        self._entries.append((place, w, t, named_w, named_t))
+    def set(self, name: str, places: list[int], term: Term, parameters: Sequence[str]) -> None:
+        """Sets a term for these places, over what was set for them."""
+        weight, target = term if isinstance(term, tuple) else (term, 0.0)
+        targets: list[Any] = [target] * len(places) if np.ndim(target) == 0 else list(np.asarray(target, dtype=object))
+        if len(targets) != len(places):
+            raise UsageError(
+                f"cost: `{name}` has {len(places)} numbers and {len(targets)} targets: give one each, or one for all"
+            )
+        for place, value in zip(places, targets, strict=True):
+            self._entries[place] = (_number(name, weight, parameters), _number(name, value, parameters))
+            if not isinstance(weight, str) and not float(weight) >= 0.0:
+                raise UsageError(f"cost: the weight of `{name}` must be at least 0; found {weight}")
 
     def at(self, phi: Array) -> tuple[Array, Array]:
-        """Weights (r,) and targets (r,). Where a number has several terms their sum is one of both, up to a constant."""
-        weights, moments = np.zeros(self._size), np.zeros(self._size)
-        for place, w, t, named_w, named_t in self._entries:
-            weight, target = phi[int(w)] if named_w else w, phi[int(t)] if named_t else t
-            weights[place] += weight
-            moments[place] += weight * target
-        return weights, np.divide(moments, weights, out=np.zeros(self._size), where=weights != 0.0)
+        """Weights (r,) and targets (r,)."""
+        weights, targets = np.zeros(self._size), np.zeros(self._size)
+        for place, (weight, target) in self._entries.items():
+            weights[place] = phi[int(weight[1:])] if isinstance(weight, str) else weight
+            targets[place] = phi[int(target[1:])] if isinstance(target, str) else target
+        return weights, targets
 
     def __bool__(self) -> bool:
         return bool(self._entries)
+
+
+def _number(name: str, value: Any, parameters: Sequence[str]) -> Weight:
+    """A finite number; that of a parameter as ``#`` and its index."""
+    if isinstance(value, str):
+        return f"#{names.find('parameter, as the cost wants,', value, parameters)}"
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not np.isfinite(number):
+        raise UsageError(f"cost: `{name}` has {value!r}, which is neither a finite number nor the name of a parameter")
+    return number
 
 
 class QuadraticCost(Cost):
@@ -122,36 +162,43 @@ class QuadraticCost(Cost):
     def __init__(
         self,
         simulator: Simulator,
-        channels: Sequence[str],
-        outputs: Outputs | None,
-        terms: Mapping[str, Term],
+        direct: Sequence[tuple[Sequence[str], Mapping[str, Term]]],
+        outputs: Outputs,
         sensed: Mapping[str, Term],
         parameters: Sequence[str],
     ) -> None:
         self._simulator, self._outputs = simulator, outputs
-        self._direct = _Weighted(len(channels))
-        for pattern, term in terms.items():
-            places = names.select("state or control, as the cost wants,", pattern, channels)
-            _add(self._direct, pattern, places, term, parameters)
-        self._sensed = _Weighted(len(outputs) if outputs is not None else 0)
+        self._direct = _Weighted(sum(len(channels) for channels, _ in direct))
+        first = 0
+        for channels, terms in direct:
+            for pattern in sorted(terms, key=lambda pattern: (pattern in channels, len(pattern))):
+                places = [first + i for i in names.select("state or control, as the cost wants,", pattern, channels)]
+                self._direct.set(pattern, places, terms[pattern], parameters)
+            first += len(channels)
+        self._sensed = _Weighted(len(outputs))
         for name, term in sensed.items():
-            if outputs is None or name not in outputs.groups:
-                raise names.unknown("sensor, as the cost wants,", name, list(outputs.groups) if outputs is not None else [])
+            if name not in outputs.groups:
+                raise names.unknown("sensor, as the cost wants,", name, list(outputs.groups))
             first, count = outputs.groups[name]
-            _add(self._sensed, name, list(range(first, first + count)), term, parameters)
+            self._sensed.set(name, list(range(first, first + count)), term, parameters)
+
+    def scaled(self, factor: float, simulator: Simulator) -> Cost:
+        other = copy.copy(self)
+        other._factor, other._simulator = factor * self._factor, simulator
+        return other
 
     def _residuals(self, z: Array, phi: Array) -> tuple[Array, Array]:
         """Weighted residuals of sensors (B, r), and the weights (r,)."""
-        assert self._outputs is not None
         weights, targets = self._sensed.at(phi)
-        return weights * (self._simulator.observe(z[:, : self._simulator.states], phi, self._outputs) - targets), weights
+        return weights * (
+            self._simulator.observe(z[:, : self._simulator.states], phi, self._outputs) - targets
+        ), weights
 
     def values(self, z: Array, phi: Array) -> Array:
         weights, targets = self._direct.at(phi)
         total = np.sum(weights * (z - targets) ** 2, axis=1)
         if self._sensed:
             weights, targets = self._sensed.at(phi)
-            assert self._outputs is not None
             sensed = self._simulator.observe(z[:, : self._simulator.states], phi, self._outputs)
             total = total + np.sum(weights * (sensed - targets) ** 2, axis=1)
         return np.asarray(total)
@@ -164,35 +211,29 @@ class QuadraticCost(Cost):
         return np.asarray(out)
 
     def _sensor_gradients(self, x: Array, phi: Array) -> Array:
-        assert self._outputs is not None
         residuals, _ = self._residuals(x, phi)
-        return 2.0 * np.einsum("bri,br->bi", self._simulator.output_jacobians(x, phi, self._outputs), residuals)
+        found: Array = 2.0 * np.einsum("bri,br->bi", self._simulator.output_jacobians(x, phi, self._outputs), residuals)
+        return found
 
     def hessians(self, z: Array, phi: Array) -> Array:
         weights, _ = self._direct.at(phi)
         out = np.tile(np.diag(2.0 * weights), (len(z), 1, 1))
         if self._sensed:
-            assert self._outputs is not None
             n, outputs = self._simulator.states, self._outputs
             x = z[:, :n]
             residuals, weights = self._residuals(z, phi)
             C = self._simulator.output_jacobians(x, phi, outputs)
-            bent = hessian(lambda at: self._simulator.observe(at, phi, outputs), x, SECOND)
-            out[:, :n, :n] += 2.0 * np.einsum("bri,r,brj->bij", C, weights, C) + 2.0 * np.einsum("br,brij->bij", residuals, bent)
+            bent = hessian(lambda at: self._simulator.observe(at, phi, outputs), x, self._factor * SECOND)
+            out[:, :n, :n] += 2.0 * np.einsum("bri,r,brj->bij", C, weights, C) + 2.0 * np.einsum(
+                "br,brij->bij", residuals, bent
+            )
         return out
 
     def contract(self, z: Array, weights: Array, phi: Array) -> Array:
         out = np.zeros_like(z)
         if self._sensed:
             n = self._simulator.states
-            out[:, :n] = contract_hessian(lambda x: self._sensor_gradients(x, phi), z[:, :n], weights[:, :n, :n], THIRD)
+            out[:, :n] = contract_hessian(
+                lambda x: self._sensor_gradients(x, phi), z[:, :n], weights[:, :n, :n], self._factor * THIRD
+            )
         return out
-
-
-def _add(weighted: _Weighted, name: str, places: list[int], term: Term, parameters: Sequence[str]) -> None:
-    weight, target = term if isinstance(term, tuple) else (term, 0.0)
-    targets = [target] * len(places) if isinstance(target, (str, int, float)) else list(target)
-    if len(targets) != len(places):
-        raise UsageError(f"cost: `{name}` has {len(places)} numbers and {len(targets)} targets: give one each, or one for all")
-    for place, value in zip(places, targets, strict=True):
-        weighted.add(place, weight, value, parameters)

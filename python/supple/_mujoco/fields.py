@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ from ..errors import UsageError
 from ..task import Parameter
 from .names import actuator_names, find, name_of, sensor_names, unknown
 
-__all__ = ["Field", "Target", "apply", "needs_constants", "read"]
+__all__ = ["Field", "Target", "changed", "read"]
 
 #: Kinds of objects by how the names of their fields begin.
 _KINDS = {
@@ -27,7 +28,15 @@ _KINDS = {
 }
 
 #: Fields on which no other constant of a model depends. After all others ``mj_setConst`` is called.
-_FREE = ("jnt_stiffness", "jnt_range", "jnt_solref", "jnt_solimp", "jnt_margin", "jnt_springyield", "qpos_spring")
+_FREE: tuple[str, ...] = (
+    "jnt_stiffness",
+    "jnt_range",
+    "jnt_solref",
+    "jnt_solimp",
+    "jnt_margin",
+    "jnt_springyield",
+    "qpos_spring",
+)
 _FREE += ("dof_damping", "dof_frictionloss", "dof_solref", "dof_solimp", "geom_friction", "geom_solref", "geom_solimp")
 _FREE += ("geom_margin", "geom_gap", "geom_fluid", "tendon_stiffness", "tendon_damping", "tendon_frictionloss")
 _FREE += ("tendon_range", "actuator_gainprm", "actuator_biasprm", "actuator_dynprm", "actuator_forcerange", "opt")
@@ -82,7 +91,9 @@ def read(model: mujoco.MjModel, name: str, given: Any) -> tuple[list[Target], Pa
         return targets, options
     unknown_keys = set(options) - {"initial", "bounds", "scale", "unit", "role"}
     if unknown_keys:
-        raise UsageError(f"parameters[{name!r}]: no option `{unknown_keys.pop()}`; there are initial, bounds, scale, unit, role")
+        raise UsageError(
+            f"parameters[{name!r}]: no option `{unknown_keys.pop()}`; there are initial, bounds, scale, unit, role"
+        )
     initial = float(options.get("initial", values[0]))
     if "initial" not in options and not np.allclose(values, values[0], rtol=1e-9, atol=0.0):
         raise UsageError(f"parameters[{name!r}]: its numbers are {values} in the model: say which is `initial`")
@@ -123,7 +134,7 @@ def _split(name: str, given: Any) -> tuple[list[Field], Parameter | Mapping[str,
 
 
 def _array(model: mujoco.MjModel, field: str) -> Array:
-    """The array of a field; options of one number have none, see :func:`apply`."""
+    """The array of a field; options of one number have none, see :func:`_apply`."""
     found: Any = model
     for part in field.split("."):
         found = getattr(found, part)
@@ -137,7 +148,11 @@ def _target(model: mujoco.MjModel, name: str, field: Field) -> Target:
     try:
         array = _array(model, field.field)
     except AttributeError:
-        valid = [entry for entry in dir(model) if entry.split("_")[0] in ("jnt", "dof", "body", "geom", "site", "tendon", "actuator")]
+        valid = [
+            entry
+            for entry in dir(model)
+            if entry.split("_")[0] in ("jnt", "dof", "body", "geom", "site", "tendon", "actuator")
+        ]
         raise unknown(f"field of a MuJoCo model, as {at} wants,", field.field, valid) from None
     if array.dtype != np.float64:
         raise UsageError(f"{at}: `{field.field}` holds {array.dtype}, not numbers that change smoothly")
@@ -148,7 +163,9 @@ def _target(model: mujoco.MjModel, name: str, field: Field) -> Target:
         return Target(field.field, places[0], field.factor)
     if field.index is None or not 0 <= field.index < len(places):
         found = "none was given" if field.index is None else f"found {field.index}"
-        raise UsageError(f"{at}: `{field.field}` of `{field.name}` has {len(places)} numbers: index must be 0 to {len(places) - 1}; {found}")
+        raise UsageError(
+            f"{at}: `{field.field}` of `{field.name}` has {len(places)} numbers: index must be 0 to {len(places) - 1}; {found}"
+        )
     return Target(field.field, places[field.index], field.factor)
 
 
@@ -170,7 +187,9 @@ def _rows(model: mujoco.MjModel, at: str, field: Field) -> Sequence[int]:
         if field.field.startswith(start):
             count = int(getattr(model, {"eq_": "neq", "pair_": "npair"}.get(start, f"n{start[:-1]}")))
             return [find(f"{start[:-1]}, as {at} wants,", field.name, _all(model, kind, count))]
-    raise UsageError(f"{at}: fields of joints, bodies, geoms, sites, tendons, actuators, sensors, equalities and pairs can be parameters; found `{field.field}`")
+    raise UsageError(
+        f"{at}: fields of joints, bodies, geoms, sites, tendons, actuators, sensors, equalities and pairs can be parameters; found `{field.field}`"
+    )
 
 
 def _all(model: mujoco.MjModel, kind: mujoco.mjtObj, count: int) -> list[str]:
@@ -184,12 +203,12 @@ def _unit(model: mujoco.MjModel, field: Field) -> str:
     return _UNITS.get(field.field, "")
 
 
-def needs_constants(targets: Iterable[Target]) -> bool:
+def _needs_constants(targets: Iterable[Target]) -> bool:
     """Whether ``mj_setConst`` has to follow changes of these."""
     return any(target.field not in _FREE and not target.field.startswith("opt.") for target in targets)
 
 
-def apply(model: mujoco.MjModel, targets: Sequence[Target], value: float) -> None:
+def _apply(model: mujoco.MjModel, targets: Sequence[Target], value: float) -> None:
     """Sets a parameter's numbers."""
     for target in targets:
         *path, last = target.field.split(".")
@@ -201,3 +220,13 @@ def apply(model: mujoco.MjModel, targets: Sequence[Target], value: float) -> Non
             array.flat[target.place] = target.factor * value
         else:
             setattr(owner, last, target.factor * value)
+
+
+def changed(model: mujoco.MjModel, targets: Sequence[Sequence[Target]], values: Iterable[float]) -> mujoco.MjModel:
+    """A copy of a model with the numbers of all parameters set, and what depends on them."""
+    made = copy.copy(model)
+    for some, value in zip(targets, values, strict=True):
+        _apply(made, some, float(value))
+    if any(_needs_constants(some) for some in targets):
+        mujoco.mj_setConst(made, mujoco.MjData(made))
+    return made

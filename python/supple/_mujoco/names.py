@@ -56,7 +56,9 @@ def unknown(what: str, name: str, valid: Sequence[str]) -> UsageError:
     near = get_close_matches(name, valid, n=1)
     hint = f"; did you mean `{near[0]}`?" if near else ""
     listed = ", ".join(valid[:20]) + (", ..." if len(valid) > 20 else "")
-    return UsageError(f"no {what} `{name}`{hint} There are: {listed}" if valid else f"no {what} `{name}`: there are none")
+    return UsageError(
+        f"no {what} `{name}`{hint} There are: {listed}" if valid else f"no {what} `{name}`: there are none"
+    )
 
 
 def find(what: str, name: str, valid: Sequence[str]) -> int:
@@ -160,7 +162,7 @@ def outputs(model: mujoco.MjModel, chosen: Iterable[str] | None) -> Outputs:
     if isinstance(chosen, str):
         chosen = [chosen]
     if chosen is None:
-        chosen = sensors if sensors else [name for name in state_names if name.startswith("q.")]
+        chosen = sensors or [name for name in state_names if name.startswith("q.")]
     channels: list[Channel] = []
     sources: list[int] = []
     sensed: list[bool] = []

@@ -18,11 +18,11 @@ import mujoco
 import mujoco.rollout
 import numpy as np
 
+from .._backends import stencils
 from .._records import Array
 from ..errors import UsageError
 from . import fields
 from .chart import Chart
-from .differences import jacobian
 from .names import Outputs
 
 __all__ = ["Simulator"]
@@ -66,7 +66,7 @@ class Simulator:
     ) -> None:
         self._base = _own(model, tolerance)
         self._controls = np.asarray(controls, dtype=np.intp)
-        self._targets = [list(some) for some in targets]
+        self.targets = [list(some) for some in targets]
         self._held = np.array(held, dtype=np.float64)
         self._substeps, self._eps, self._order, self._threads = substeps, eps, order, threads
         self.reference = np.array(reference, dtype=np.float64)
@@ -77,7 +77,6 @@ class Simulator:
         self.nv, self.na, self.nq = int(base.nv), int(base.na), int(base.nq)
         self.states, self.controls = 2 * self.nv + self.na, len(self._controls)
         self.chart = Chart(base, self.reference)
-        self._constants = any(fields.needs_constants(some) for some in self._targets)
         self._models: OrderedDict[bytes, mujoco.MjModel] = OrderedDict()
         self._lock = threading.Lock()
         self._workers: list[_Worker] = []
@@ -85,8 +84,14 @@ class Simulator:
         self._count = max(1, int(count or 1))
         self._transition = int(base.opt.integrator) != int(mujoco.mjtIntegrator.mjINT_RK4)
 
+    def scaled(self, factor: float) -> Simulator:
+        """The same with the step of differences times a factor."""
+        other = copy.copy(self)
+        other._eps = factor * self._eps
+        return other
+
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("_base", "_controls", "_targets", "_held", "_substeps", "_eps", "_order", "_threads", "reference")
+        kept = ("_base", "_controls", "targets", "_held", "_substeps", "_eps", "_order", "_threads", "reference")
         return {name: getattr(self, name) for name in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -101,11 +106,7 @@ class Simulator:
             if found is not None:
                 self._models.move_to_end(key)
                 return found
-        made = copy.copy(self._base)
-        for targets, value in zip(self._targets, phi, strict=True):
-            fields.apply(made, targets, float(value))
-        if self._constants:
-            mujoco.mj_setConst(made, mujoco.MjData(made))
+        made = fields.changed(self._base, self.targets, phi)
         with self._lock:
             self._models[key] = made
             while len(self._models) > _MODELS:
@@ -176,7 +177,8 @@ class Simulator:
     def dynamics_by_steps(self, x: Array, u: Array, phi: Array, eps: float) -> Array:
         """The same by differences of whole steps."""
         n = self.states
-        return jacobian(lambda z: self.steps(z[:, :n], z[:, n:], phi), np.concatenate([x, u], axis=1), eps)
+        z = np.concatenate([x, u], axis=1)
+        return stencils.first(lambda z: self.steps(z[:, :n], z[:, n:], phi), z, np.full(z.shape[1], eps))
 
     def output_jacobians(self, x: Array, phi: Array, outputs: Outputs) -> Array:
         """The derivative of :meth:`observe` by ``x``: (B, r, n)."""
@@ -188,7 +190,8 @@ class Simulator:
         if self._transition:
             C = self._sensor_jacobians(x, phi)[:, outputs.sources[outputs.sensed]]
         else:
-            C = jacobian(lambda at: self.observe(at, phi, outputs), x, self._eps)[:, outputs.sensed]
+            steps = np.full(self.states, self._eps)
+            C = stencils.first(lambda at: self.observe(at, phi, outputs), x, steps)[:, outputs.sensed]
         out[:, outputs.sensed] = C
         return out
 
@@ -250,8 +253,8 @@ class Simulator:
             return out
         nv = self.nv
         out[:, :, :nv] = out[:, :, :nv] @ columns
-        if end is not None:
-            rows = self.chart.to_tangent(np.nan_to_num(end[:, :nv]))
+        rows = None if end is None else self.chart.to_tangent(np.nan_to_num(end[:, :nv]))
+        if rows is not None:
             out[:, :nv] = np.linalg.solve(rows, out[:, :nv])
         return out
 
