@@ -27,7 +27,8 @@ class MujocoBackend:
     """A :class:`supple._backends.protocol.Backend`.
 
     First derivatives are MuJoCo's. Second derivatives of the dynamics are second differences of steps, of fourth order in
-    ``curvature_eps``; derivatives by parameters are differences of fourth order over ``steps`` (P,) of their values.
+    ``curvature_eps``; derivatives by parameters are differences of fourth order over ``steps`` (P,), negative ones
+    relative to the parameters' values.
     """
 
     def __init__(
@@ -75,7 +76,7 @@ class MujocoBackend:
     def _by_parameters(self, function: Callable[[Array], Array], phi: Array) -> list[Array]:
         """Derivatives of ``function`` (P,) -> array by each parameter."""
         derivatives = []
-        for k, h in enumerate(self._steps):
+        for k, h in enumerate(np.where(self._steps < 0.0, -self._steps * np.abs(phi), self._steps)):
             values = [np.asarray(function(phi + multiple * h * np.eye(len(phi))[k])) for multiple, _ in FIRST]
             # Pairs first: what is the same on both sides cancels without a trace.
             (_, inner), (_, outer) = FIRST[2:]

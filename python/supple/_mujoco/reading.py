@@ -74,9 +74,10 @@ def ranges(model: mujoco.MjModel, places: Array | Any) -> list[tuple[float, floa
 
 
 def move(parameter: Parameter) -> float:
-    """How far a parameter is moved for differences: a thousandth of its value, or of what it may move by."""
+    """How far a parameter is moved for differences: a thousandth of what it may move by, or, as a negative number, relative
+    to its value."""
     span = float(parameter.bounds[1]) - float(parameter.bounds[0])
-    return 1e-3 * (abs(float(parameter.initial)) if parameter.scale == "log" else span)
+    return -1e-3 if parameter.scale == "log" else 1e-3 * span
 
 
 def changed(what: str, values: list[Number], valid: list[str], changes: Mapping[str, Number]) -> list[Number]:
