@@ -34,6 +34,32 @@ _HUGE = 1e9
 _MODELS = 64
 
 
+class _Quiet:
+    """While any of it is entered MuJoCo's warnings go nowhere: a plan that is tried and diverges is no news, and would be
+    written to a log file in the user's folder each time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._entered = 0
+        self._previous: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._entered == 0:
+                self._previous = mujoco.get_mju_user_warning()
+                mujoco.set_mju_user_warning(lambda _: None)
+            self._entered += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._entered -= 1
+            if self._entered == 0:
+                mujoco.set_mju_user_warning(self._previous)
+
+
+_QUIET = _Quiet()
+
+
 class _Worker:
     """What one thread at a time works with: data of MuJoCo's, and a pool of MuJoCo's own threads."""
 
@@ -118,7 +144,8 @@ class Simulator:
             worker = self._workers.pop() if self._workers else None
         worker = worker or _Worker(self._base, self._count)
         try:
-            return work(worker)
+            with _QUIET:
+                return work(worker)
         finally:
             with self._lock:
                 self._workers.append(worker)
