@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from ._linear import linear
+from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
+from .model import DerivativeError, Derivatives, Model, Noise, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
@@ -12,6 +15,8 @@ from .task import Grid, Parameter, Task, load
 
 __all__ = [
     "ComputeError",
+    "DerivativeError",
+    "Derivatives",
     "Design",
     "Evaluation",
     "Figure",
@@ -19,6 +24,8 @@ __all__ = [
     "Grid",
     "Interrupted",
     "KeptError",
+    "Model",
+    "Noise",
     "Parameter",
     "Pareto",
     "Progress",
@@ -32,6 +39,9 @@ __all__ = [
     "Trace",
     "UsageError",
     "__version__",
+    "combine",
+    "from_state_space",
+    "linear",
     "load",
     "load_result",
 ]

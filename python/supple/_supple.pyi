@@ -1,15 +1,18 @@
 """The native part of the package. Everything here is private to it."""
 
 from os import PathLike
-from typing import Any
+from typing import Any, TypeAlias, final
 
 from .progress import Progress
 
+__all__ = ["Kept", "NativeTask", "__version__"]
+
 __version__: str
 
-_Axis = str | list[float]
-_Path = str | PathLike[str]
+_Axis: TypeAlias = str | list[float]
+_Path: TypeAlias = str | PathLike[str]
 
+@final
 class Kept:
     @staticmethod
     def load(path: _Path) -> Kept: ...
@@ -23,6 +26,7 @@ class Kept:
     def plot(self, figure: str, format: str, *, others: list[Kept], task: str | None, wide: bool) -> bytes: ...
     def report(self, others: list[Kept]) -> str: ...
 
+@final
 class NativeTask:
     @staticmethod
     def load(path: _Path, values: list[tuple[str, float]]) -> NativeTask: ...

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,9 @@ from ._supple import NativeTask
 from .errors import UsageError
 from .progress import Progress, watching
 from .results import Design, Evaluation, Pareto, Robustness, Sweep, Trace
+
+if TYPE_CHECKING:
+    from .model import DerivativeError
 
 __all__ = ["Grid", "Parameter", "Task", "load"]
 
@@ -74,6 +77,8 @@ class Task:
         self._native = native
         # How another process makes the task again.
         self._recipe = recipe
+        #: How exact derivatives of an own model are; ``None`` where they come from elsewhere.
+        self.derivative_error: DerivativeError | None = None
         self._changed = dict(changed or {})
         about = native.about()
         self._title = str(about["title"])
