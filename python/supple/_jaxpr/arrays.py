@@ -132,6 +132,8 @@ def move(primitive: str, arrays: list[Any], parameters: dict[str, Any]) -> Any:
         return slice_(x, parameters["start_indices"], parameters["limit_indices"], parameters["strides"])
     if primitive == "concatenate":
         return np.concatenate(arrays, axis=int(parameters["dimension"]))
+    if primitive == "stack":
+        return np.stack(arrays, axis=int(parameters["axis"]))
     if primitive == "pad":
         return pad(x, arrays[1].item(), parameters["padding_config"])
     if primitive == "tile":
@@ -141,5 +143,6 @@ def move(primitive: str, arrays: list[Any], parameters: dict[str, Any]) -> Any:
 
 #: What `move` knows.
 MOVES = frozenset(
-    ["reshape", "broadcast_in_dim", "squeeze", "expand_dims", "transpose", "rev", "slice", "concatenate", "pad", "tile"]
+    ["reshape", "broadcast_in_dim", "squeeze", "expand_dims", "transpose", "rev", "slice", "concatenate", "stack"]
+    + ["pad", "tile"]
 )

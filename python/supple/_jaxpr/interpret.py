@@ -134,10 +134,14 @@ def simple(tape: Tape, name: str, values: list[Array], parameters: dict[str, Any
     if name == "split":
         places = np.cumsum(parameters["sizes"])[:-1]
         return [Symbolic(part, first.kind) for part in np.split(first.ids, places, axis=int(parameters["axis"]))]
+    if name == "unstack":
+        return [Symbolic(part, first.kind) for part in np.moveaxis(first.ids, int(parameters["axis"]), 0)]
     if name in ("cumsum", "cumprod", "cummax", "cummin"):
         return rules.accumulate(tape, name, first, int(parameters["axis"]), bool(parameters["reverse"]))
     if name in rules.FOLDS:
         return rules.reduce(tape, name, first, tuple(int(axis) for axis in parameters["axes"]))
+    if name in ("argmax", "argmin"):
+        return rules.furthest(tape, name, first, int(parameters["axes"][0]))
     if name == "dot_general":
         return linear.dot_general(tape, first, arrays[1], parameters["dimension_numbers"])
     if name == "cholesky":
@@ -155,9 +159,8 @@ def indexed(tape: Tape, name: str, values: list[Array], parameters: dict[str, An
     """Entries taken from, or put into, an array at known places; or taken along one axis at others."""
     updates = {"gather": 1, "dynamic_slice": 1, "dynamic_update_slice": 2}.get(name, 2)
     arrays = [lift(tape, value) for value in values[:updates]] if name != "scatter" else []
-    if name == "dynamic_slice" and not any(isinstance(value, Symbolic) for value in values[1:]):
-        part = starts(arrays[0].ids, parameters["slice_sizes"], values[1:])
-        return Symbolic(arrays[0].ids[part], arrays[0].kind)
+    if name == "dynamic_slice":
+        return slice_at(tape, arrays[0], values[1:], [int(size) for size in parameters["slice_sizes"]])
     if name == "dynamic_update_slice" and not any(isinstance(value, Symbolic) for value in values[2:]):
         ids = arrays[0].ids.copy()
         ids[starts(ids, arrays[1].shape, values[2:])] = arrays[1].ids
@@ -181,6 +184,21 @@ def gather(tape: Tape, array: Symbolic, places: Any, parameters: dict[str, Any])
     if taken.size and taken.min() < 0:
         raise Untranslatable(f"`{tape.name}` reads beyond the end of an array")
     return Symbolic(array.ids.reshape(-1)[taken], array.kind)
+
+
+def slice_at(tape: Tape, array: Symbolic, firsts: list[Array], sizes: list[int]) -> Symbolic:
+    """A part of an array; along axes where it is not known where it starts, a choice among all parts."""
+    for axis, (first, size) in enumerate(zip(firsts, sizes)):
+        rows, last = np.moveaxis(array.ids, axis, 0), array.shape[axis] - size
+        cases = [Symbolic(np.moveaxis(rows[place : place + size], 0, axis), array.kind) for place in range(last + 1)]
+        if not isinstance(first, Symbolic):
+            array = cases[min(max(int(np.asarray(first)), 0), last)]
+            continue
+        array = cases[0]
+        for place, case in enumerate(cases[1:], start=1):
+            beyond = elementwise(partial(scalars.shifted, tape, by=0.5 - place), "b", first)
+            array = elementwise(partial(scalars.choose, tape), array.kind, beyond, case, array)
+    return array
 
 
 def gather_at(tape: Tape, array: Symbolic, places: Symbolic, parameters: dict[str, Any]) -> Symbolic:
@@ -209,20 +227,22 @@ def scatter(tape: Tape, name: str, values: list[Array], parameters: dict[str, An
     from jax import lax
 
     combine = {"scatter": None, "scatter-add": "add", "scatter_add": "add", "scatter-mul": "mul", "scatter_mul": "mul"}
+    combine |= {"scatter-sub": "sub", "scatter_sub": "sub"}
     combine |= {"scatter-min": "min", "scatter_min": "min", "scatter-max": "max", "scatter_max": "max"}
     if name not in combine:
         raise Untranslatable(f"primitive `{name}` in `{tape.name}`")
     array, places, updates = lift(tape, values[0]), np.asarray(values[1]), lift(tape, values[2])
     ids, flat = array.ids.copy(), updates.ids.reshape(-1)
-    plain = {**parameters, "update_jaxpr": None, "update_consts": ()}
     operation = combine[name]
     for number, value in enumerate(flat):
         # Where one update goes, found by JAX: one after the other, since several may go to one place.
         mark = np.zeros(updates.ids.size, dtype=np.int64)
         mark[number] = 1
         zeros = np.zeros(array.shape, dtype=np.int64)
-        added = {**plain, "update_jaxpr": None}
-        target = np.asarray(lax.scatter_add_p.bind(zeros, places, mark.reshape(updates.shape), **added)) > 0
+        moved = lax.scatter_add(
+            zeros, places, mark.reshape(updates.shape), parameters["dimension_numbers"], mode=parameters["mode"]
+        )
+        target = np.asarray(moved) > 0
         for place in zip(*np.nonzero(target)):
             before = int(ids[place])
             ids[place] = int(value) if operation is None else rules.NUMBERS[operation](tape, before, int(value))

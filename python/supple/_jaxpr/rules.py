@@ -205,6 +205,23 @@ def reduce(tape: Tape, name: str, array: Symbolic, axes: tuple[int, ...]) -> Sym
     return Symbolic(ids, array.kind)
 
 
+def furthest(tape: Tape, name: str, array: Symbolic, axis: int) -> Symbolic:
+    """The places of the largest (`argmax`) or smallest (`argmin`) entries along an axis, the first ones at ties."""
+    rows = np.moveaxis(array.ids, axis, 0)
+    ids = np.empty(rows.shape[1:], dtype=np.int64)
+    for place in np.ndindex(ids.shape):
+        column = [int(row[place]) for row in rows]
+        if array.kind == "b":
+            column = [scalars.truth(tape, value) for value in column]
+        best, found = column[0], tape.constant(0.0)
+        for number, value in enumerate(column[1:], start=1):
+            wins = scalars.greater(tape, value, best) if name == "argmax" else scalars.greater(tape, best, value)
+            best = scalars.choose(tape, wins, value, best)
+            found = scalars.choose(tape, wins, tape.constant(float(number)), found)
+        ids[place] = found
+    return Symbolic(ids, "i")
+
+
 def accumulate(tape: Tape, name: str, array: Symbolic, axis: int, backwards: bool) -> Symbolic:
     """A running sum, product, maximum or minimum along an axis."""
     function = NUMBERS[FOLDS[name]]

@@ -1,7 +1,7 @@
 """Functions of numbers that instructions do not have, written with those that they have.
 
 Accurate near 0 and without overflow on the way; branches that are not taken give no numbers that are not finite, which
-would spoil derivatives. Ties follow JAX: `max` and `min` share the derivative, `abs` and `sign` have none at 0.
+would spoil derivatives. Ties follow JAX: `max` and `min` share the derivative, that of `abs` at 0 is 1, that of `sign` is 0.
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ def minimum(tape: Tape, a: int, b: int) -> int:
 
 
 def absolute(tape: Tape, a: int) -> int:
-    """`|a|`, flat at 0."""
-    return choose(tape, a, a, choose(tape, neg(tape, a), neg(tape, a), power(tape, a, 3)))
+    """`|a|`, with the derivative 1 at 0, as JAX has it."""
+    return choose(tape, neg(tape, a), neg(tape, a), a)
 
 
 def sign(tape: Tape, a: int) -> int:
