@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ._supple import __version__
-from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
+from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
@@ -31,6 +31,7 @@ __all__ = [
     "Task",
     "Trace",
     "UsageError",
+    "WorkerError",
     "__version__",
     "load",
     "load_result",
