@@ -292,8 +292,10 @@ class _Run:
 
     def abandon(self) -> None:
         """Cancels what is pending and delivers what is done."""
-        for future in self.flying:
-            future.cancel()
+        # A pool of processes that is about to be ended would stumble over futures that are cancelled.
+        if self.crew._make is None or not isinstance(self.crew._executor, ProcessPoolExecutor):
+            for future in self.flying:
+                future.cancel()
         arrived = [future for future in self.flying if future.done() and not future.cancelled()]
         for future in arrived:
             if future.exception() is None:
@@ -340,7 +342,9 @@ class _Pace:
 
 def _end(executor: Executor, at_once: bool) -> None:
     """Shuts an executor down; at once, its processes are ended where that can be done."""
-    if at_once and isinstance(executor, ProcessPoolExecutor):
-        for process in list((getattr(executor, "_processes", None) or {}).values()):
-            process.terminate()
-    executor.shutdown(wait=not at_once, cancel_futures=True)
+    if not (at_once and isinstance(executor, ProcessPoolExecutor)):
+        executor.shutdown(wait=not at_once)
+        return
+    for process in list((getattr(executor, "_processes", None) or {}).values()):
+        process.terminate()
+    executor.shutdown(wait=True)

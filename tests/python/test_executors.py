@@ -40,7 +40,7 @@ def serial(task: supple.Task) -> str:
     return task.sweep(GRID, jobs=1).to_json()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def pool() -> Iterator[Executor]:
     with ProcessPoolExecutor(2) as pool:
         yield pool
