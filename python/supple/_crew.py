@@ -35,7 +35,7 @@ LOGGER = logging.getLogger("supple")
 Workers = Union[Executor, int, Callable[[], Executor]]
 
 #: How long a batch of units should take, s: much longer than it takes to send it, and short enough to share out well.
-BATCH = 0.4
+BATCH = 0.5
 
 #: Batches in a second at most: schedulers take about a millisecond for each.
 FUTURES = 400

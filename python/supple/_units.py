@@ -128,7 +128,7 @@ def work(version: str, wanted: str, key: str, payload: bytes | None, units: list
     if ready is None:
         return Answer(missing=True)
     clock = time.perf_counter()
-    found = tuple(ready.work(unit) for unit in units)
+    found = tuple(ready.work(units))
     return Answer(found=found, seconds=time.perf_counter() - clock)
 
 

@@ -70,16 +70,19 @@ impl Units {
         Ok(Self { task, study })
     }
 
-    /// Does a unit; the bytes of what it found.
-    fn work<'py>(&self, py: Python<'py>, unit: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
-        let unit: Unit = from_bytes(py, unit)?;
+    /// Does units, one after the other; the bytes of what each found.
+    fn work<'py>(&self, py: Python<'py>, units: Vec<Vec<u8>>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        let units = units.iter().map(|unit| from_bytes(py, unit)).collect::<PyResult<Vec<Unit>>>()?;
         let NativeTask { task, failures } = self.task.get();
         // Units on the cores of a machine do not fight for them.
         let alone = ThreadPoolBuilder::new().num_threads(1).build();
         let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
-        let done = long(py, None, failures, |watch| alone.install(|| self.study.work(task, unit, watch.stop)))?;
-        let bytes = done.map_err(|error| errors::of_study(py, &error))?;
-        Ok(PyBytes::new(py, &bytes))
+        let work = |stop: &AtomicBool| {
+            units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>()
+        };
+        let done = long(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
+        let found = done.map_err(|error| errors::of_study(py, &error))?;
+        Ok(found.iter().map(|bytes| PyBytes::new(py, bytes)).collect())
     }
 }
 
