@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ._linear import linear
 from ._state_space import from_state_space
 from ._supple import __version__
-from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
+from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
 from .model import DerivativeError, Derivatives, Model, Noise, combine
 from .plots import Figure
 from .progress import Progress
@@ -43,6 +43,7 @@ __all__ = [
     "Task",
     "Trace",
     "UsageError",
+    "WorkerError",
     "__version__",
     "combine",
     "from_state_space",
