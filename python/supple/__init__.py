@@ -13,7 +13,7 @@ from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
 from .table import Table
-from .task import Grid, Parameter, Task, load
+from .task import Grid, Parameter, Task, load, loads
 
 if TYPE_CHECKING:
     from . import mujoco as mujoco
@@ -50,6 +50,7 @@ __all__ = [
     "linear",
     "load",
     "load_result",
+    "loads",
 ]
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ._crew import Workers
     from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task", "load"]
+__all__ = ["Grid", "Parameter", "Task", "load", "loads"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -65,6 +65,24 @@ def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
         UsageError: Where a parameter is unknown or out of bounds.
     """
     native = NativeTask.load(path, _pairs(parameters))
+    for warning in native.warnings():
+        LOGGER.warning("%s: %s", os.fspath(path), warning)
+    return Task(native, ("load", os.fspath(path)), changed=parameters)
+
+
+def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
+    """Reads a task file from its text, and sets some of its parameters.
+
+    Args:
+        text: The text of a task file (TOML).
+        path: Where the file would be: files that it names, such as that of the robot, are looked for beside it.
+        **parameters: Values of parameters.
+
+    Raises:
+        FileError: Where the text, or the robot's file that it names, is wrong.
+        UsageError: Where a parameter is unknown or out of bounds.
+    """
+    native = NativeTask.restore([(os.fspath(path), text)], _pairs(parameters))
     for warning in native.warnings():
         LOGGER.warning("%s: %s", os.fspath(path), warning)
     return Task(native, ("load", os.fspath(path)), changed=parameters)
