@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+from ._linear import linear
+from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError
 from .model import DerivativeError, Derivatives, Model, Noise, combine
@@ -10,6 +14,9 @@ from .progress import Progress
 from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
 from .table import Table
 from .task import Grid, Parameter, Task, load
+
+if TYPE_CHECKING:
+    from . import mujoco as mujoco
 
 __all__ = [
     "ComputeError",
@@ -38,6 +45,17 @@ __all__ = [
     "UsageError",
     "__version__",
     "combine",
+    "from_state_space",
+    "linear",
     "load",
     "load_result",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """``supple.mujoco`` is imported where it is first used: it needs MuJoCo."""
+    if name == "mujoco":
+        from importlib import import_module
+
+        return import_module(".mujoco", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

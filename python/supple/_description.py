@@ -63,8 +63,8 @@ def _covariance(key: str, given: Any) -> list[Any]:
     for i, row in enumerate(rows):
         for j in range(i):
             one, other = row[j], rows[j][i]
-            both = isinstance(one, float) and isinstance(other, float)
-            if one != other and not (both and math.isclose(one, other, rel_tol=1e-12)):
+            alike = isinstance(one, float) and isinstance(other, float) and math.isclose(one, other, rel_tol=1e-12)
+            if one != other and not alike:
                 raise UsageError(f"noise: {key} is not symmetric: [{i}, {j}] is {one}, and [{j}, {i}] is {other}")
     return rows
 
@@ -81,7 +81,9 @@ def numbers(given: Any) -> list[Number]:
 def control_rows(given: Any) -> list[list[Number]]:
     """A first guess of controls as rows: one for all steps, or one each."""
     if not _is_list(given):
-        raise UsageError(f"initial_control={given!r}: it must be a list of one number per control, or of one row per step")
+        raise UsageError(
+            f"initial_control={given!r}: it must be a list of one number per control, or of one row per step"
+        )
     return [numbers(row) for row in given] if any(_is_list(row) for row in given) else [numbers(given)]
 
 
@@ -157,14 +159,14 @@ def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, .
         if not _is_list(entries):
             raise UsageError(f"{what}={entries!r}: it must be a list of {shape[-1]} numbers")
         if any(_is_list(row) for row in entries):
-            found = [[number(what, entry) for entry in row] for row in entries]
-            lengths = sorted({len(row) for row in found})
+            rows = [[number(what, entry) for entry in row] for row in entries]
+            lengths = sorted({len(row) for row in rows})
             if len(shape) != 2 or lengths != [shape[1]]:
                 raise UsageError(f"{what} has rows of {lengths} numbers: {shape[-1]} are needed")
-        else:
-            found = [number(what, entry) for entry in entries]
-            if len(shape) != 1 or len(found) != shape[0]:
-                raise UsageError(f"{what} has {len(found)} numbers: {shape[-1]} are needed")
+            return np.array(rows, dtype=np.float64)
+        found = [number(what, entry) for entry in entries]
+        if len(shape) != 1 or len(found) != shape[0]:
+            raise UsageError(f"{what} has {len(found)} numbers: {shape[-1]} are needed")
         return np.array(found, dtype=np.float64)
 
     return resolve

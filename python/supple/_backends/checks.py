@@ -52,14 +52,14 @@ def check_batches(functions: Functions, x: Array, u: Array, phi: Array) -> None:
         states, controls = points_near(x, u, count)
         for name in functions.shapes:
             # They get copies: what writes into its arguments is seen.
-            given = states.copy(), controls.copy()
-            once = functions.batch(name, *given, phi)
-            if not (np.array_equal(given[0], states) and np.array_equal(given[1], controls)):
+            x_given, u_given = states.copy(), controls.copy()
+            once = functions.batch(name, x_given, u_given, phi)
+            if not (np.array_equal(x_given, states) and np.array_equal(u_given, controls)):
                 raise UsageError(f"`{name}` writes into its arguments: work on a copy, x = x.copy()")
-            again = functions.batch(name, *given, phi)
+            again = functions.batch(name, states, controls, phi)
             _check_values(name, (once[0], again[0]), x, u)
             _check_values(name, (once, again), states, controls)
-            single = [functions.batch(name, *(part[i : i + 1] for part in given), phi)[0] for i in range(count)]
+            single = [functions.batch(name, states[i : i + 1], controls[i : i + 1], phi)[0] for i in range(count)]
             _check_alike(name, once, np.array(single))
 
 

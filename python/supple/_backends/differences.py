@@ -17,9 +17,12 @@ from . import stencils
 from .functions import Functions
 from .stencils import relative_step
 
-__all__ = ["Differences"]
+__all__ = ["Differences", "Lengths"]
 
 Point = Callable[[Array, Array], Array]
+
+#: Lengths by function and order of the derivative.
+Lengths = dict[tuple[str, int], Array]
 
 
 class Differences:
@@ -28,11 +31,12 @@ class Differences:
     Args:
         functions: What the user wrote, for batches.
         given: Derivatives that the user gives: an object with some of the protocol's methods, others ``None``.
-        lengths: Over which each of ``z = (x, u)`` has to change for the functions to change, (n+m,).
+        lengths: Over which each of ``z = (x, u)`` has to change for a function's derivatives to change, by the function's name
+            and the order of the derivatives, 1 to 3: (n+m,) each.
         scales: The same for each parameter, (P,).
     """
 
-    def __init__(self, functions: Functions, given: Any, lengths: Array, scales: Array) -> None:
+    def __init__(self, functions: Functions, given: Any, lengths: Lengths, scales: Array) -> None:
         self.functions = functions
         self.given = given
         self.states = functions.states
@@ -43,7 +47,11 @@ class Differences:
 
     def scaled(self, factor: float) -> Differences:
         """The same with all steps times a factor."""
-        return Differences(self.functions, self.given, factor * self.lengths, factor * self.scales)
+        lengths = {key: factor * lengths for key, lengths in self.lengths.items()}
+        return Differences(self.functions, self.given, lengths, factor * self.scales)
+
+    def _lengths(self, name: str, order: int, z: Array) -> Array:
+        return self.lengths[name, order][: z.shape[1]]
 
     # The functions by z = (x, u).
 
@@ -66,19 +74,19 @@ class Differences:
         if given is not None:
             return given(z, phi)
         function = self._of(name)
-        steps = relative_step(order) * self.lengths[: z.shape[1]]
+        steps = relative_step(order) * self._lengths(name, order, z)
         return stencils.first(lambda z: function(z, phi), z, steps)
 
     def _tensor(self, name: str, key: str, z: Array, phi: Array, order: int = 2) -> Array:
         """Second derivatives of a vector: (B, k, J, J)."""
-        lengths = self.lengths[: z.shape[1]]
         given = self._gradient(name, key)
         if given is not None:
-            found = stencils.first(lambda z: given(z, phi), z, relative_step(order - 1) * lengths)
+            steps = relative_step(1) * self._lengths(name, 1, z)
+            found = stencils.first(lambda z: given(z, phi), z, steps)
             half: Array = 0.5 * (found + np.swapaxes(found, -1, -2))
             return half
         function = self._of(name)
-        return stencils.second(lambda z: function(z, phi), z, lengths, relative_step(order))
+        return stencils.second(lambda z: function(z, phi), z, self._lengths(name, order, z), relative_step(order))
 
     def _quadratic(self, name: str, key: str, z: Array, phi: Array, order: int = 2) -> Array:
         """Second derivatives of a cost: (B, J, J)."""
@@ -86,7 +94,7 @@ class Differences:
         if given is not None:
             return np.asarray(given(z, phi)[0])
         function = self._of(name)
-        return stencils.second(lambda z: function(z, phi), z, self.lengths[: z.shape[1]], relative_step(order))
+        return stencils.second(lambda z: function(z, phi), z, self._lengths(name, order, z), relative_step(order))
 
     def _by_parameters(self, function: Callable[[Array], Array], phi: Array, order: int = 1) -> Array:
         """Derivatives of something by each parameter, along a last axis: (..., P)."""
@@ -170,12 +178,14 @@ class Differences:
             second, gradient = given(z, phi)
             return second, gradient
         function = self._of(name)
-        gradient = stencils.first(lambda z: function(z, phi), z, relative_step(1) * self.lengths[: z.shape[1]])
+        gradient = stencils.first(lambda z: function(z, phi), z, relative_step(1) * self._lengths(name, 1, z))
         return self._quadratic(name, key, z, phi), gradient
 
     def dynamics_curvature(self, x: Array, u: Array, costates: Array, phi: Array) -> Array:
         """See the protocol."""
-        found: Array = np.einsum("bk,bkij->bij", costates, self._tensor("step", "dynamics_jacobians", _joint(x, u), phi))
+        found: Array = np.einsum(
+            "bk,bkij->bij", costates, self._tensor("step", "dynamics_jacobians", _joint(x, u), phi)
+        )
         return found
 
     def contract_dynamics(self, x: Array, u: Array, adjoints: Array, phi: Array) -> tuple[Array, Array]:
@@ -206,15 +216,15 @@ class Differences:
 
     def _contract_cost(self, name: str, key: str, z: Array, adjoints: Array, phi: Array) -> tuple[Array, Array]:
         """The gradient of ``<adjoint, l_zz>``: second derivatives along the principal directions of the adjoints."""
-        lengths = self.lengths[: z.shape[1]]
-        if self._gradient(name, key) is not None:
+        order = 1 if self._gradient(name, key) is not None else 3
+        lengths = self._lengths(name, order, z)
+        if order == 1:
 
             def weighed(z: Array, phi: Array) -> Array:
                 repeated = np.tile(adjoints, (len(z) // len(adjoints), 1, 1))
                 found: Array = np.einsum("bij,bij->b", repeated, self._quadratic(name, key, z, phi))
                 return found
 
-            order = 1
         else:
             sizes, axes = np.linalg.eigh(adjoints / (lengths[:, None] * lengths[None, :]))
             # (J, B, J): direction, point, variable.
@@ -229,7 +239,6 @@ class Differences:
                 total: Array = (np.tile(weights, (1, copies)) * found).sum(axis=0)
                 return total
 
-            order = 3
         by_point = stencils.first(lambda z: weighed(z, phi), z, relative_step(order) * lengths)
         return by_point, self._by_parameters(lambda phi: weighed(z, phi), phi, order).sum(axis=0)
 
@@ -265,7 +274,9 @@ class Differences:
             copies = len(z) // len(x)
             return self._stage_parameters(z, np.tile(costates, (copies, 1)), phi, 2)
 
-        step, sizes = self._of("step"), _sizes(dz / self.lengths)
+        # Of two functions: the shorter lengths of both.
+        lengths = np.minimum(self.lengths["step", 2], self.lengths["cost", 2])
+        step, sizes = self._of("step"), _sizes(dz / lengths)
         moved = stencils.along(gradient, z, dz / sizes[:, None], relative_step(2))
         direct = self._by_parameters(lambda phi: step(z, phi), phi)
         total: Array = sizes @ moved + np.einsum("bk,bkp->p", dcostates, direct)
@@ -273,7 +284,7 @@ class Differences:
 
     def final_parameters_along(self, x: Array, dx: Array, phi: Array) -> Array:
         """See the protocol."""
-        final_cost, sizes = self._of("final_cost"), _sizes(dx / self.lengths[: self.states])
+        final_cost, sizes = self._of("final_cost"), _sizes(dx / self._lengths("final_cost", 2, x))
 
         def gradient(x: Array) -> Array:
             return self._by_parameters(lambda phi: final_cost(x, phi), phi, 2)

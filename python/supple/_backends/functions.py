@@ -98,8 +98,11 @@ class Functions:
         return _unpacked, (functions, self.states, self.controls, self.measurements, self.parameters)
 
 
-def _unpacked(functions: list[tuple[str, bytes]], *rest: Any) -> Functions:
-    return Functions(*(unpack(content, f"`{name}`") for name, content in functions), *rest)
+def _unpacked(
+    packed: list[tuple[str, bytes]], states: int, controls: int, measurements: int, parameters: tuple[str, ...]
+) -> Functions:
+    step, observe, cost, final_cost = (unpack(content, f"`{name}`") for name, content in packed)
+    return Functions(step, observe, cost, final_cost, states, controls, measurements, parameters)
 
 
 def checked(what: str, value: Any, shape: tuple[int, ...]) -> Array:

@@ -12,11 +12,9 @@ import numpy as np
 from .._records import Array
 from ..errors import UsageError
 from .functions import Functions
+from .jax_programs import Programs, refuse
 
 __all__ = ["JaxBackend", "Untraceable", "double_precision"]
-
-#: Steps of a roll-out that are compiled as one.
-UNROLLED = 5
 
 
 class Untraceable(UsageError):
@@ -39,10 +37,11 @@ def double_precision() -> Iterator[None]:
 
 
 def padded(count: int) -> int:
-    """How many points are computed for so many: few sizes, so that little is compiled; the same on every machine."""
-    if count <= 64:
-        return max(1, 1 << (count - 1).bit_length())
-    return -(-count // 64) * 64
+    """How many points are computed for so many: few sizes, so that little is compiled; the same on every machine.
+
+    Samples run in step with one another by 32 or less; few points take as long as 32.
+    """
+    return 32 if count <= 32 else -(-count // 64) * 64
 
 
 class JaxBackend:
@@ -61,14 +60,12 @@ class JaxBackend:
         self.states = functions.states
         self.controls = functions.controls
         self.measurements = functions.measurements
-        self._start()
-        for name in functions.shapes:
-            self._check(name)
-
-    def _start(self) -> None:
-        self._programs: dict[str, Callable[..., Any]] = {}
+        self.programs = Programs(functions)
+        self._compiled: dict[str, Callable[..., Any]] = {}
         self._sizes: set[tuple[str, int]] = set()
         self._lock = threading.Lock()
+        for name in functions.shapes:
+            self._check(name)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return JaxBackend, (self.functions,)
@@ -78,37 +75,15 @@ class JaxBackend:
         """How many programs were compiled, each size of a batch counted."""
         return len(self._sizes)
 
-    # What the user wrote.
-
-    def point(self, name: str) -> Callable[[Any, Any, Any], Any]:
-        """A function at one point (x, u, phi), checked while JAX traces it."""
-        import jax.numpy as jnp
-
-        functions = self.functions
-        shape = functions.shapes[name]
-
-        def call(x: Any, u: Any, phi: Any) -> Any:
-            found = functions.call(name, x, u, phi)
-            value = jnp.stack([jnp.asarray(entry) for entry in found]) if isinstance(found, (list, tuple)) else found
-            value = jnp.asarray(value)
-            if value.shape != shape:
-                raise UsageError(
-                    f"`{name}` returned an array of the shape {value.shape}: written in JAX it is called for one point, and "
-                    f"must return the shape {shape}"
-                )
-            return value if value.dtype == np.float64 else _widened(name, value)
-
-        return call
-
     def _check(self, name: str) -> None:
         import jax
 
         functions = self.functions
         sizes = (functions.states, functions.controls, len(functions.parameters))
         with double_precision():
-            point = [jax.ShapeDtypeStruct((size,), np.float64) for size in sizes]
+            point = [np.zeros(size) for size in sizes]
             try:
-                jaxpr = jax.make_jaxpr(self.point(name))(*point)
+                jaxpr = jax.make_jaxpr(self.programs.point(name))(*point)
             except UsageError:
                 raise
             except Exception as error:
@@ -119,7 +94,7 @@ class JaxBackend:
                 ) from error
         coarse = next(_coarse(jaxpr.jaxpr), None)
         if coarse is not None:
-            _refuse(name, coarse)
+            refuse(name, coarse)
 
     # Programs.
 
@@ -136,131 +111,14 @@ class JaxBackend:
     def _program(self, name: str, batches: int, size: int) -> Callable[..., Any]:
         with self._lock:
             self._sizes.add((name, size))
-            program = self._programs.get(name)
+            program = self._compiled.get(name)
             if program is None:
                 import jax
 
-                point = getattr(self, f"_{name}")()
+                point = self.programs.at_point(name)
                 program = jax.jit(jax.vmap(point, in_axes=(*[0] * batches, None)))
-                self._programs[name] = program
+                self._compiled[name] = program
         return program
-
-    def _split(self, name: str) -> Callable[[Any, Any], Any]:
-        """A function of ``z = (x, u)`` and phi."""
-        point, n = self.point(name), self.states
-        return lambda z, phi: point(z[:n], z[n:], phi)
-
-    def _weighed(self, name: str, derivative: Callable[..., Any]) -> Callable[..., Any]:
-        """The gradient of ``<adjoint, derivative of the function by z>`` by z and phi."""
-        import jax
-        import jax.numpy as jnp
-
-        function = derivative(self._split(name))
-
-        def call(z: Any, adjoint: Any, phi: Any) -> Any:
-            return jax.grad(lambda z, phi: jnp.sum(adjoint * function(z, phi)), argnums=(0, 1))(z, phi)
-
-        return call
-
-    def _steps(self) -> Callable[..., Any]:
-        point = self._split("step")
-        return lambda z, phi: (point(z, phi),)
-
-    def _observations(self) -> Callable[..., Any]:
-        point = self._split("observe")
-        return lambda x, phi: (point(x, phi),)
-
-    def _stage_costs(self) -> Callable[..., Any]:
-        point = self._split("cost")
-        return lambda z, phi: (point(z, phi),)
-
-    def _final_costs(self) -> Callable[..., Any]:
-        point = self._split("final_cost")
-        return lambda x, phi: (point(x, phi),)
-
-    def _dynamics_jacobians(self) -> Callable[..., Any]:
-        import jax
-
-        derivative = jax.jacfwd(self._split("step"))
-        return lambda z, phi: (derivative(z, phi),)
-
-    def _measurement_jacobians(self) -> Callable[..., Any]:
-        import jax
-
-        derivative = jax.jacfwd(self._split("observe"))
-        return lambda x, phi: (derivative(x, phi),)
-
-    def _stage_quadratics(self) -> Callable[..., Any]:
-        return self._quadratics("cost")
-
-    def _final_quadratics(self) -> Callable[..., Any]:
-        return self._quadratics("final_cost")
-
-    def _quadratics(self, name: str) -> Callable[..., Any]:
-        import jax
-
-        point = self._split(name)
-        gradient, hessian = jax.grad(point), jax.hessian(point)
-        return lambda z, phi: (hessian(z, phi), gradient(z, phi))
-
-    def _dynamics_curvature(self) -> Callable[..., Any]:
-        import jax
-
-        point = self._split("step")
-        curvature = jax.hessian(lambda z, costate, phi: costate @ point(z, phi))
-        return lambda z, costate, phi: (curvature(z, costate, phi),)
-
-    def _contract_dynamics(self) -> Callable[..., Any]:
-        import jax
-
-        return self._weighed("step", jax.jacfwd)
-
-    def _contract_measurements(self) -> Callable[..., Any]:
-        import jax
-
-        return self._weighed("observe", jax.jacfwd)
-
-    def _contract_stage_costs(self) -> Callable[..., Any]:
-        import jax
-
-        return self._weighed("cost", jax.hessian)
-
-    def _contract_final_costs(self) -> Callable[..., Any]:
-        import jax
-
-        return self._weighed("final_cost", jax.hessian)
-
-    def _lagrangian(self) -> Callable[[Any, Any, Any], Any]:
-        step, cost = self._split("step"), self._split("cost")
-        return lambda z, costate, phi: cost(z, phi) + costate @ step(z, phi)
-
-    def _stage_parameters(self) -> Callable[..., Any]:
-        import jax
-
-        gradient = jax.grad(self._lagrangian(), argnums=2)
-        return lambda z, costate, phi: (gradient(z, costate, phi),)
-
-    def _final_parameters(self) -> Callable[..., Any]:
-        import jax
-
-        gradient = jax.grad(self._split("final_cost"), argnums=1)
-        return lambda x, phi: (gradient(x, phi),)
-
-    def _stage_parameters_along(self) -> Callable[..., Any]:
-        import jax
-
-        gradient = jax.grad(self._lagrangian(), argnums=2)
-
-        def call(z: Any, costate: Any, dz: Any, dcostate: Any, phi: Any) -> Any:
-            return (jax.jvp(lambda z, costate: gradient(z, costate, phi), (z, costate), (dz, dcostate))[1],)
-
-        return call
-
-    def _final_parameters_along(self) -> Callable[..., Any]:
-        import jax
-
-        gradient = jax.grad(self._split("final_cost"), argnums=1)
-        return lambda x, dx, phi: (jax.jvp(lambda x: gradient(x, phi), (x,), (dx,))[1],)
 
     # What the engine calls.
 
@@ -282,32 +140,12 @@ class JaxBackend:
         key = f"roll_out {'closed' if closed else 'open'}"
         with self._lock:
             self._sizes.add((key, steps))
-            program = self._programs.get(key)
+            program = self._compiled.get(key)
             if program is None:
-                program = self._programs[key] = self._roll_out(closed)
+                program = self._compiled[key] = self.programs.roll_out(closed)
         with double_precision():
             x, u, cost = program(start, controls, feedback, reference, lower, upper, phi)
             return np.asarray(x).reshape(steps + 1, n), np.asarray(u), float(cost)
-
-    def _roll_out(self, closed: bool) -> Callable[..., Any]:
-        import jax
-        import jax.numpy as jnp
-
-        step, cost, final_cost = self.point("step"), self.point("cost"), self.point("final_cost")
-
-        def call(start: Any, controls: Any, feedback: Any, reference: Any, lower: Any, upper: Any, phi: Any) -> Any:
-            def advance(x: Any, given: Any) -> Any:
-                u, gain, xbar = given
-                if closed:
-                    u = u + gain @ (x - xbar)
-                u = jnp.clip(u, lower, upper)
-                return step(x, u, phi), (x, u)
-
-            end, (x, u) = jax.lax.scan(advance, start, (controls, feedback, reference), unroll=UNROLLED)
-            costs = jax.vmap(cost, in_axes=(0, 0, None))(x, u, phi)
-            return jnp.concatenate([x, end[None]]), u, jnp.sum(costs) + final_cost(end, None, phi)
-
-        return jax.jit(call)
 
     def steps(self, x: Array, u: Array, phi: Array) -> Array:
         """See the protocol."""
@@ -394,21 +232,6 @@ class JaxBackend:
 
 def _joint(x: Array, u: Array) -> Array:
     return np.concatenate([x, u], axis=1)
-
-
-def _widened(name: str, value: Any) -> Any:
-    """Whole numbers as float64; less exact ones are refused."""
-    if np.issubdtype(value.dtype, np.integer) or value.dtype == np.bool_:
-        return value.astype(np.float64)
-    _refuse(name, str(value.dtype))
-
-
-def _refuse(name: str, dtype: str) -> None:
-    raise UsageError(
-        f"`{name}` computes in {dtype}: it must compute in float64 throughout. Put jax.config.update("
-        '"jax_enable_x64", True) before everything else, so that arrays which the function uses are made in float64, and '
-        "take conversions such as .astype(jnp.float32) out"
-    )
 
 
 def _coarse(jaxpr: Any) -> Iterator[str]:

@@ -19,7 +19,10 @@ __all__ = ["differences_near", "relative_errors"]
 TRIED = 10
 
 #: Points that lengths are chosen at: of the trajectory, and at random around it.
-POINTS = 24
+POINTS = 256
+
+#: Errors are measured at one of so many of these points.
+MEASURED = 4
 
 
 def differences_near(functions: Functions, given: Any, x: Array, u: Array, phi: Array, spans: Array) -> Differences:
@@ -48,66 +51,93 @@ def differences_near(functions: Functions, given: Any, x: Array, u: Array, phi: 
         found = [functions.batch(name, z[:, :n], z[:, n:], phi).reshape(len(z), -1) for name in names]
         return np.concatenate(found, axis=1)
 
+    lengths = {}
+    for name in names:
+        for order in (1, 2, 3):
+            size = np.abs(functions.batch(name, points[:, :n], points[:, n:], phi).reshape(len(points), -1)).max(axis=0)
+            best = []
+            for index, largest in enumerate(reach):
+                floor = size / largest**order
+                best.append(_best(_derivative(functions, name, order, (points, phi), index), largest, floor))
+            lengths[name, order] = np.array(best)
     size = np.abs(values(points, phi)).max(axis=0)
-
-    def by_variable(index: int, length: float) -> Array:
-        steps = np.zeros(len(reach))
-        steps[index] = relative_step(1) * length
-        return stencils.along(lambda z: values(z, phi), points, np.broadcast_to(steps, points.shape), 1.0) / steps[index]
-
-    def by_parameter(index: int, length: float) -> Array:
-        backend = Differences(functions, None, reach, np.full(len(phi), length))
-        only = phi[index : index + 1]
-
-        def moved(one: Array) -> Array:
-            all_ = phi.copy()
-            all_[index] = one[0]
-            return values(points, all_)
-
-        backend.scales = np.array([length])
-        return backend._by_parameters(moved, only)[..., 0]
-
-    lengths = [_best(lambda length, i=i: by_variable(i, length), reach[i], size) for i in range(len(reach))]
     scales = []
     for index, span in enumerate(spans):
         largest = -span * abs(phi[index]) if span < 0.0 else span
-        best = _best(lambda length, i=index: by_parameter(i, length), largest, size)
-        scales.append(-best / abs(phi[index]) if span < 0.0 else best)
-    return Differences(functions, given, np.array(lengths), np.array(scales))
+
+        def derivative(length: float, index: int = index) -> Array:
+            def moved(shift: Array) -> Array:
+                return np.stack([values(points, phi + step * np.eye(len(phi))[index]) for step in shift[:, 0]])
+
+            return stencils.first(moved, np.zeros((1, 1)), np.array([relative_step(1) * length]))[0, ..., 0]
+
+        best_scale = _best(derivative, largest, size / largest)
+        scales.append(-best_scale / abs(phi[index]) if span < 0.0 else best_scale)
+    return Differences(functions, given, lengths, np.array(scales))
+
+
+def _derivative(
+    functions: Functions, name: str, order: int, at: tuple[Array, Array], index: int
+) -> Callable[[float], Array]:
+    """A function's derivative of an order along one variable at ``(z, phi)``, of the length for its steps."""
+    (z, phi), n = at, functions.states
+
+    def value(z: Array) -> Array:
+        return functions.batch(name, z[:, :n], z[:, n:], phi).reshape(len(z), -1)
+
+    def derivative(length: float) -> Array:
+        step = relative_step(order)
+        along = np.zeros(z.shape[1])
+        along[index] = length
+        if order == 1:
+            return stencils.along(value, z, np.broadcast_to(along, z.shape), step) / length
+
+        def second(z: Array) -> Array:
+            found: Array = stencils.second_along(value, z, along[None], step)[0] / length**2
+            return found
+
+        if order == 2:
+            return second(z)
+        return stencils.along(second, z, np.broadcast_to(along, z.shape), step) / length
+
+    return derivative
 
 
 def _around(z: Array) -> Array:
-    """Points of a trajectory, and as many within the box around it, the same at every call."""
+    """Points of a trajectory, and others within the box around it, the same at every call."""
     few = z[np.linspace(0, len(z) - 1, min(POINTS, len(z))).astype(int)]
     lower, upper = z.min(axis=0), z.max(axis=0)
-    random = np.random.default_rng(0).uniform(size=few.shape)
+    random = np.random.default_rng(0).uniform(size=(POINTS, z.shape[1]))
     around: Array = np.concatenate([few, lower + random * (upper - lower)])
     return around
 
 
-def _best(derivative: Callable[[float], Array], largest: float, size: Array) -> float:
-    """The length at which a derivative depends least on it."""
+def _best(derivative: Callable[[float], Array], largest: float, floor: Array) -> float:
+    """The length at which a derivative depends least on it, relative to its size or, where that is more, to ``floor``: a
+    function's value over the largest length, below which derivatives matter little."""
     tried = [largest * 0.25**k for k in range(TRIED)]
     found = [derivative(length) for length in tried]
     worst = []
     for wide, narrow in zip(found, found[1:]):
-        scale = np.nanmax(np.abs(narrow), axis=0) + 1e-6 * size / largest
-        error = np.abs(wide - narrow) / np.where(scale > 0.0, scale, 1.0)
-        worst.append(float(error.max()) if np.isfinite(error).all() else np.inf)
-    best = int(np.argmin(worst))
+        error, size = np.abs(wide - narrow).max(axis=0), np.abs(narrow).max(axis=0) + floor
+        relative = np.where(size > 0.0, error / np.where(size > 0.0, size, 1.0), 0.0)
+        worst.append(float(relative.max(initial=0.0)) if np.isfinite(relative).all() else np.inf)
     # Between the two that agree best.
-    return 0.5 * tried[best]
+    return 0.5 * tried[int(np.argmin(worst))]
 
 
 def relative_errors(backend: Any, x: Array, u: Array, phi: Array) -> tuple[float, float, float]:
-    """Relative errors of first, second and third derivatives at points x (B, n), u (B, m): how far they change where all
-    steps are halved, relative to the largest entry over the points."""
+    """Relative errors of first, second and third derivatives: how far they change where all steps are halved, relative to
+    the largest entry, over points along a trajectory x (B, n), u (B, m), and around it."""
+    z = np.concatenate([x, u], axis=1)
+    z = np.ascontiguousarray(_around(z[np.isfinite(z).all(axis=1)])[::MEASURED])
+    x, u = np.ascontiguousarray(z[:, : x.shape[1]]), np.ascontiguousarray(z[:, x.shape[1] :])
     half = backend.scaled(0.5)
     random = np.random.default_rng(0)
-    n, z = x.shape[1], x.shape[1] + u.shape[1]
+    n, joint = x.shape[1], z.shape[1]
     costates = random.normal(size=x.shape)
-    jacobian = random.normal(size=(len(x), n, z))
-    square = random.normal(size=(len(x), z, z))
+    jacobian = random.normal(size=(len(x), n, joint))
+    square = random.normal(size=(len(x), joint, joint))
     square = square + np.swapaxes(square, 1, 2)
 
     def both(call: Callable[[Any], Any]) -> float:

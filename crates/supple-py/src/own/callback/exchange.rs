@@ -119,10 +119,9 @@ fn read_array(name: &str, array: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult
         return Err(errors::usage(array.py(), &message));
     }
     let found = found.readonly();
-    Ok(match found.as_slice() {
-        Ok(numbers) => numbers.to_vec(),
-        Err(_) => found.as_array().iter().copied().collect(),
-    })
+    // `as_slice` takes arrays in Fortran's order too.
+    let in_order = found.is_c_contiguous().then(|| found.as_slice().ok()).flatten();
+    Ok(in_order.map_or_else(|| found.as_array().iter().copied().collect(), <[f64]>::to_vec))
 }
 
 /// One vector as a batch.
