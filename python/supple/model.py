@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from . import _description as describe
 from ._backends import checks
+from ._backends.differences import Differences
 from ._backends.functions import Functions
 from ._backends.given import Given, Overridden
 from ._backends.lengths import differences_near, relative_errors
@@ -80,8 +81,11 @@ class Derivatives:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DerivativeError(Record):
-    """Estimated relative errors of a model's derivatives: how far they change where all steps are halved, relative to the
-    largest entry along the trajectory of the first guess and around it. All 0 for functions of JAX, whose derivatives are exact but for rounding.
+    """Estimated relative errors of a model's derivatives: how far they change where all steps are halved, along the
+    trajectory of the first guess and around it.
+
+    Variables and functions count by how large they become there; errors are relative to the largest derivative, or to the
+    function where that is larger. All 0 for functions of JAX, whose derivatives are exact but for rounding.
 
     Information and expected cost are as exact as the larger of ``first`` and ``second``, and total gradients as the largest
     of all three, times how much what they are made of cancels: most often within a factor of 100.
@@ -284,7 +288,8 @@ class Model:
                 return _record(self, (x, controls[0], phi), time_step), exact
             except (Mistranslated, Untranslatable) as why:
                 LOGGER.info("functions are called in JAX, and not recorded: %s", why)
-        return self._described(self._overridden(self._jax, near)), exact
+        checks.check_guess(self._jax, x, controls, phi)
+        return self._described(self._overridden(self._jax, self._jax, near)), exact
 
     def _by_differences(self, x: Array, controls: Array, phi: Array) -> tuple[dict[str, Any], DerivativeError]:
         functions = self._functions
@@ -298,8 +303,11 @@ class Model:
                 ) from error
             raise
         plain = differences_near(functions, None, x[None], controls[:1], phi, self._spans())
+        checks.check_guess(plain, x, controls, phi)
         states, taken, _ = plain.roll_out(x, controls, None, None, None, phi)
-        found = differences_near(functions, self._given, states[:-1], taken, phi, self._spans())
+        plain = differences_near(functions, None, states[:-1], taken, phi, self._spans())
+        found = Differences(functions, self._given, plain.lengths, plain.scales)
+        described = self._described(self._overridden(found, plain, (x, controls, phi)))
         estimate = DerivativeError(*relative_errors(found, states[:-1], taken, phi))
         LOGGER.info(
             "derivatives by finite differences: relative errors %.1e (first), %.1e (second), %.1e (third)",
@@ -307,17 +315,15 @@ class Model:
             estimate.second,
             estimate.third,
         )
-        return self._described(self._overridden(found, (x, controls, phi))), estimate
+        return described, estimate
 
-    def _overridden(self, backend: Any, near: tuple[Array, Array, Array]) -> Any:
+    def _overridden(self, backend: Any, plain: Any, near: tuple[Array, Array, Array]) -> Any:
+        """A backend with the derivatives that are given, once they agree with those of another."""
         if self._given is None:
             return backend
         x, controls, phi = near
-        checks.check_given(self._given, backend, list(self._given_names()), x, controls[0], phi)
+        checks.check_given(self._given, plain, x, controls[0], phi)
         return Overridden(backend, self._given)
-
-    def _given_names(self) -> list[str]:
-        return [] if self._given is None else list(self._given._functions)
 
     def _spans(self) -> Array:
         """How far parameters may go: relative to their values where they move by ratios."""
