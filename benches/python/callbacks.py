@@ -116,7 +116,9 @@ def main() -> None:
         counting = Counting(backend_of(task))
         report = with_backend(task, counting).evaluate(trajectories=False).tasks["press"]
         calls = Counter(name for name, _ in counting.calls)
-        print(f"    calls: {sum(calls.values()) / report.iterations:.1f} for an iteration: {dict(calls.most_common(6))}")
+        print(
+            f"    calls: {sum(calls.values()) / report.iterations:.1f} for an iteration: {dict(calls.most_common(6))}"
+        )
         batches(counting.backend)
 
 

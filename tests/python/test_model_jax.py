@@ -97,11 +97,13 @@ def test_a_batch_of_500_knots_is_one_call() -> None:
     report = counted.evaluate(trajectories=False).tasks["press"]
     names = [name for name, _ in counting.calls]
     assert report.status == "converged"
-    # One linearisation for each iteration, and two more: each function once, for all knots.
-    assert dict(counting.calls)["dynamics_jacobians"] == 500
-    assert all(size == 500 for name, size in counting.calls if name == "stage_quadratics")
-    assert names.count("stage_quadratics") <= 2 * report.iterations + 3
-    assert names.count("measurement_jacobians") == 1
+    # Every function is called once for all knots, and not again for each.
+    sizes = {name: {size for other, size in counting.calls if other == name} for name in names}
+    assert sizes["dynamics_jacobians"] == sizes["stage_quadratics"] == sizes["dynamics_curvature"] == {500}
+    assert sizes["measurement_jacobians"] == {501} and sizes["final_quadratics"] == {1}
+    assert not {"steps", "observations", "stage_costs", "final_costs"} & set(names)
+    guesses = names.count("measurement_jacobians")
+    assert names.count("dynamics_jacobians") <= 2 * report.iterations + 3 * guesses
     counting.calls.clear()
     counted.evaluate(gradient="total", trajectories=False)
     contractions = [(name, size) for name, size in counting.calls if name.startswith("contract_dynamics")]
@@ -146,7 +148,7 @@ def test_sweeps_on_threads_are_the_same_to_the_last_bit() -> None:
     grid = {"stiffness": np.geomspace(0.05, 0.3, 6)}
     one, several = (task.sweep(grid, rollouts=2, jobs=jobs).table for jobs in (1, 4))
     for name in one.columns:
-        assert repr(one[name].tolist()) == repr(several[name].tolist()), name
+        assert repr(list(one[name])) == repr(list(several[name])), name
 
 
 def test_tasks_share_parameters() -> None:
