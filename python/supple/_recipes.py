@@ -15,7 +15,8 @@ __all__ = ["make"]
 def make(kind: str, what: Any, changed: Mapping[str, float]) -> Task:
     """The task of a recipe, with these values of parameters."""
     if kind == "load":
-        return Task(NativeTask.load(what, list(changed.items())), (kind, what), changed)
+        path, sources = what
+        return Task(NativeTask.restore(sources, list(changed.items())), (kind, path), changed)
     if kind == "own":
         return Task(NativeTask.own(what), (kind, what)).at(changed)
     raise UsageError(f"no recipe `{kind}`")

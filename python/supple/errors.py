@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 __all__ = ["ComputeError", "FileError", "Interrupted", "KeptError", "StorageError", "SuppleError", "UsageError"]
+__all__ += ["WorkerError"]
 
 
 class SuppleError(Exception):
@@ -27,6 +28,10 @@ class KeptError(SuppleError):
 
 class Interrupted(SuppleError):
     """Work was told to stop before it was done."""
+
+
+class WorkerError(SuppleError, RuntimeError):
+    """A worker of an executor ended, cannot be used, or has another version."""
 
 
 class FileError(SuppleError, ValueError):

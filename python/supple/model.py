@@ -279,14 +279,14 @@ class Model:
         if self._jax is None:
             return self._by_differences(x, controls, phi)
         checks.check_single(self._functions, x, controls[0], phi)
-        if self._wanted == "recorded":
-            return _record(self, (x, controls[0], phi), time_step), exact
-        if self._wanted == "auto" and self._given is None:
+        if self._wanted == "recorded" or self._wanted == "auto" and self._given is None:
             from ._jaxpr import Mistranslated, Untranslatable
 
             try:
                 return _record(self, (x, controls[0], phi), time_step), exact
             except (Mistranslated, Untranslatable) as why:
+                if self._wanted == "recorded":
+                    raise UsageError(f'backend="recorded": {why}. Or take backend="jax"') from why
                 LOGGER.info("functions are called in JAX, and not recorded: %s", why)
         checks.check_guess(self._jax, x, controls, phi)
         return self._described(self._overridden(self._jax, self._jax, near)), exact

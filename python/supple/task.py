@@ -7,7 +7,6 @@ import logging
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,9 +20,10 @@ from .progress import Progress, watching
 from .results import Design, Evaluation, Pareto, Robustness, Sweep, Trace
 
 if TYPE_CHECKING:
+    from ._crew import Workers
     from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task", "load"]
+__all__ = ["Grid", "Parameter", "Task", "load", "loads"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -31,6 +31,11 @@ LOGGER = logging.getLogger("supple")
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
+
+# What the native part takes: axes, one axis, and designs by name with values.
+Vary = tuple[str, str | list[float]]
+Axes = list[Vary]
+Chosen = list[str | tuple[str, list[tuple[str, float]]]]
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,24 @@ def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
         UsageError: Where a parameter is unknown or out of bounds.
     """
     native = NativeTask.load(path, _pairs(parameters))
+    for warning in native.warnings():
+        LOGGER.warning("%s: %s", os.fspath(path), warning)
+    return Task(native, ("load", os.fspath(path)), changed=parameters)
+
+
+def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
+    """Reads a task file from its text, and sets some of its parameters.
+
+    Args:
+        text: The text of a task file (TOML).
+        path: Where the file would be: files that it names, such as that of the robot, are looked for beside it.
+        **parameters: Values of parameters.
+
+    Raises:
+        FileError: Where the text, or the robot's file that it names, is wrong.
+        UsageError: Where a parameter is unknown or out of bounds.
+    """
+    native = NativeTask.restore([(os.fspath(path), text)], _pairs(parameters))
     for warning in native.warnings():
         LOGGER.warning("%s: %s", os.fspath(path), warning)
     return Task(native, ("load", os.fspath(path)), changed=parameters)
@@ -170,7 +193,7 @@ class Task:
         method: Literal["sqp", "barrier"] | None = None,
         gradient: Literal["total", "frozen"] | None = None,
         settings: Mapping[str, Any] | None = None,
-        executor: Executor | None = None,
+        executor: Workers | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
@@ -183,8 +206,8 @@ class Task:
             method: The optimiser.
             gradient: The gradient that it follows.
             settings: Other settings of the search by the names of the task file's ``[design]``.
-            executor: Where the starts are searched from, each a unit of work; the threads of this process where left
-                out. The result is the same.
+            executor: Where the starts are searched from: an executor of ``concurrent.futures``, a number of processes, or
+                a function that makes an executor; the threads of this process where left out. The result is the same.
             progress: ``True`` for a bar of tqdm's, or an object of your own (:class:`supple.Progress`).
             at: Values of parameters to start from.
             **parameters: Values of parameters to start from.
@@ -200,7 +223,7 @@ class Task:
                 return Design(task._native.design(made, json.dumps(wanted), seer), task)
             from . import executors
 
-            return Design(executors.design(task, made, wanted, executor, seer), task)
+            return Design(executors.design(task, made, json.dumps(wanted), executor, seer), task)
 
     def sweep(
         self,
@@ -211,7 +234,7 @@ class Task:
         seed: int = 0,
         jobs: int | None = None,
         out: str | os.PathLike[str] | None = None,
-        executor: Executor | None = None,
+        executor: Workers | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
@@ -226,8 +249,9 @@ class Task:
             seed: Seed of roll-outs and searches.
             jobs: Points to evaluate at once; all cores where left out.
             out: A folder whose journal keeps what is done: the same call goes on from there.
-            executor: Where segments of points are evaluated; the threads of this process where left out. The table is
-                the same to the last bit.
+            executor: Where points are evaluated: an executor of ``concurrent.futures``, a number of processes, or a
+                function that makes an executor, which is called again where a worker process ends; the threads of this
+                process where left out. The table is the same to the last bit.
             progress: ``True`` for a bar of tqdm's, or an object of your own.
             at: Values of parameters that are on no axis.
             **parameters: Values of parameters that are on no axis.
@@ -235,8 +259,10 @@ class Task:
         _check_counts(rollouts=rollouts, starts=starts, seed=seed)
         if jobs is not None and jobs < 1:
             raise UsageError(f"jobs={jobs}: at least 1")
+        if jobs is not None and executor is not None:
+            raise UsageError("jobs are threads of this process, and executor has workers of its own: give one of them")
         task = self.at(at, **parameters)
-        axes = [(name, _axis(name, values)) for name, values in grid.items()]
+        axes: Axes = [(name, _axis(name, values)) for name, values in grid.items()]
         words = [word for name, values in axes for word in ("--grid", f"{name}={_axis_text(values)}")]
         made = task._made("sweep", words + _options(rollouts=rollouts, starts=starts, seed=seed))
         sizes = (rollouts, starts, seed)
@@ -256,7 +282,7 @@ class Task:
         vary: Grid,
         rollouts: int = 20,
         seed: int = 0,
-        executor: Executor | None = None,
+        executor: Workers | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
@@ -269,7 +295,7 @@ class Task:
             vary: The parameter that grows, with the role ``study``, and its values: ``{"wall_variance": [1e-5, 1e-3]}``.
             rollouts: Runs at every level.
             seed: Seed of the runs.
-            executor: Where designs and levels are simulated; the threads of this process where left out.
+            executor: Where designs and levels are simulated, as in :meth:`sweep`.
             progress: ``True`` for a bar of tqdm's, or an object of your own.
             at: Values of parameters of ``start``.
             **parameters: Values of parameters of ``start``.
@@ -279,7 +305,7 @@ class Task:
             raise UsageError(f"vary names {len(vary)} parameters: one is varied at a time")
         task = self.at(at, **parameters)
         ((name, values),) = vary.items()
-        axis = (name, _axis(name, values))
+        axis: Vary = (name, _axis(name, values))
         chosen = _designs(designs)
         texts = [one if isinstance(one, str) else _design_text(*one) for one in chosen]
         words = ["--designs", ",".join(texts), "--vary", f"{name}={_axis_text(axis[1])}"]
@@ -350,7 +376,10 @@ class Task:
 
     def _packed(self) -> tuple[str, Any]:
         kind, what = self._recipe
-        return (kind, what)
+        if kind == "load":
+            # With the texts of its files, which other machines need not have.
+            return kind, (what, self._native.sources())
+        return kind, what
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [(name, f"{task['steps']} steps of {task['time_step']:.6g} s") for name, task in self._tasks.items()]
@@ -421,10 +450,9 @@ def _axis_text(values: str | list[float]) -> str:
     return values if isinstance(values, str) else ",".join(repr(value) for value in values)
 
 
-_Chosen = list[str | tuple[str, list[tuple[str, float]]]]
 
 
-def _designs(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> _Chosen:
+def _designs(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Chosen:
     if isinstance(designs, str):
         return [designs]
     if not isinstance(designs, Mapping):

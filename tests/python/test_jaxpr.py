@@ -10,7 +10,7 @@ import pytest
 
 jax = pytest.importorskip("jax")
 import jax.numpy as jnp
-from supple._jaxpr import Mistranslated, Untranslatable, translate
+from supple._jaxpr import Mistranslated, Untranslatable, double_precision, translate
 from supple._jaxpr.tape import evaluate
 from supple._jaxpr.verify import jacobians, points
 
@@ -95,7 +95,7 @@ def test_functions_give_what_jax_gives_with_its_derivatives(name: str) -> None:
     function = VECTORS[name]
     tape = translate(function, name, X, U, PHI, 3)
     at = points(np.concatenate([X, U, PHI, [1.0]]), 9)
-    with jax.enable_x64(True):
+    with double_precision():
         rows = [(row[:3], row[3:4], row[4:6]) for row in jnp.asarray(at)]
         expected = np.array([function(*row) for row in rows], dtype=float)
         slopes = np.array([np.hstack(jax.jacfwd(function, (0, 1, 2))(*row)) for row in rows])
@@ -107,7 +107,7 @@ def test_functions_give_what_jax_gives_with_its_derivatives(name: str) -> None:
 def test_functions_keep_their_digits_near_zero() -> None:
     small = np.array([1e-12, -3e-9, 2e-5])
     tape = translate(lambda x, u, phi: odd_functions(x).reshape(-1), "f", small, U, PHI, 18)
-    with jax.enable_x64(True):
+    with double_precision():
         expected = np.asarray(odd_functions(jnp.asarray(small))).reshape(-1)
     found = evaluate(tape, np.concatenate([small, U, PHI, [1.0]])[None])[0]
     assert np.abs(found / expected - 1.0).max() < 1e-14
@@ -127,13 +127,12 @@ def test_functions_do_not_overflow_on_the_way() -> None:
 def test_ties_have_the_derivatives_of_jax() -> None:
     def ties(x: Any, u: Any, phi: Any) -> Any:
         bounds = jax.lax.clamp(0.0, x[0], 1.0) + jax.lax.clamp(-1.0, x[0], 0.0)
-        return jnp.stack(
-            [jnp.maximum(x[0], 0.0), jnp.abs(x[0]), jnp.sign(x[0]), bounds, jax.nn.relu(x[0]), jax.nn.softplus(x[0])]
-        )
+        smooth = jax.nn.softplus(x[0]) + x[0] ** 1.5 + x[0] ** 2.7
+        return jnp.stack([jnp.maximum(x[0], 0.0), jnp.abs(x[0]), jnp.sign(x[0]), bounds, jax.nn.relu(x[0]), smooth])
 
     zero = np.zeros(1)
     tape = translate(ties, "ties", zero, U, PHI, 6)
-    with jax.enable_x64(True):
+    with double_precision():
         expected = np.asarray(jax.jacrev(ties)(zero, U, PHI))[:, 0]
     assert jacobians(tape, np.concatenate([zero, U, PHI, [1.0]])[None])[0, :, 0] == pytest.approx(expected, abs=1e-15)
 

@@ -1,5 +1,7 @@
 //! Text files as people write them: read within limits, with errors that name file, line, key and what is valid.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
@@ -86,13 +88,34 @@ impl FileError {
     }
 }
 
-/// The text of a file.
+thread_local! {
+    /// Texts that stand for files, by path.
+    static TEXTS: RefCell<HashMap<String, String>> = RefCell::default();
+}
+
+/// Does work for which these texts are the files of these paths, on this thread: where another machine read them.
+pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: impl FnOnce() -> T) -> T {
+    /// Puts back what was there before, also where the work panics.
+    struct Before(HashMap<String, String>);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            TEXTS.set(std::mem::take(&mut self.0));
+        }
+    }
+    let _before = Before(TEXTS.replace(texts.into_iter().collect()));
+    work()
+}
+
+/// The text of a file, or what [`with_texts`] gives for it.
 ///
 /// # Errors
 /// Where it cannot be read, is no text in UTF-8, or has more than 64 MiB.
 pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let path = path.as_ref();
     let name = path.display().to_string();
+    if let Some(text) = TEXTS.with_borrow(|texts| texts.get(&name).cloned()) {
+        return Ok(text);
+    }
     let unreadable = |error| FileError::unreadable(&name, error);
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(unreadable)?;

@@ -3,11 +3,13 @@
 //! Everything here is private to the package; its functions take and give plain objects.
 
 mod arrays;
+mod collect;
 mod errors;
 mod options;
 mod own;
 mod result;
 mod task;
+mod unit;
 mod watch;
 
 use pyo3::prelude::*;
@@ -18,9 +20,13 @@ mod _supple {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::collect::{DesignCollector, RobustnessCollector, SweepCollector};
+    #[pymodule_export]
     use crate::result::Kept;
     #[pymodule_export]
     use crate::task::NativeTask;
+    #[pymodule_export]
+    use crate::unit::{Units, instructions, use_instructions};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use supple::parameters::Scale;
 use supple_study::LoadedTask;
-use supple_study::robustness::DesignChoice;
+use supple_study::robustness::{DesignChoice, RobustnessOptions};
 use supple_study::sweep::Axis;
 
 use crate::errors;
@@ -80,4 +80,22 @@ impl Designed {
             }
         }
     }
+}
+
+/// What a study of robustness is asked to do; sizes are the roll-outs and the seed.
+///
+/// # Errors
+/// Where an axis or a design is wrong.
+pub fn robustness(
+    py: Python<'_>,
+    task: &LoadedTask,
+    designs: Vec<Designed>,
+    (name, values): (String, AxisValues),
+    (rollouts, seed): (usize, u64),
+) -> PyResult<RobustnessOptions> {
+    let parameter = task.problem.parameters.iter().find(|parameter| parameter.name == name);
+    let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
+    let vary = values.axis(py, &name, task, spread)?;
+    let designs = designs.into_iter().map(|design| design.choice(py, task)).collect::<PyResult<_>>()?;
+    Ok(RobustnessOptions { designs, vary, rollouts, seed })
 }

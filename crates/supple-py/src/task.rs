@@ -10,14 +10,13 @@ use supple::parameters::Scale;
 use supple::{EvaluateOptions, Named};
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
-use supple_study::robustness::RobustnessOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
-use supple_study::{About, LoadedTask, Made, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{About, LoadedTask, Made, Source, StudyError, StudyResult, Watch, check_writable};
 
 use crate::arrays::to_python;
 use crate::errors;
-use crate::options::{AxisValues, Designed};
+use crate::options::{self, AxisValues, Designed};
 use crate::own::{self, Failures};
 use crate::result::Kept;
 use crate::watch::{Search, long};
@@ -31,7 +30,7 @@ pub struct NativeTask {
 
 impl NativeTask {
     /// Does long work on this task and makes a result of what it finds.
-    fn study(
+    pub fn study(
         &self,
         py: Python<'_>,
         (command, arguments, seed): (&str, Vec<String>, u64),
@@ -52,6 +51,14 @@ impl NativeTask {
     fn load(py: Python<'_>, path: PathBuf, values: Vec<(String, f64)>) -> PyResult<Self> {
         let task = py.detach(|| LoadedTask::load(&path, &values)).map_err(|error| errors::of_study(py, &error))?;
         Ok(Self { task, failures: Failures::default() })
+    }
+
+    /// The task that another process read from texts by path, the task file's first; no file is read.
+    #[staticmethod]
+    fn restore(py: Python<'_>, sources: Vec<(String, String)>, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let sources: Vec<Source> = sources.into_iter().map(|(path, text)| Source { path, text }).collect();
+        let task = py.detach(|| LoadedTask::restore(&sources, &values));
+        Ok(Self { task: task.map_err(|error| errors::of_study(py, &error))?, failures: Failures::default() })
     }
 
     /// A task that Python describes.
@@ -182,13 +189,8 @@ impl NativeTask {
         sizes: (usize, u64),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let ((name, values), (rollouts, seed)) = (vary, sizes);
-        let parameter = self.task.problem.parameters.iter().find(|parameter| parameter.name == name);
-        let spread = parameter.map_or(Scale::Linear, |parameter| parameter.scale);
-        let vary = values.axis(py, &name, &self.task, spread)?;
-        let designs = designs.into_iter().map(|design| design.choice(py, &self.task)).collect::<PyResult<_>>()?;
-        let options = RobustnessOptions { designs, vary, rollouts, seed };
-        self.study(py, ("robustness", made, seed), progress, |task, watch| {
+        let options = options::robustness(py, &self.task, designs, vary, sizes)?;
+        self.study(py, ("robustness", made, options.seed), progress, |task, watch| {
             Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, watch)?)))
         })
     }

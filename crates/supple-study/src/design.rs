@@ -1,9 +1,12 @@
 //! Designs: the search, and the report of what it found.
 
 use serde::{Deserialize, Serialize};
-use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary};
+use supple::design::{
+    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, StartSummary,
+};
 use supple::{EvaluateOptions, Evaluation, Named, Problem, Task};
 
+pub use crate::found::Found;
 use crate::{LoadedTask, StudyError};
 
 /// What `supple design --json` prints.
@@ -84,6 +87,55 @@ pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Re
     check_designable(task)?;
     let found = supple::design::design(problem, phi, settings, control)?;
     report(problem, phi, settings, &found)
+}
+
+/// Does one start of the same search, for [`combine`]: what it found, for another process to read.
+///
+/// # Errors
+/// Where there is nothing to design, total gradients are asked for along sampled plans, or it is told to stop.
+pub fn run_start(
+    task: &LoadedTask,
+    settings: &DesignSettings,
+    start: usize,
+    control: Control,
+) -> Result<Found, StudyError> {
+    check_designable(task)?;
+    let summary = searcher(task, settings, control).search_start(&task.phi, start)?;
+    if control.is_stopped() { Err(StudyError::Stopped) } else { Ok(Found::of(summary)) }
+}
+
+/// The report of starts that were searched from elsewhere, all of them and in their order: the same, to the last bit,
+/// as that of [`run`], but for the wall time `seconds`.
+///
+/// # Errors
+/// Where a start is not of this task, or not even the first start can be evaluated.
+pub fn combine(
+    task: &LoadedTask,
+    settings: &DesignSettings,
+    starts: Vec<Found>,
+    (seconds, control): (f64, Control),
+) -> Result<DesignReport, StudyError> {
+    let found = best_of(task, settings, starts, (seconds, control))?;
+    report(&task.problem, &task.phi, settings, &found)
+}
+
+/// The design that starts found together.
+pub(crate) fn best_of(
+    task: &LoadedTask,
+    settings: &DesignSettings,
+    starts: Vec<Found>,
+    (seconds, control): (f64, Control),
+) -> Result<Design, StudyError> {
+    let (found, wanted) = (starts.len(), settings.starts);
+    if found != wanted {
+        return Err(StudyError::Usage(format!("a search from {wanted} starts cannot end with {found} of them")));
+    }
+    let starts = starts.into_iter().map(|start| start.summary(&task.problem)).collect::<Result<_, _>>()?;
+    Ok(searcher(task, settings, control).combine(starts, seconds)?)
+}
+
+fn searcher<'a>(task: &'a LoadedTask, settings: &'a DesignSettings, control: Control<'a>) -> Searcher<'a> {
+    Searcher { problem: &task.problem, settings, aim: Aim::default(), control }
 }
 
 /// Checks that a task has something to design.

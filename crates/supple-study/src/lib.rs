@@ -6,6 +6,7 @@ pub mod design;
 mod error;
 pub mod evaluate;
 mod folder;
+mod found;
 mod lenient;
 pub mod pareto;
 mod picture;

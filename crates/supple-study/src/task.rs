@@ -91,6 +91,16 @@ impl LoadedTask {
         Ok(Self { problem, phi, sources })
     }
 
+    /// The same from the texts that [`load`](Self::load) read, the task file's first: no file is read.
+    ///
+    /// # Errors
+    /// Where there is no text, or as of [`load`](Self::load).
+    pub fn restore(sources: &[Source], set: &[(String, f64)]) -> Result<Self, StudyError> {
+        let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
+        let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
+        supple_files::with_texts(texts, || Self::load(Path::new(&first.path), set))
+    }
+
     /// The parameters by name.
     pub fn parameters(&self) -> Named {
         Named::new(&self.problem.parameters, &self.phi)

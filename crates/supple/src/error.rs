@@ -67,4 +67,7 @@ pub enum Error {
          `sampled`"
     )]
     GradientNeedsNominalPlans,
+    /// An error of a computation in another process, in its words.
+    #[error("{0}")]
+    Elsewhere(String),
 }

@@ -25,14 +25,6 @@ impl Covariance {
         }
     }
 
-    /// How many matrices there are, where they differ from step to step.
-    pub fn count(&self) -> Option<usize> {
-        match self {
-            Self::Diagonal(_) | Self::Full(_) => None,
-            Self::Sequence(matrices) => Some(matrices.count()),
-        }
-    }
-
     /// Every entry of a matrix for all steps that is not the number 0: row, column, value.
     fn entries(&self) -> impl Iterator<Item = (usize, usize, Value)> + '_ {
         let diagonal = match self {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use supple_kernels::Matrices;
 
 use crate::design::DesignSettings;
-use crate::noise::NoiseModel;
+use crate::noise::{Covariance, NoiseModel};
 use crate::parameters::Parameters;
 use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
 use crate::system::System;
@@ -110,16 +110,25 @@ impl Task {
         };
         check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;
-        check("the initial covariance", self.noise.initial.order(), size.states)?;
-        check("the process covariance", self.noise.process.order(), size.states)?;
-        check("the measurement covariance", self.noise.measurement.order(), size.measurements)?;
-        let counts = [
-            ("the list of initial covariances", &self.noise.initial, 1),
-            ("the list of process covariances", &self.noise.process, self.steps),
-            ("the list of measurement covariances", &self.noise.measurement, self.steps + 1),
+        let NoiseModel { initial, process, measurement } = &self.noise;
+        let covariances = [
+            ("initial", initial, size.states, 1),
+            ("process", process, size.states, self.steps),
+            ("measurement", measurement, size.measurements, self.steps + 1),
         ];
-        for (what, covariance, expected) in counts {
-            check(what, covariance.count().unwrap_or(expected), expected)?;
+        for (name, covariance, order, count) in covariances {
+            check(&format!("the {name} covariance"), covariance.order(), order)?;
+            match covariance {
+                Covariance::Diagonal(_) => {}
+                Covariance::Full(rows) => {
+                    let what = format!("a row of the {name} covariance");
+                    rows.iter().try_for_each(|row| check(&what, row.len(), order))?;
+                }
+                Covariance::Sequence(matrices) => {
+                    check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;
+                    check(&format!("the list of {name} covariances"), matrices.count(), count)?;
+                }
+            }
         }
         if let Some(bounds) = &self.control_bounds {
             check("the bounds of the controls", bounds.lower().len(), size.controls)?;

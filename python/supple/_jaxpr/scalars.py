@@ -156,11 +156,14 @@ def real_power(tape: Tape, a: int, exponent: float) -> int:
         return power(tape, a, int(exponent))
     if exponent < 0.0:
         return tape.emit("recip", real_power(tape, a, -exponent))
-    if 2.0 * exponent == round(2.0 * exponent) and exponent <= 64.0:
-        root = tape.emit("sqrt", a)
-        return mul(tape, power(tape, a, int(exponent)), root) if exponent > 1.0 else root
+    if exponent == 0.5:
+        return tape.emit("sqrt", a)
     one = tape.constant(1.0)
-    positive = tape.emit("exp", scaled(tape, exponent, tape.emit("ln", choose(tape, a, a, one))))
+    safe = choose(tape, a, a, one)
+    if 2.0 * exponent == round(2.0 * exponent) and exponent <= 64.0:
+        positive = mul(tape, power(tape, safe, int(exponent)), tape.emit("sqrt", safe))
+    else:
+        positive = tape.emit("exp", scaled(tape, exponent, tape.emit("ln", safe)))
     # 0 at 0, and the logarithm of what is negative.
     return choose(tape, a, positive, tape.emit("ln", choose(tape, neg(tape, a), a, one)))
 

@@ -5,6 +5,7 @@
 
 mod callback;
 mod describe;
+mod linear;
 mod recorded;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -79,6 +80,7 @@ fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResult<Ar
     let kind: String = field(description, "kind")?.extract()?;
     match &*kind {
         "callback" => Ok(Arc::new(callback::Callback::new(description, context)?)),
+        "linear" => linear::system(description, context),
         "recorded" => recorded::system(description, context),
         _ => Err(errors::usage(description.py(), &format!("no kind of system `{kind}`"))),
     }

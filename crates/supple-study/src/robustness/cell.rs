@@ -1,4 +1,5 @@
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use supple::design::plan_at;
 use supple::noise::Noise;
 use supple::pipeline::TaskState;
@@ -9,9 +10,10 @@ use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
 use crate::{LoadedTask, StudyError, Watch};
 
 /// A cell of the study, with the cost of every roll-out where comparisons need them.
-pub(super) struct Costs {
-    pub cell: RobustCell,
-    pub costs: Vec<f64>,
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Costs {
+    pub(super) cell: RobustCell,
+    pub(super) costs: Vec<f64>,
 }
 
 /// Which quantiles are kept.
@@ -24,31 +26,21 @@ pub(super) fn sample_all(
     options: &RobustnessOptions,
     (varied, watch): (usize, Watch),
 ) -> Result<Vec<Costs>, StudyError> {
-    let levels = options.vary.values.len();
-    let tasks = task.problem.tasks.len();
-    let [least, greatest] = extremes(&options.vary.values);
     let sample = |number: usize| {
         if watch.is_stopped() {
             return Err(StudyError::Stopped);
         }
-        let level = number % levels;
-        let planned_for = [PlannedFor::Nominal, PlannedFor::Truth][number / levels % 2];
-        let at = Place {
-            design: number / levels / 2 / tasks,
-            task: number / levels / 2 % tasks,
-            planned_for,
-            level,
-            value: options.vary.values[level],
-        };
-        let sampled = at.sample(task, &planned[at.design], (options, varied));
+        let at = Place::of(number, task, options);
+        let costs = at.costs(task, &planned[at.design], (options, varied));
         watch.progress.advance(1);
-        let mut costs = at.summarise(sampled);
-        if level != least && level != greatest {
-            costs.costs = Vec::new();
-        }
         Ok(costs)
     };
-    (0..planned.len() * tasks * 2 * levels).into_par_iter().map(sample).collect()
+    (0..cells(task, options)).into_par_iter().map(sample).collect()
+}
+
+/// How many cells there are.
+pub(super) fn cells(task: &LoadedTask, options: &RobustnessOptions) -> usize {
+    options.designs.len() * task.problem.tasks.len() * 2 * options.vary.values.len()
 }
 
 /// Indices of the least and the greatest of some values.
@@ -58,8 +50,8 @@ pub(super) fn extremes(values: &[f64]) -> [usize; 2] {
 }
 
 /// Where a cell is.
-struct Place {
-    design: usize,
+pub(super) struct Place {
+    pub design: usize,
     task: usize,
     planned_for: PlannedFor,
     level: usize,
@@ -68,6 +60,30 @@ struct Place {
 }
 
 impl Place {
+    /// The place of the cell with this number.
+    pub fn of(number: usize, task: &LoadedTask, options: &RobustnessOptions) -> Self {
+        let levels = options.vary.values.len();
+        let tasks = task.problem.tasks.len();
+        let level = number % levels;
+        Self {
+            design: number / levels / 2 / tasks,
+            task: number / levels / 2 % tasks,
+            planned_for: [PlannedFor::Nominal, PlannedFor::Truth][number / levels % 2],
+            level,
+            value: options.vary.values[level],
+        }
+    }
+
+    /// The cell, with the cost of every roll-out where comparisons need them: at the least and the greatest level.
+    pub fn costs(&self, task: &LoadedTask, design: &Planned, study: (&RobustnessOptions, usize)) -> Costs {
+        let sampled = self.sample(task, design, study);
+        let mut costs = self.summarise(sampled);
+        if !extremes(&study.0.vary.values).contains(&self.level) {
+            costs.costs = Vec::new();
+        }
+        costs
+    }
+
     /// The cost of every roll-out, and the expected cost where the controller is planned for the truth.
     fn sample(
         &self,

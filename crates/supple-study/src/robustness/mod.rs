@@ -5,6 +5,7 @@ mod choice;
 mod comparison;
 mod plan;
 mod statistics;
+mod unit;
 
 use serde::{Deserialize, Serialize};
 use supple::Named;
@@ -12,8 +13,10 @@ use supple::design::DesignStatus;
 use supple::parameters::Role;
 
 use crate::{LoadedTask, StudyError, Watch, lenient};
-use cell::{Costs, sample_all};
+pub use cell::Costs;
+use cell::{cells, sample_all};
 use plan::{Planned, plan_all};
+pub use unit::{RobustnessUnits, combine, parts};
 
 /// What a study of robustness does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,25 +168,30 @@ pub struct Paired {
 /// planned; where it is told to stop.
 pub fn run(task: &LoadedTask, options: &RobustnessOptions, watch: Watch) -> Result<Robustness, StudyError> {
     let varied = check(task, options)?;
-    let RobustnessOptions { designs, vary, .. } = options;
-    let cells = designs.len() * task.problem.tasks.len() * 2 * vary.values.len();
-    watch.progress.begin("designs and levels", 0, (designs.len() + cells) as u64);
-    let planned = plan_all(task, designs, watch)?;
+    let parts = options.designs.len() + cells(task, options);
+    watch.progress.begin("designs and levels", 0, parts as u64);
+    let planned = plan_all(task, &options.designs, watch)?;
     let costs = sample_all(task, &planned, options, (varied, watch))?;
+    let designs = planned.iter().map(|planned| planned.design(&task.problem)).collect();
+    Ok(assemble(task, options, varied, designs, costs))
+}
+
+/// The result of designs and cells, in their order.
+fn assemble(
+    task: &LoadedTask,
+    options: &RobustnessOptions,
+    varied: usize,
+    designs: Vec<RobustDesign>,
+    costs: Vec<Costs>,
+) -> Robustness {
     let comparisons = comparison::compare(task, options, &costs);
-    let design = |planned: &Planned| RobustDesign {
-        name: planned.name.clone(),
-        parameters: Named::new(&task.problem.parameters, &planned.phi),
-        information_nats: planned.information(&task.problem),
-        status: planned.status,
-    };
-    Ok(Robustness {
+    Robustness {
         options: options.clone(),
         nominal: task.phi[varied],
-        designs: planned.iter().map(design).collect(),
+        designs,
         cells: costs.into_iter().map(|Costs { cell, .. }| cell).collect(),
         comparisons,
-    })
+    }
 }
 
 /// Checks what was asked for; the index of the varied parameter.

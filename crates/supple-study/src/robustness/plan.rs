@@ -1,9 +1,11 @@
-use rayon::prelude::*;
-use supple::design::{Control, DesignStatus, NoObserver, plan_at};
-use supple::pipeline::TaskState;
-use supple::{Matrices, Problem};
+use std::sync::atomic::AtomicBool;
 
-use super::DesignChoice;
+use rayon::prelude::*;
+use supple::design::{Control, Design, DesignStatus, NoObserver, design, plan_at};
+use supple::pipeline::TaskState;
+use supple::{Matrices, Named, Problem};
+
+use super::{DesignChoice, RobustDesign};
 use crate::design::check_designable;
 use crate::{LoadedTask, StudyError, Watch};
 
@@ -20,26 +22,60 @@ pub(super) struct Planned {
 
 impl Planned {
     /// The weighted sum of the tasks' information, nats.
-    pub fn information(&self, problem: &Problem) -> f64 {
+    fn information(&self, problem: &Problem) -> f64 {
         self.states
             .iter()
             .zip(&problem.tasks)
             .map(|(state, task)| task.information_weight * state.information.total)
             .sum()
     }
+
+    /// The design as the result has it.
+    pub fn design(&self, problem: &Problem) -> RobustDesign {
+        RobustDesign {
+            name: self.name.clone(),
+            parameters: Named::new(&problem.parameters, &self.phi),
+            information_nats: self.information(problem),
+            status: self.status,
+        }
+    }
 }
 
 /// Finds and plans all designs.
 pub(super) fn plan_all(task: &LoadedTask, designs: &[DesignChoice], watch: Watch) -> Result<Vec<Planned>, StudyError> {
     let plan = |choice: &DesignChoice| {
-        let planned = plan_one(task, choice, watch)?;
+        let planned = plan_one(task, choice, None, watch.stop)?;
         watch.progress.advance(1);
         if watch.is_stopped() { Err(StudyError::Stopped) } else { Ok(planned) }
     };
     designs.par_iter().map(plan).collect()
 }
 
-fn plan_one(task: &LoadedTask, choice: &DesignChoice, watch: Watch) -> Result<Planned, StudyError> {
+/// What a search for the optimum found.
+#[derive(Clone, Debug)]
+pub(super) struct Optimum {
+    pub status: DesignStatus,
+    /// All parameters.
+    pub phi: Vec<f64>,
+    /// Controls of each task's plan.
+    pub controls: Vec<Matrices>,
+}
+
+impl Optimum {
+    /// The best of a design search.
+    pub fn of(mut found: Design) -> Self {
+        let best = found.starts.swap_remove(found.best);
+        Self { status: found.status, phi: best.to, controls: best.controls }
+    }
+}
+
+/// Finds and plans one design; the optimum is searched for where it is not known.
+pub(super) fn plan_one(
+    task: &LoadedTask,
+    choice: &DesignChoice,
+    optimum: Option<&Optimum>,
+    stop: &AtomicBool,
+) -> Result<Planned, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     let mut phi = phi.clone();
     let (mut status, mut controls): (_, Option<Vec<Matrices>>) = (None, None);
@@ -47,12 +83,12 @@ fn plan_one(task: &LoadedTask, choice: &DesignChoice, watch: Watch) -> Result<Pl
         DesignChoice::Start => {}
         DesignChoice::Optimum => {
             check_designable(task)?;
-            let control = Control { observer: &NoObserver, stop: watch.stop };
-            let mut found = supple::design::design(problem, &phi, &problem.design, control)?;
-            let best = found.starts.swap_remove(found.best);
+            let control = Control { observer: &NoObserver, stop };
+            let search = || Ok::<_, StudyError>(Optimum::of(design(problem, &phi, &problem.design, control)?));
+            let found = optimum.cloned().map_or_else(search, Ok)?;
             status = Some(found.status);
-            phi = best.to;
-            controls = Some(best.controls);
+            phi = found.phi;
+            controls = Some(found.controls);
         }
         DesignChoice::Named(_, values) => {
             values.iter().try_for_each(|(name, value)| problem.parameters.set(&mut phi, name, *value))?;

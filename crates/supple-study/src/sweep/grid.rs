@@ -9,8 +9,8 @@ use crate::{LoadedTask, StudyError};
 const SEGMENT: usize = 16;
 
 /// The points of a sweep, in the order of the rows: the last axis changes fastest.
-pub(super) struct Grid<'a> {
-    axes: &'a [Axis],
+pub(super) struct Grid {
+    axes: Vec<Axis>,
     /// The index of each axis's parameter.
     pub indices: Vec<usize>,
     /// How many points there are.
@@ -21,18 +21,18 @@ pub(super) struct Grid<'a> {
     segment: usize,
 }
 
-impl<'a> Grid<'a> {
+impl Grid {
     /// The grid of the options.
     ///
     /// # Errors
     /// Where it is empty or too large, or something is wrong with an axis.
-    pub fn new(task: &LoadedTask, options: &'a SweepOptions) -> Result<Self, StudyError> {
-        let axes = &options.axes[..];
+    pub fn new(task: &LoadedTask, options: &SweepOptions) -> Result<Self, StudyError> {
+        let axes = options.axes.clone();
         let Some(last) = axes.last() else {
             return Err(StudyError::usage("the grid is empty: a sweep has at least one axis"));
         };
         let mut indices = Vec::new();
-        for axis in axes {
+        for axis in &axes {
             axis.check(task).map_err(|what| StudyError::usage(format!("axis `{}`: {what}", axis.parameter)))?;
             let index = task.problem.parameters.index(&axis.parameter)?;
             if indices.contains(&index) {
@@ -48,7 +48,8 @@ impl<'a> Grid<'a> {
         // Searches for designs do not continue one another.
         let segment = if options.starts > 0 { 1 } else { SEGMENT };
         let points = axes.iter().map(|axis| axis.values.len()).product();
-        Ok(Self { axes, indices, points, line: last.values.len(), segment })
+        let line = last.values.len();
+        Ok(Self { axes, indices, points, line, segment })
     }
 
     /// Sets the parameters on axes to those of a point.

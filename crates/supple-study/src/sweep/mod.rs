@@ -5,29 +5,27 @@
 //! threads, nor on how often a sweep was interrupted.
 
 mod axis;
+mod collector;
 mod columns;
 mod grid;
 mod journal;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod point;
+mod unit;
 mod work;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use supple::Problem;
 
 pub use self::axis::Axis;
-use self::columns::columns;
-use self::grid::Grid;
-use self::journal::{Identity, Journal};
+pub use self::collector::Collector;
 pub use self::journal::{JOURNAL, kept_points};
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
-use self::point::Study;
-use self::work::{Store, work};
+pub use self::unit::{SweepUnit, SweepUnits};
+use self::work::work;
 use crate::{Column, LoadedTask, StudyError, Table, Watch, write_text};
 
 /// Points that a grid has at most: its table has to fit into memory.
@@ -106,35 +104,10 @@ pub fn run(
     folder: Option<&Path>,
     watch: Watch,
 ) -> Result<Sweep, StudyError> {
-    let grid = Grid::new(task, options)?;
-    let columns = columns(task, options)?;
-    let held = if options.starts > 0 { Some(held(task, &grid)?) } else { None };
-    let problem = held.as_ref().unwrap_or(&task.problem);
-    let study = Study { problem, phi: &task.phi, options, grid };
-    let (mut store, started) = match folder {
-        None => (Store::Memory(BTreeMap::new()), BTreeMap::new()),
-        Some(folder) => {
-            let identity = Identity::of(task, options, &study.grid);
-            let (journal, started) = Journal::open(folder, &study, columns.len(), &identity)?;
-            (Store::Journal(journal), started)
-        }
-    };
-    work(&study, started, &mut store, watch)?;
-    let rows = store.rows()?;
-    let complete = rows.len() == study.grid.points;
-    let table = Table { columns: columns.clone(), rows };
-    Ok(Sweep { options: options.clone(), columns, table, complete })
-}
-
-/// The problem with the parameters on axes held, for design searches.
-fn held(task: &LoadedTask, grid: &Grid) -> Result<Problem, StudyError> {
-    let problem = Problem { parameters: task.problem.parameters.held(&grid.indices), ..task.problem.clone() };
-    if problem.parameters.design().is_empty() {
-        let message =
-            "there is nothing to design: every parameter with role = \"design\" is on an axis; leave --starts out";
-        return Err(StudyError::usage(message));
-    }
-    Ok(problem)
+    let mut collector = Collector::open(task, options, folder)?;
+    let Collector { study, started, store, .. } = &mut collector;
+    work(study, started, store, watch)?;
+    collector.finish()
 }
 
 #[cfg(test)]

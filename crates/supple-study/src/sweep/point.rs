@@ -1,4 +1,4 @@
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use supple::design::{Control, NoObserver, best_plan, design};
 use supple::pipeline::TaskState;
@@ -7,24 +7,45 @@ use supple::{Error, FEASIBILITY, Matrices, Problem, Task};
 
 use super::SweepOptions;
 use super::grid::Grid;
-use crate::Cell;
+use crate::{Cell, LoadedTask, StudyError};
 
 /// Controls of the last plan of each task in a segment, to continue from; none before the first one.
 pub(super) type Neighbour = Vec<Option<Matrices>>;
 
 /// What there is to evaluate at every point.
-pub(super) struct Study<'a> {
+pub(super) struct Study {
     /// The problem, with the parameters on axes held.
-    pub problem: &'a Problem,
+    pub problem: Problem,
     /// All parameters, as set.
-    pub phi: &'a [f64],
-    pub options: &'a SweepOptions,
-    pub grid: Grid<'a>,
+    pub phi: Vec<f64>,
+    pub options: SweepOptions,
+    pub grid: Grid,
+}
+
+impl Study {
+    /// # Errors
+    /// Where something is wrong with the grid, or there is nothing to design.
+    pub fn new(task: &LoadedTask, options: &SweepOptions) -> Result<Self, StudyError> {
+        let grid = Grid::new(task, options)?;
+        let problem = if options.starts > 0 { held(task, &grid)? } else { task.problem.clone() };
+        Ok(Self { problem, phi: task.phi.clone(), options: options.clone(), grid })
+    }
+}
+
+/// The problem with the parameters on axes held, for design searches.
+fn held(task: &LoadedTask, grid: &Grid) -> Result<Problem, StudyError> {
+    let problem = Problem { parameters: task.problem.parameters.held(&grid.indices), ..task.problem.clone() };
+    if problem.parameters.design().is_empty() {
+        let message =
+            "there is nothing to design: every parameter with role = \"design\" is on an axis; leave --starts out";
+        return Err(StudyError::usage(message));
+    }
+    Ok(problem)
 }
 
 /// Evaluates one point after the other.
 pub(super) struct Evaluator<'a> {
-    study: &'a Study<'a>,
+    study: &'a Study,
     stop: &'a AtomicBool,
     states: Vec<TaskState>,
 }
@@ -37,12 +58,17 @@ struct Outcome {
 }
 
 impl<'a> Evaluator<'a> {
-    pub fn new(study: &'a Study<'a>, stop: &'a AtomicBool) -> Self {
+    pub fn new(study: &'a Study, stop: &'a AtomicBool) -> Self {
         Self { study, stop, states: study.problem.tasks.iter().map(TaskState::new).collect() }
     }
 
+    /// Whether it is to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     /// What it evaluates.
-    pub fn study(&self) -> &'a Study<'a> {
+    pub fn study(&self) -> &'a Study {
         self.study
     }
 

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::grid::Grid;
@@ -33,7 +33,7 @@ pub(super) enum Store {
 }
 
 impl Store {
-    fn keep(&mut self, grid: &Grid, batch: Vec<Done>) -> Result<(), StudyError> {
+    pub fn keep(&mut self, grid: &Grid, batch: Vec<Done>) -> Result<(), StudyError> {
         match self {
             Self::Memory(rows) => rows.extend(batch.into_iter().map(|done| (done.point, done.row))),
             Self::Journal(journal) => journal.keep(grid, &batch)?,
@@ -56,15 +56,20 @@ const WAIT: Duration = Duration::from_millis(20);
 /// Points that are done and not stored yet, at most; with more, threads wait for the disk.
 const WAITING: usize = 1024;
 
+/// How many points of segments are done.
+pub(super) fn points_done(grid: &Grid, started: &BTreeMap<usize, Started>) -> usize {
+    started.iter().map(|(&segment, of)| of.next - grid.segment(segment).start).sum()
+}
+
 /// Evaluates all points that are not done yet, on all threads of the current pool.
 pub(super) fn work(
     study: &Study,
-    started: BTreeMap<usize, Started>,
+    started: &BTreeMap<usize, Started>,
     store: &mut Store,
     watch: Watch,
 ) -> Result<(), StudyError> {
     let grid = &study.grid;
-    let done: usize = started.iter().map(|(&segment, of)| of.next - grid.segment(segment).start).sum();
+    let done = points_done(grid, started);
     watch.progress.begin("points", done as u64, grid.points as u64);
     if done == grid.points {
         return Ok(());
@@ -79,8 +84,8 @@ pub(super) fn work(
             let mut evaluator = Evaluator::new(study, watch.stop);
             loop {
                 let segment = next.fetch_add(1, Ordering::Relaxed);
-                if segment >= grid.segments() || !along(&mut evaluator, segment, started.get(&segment), &sender, watch)
-                {
+                let send = |done| sender.send(done).is_ok();
+                if segment >= grid.segments() || !along(&mut evaluator, segment, started.get(&segment), send) {
                     break;
                 }
             }
@@ -90,13 +95,13 @@ pub(super) fn work(
     })
 }
 
-/// Evaluates the points of a segment that are not done; false where the work is to end.
-fn along(
+/// Evaluates the points of a segment that are not done, and gives each to `keep`; false where the work is to end, by the
+/// evaluator's stop or that of `keep`.
+pub(super) fn along(
     evaluator: &mut Evaluator,
     segment: usize,
     started: Option<&Started>,
-    sender: &SyncSender<Done>,
-    watch: Watch,
+    mut keep: impl FnMut(Done) -> bool,
 ) -> bool {
     let study = evaluator.study();
     let mut points = study.grid.segment(segment);
@@ -106,14 +111,14 @@ fn along(
         neighbour.clone_from(&started.neighbour);
     }
     for point in points {
-        if watch.is_stopped() {
+        if evaluator.is_stopped() {
             return false;
         }
         let row = evaluator.evaluate(point, &mut neighbour);
         // A design search that was stopped has not found what it would have.
-        let cut_short = study.options.starts > 0 && watch.is_stopped();
+        let cut_short = study.options.starts > 0 && evaluator.is_stopped();
         let done = Done { segment, point, row, neighbour: neighbour.clone() };
-        if cut_short || sender.send(done).is_err() {
+        if cut_short || !keep(done) {
             return false;
         }
     }

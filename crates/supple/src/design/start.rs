@@ -45,36 +45,54 @@ impl<'a> Searcher<'a> {
     /// # Errors
     /// Where not even the first start can be evaluated, or total gradients are asked for along sampled plans.
     pub fn search(&self, phi: &[f64]) -> Result<Design, Error> {
-        let Self { problem, settings, control, .. } = *self;
+        let Self { settings, control, .. } = *self;
         self.check()?;
         let clock = Instant::now();
-        let scaling = Scaling::of(&problem.parameters);
         let run = |start: usize| {
             // The first start is always made: it is what there is to show.
-            if start > 0 && control.is_stopped() {
-                return None;
-            }
-            let from = if start == 0 { phi.to_vec() } else { random_start(&scaling, phi, settings.seed, start) };
-            control.observer.observe(Event::StartBegan { start, of: settings.starts });
-            let summary = self.run(from, None, start);
-            control.observer.observe(Event::StartEnded { start });
-            Some(summary)
+            (start == 0 || !control.is_stopped()).then(|| self.run_start(phi, start))
         };
         let starts: Vec<StartSummary> = (0..settings.starts).into_par_iter().filter_map(run).collect();
+        self.combine(starts, clock.elapsed().as_secs_f64())
+    }
+
+    /// Searches from one of the starts that [`search`](Self::search) makes from `phi`, and from no other.
+    ///
+    /// # Errors
+    /// Where `phi` has the wrong length, or total gradients are asked for along sampled plans.
+    pub fn search_start(&self, phi: &[f64], start: usize) -> Result<StartSummary, Error> {
+        self.problem.check_design(phi)?;
+        self.check()?;
+        Ok(self.run_start(phi, start))
+    }
+
+    /// The best of starts, in their order, wherever they were searched from in `seconds`.
+    ///
+    /// # Errors
+    /// Where none of them could be evaluated.
+    pub fn combine(&self, starts: Vec<StartSummary>, seconds: f64) -> Result<Design, Error> {
         let rank = |summary: &StartSummary| self.rank(summary);
         let best = (0..starts.len())
             .min_by(|&a, &b| rank(&starts[a]).partial_cmp(&rank(&starts[b])).unwrap_or(Ordering::Equal))
             .unwrap_or(0);
-        if let Some(error) = starts[best].error.clone().filter(|_| starts[best].controls.is_empty()) {
+        let failed = starts.get(best).filter(|summary| summary.controls.is_empty());
+        if let Some(error) = failed.and_then(|summary| summary.error.clone()) {
             return Err(error);
         }
-        let stopped = control.is_stopped();
+        let stopped = self.control.is_stopped();
+        let Some(best_status) = starts.get(best).map(|summary| summary.status) else {
+            return Err(Error::Shape {
+                what: "the list of starts".to_owned(),
+                found: 0,
+                expected: self.settings.starts,
+            });
+        };
         Ok(Design {
-            status: if stopped { DesignStatus::Stopped } else { starts[best].status },
+            status: if stopped { DesignStatus::Stopped } else { best_status },
             best,
             evaluations: starts.iter().map(|summary| summary.evaluations).sum(),
             starts,
-            seconds: clock.elapsed().as_secs_f64(),
+            seconds,
         })
     }
 
@@ -121,6 +139,16 @@ impl<'a> Searcher<'a> {
             true => Err(Error::GradientNeedsNominalPlans),
             false => Ok(()),
         }
+    }
+
+    fn run_start(&self, phi: &[f64], start: usize) -> StartSummary {
+        let Self { problem, settings, control, .. } = *self;
+        let scaling = Scaling::of(&problem.parameters);
+        let from = if start == 0 { phi.to_vec() } else { random_start(&scaling, phi, settings.seed, start) };
+        control.observer.observe(Event::StartBegan { start, of: settings.starts });
+        let summary = self.run(from, None, start);
+        control.observer.observe(Event::StartEnded { start });
+        summary
     }
 
     fn run(&self, from: Vec<f64>, controls: Option<Vec<Matrices>>, start: usize) -> StartSummary {

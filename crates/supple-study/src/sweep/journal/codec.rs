@@ -6,7 +6,7 @@ use super::super::point::Neighbour;
 use crate::Cell;
 
 /// A row as JSON.
-pub(super) fn row_text(row: &[Cell]) -> String {
+pub(in super::super) fn row_text(row: &[Cell]) -> String {
     let cells: Vec<serde_json::Value> = row
         .iter()
         .map(|cell| match cell {
@@ -19,12 +19,12 @@ pub(super) fn row_text(row: &[Cell]) -> String {
 }
 
 /// The row of a text; none where it is no row.
-pub(super) fn row(text: &str) -> Option<Vec<Cell>> {
+pub(in super::super) fn row(text: &str) -> Option<Vec<Cell>> {
     serde_json::from_str(text).ok()
 }
 
 /// A point and the plans of its tasks: the controls, each vector after the other, in little-endian bytes.
-pub(super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u8> {
+pub(in super::super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u8> {
     let mut bytes = (point as u64).to_le_bytes().to_vec();
     for controls in neighbour {
         bytes.push(u8::from(controls.is_some()));
@@ -38,7 +38,7 @@ pub(super) fn plan_bytes(point: usize, neighbour: &Neighbour) -> Vec<u8> {
 }
 
 /// The point and plans of these bytes; none where they are not of this problem.
-pub(super) fn plan(mut bytes: &[u8], problem: &Problem) -> Option<(usize, Neighbour)> {
+pub(in super::super) fn plan(mut bytes: &[u8], problem: &Problem) -> Option<(usize, Neighbour)> {
     let point = u64::from_le_bytes(*take(&mut bytes)?);
     let mut neighbour = Neighbour::new();
     for task in &problem.tasks {

@@ -1,7 +1,7 @@
 //! The journal of a sweep: a file that holds what the sweep is, the rows that are done, and what its segments need to
 //! go on. Every change of it is whole or not there at all, whenever the program or the machine ends.
 
-mod codec;
+pub(super) mod codec;
 mod identity;
 mod open;
 mod shield;

@@ -195,7 +195,7 @@ fn started(
     study: &Study,
     columns: usize,
 ) -> Result<BTreeMap<usize, Started>, StudyError> {
-    let (grid, problem) = (&study.grid, study.problem);
+    let Study { grid, problem, .. } = study;
     let read = || -> Result<Option<BTreeMap<usize, Started>>, redb::Error> {
         let transaction = database.begin_read()?;
         let (rows, plans) = (transaction.open_table(ROWS)?, transaction.open_table(PLANS)?);

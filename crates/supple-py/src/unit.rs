@@ -1,0 +1,133 @@
+//! Units of work: what worker processes do of a study, from bytes to bytes, on one thread.
+
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use rayon::ThreadPoolBuilder;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use supple::Level;
+use supple::design::{Control, DesignSettings, NoObserver};
+use supple_study::design::{Found, run_start};
+use supple_study::robustness::{RobustnessOptions, RobustnessUnits};
+use supple_study::sweep::{SweepOptions, SweepUnit, SweepUnits};
+use supple_study::{LoadedTask, StudyError};
+
+use crate::errors;
+use crate::task::NativeTask;
+use crate::watch::long;
+
+/// What all units of a study share, beside the task.
+#[derive(Serialize, Deserialize)]
+pub enum Shared {
+    Sweep(SweepOptions),
+    Design(DesignSettings),
+    /// With the starts of the optimum, where that is one of the designs.
+    Robustness(RobustnessOptions, Vec<Found>),
+}
+
+/// A unit of work.
+#[derive(Serialize, Deserialize)]
+pub enum Unit {
+    Segments(SweepUnit),
+    Start(usize),
+    Design(usize),
+    Cells(Range<usize>),
+}
+
+/// A study made ready for its units.
+enum Study {
+    Sweep(SweepUnits),
+    Design(DesignSettings),
+    Robustness(RobustnessUnits),
+}
+
+/// Does units of one study.
+#[pyclass(name = "Units", module = "supple._supple", frozen)]
+pub struct Units {
+    task: Py<NativeTask>,
+    study: Study,
+}
+
+#[pymethods]
+impl Units {
+    #[new]
+    fn new(py: Python<'_>, task: Py<NativeTask>, shared: &[u8]) -> PyResult<Self> {
+        let shared: Shared = from_bytes(py, shared)?;
+        let loaded = &task.get().task;
+        let study = py.detach(|| {
+            Ok(match shared {
+                Shared::Sweep(options) => Study::Sweep(SweepUnits::new(loaded, &options)?),
+                Shared::Design(settings) => Study::Design(settings),
+                Shared::Robustness(options, starts) => {
+                    Study::Robustness(RobustnessUnits::new(loaded, &options, starts)?)
+                }
+            })
+        });
+        let study = study.map_err(|error: StudyError| errors::of_study(py, &error))?;
+        Ok(Self { task, study })
+    }
+
+    /// Does units, one after the other; the bytes of what each found.
+    fn work<'py>(&self, py: Python<'py>, units: Vec<Vec<u8>>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        let units = units.iter().map(|unit| from_bytes(py, unit)).collect::<PyResult<Vec<Unit>>>()?;
+        let NativeTask { task, failures } = self.task.get();
+        // Units on the cores of a machine do not fight for them.
+        let alone = ThreadPoolBuilder::new().num_threads(1).build();
+        let alone = alone.map_err(|error| errors::usage(py, &format!("a thread cannot be made: {error}")))?;
+        let work = |stop: &AtomicBool| {
+            units.into_iter().map(|unit| self.study.work(task, unit, stop)).collect::<Result<Vec<_>, _>>()
+        };
+        let done = long(py, None, failures, |watch| alone.install(|| work(watch.stop)))?;
+        let found = done.map_err(|error| errors::of_study(py, &error))?;
+        Ok(found.iter().map(|bytes| PyBytes::new(py, bytes)).collect())
+    }
+}
+
+impl Study {
+    fn work(&self, task: &LoadedTask, unit: Unit, stop: &AtomicBool) -> Result<Vec<u8>, StudyError> {
+        match (self, unit) {
+            (Self::Sweep(units), Unit::Segments(unit)) => to_bytes(&units.work(&unit, stop)?),
+            (Self::Design(settings), Unit::Start(start)) => {
+                let control = Control { observer: &NoObserver, stop };
+                to_bytes(&run_start(task, settings, start, control)?)
+            }
+            (Self::Robustness(units), Unit::Design(design)) => to_bytes(&units.design(task, design, stop)?),
+            (Self::Robustness(units), Unit::Cells(numbers)) => to_bytes(&units.cells(task, numbers, stop)?),
+            _ => Err(StudyError::usage("this unit is not of this study")),
+        }
+    }
+}
+
+/// The instructions that numbers are computed with: results of others differ by rounding.
+#[pyfunction]
+pub fn instructions() -> String {
+    name(Level::current())
+}
+
+/// Computes with these instructions from now on; false where this machine has none of that name.
+#[pyfunction]
+pub fn use_instructions(wanted: &str) -> bool {
+    Level::ALL.into_iter().any(|level| name(level) == wanted && level.force())
+}
+
+fn name(level: Level) -> String {
+    format!("{level:?}").to_lowercase()
+}
+
+/// A value as bytes for another process; every number keeps its bits.
+pub fn to_bytes<T: Serialize>(value: &T) -> Result<Vec<u8>, StudyError> {
+    let mut bytes = Vec::new();
+    match ciborium::into_writer(value, &mut bytes) {
+        Ok(()) => Ok(bytes),
+        Err(error) => Err(StudyError::Usage(format!("a unit of work cannot be written: {error}"))),
+    }
+}
+
+/// The value of bytes that another process wrote.
+pub fn from_bytes<T: DeserializeOwned>(py: Python<'_>, bytes: &[u8]) -> PyResult<T> {
+    let wrong = |error| errors::usage(py, &format!("a unit of work cannot be read: {error}"));
+    ciborium::from_reader(bytes).map_err(wrong)
+}

@@ -1,0 +1,84 @@
+use serde::{Deserialize, Serialize};
+use supple::design::{DesignStatus, StartSummary};
+use supple::{Error, Matrices, Problem};
+
+use crate::StudyError;
+
+/// What a search from one start found, for another process to read.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Found {
+    from: Vec<f64>,
+    to: Vec<f64>,
+    status: DesignStatus,
+    information: f64,
+    costs: Vec<f64>,
+    violation: f64,
+    optimality: f64,
+    multipliers: Vec<f64>,
+    branches: usize,
+    evaluations: usize,
+    /// Controls of each task's plan, a vector by step; none where nothing could be evaluated.
+    controls: Vec<Vec<Vec<f64>>>,
+    error: Option<String>,
+}
+
+impl Found {
+    pub(crate) fn of(summary: StartSummary) -> Self {
+        let StartSummary { from, to, status, information, costs, violation, optimality, .. } = summary;
+        let vectors = |controls: &Matrices| (0..controls.count()).map(|t| controls.vector(t).to_vec()).collect();
+        Self {
+            from,
+            to,
+            status,
+            information,
+            costs,
+            violation,
+            optimality,
+            multipliers: summary.multipliers,
+            branches: summary.branches,
+            evaluations: summary.evaluations,
+            controls: summary.controls.iter().map(vectors).collect(),
+            error: summary.error.map(|error| error.to_string()),
+        }
+    }
+
+    /// The same of a problem.
+    ///
+    /// # Errors
+    /// Where it does not fit to the problem.
+    pub(crate) fn summary(self, problem: &Problem) -> Result<StartSummary, StudyError> {
+        let foreign = || StudyError::usage("what a start found does not fit to this task");
+        let Self { from, to, status, information, costs, violation, optimality, .. } = self;
+        let count = problem.parameters.iter().count();
+        let there = self.controls.is_empty() || self.controls.len() == problem.tasks.len();
+        if from.len() != count || to.len() != count || !there {
+            return Err(foreign());
+        }
+        let pairs = self.controls.iter().zip(&problem.tasks);
+        let controls = pairs.map(|(vectors, task)| {
+            let len = task.system.dimensions().controls;
+            if vectors.len() != task.steps || vectors.iter().any(|vector| vector.len() != len) {
+                return Err(foreign());
+            }
+            let mut controls = Matrices::vectors(task.steps, len);
+            for (t, vector) in vectors.iter().enumerate() {
+                controls.vector_mut(t).copy_from_slice(vector);
+            }
+            Ok(controls)
+        });
+        Ok(StartSummary {
+            controls: controls.collect::<Result<_, _>>()?,
+            from,
+            to,
+            status,
+            information,
+            costs,
+            violation,
+            optimality,
+            multipliers: self.multipliers,
+            branches: self.branches,
+            evaluations: self.evaluations,
+            error: self.error.map(Error::Elsewhere),
+        })
+    }
+}

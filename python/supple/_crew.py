@@ -1,0 +1,350 @@
+"""Workers of an executor: units of work given out in batches, bounded in number, and what comes back."""
+
+from __future__ import annotations
+
+import logging
+import math
+import multiprocessing
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from dataclasses import dataclass
+from itertools import islice
+from types import TracebackType
+from typing import Any, Union
+
+from . import _units
+from ._supple import __version__, instructions
+from .errors import UsageError, WorkerError
+
+__all__ = ["Crew", "Unit", "Workers"]
+
+LOGGER = logging.getLogger("supple")
+
+#: An executor, a number of processes, or a function that makes an executor.
+Workers = Union[Executor, int, Callable[[], Executor]]
+
+#: How long a batch of units should take, s: much longer than it takes to send it, and short enough to share out well.
+BATCH = 0.5
+
+#: Batches in a second at most: schedulers take about a millisecond for each.
+FUTURES = 400
+
+#: Batches given out at first, and at most.
+FEWEST, MOST = 8, 4096
+
+#: Studies of more bytes than this are sent only to workers that say that they do not know them.
+SMALL = 4096
+
+#: How often a unit is given to other workers after one died with it.
+DEATHS = 3
+
+#: Seconds between looks at signals.
+WAKE = 0.2
+
+
+@dataclass
+class Unit:
+    """A unit of work.
+
+    Attributes:
+        number: Its place among all units.
+        content: What is to be done.
+        words: What it is, for people.
+        deaths: How many executors broke while it was given out.
+    """
+
+    number: int
+    content: bytes
+    words: str
+    deaths: int = 0
+
+
+#: Units that are done, each with the bytes of what it found.
+Done = list[tuple[Unit, bytes]]
+Keep = Callable[[Done], None]
+Shown = Callable[[int], None]
+
+
+class Crew:
+    """The workers of an executor, for the time of one study; makes executors anew where it may."""
+
+    def __init__(self, workers: Workers, kept: str) -> None:
+        """``kept`` says, in errors, what becomes of what is done."""
+        self._executor: Executor
+        self._make: Callable[[], Executor] | None = None
+        self._kept = kept
+        if isinstance(workers, Executor):
+            self._executor = workers
+            return
+        if isinstance(workers, int) and not isinstance(workers, bool) and workers >= 1:
+            count = workers
+            # Forked processes would inherit locks and open files of this one.
+            spawn = multiprocessing.get_context("spawn")
+            self._make = lambda: ProcessPoolExecutor(count, mp_context=spawn, initializer=_units.deaf)
+        elif callable(workers):
+            self._make = workers
+        else:
+            valid = "an executor, a number of processes of at least 1, or a function that makes an executor"
+            raise UsageError(f"executor={workers!r}: {valid}")
+        self._executor = self._make()
+
+    def __enter__(self) -> Crew:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._make is not None:
+            _end(self._executor, at_once=kind is not None)
+
+    def hello(self) -> None:
+        """Waits for a worker, and asks whether it can work for this process."""
+        LOGGER.info("waiting for a worker")
+        for attempt in range(DEATHS):
+            try:
+                asked = self._executor.submit(_units.hello, __version__, instructions())
+                while not wait([asked], WAKE).done:
+                    pass
+                refusal = asked.result()
+                break
+            except (BrokenExecutor, ImportError) as error:
+                if isinstance(error, ImportError) or self._make is None or attempt + 1 == DEATHS:
+                    raise self._broken(error, "") from error
+                self._renew()
+        if refusal:
+            raise WorkerError(refusal)
+
+    def run(self, context: _units.Context, units: Iterable[Unit], total: int, keep: Keep, shown: Shown) -> None:
+        """Does all units, in any order, ``total`` of them at most.
+
+        Where it ends early, what is pending is cancelled, and what is done is kept.
+
+        Args:
+            context: What they share.
+            units: The units.
+            total: How many these are, at most.
+            keep: Called on this thread with what is done, all of which it keeps, or it raises.
+            shown: Called with the number of units that were kept.
+        """
+        run = _Run(self, context, iter(units), total, keep, shown)
+        try:
+            run.loop()
+        except BaseException:
+            run.abandon()
+            raise
+
+    def _renew(self) -> None:
+        assert self._make is not None
+        _end(self._executor, at_once=True)
+        self._executor = self._make()
+
+    def _broken(self, error: BaseException, what: str) -> WorkerError:
+        if isinstance(error, ImportError):
+            return WorkerError(f"a worker cannot do this work: {error}; install supple {__version__} there")
+        told = f"{what} killed its worker {DEATHS} times" if what else f"a worker process ended: {error}"
+        advice = "" if self._make else "; give executor=N or a function that makes an executor to go on by itself"
+        return WorkerError(f"{told}; {self._kept}{advice}")
+
+
+class _Run:
+    """One study's units on their way."""
+
+    def __init__(
+        self,
+        crew: Crew,
+        context: _units.Context,
+        units: Iterator[Unit],
+        total: int,
+        keep: Keep,
+        shown: Shown,
+    ) -> None:
+        self.crew = crew
+        self.context = context
+        self.units = units
+        self.keep, self.shown = keep, shown
+        self.left = total
+        self.nonce = uuid.uuid4().hex
+        self.flying: dict[Future[Any], list[Unit]] = {}
+        # Batches to do again, and whether each needs to be sent what the study is.
+        self.again: deque[tuple[list[Unit], bool]] = deque()
+        # Units that may have killed workers, to do one by one.
+        self.suspects: deque[Unit] = deque()
+        self.pace = _Pace()
+        # How often executors broke since something was done.
+        self.breaks = 0
+
+    def loop(self) -> None:
+        while True:
+            try:
+                self.fill()
+                if not self.flying:
+                    return
+                done = wait(self.flying, WAKE, return_when=FIRST_COMPLETED).done
+                self.take(done)
+            except BrokenExecutor as error:
+                self.mend(error)
+
+    def fill(self) -> None:
+        """Gives out batches until enough of them are on their way."""
+        if self.suspects and not self.again:
+            # Alone, so that it is known whose fault it is.
+            if not self.flying:
+                self.submit([self.suspects.popleft()], True)
+            return
+        while len(self.flying) < self.pace.window:
+            if self.again:
+                batch, whole = self.again.popleft()
+            else:
+                batch, whole = list(islice(self.units, self.pace.batch(self.left))), False
+                self.left -= len(batch)
+            if not batch:
+                return
+            self.submit(batch, whole)
+
+    def submit(self, batch: list[Unit], whole: bool) -> None:
+        payload = self.context.payload if whole or len(self.context.payload) <= SMALL else None
+        about = (self.context.version, self.context.instructions, self.context.key, payload)
+        nonce = f"{self.nonce}-{batch[0].number}-{len(batch)}-{batch[0].deaths}"
+        try:
+            future = self.crew._executor.submit(_units.work, *about, [unit.content for unit in batch], nonce)
+        except BaseException:
+            self.again.appendleft((batch, whole))
+            raise
+        self.flying[future] = batch
+
+    def take(self, futures: Iterable[Future[Any]]) -> None:
+        """Delivers what is done, and raises what a worker raised, or says of itself."""
+        done: Done = []
+        landed = []
+        raised: BaseException | None = None
+        for future in futures:
+            try:
+                answer: _units.Answer = future.result()
+            except BaseException as error:
+                # Units of broken executors are still counted as on their way: all of these are to be done again.
+                raised = raised or self.reason(future, error)
+                continue
+            batch = self.flying[future]
+            landed.append(future)
+            if answer.refusal:
+                raised = raised or WorkerError(answer.refusal)
+            elif answer.missing:
+                self.again.append((batch, True))
+            else:
+                done += zip(batch, answer.found)
+                self.pace.note(len(batch), answer.seconds)
+        if done:
+            self.keep(done)
+            self.breaks = 0
+        for future in landed:
+            del self.flying[future]
+        self.shown(len(done))
+        if raised is not None:
+            raise raised
+
+    def reason(self, future: Future[Any], error: BaseException) -> BaseException:
+        """What is to be raised for what a future raised."""
+        if isinstance(error, ImportError):
+            told = self.crew._broken(error, "")
+        elif isinstance(error, CancelledError) or type(error).__name__ == "KilledWorker":
+            told = self.lost(future, error)
+        else:
+            return error
+        told.__cause__ = error
+        return told
+
+    def lost(self, future: Future[Any], error: BaseException) -> WorkerError:
+        batch = self.flying[future]
+        what = batch[0].words if len(batch) == 1 else f"{batch[0].words}, and {len(batch) - 1} units after it,"
+        return WorkerError(f"{what} got lost: {type(error).__name__}: {error}; {self.crew._kept}")
+
+    def mend(self, error: BrokenExecutor) -> None:
+        """Makes a new executor, and does again what was on its way."""
+        arrived = [future for future in self.flying if future.done() and not future.cancelled()]
+        self.take([future for future in arrived if future.exception() is None])
+        self.breaks += 1
+        if self.crew._make is None or self.breaks > DEATHS + 1:
+            raise self.crew._broken(error, "") from error
+        alone = len(self.flying) == 1 and sum(len(batch) for batch in self.flying.values()) == 1
+        for batch in self.flying.values():
+            for unit in batch:
+                unit.deaths += 1
+                if alone and unit.deaths >= DEATHS:
+                    raise self.crew._broken(error, unit.words) from error
+            if any(unit.deaths > 1 for unit in batch):
+                self.suspects.extend(batch)
+            else:
+                self.again.append((batch, True))
+        LOGGER.warning("a worker process ended; %d batches are done again", len(self.flying))
+        self.flying.clear()
+        self.crew._renew()
+
+    def abandon(self) -> None:
+        """Cancels what is pending and delivers what is done."""
+        # A pool of processes that is about to be ended would stumble over futures that are cancelled.
+        if self.crew._make is None or not isinstance(self.crew._executor, ProcessPoolExecutor):
+            for future in self.flying:
+                future.cancel()
+        arrived = [future for future in self.flying if future.done() and not future.cancelled()]
+        for future in arrived:
+            if future.exception() is None:
+                try:
+                    self.take([future])
+                except Exception as error:
+                    LOGGER.warning("a unit that was done is lost: %s", error)
+
+
+class _Pace:
+    """How many units a batch has, and how many batches are on their way; results do not depend on either."""
+
+    def __init__(self) -> None:
+        self.window = FEWEST
+        # Seconds of work by unit, of late.
+        self.by_unit = math.inf
+        self.busy = 1.0
+        self.seconds = 0.0
+        self.since = time.perf_counter()
+
+    def batch(self, left: int) -> int:
+        """Units of the next batch, where so many are left."""
+        # More futures in a second than this would keep a scheduler busy.
+        seconds = max(BATCH, self.busy / FUTURES)
+        wanted = seconds / self.by_unit
+        # The last ones are small, so that all workers end at about the same time.
+        share = left / (3 * self.busy)
+        return max(1, int(min(wanted, share)))
+
+    def note(self, units: int, seconds: float) -> None:
+        """So many units took so many seconds."""
+        by_unit = max(seconds / units, 1e-6)
+        self.by_unit = by_unit if math.isinf(self.by_unit) else 0.8 * self.by_unit + 0.2 * by_unit
+        self.seconds += seconds
+        elapsed = time.perf_counter() - self.since
+        if elapsed < 2 * BATCH:
+            return
+        self.busy = max(1.0, self.seconds / elapsed)
+        # Where a third of what was given out is being worked on, workers may be idle.
+        if self.busy > self.window / 3:
+            self.window = min(2 * self.window, MOST)
+        self.seconds, self.since = 0.0, time.perf_counter()
+
+
+def _end(executor: Executor, at_once: bool) -> None:
+    """Shuts an executor down; at once, its processes are ended where that can be done."""
+    if not (at_once and isinstance(executor, ProcessPoolExecutor)):
+        executor.shutdown(wait=not at_once)
+        return
+    for process in list((getattr(executor, "_processes", None) or {}).values()):
+        process.terminate()
+    executor.shutdown(wait=True)

@@ -1,0 +1,145 @@
+"""What a worker process does: units of work of a study, many per call, each from bytes to bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import signal
+import socket
+import threading
+import time
+import zlib
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ._supple import Units, __version__, instructions, use_instructions
+from .errors import UsageError
+
+if TYPE_CHECKING:
+    from .task import Task
+
+__all__ = ["Answer", "Context", "context", "deaf", "hello", "work"]
+
+#: Studies that a worker keeps ready.
+KEPT = 8
+
+_READY: OrderedDict[str, Units] = OrderedDict()
+_LOCK = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Context:
+    """What all units of a study share.
+
+    Attributes:
+        version: The version of supple that asks.
+        instructions: What it computes with; other instructions round otherwise.
+        key: Names the study.
+        payload: The task and what the study is, packed.
+    """
+
+    version: str
+    instructions: str
+    key: str
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of units.
+
+    Attributes:
+        refusal: Why this worker cannot do any units of the study; empty where it can.
+        missing: Whether it has to be sent what the study is.
+        found: The bytes of what each unit found.
+        seconds: How long they took, s.
+    """
+
+    refusal: str = ""
+    missing: bool = False
+    found: tuple[bytes, ...] = ()
+    seconds: float = 0.0
+
+
+def context(task: Task, shared: bytes) -> Context:
+    """What the units of a study of a task share; ``shared`` is the study as its collector has it.
+
+    Raises:
+        UsageError: Where the task cannot be pickled.
+    """
+    packed = zlib.compress(pickle.dumps((_pickled(task), shared)))
+    return Context(__version__, instructions(), hashlib.sha256(packed).hexdigest(), packed)
+
+
+def _pickled(task: Task) -> bytes:
+    dumps = pickle.dumps
+    if task._recipe[0] != "load":
+        try:
+            # Functions of scripts and notebooks, and lambdas, go along by value.
+            import cloudpickle
+
+            dumps = cloudpickle.dumps
+        except ImportError:
+            pass
+    try:
+        return dumps(task)
+    except Exception as error:
+        raise UsageError(
+            f"the task cannot be sent to workers: {type(error).__name__}: {error}; let its functions use only what can be "
+            "pickled, define them in a module that workers can import, or install cloudpickle for those of scripts and "
+            "notebooks"
+        ) from error
+
+
+def hello(version: str, wanted: str) -> str:
+    """Why this worker cannot work for a process with this version and these instructions; empty where it can."""
+    where = f"the worker on {socket.gethostname()}"
+    if version != __version__:
+        return f"{where} has supple {__version__}, this process {version}: install the same version on both"
+    if not use_instructions(wanted):
+        return (
+            f"{where} computes with {instructions()} instructions, this process with {wanted}: numbers would differ by "
+            f'rounding; call supple.executors.use_instructions("{instructions()}") before, or use workers of one kind'
+        )
+    return ""
+
+
+def deaf() -> None:
+    """Leaves Ctrl-C to the process that asks, which ends this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def work(version: str, wanted: str, key: str, payload: bytes | None, units: list[bytes], nonce: str) -> Answer:
+    """Does units of the study with this key.
+
+    Args:
+        version: The version of supple that asks.
+        wanted: The instructions that it computes with.
+        key: Names the study.
+        payload: What the study is; ``None`` where the worker may know it.
+        units: The units.
+        nonce: Makes calls different from one another for schedulers that take equal calls for one.
+    """
+    refusal = hello(version, wanted)
+    if refusal:
+        return Answer(refusal=refusal)
+    ready = _ready(key, payload)
+    if ready is None:
+        return Answer(missing=True)
+    clock = time.perf_counter()
+    found = tuple(ready.work(units))
+    return Answer(found=found, seconds=time.perf_counter() - clock)
+
+
+def _ready(key: str, payload: bytes | None) -> Units | None:
+    with _LOCK:
+        ready = _READY.get(key)
+        if ready is None and payload is not None:
+            pickled, shared = pickle.loads(zlib.decompress(payload))
+            ready = _READY[key] = Units(pickle.loads(pickled)._native, shared)
+            while len(_READY) > KEPT:
+                _READY.popitem(last=False)
+        if ready is not None:
+            _READY.move_to_end(key)
+        return ready
