@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -16,8 +16,12 @@ from .tape import Tape, Untranslatable
 #: Loops that run longer are not written out.
 MOST_ROUNDS = 20_000
 
-#: Functions of JAX's with rules of their own for derivatives, which are those of what is written here at every point.
-SMOOTH: dict[str, tuple[int, Callable[..., int]]] = {"logaddexp": (2, scalars.logaddexp), "relu": (1, scalars.relu)}
+#: Functions of JAX's with rules of their own for derivatives, by their primitives: `logaddexp` and `relu`. What is written
+#: in their place has the same derivatives at every point.
+SMOOTH: dict[tuple[str, ...], tuple[int, Callable[..., int]]] = {
+    ("max", "sub", "ne", "add", "abs", "neg", "exp", "log1p", "add", "select_n"): (2, scalars.logaddexp),
+    ("max 0.0",): (1, scalars.relu),
+}
 
 
 def run(tape: Tape, closed: Any, arguments: list[Array]) -> list[Array]:
@@ -110,12 +114,24 @@ def call(tape: Tape, name: str, inner: Any, values: list[Array]) -> list[Array]:
     """The results of a jaxpr within a jaxpr."""
     open_jaxpr = getattr(inner, "jaxpr", inner)
     if name.startswith("custom_"):
-        origin = str(getattr(open_jaxpr, "debug_info", ""))
-        for function, (count, rule) in SMOOTH.items():
-            if f"'{function} at " in origin and "jax" in origin and len(values) == count:
-                return [elementwise(partial(rule, tape), "f", *(lift(tape, value) for value in values))]
+        count, rule = SMOOTH.get(tuple(primitives(open_jaxpr)), (0, None))
+        if rule is not None and count == len(values):
+            return [elementwise(partial(rule, tape), "f", *(lift(tape, value) for value in values))]
         tape.own_rules.add(name)
     return evaluate(tape, open_jaxpr, list(getattr(inner, "consts", [])), values)
+
+
+def primitives(jaxpr: Any) -> Iterator[str]:
+    """The names of a jaxpr's primitives, those of inner ones in their place; lone ones with their constant."""
+    for equation in jaxpr.eqns:
+        inner = body(equation.params)
+        if inner is not None:
+            yield from primitives(getattr(inner, "jaxpr", inner))
+            continue
+        constants = [
+            str(float(variable.val)) for variable in equation.invars if np.ndim(getattr(variable, "val", [])) == 0
+        ]
+        yield " ".join([equation.primitive.name, *constants] if len(jaxpr.eqns) == 1 else [equation.primitive.name])
 
 
 def simple(tape: Tape, name: str, values: list[Array], parameters: dict[str, Any]) -> Any:
