@@ -17,13 +17,12 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-
 import supple
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "python"))
 
-from own_functions import PRESS, TWO_MASS, Counting, backend_of, two_mass, with_backend  # noqa: E402
+from own_functions import PRESS, TWO_MASS, Counting, backend_of, two_mass, with_backend
 
 KNOTS = 500
 

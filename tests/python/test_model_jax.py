@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import supple
 
 jax = pytest.importorskip("jax")
 
-from own_functions import BALANCE, Counting, backend_of, cart_pole, cart_pole_model, two_mass, with_backend  # noqa: E402
+from own_functions import BALANCE, Counting, backend_of, cart_pole, cart_pole_model, two_mass, with_backend
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import supple
 
 pytest.importorskip("jax")
 
-import jax.numpy as jnp  # noqa: E402
-from own_functions import (  # noqa: E402
+import jax.numpy as jnp
+from own_functions import (
     BALANCE,
     CART_POLE,
     PRESS,

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import supple
 
 pytest.importorskip("jax")
 
-from own_functions import (  # noqa: E402
+from own_functions import (
     BALANCE,
     Counting,
     backend_of,

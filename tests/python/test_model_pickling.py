@@ -10,12 +10,11 @@ from multiprocessing import get_context
 from typing import Any
 
 import pytest
-
 import supple
 
 pytest.importorskip("jax")
 
-from own_functions import BALANCE, backend_of, cart_pole, cart_pole_model  # noqa: E402
+from own_functions import BALANCE, backend_of, cart_pole, cart_pole_model
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -117,7 +118,7 @@ def _best(derivative: Callable[[float], Array], largest: float, floor: Array) ->
     tried = [largest * 0.25**k for k in range(TRIED)]
     found = [derivative(length) for length in tried]
     worst = []
-    for wide, narrow in zip(found, found[1:]):
+    for wide, narrow in pairwise(found):
         error, size = np.abs(wide - narrow).max(axis=0), np.abs(narrow).max(axis=0) + floor
         relative = np.where(size > 0.0, error / np.where(size > 0.0, size, 1.0), 0.0)
         worst.append(float(relative.max(initial=0.0)) if np.isfinite(relative).all() else np.inf)
@@ -125,11 +126,12 @@ def _best(derivative: Callable[[float], Array], largest: float, floor: Array) ->
     return 0.5 * tried[int(np.argmin(worst))]
 
 
-def relative_errors(backend: Differences, x: Array, u: Array, phi: Array) -> tuple[float, float, float]:
+def relative_errors(backend: Any, x: Array, u: Array, phi: Array) -> tuple[float, float, float]:
     """Relative errors of first, second and third derivatives: how far they change where all steps are halved, over points
     along a trajectory x (B, n), u (B, m), and around it.
 
-    Variables and functions count by how large they become there; errors are relative to the largest derivative, or to the
+    The backend has ``scaled(factor)`` beside the protocol's methods. Variables and functions count by how large they become
+    there; errors are relative to the largest derivative, or to the
     function where that is larger.
     """
     z = np.concatenate([x, u], axis=1)
