@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -19,6 +20,7 @@ __all__ = [
     "Noise",
     "Number",
     "bounds",
+    "combine",
     "control_rows",
     "declared",
     "made",
@@ -187,3 +189,40 @@ def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | Non
 def made(description: dict[str, Any]) -> Task:
     """The task of a description, which is also how other processes make it again."""
     return Task(NativeTask.own(description), ("own", description))
+
+
+def combine(*tasks: Task, title: str | None = None) -> Task:
+    """One problem of several tasks that share their parameters: information is summed, and every bound has to be met.
+
+    Settings of planning and design, and values of parameters, are those of the first.
+
+    Raises:
+        UsageError: Where parameters differ, names of tasks repeat, or a task was read from a file.
+    """
+    if not tasks:
+        raise UsageError("combine needs at least one task")
+    kinds = [task._recipe[0] for task in tasks]
+    if any(kind != "own" for kind in kinds):
+        raise UsageError(
+            "combine takes tasks of own models; tasks of a task file are combined there, one [[tasks]] each"
+        )
+    described = [json.loads(task._recipe[1]["plain"]) for task in tasks]
+    whole = described[0]
+    for other in described[1:]:
+        if other["parameters"] != whole["parameters"]:
+            raise UsageError(
+                f"the tasks `{whole['tasks'][0]['name']}` and `{other['tasks'][0]['name']}` do not have the same parameters: "
+                "give their models the same `parameters`, in the same order, used or not"
+            )
+    whole["tasks"] = [entry for one in described for entry in one["tasks"]]
+    names = [entry["name"] for entry in whole["tasks"]]
+    repeated = next((name for name in names if names.count(name) > 1), None)
+    if repeated is not None:
+        raise UsageError(f"two tasks are called `{repeated}`: give each a name of its own, model.task(name=...)")
+    whole["title"] = whole["title"] if title is None else title
+    systems = [system for task in tasks for system in task._recipe[1]["systems"]]
+    errors = [task.derivative_error for task in tasks]
+    known = [(error.first, error.second, error.third) for error in errors if error is not None]
+    worst = type(errors[0])(*map(max, zip(*known))) if len(known) == len(tasks) and errors[0] is not None else None
+    whole_task = made({"plain": json.dumps(whole), "systems": systems, "derivative_error": worst})
+    return whole_task.at(tasks[0].values)

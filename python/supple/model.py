@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike
 
 from . import _description as describe
 from ._backends import checks
+from ._backends.differences import Differences
 from ._backends.functions import Functions
 from ._backends.given import Given, Overridden
 from ._backends.lengths import differences_near, relative_errors
-from ._description import Noise, Number
+from ._description import Noise, Number, combine
 from ._records import Array, Record
 from .errors import UsageError
 from .task import Parameter, Task
@@ -80,8 +81,11 @@ class Derivatives:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DerivativeError(Record):
-    """Estimated relative errors of a model's derivatives: how far they change where all steps are halved, relative to the
-    largest entry along the trajectory of the first guess and around it. All 0 for functions of JAX, whose derivatives are exact but for rounding.
+    """Estimated relative errors of a model's derivatives: how far they change where all steps are halved, along the
+    trajectory of the first guess and around it.
+
+    Variables and functions count by how large they become there; errors are relative to the largest derivative, or to the
+    function where that is larger. All 0 for functions of JAX, whose derivatives are exact but for rounding.
 
     Information and expected cost are as exact as the larger of ``first`` and ``second``, and total gradients as the largest
     of all three, times how much what they are made of cancels: most often within a factor of 100.
@@ -237,14 +241,10 @@ class Model:
             UsageError: Where a number or shape is wrong, and where the functions do not do what they should at the first
                 state: wrong shapes, not float64, not finite, not the same twice, not one point at a time.
         """
-        resolve = describe.resolver(self._parameters)
-        x = resolve("initial_state", initial_state, (len(self._channels["states"]),))
-        rows = describe.control_rows(initial_control)
-        guess = resolve("initial_control", rows, (len(rows), len(self._channels["controls"])))
-        phi = np.array([parameter.initial for parameter in self._parameters.values()])
         if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
             raise UsageError(f"steps={steps!r}: a whole number of at least 1")
-        controls = np.ascontiguousarray(np.broadcast_to(guess, (steps, guess.shape[1])) if len(rows) == 1 else guess)
+        rows = describe.control_rows(initial_control)
+        near = self._near(initial_state, rows, int(steps))
         described = {
             "name": name,
             "steps": int(steps),
@@ -263,10 +263,17 @@ class Model:
             "planning": dict(planning or {}),
             "design": dict(design or {}),
         }
-        system, error = self._system((x, controls, phi), time_step)
-        task = describe.made({"plain": json.dumps(plain), "systems": [system]})
-        task.derivative_error = error
-        return task
+        system, error = self._system(near, time_step)
+        return describe.made({"plain": json.dumps(plain), "systems": [system], "derivative_error": error})
+
+    def _near(self, state: Any, rows: list[list[Number]], steps: int) -> tuple[Array, Array, Array]:
+        """The first state (n,), guess of the controls (N, m) and parameters (P,) as numbers."""
+        resolve = describe.resolver(self._parameters)
+        x = resolve("initial_state", state, (len(self._channels["states"]),))
+        guess = resolve("initial_control", rows, (len(rows), len(self._channels["controls"])))
+        phi = np.array([float(parameter.initial) for parameter in self._parameters.values()])
+        controls = np.broadcast_to(guess, (steps, guess.shape[1])) if len(rows) == 1 else guess
+        return x, np.ascontiguousarray(controls), phi
 
     def _system(self, near: tuple[Array, Array, Array], time_step: Number) -> tuple[dict[str, Any], DerivativeError]:
         """The system of a task that starts at a state with these controls, (N, m), and the error of its derivatives."""
@@ -284,7 +291,8 @@ class Model:
                 if self._wanted == "recorded":
                     raise UsageError(f'backend="recorded": {why}. Or take backend="jax"') from why
                 LOGGER.info("functions are called in JAX, and not recorded: %s", why)
-        return self._described(self._overridden(self._jax, near)), exact
+        checks.check_guess(self._jax, x, controls, phi)
+        return self._described(self._overridden(self._jax, self._jax, near)), exact
 
     def _by_differences(self, x: Array, controls: Array, phi: Array) -> tuple[dict[str, Any], DerivativeError]:
         functions = self._functions
@@ -298,8 +306,11 @@ class Model:
                 ) from error
             raise
         plain = differences_near(functions, None, x[None], controls[:1], phi, self._spans())
+        checks.check_guess(plain, x, controls, phi)
         states, taken, _ = plain.roll_out(x, controls, None, None, None, phi)
-        found = differences_near(functions, self._given, states[:-1], taken, phi, self._spans())
+        plain = differences_near(functions, None, states[:-1], taken, phi, self._spans())
+        found = Differences(functions, self._given, plain.lengths, plain.scales)
+        described = self._described(self._overridden(found, plain, (x, controls, phi)))
         estimate = DerivativeError(*relative_errors(found, states[:-1], taken, phi))
         LOGGER.info(
             "derivatives by finite differences: relative errors %.1e (first), %.1e (second), %.1e (third)",
@@ -307,17 +318,15 @@ class Model:
             estimate.second,
             estimate.third,
         )
-        return self._described(self._overridden(found, (x, controls, phi))), estimate
+        return described, estimate
 
-    def _overridden(self, backend: Any, near: tuple[Array, Array, Array]) -> Any:
+    def _overridden(self, backend: Any, plain: Any, near: tuple[Array, Array, Array]) -> Any:
+        """A backend with the derivatives that are given, once they agree with those of another."""
         if self._given is None:
             return backend
         x, controls, phi = near
-        checks.check_given(self._given, backend, list(self._given_names()), x, controls[0], phi)
+        checks.check_given(self._given, plain, x, controls[0], phi)
         return Overridden(backend, self._given)
-
-    def _given_names(self) -> list[str]:
-        return [] if self._given is None else list(self._given._functions)
 
     def _spans(self) -> Array:
         """How far parameters may go: relative to their values where they move by ratios."""
@@ -364,37 +373,3 @@ def _record(model: Model, near: tuple[Array, Array, Array], time_step: Number) -
         channels=(states, controls, measurements),
         time_step=time_step,
     )
-
-
-def combine(*tasks: Task, title: str | None = None) -> Task:
-    """One problem of several tasks that share their parameters: information is summed, and every bound has to be met.
-
-    Settings of planning and design, and values of parameters, are those of the first.
-
-    Raises:
-        UsageError: Where parameters differ, names of tasks repeat, or a task was read from a file.
-    """
-    if not tasks:
-        raise UsageError("combine needs at least one task")
-    kinds = [task._recipe[0] for task in tasks]
-    if any(kind != "own" for kind in kinds):
-        raise UsageError(
-            "combine takes tasks of own models; tasks of a task file are combined there, one [[tasks]] each"
-        )
-    described = [json.loads(task._recipe[1]["plain"]) for task in tasks]
-    whole = described[0]
-    for other in described[1:]:
-        if other["parameters"] != whole["parameters"]:
-            raise UsageError(
-                f"the tasks `{whole['tasks'][0]['name']}` and `{other['tasks'][0]['name']}` do not have the same parameters: "
-                "give their models the same `parameters`, in the same order, used or not"
-            )
-    whole["tasks"] = [entry for one in described for entry in one["tasks"]]
-    names = [entry["name"] for entry in whole["tasks"]]
-    repeated = next((name for name in names if names.count(name) > 1), None)
-    if repeated is not None:
-        raise UsageError(f"two tasks are called `{repeated}`: give each a name of its own, model.task(name=...)")
-    whole["title"] = whole["title"] if title is None else title
-    systems = [system for task in tasks for system in task._recipe[1]["systems"]]
-    made = describe.made({"plain": json.dumps(whole), "systems": systems})
-    return made.at(tasks[0].values)

@@ -100,8 +100,6 @@ class Task:
         self._native = native
         # How another process makes the task again.
         self._recipe = recipe
-        #: How exact derivatives of an own model are; ``None`` where they come from elsewhere.
-        self.derivative_error: DerivativeError | None = None
         self._changed = dict(changed or {})
         about = native.about()
         self._title = str(about["title"])
@@ -136,6 +134,12 @@ class Task:
     def tasks(self) -> list[str]:
         """Names of the tasks."""
         return list(self._tasks)
+
+    @property
+    def derivative_error(self) -> DerivativeError | None:
+        """How exact the derivatives of a model of :class:`supple.Model` are; ``None`` for other tasks."""
+        kind, what = self._recipe
+        return what.get("derivative_error") if kind == "own" else None
 
     @property
     def warnings(self) -> list[str]:
@@ -448,8 +452,6 @@ def _axis(name: str, values: ArrayLike) -> str | list[float]:
 
 def _axis_text(values: str | list[float]) -> str:
     return values if isinstance(values, str) else ",".join(repr(value) for value in values)
-
-
 
 
 def _designs(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Chosen:

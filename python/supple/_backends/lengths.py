@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -41,8 +42,7 @@ def differences_near(functions: Functions, given: Any, x: Array, u: Array, phi: 
     """
     z = np.concatenate([x, u], axis=1)
     z = z[np.isfinite(z).all(axis=1)]
-    reach = np.abs(z).max(axis=0)
-    reach = np.where(reach > 0.0, reach, 1.0)
+    reach = _size(z)
     points = _around(z)
     n = functions.states
     names = list(functions.shapes)
@@ -118,7 +118,7 @@ def _best(derivative: Callable[[float], Array], largest: float, floor: Array) ->
     tried = [largest * 0.25**k for k in range(TRIED)]
     found = [derivative(length) for length in tried]
     worst = []
-    for wide, narrow in zip(found, found[1:]):
+    for wide, narrow in pairwise(found):
         error, size = np.abs(wide - narrow).max(axis=0), np.abs(narrow).max(axis=0) + floor
         relative = np.where(size > 0.0, error / np.where(size > 0.0, size, 1.0), 0.0)
         worst.append(float(relative.max(initial=0.0)) if np.isfinite(relative).all() else np.inf)
@@ -127,46 +127,52 @@ def _best(derivative: Callable[[float], Array], largest: float, floor: Array) ->
 
 
 def relative_errors(backend: Any, x: Array, u: Array, phi: Array) -> tuple[float, float, float]:
-    """Relative errors of first, second and third derivatives: how far they change where all steps are halved, relative to
-    the largest entry, over points along a trajectory x (B, n), u (B, m), and around it."""
-    z = np.concatenate([x, u], axis=1)
-    z = np.ascontiguousarray(_around(z[np.isfinite(z).all(axis=1)])[::MEASURED])
-    x, u = np.ascontiguousarray(z[:, : x.shape[1]]), np.ascontiguousarray(z[:, x.shape[1] :])
-    half = backend.scaled(0.5)
-    random = np.random.default_rng(0)
-    n, joint = x.shape[1], z.shape[1]
-    costates = random.normal(size=x.shape)
-    jacobian = random.normal(size=(len(x), n, joint))
-    square = random.normal(size=(len(x), joint, joint))
-    square = square + np.swapaxes(square, 1, 2)
+    """Relative errors of first, second and third derivatives: how far they change where all steps are halved, over points
+    along a trajectory x (B, n), u (B, m), and around it.
 
-    def both(call: Callable[[Any], Any]) -> float:
-        worst = 0.0
-        for one, other in zip(_parts(call(backend)), _parts(call(half))):
-            scale = float(np.abs(one).max(initial=0.0))
-            if scale > 0.0:
-                worst = max(worst, float(np.abs(one - other).max()) / scale)
-        return worst
+    The backend has ``scaled(factor)`` beside the protocol's methods. Variables and functions count by how large they become
+    there; errors are relative to the largest derivative, or to the
+    function where that is larger.
+    """
+    z = np.concatenate([x, u], axis=1)
+    z = z[np.isfinite(z).all(axis=1)]
+    reach, n = _size(z), x.shape[1]
+    z = np.ascontiguousarray(_around(z)[::MEASURED])
+    x, u = np.ascontiguousarray(z[:, :n]), np.ascontiguousarray(z[:, n:])
+    half = backend.scaled(0.5)
+    next_state, measured = _size(backend.steps(x, u, phi)), _size(backend.observations(x, phi))
+    cost, final_cost = _size(backend.stage_costs(x, u, phi)), _size(backend.final_costs(x, phi))
+    random = np.random.default_rng(0)
+    costates = random.normal(size=x.shape) / next_state
+    jacobian = random.normal(size=(len(z), n, z.shape[1])) * reach / next_state[:, None]
+    square = random.normal(size=(len(z), z.shape[1], z.shape[1])) * reach * reach[:, None]
+    square = square + np.swapaxes(square, 1, 2)
+    both, by_x = reach * reach[:, None], reach[:n]
+
+    def error(call: Callable[[Any], Any], scale: Array) -> float:
+        one, other = call(backend) * scale, call(half) * scale
+        return float(np.abs(one - other).max(initial=0.0)) / max(1.0, float(np.abs(one).max(initial=0.0)))
 
     first = [
-        both(lambda of: of.dynamics_jacobians(x, u, phi)),
-        both(lambda of: of.measurement_jacobians(x, phi)),
-        both(lambda of: of.stage_quadratics(x, u, phi)[1]),
-        both(lambda of: of.final_quadratics(x, phi)[1]),
-        both(lambda of: of.stage_parameters(x, u, costates, phi)),
+        error(lambda of: of.dynamics_jacobians(x, u, phi), reach / next_state[:, None]),
+        error(lambda of: of.measurement_jacobians(x, phi), by_x / measured[:, None]),
+        error(lambda of: of.stage_quadratics(x, u, phi)[1], reach / cost),
+        error(lambda of: of.final_quadratics(x, phi)[1], by_x / final_cost),
     ]
     second = [
-        both(lambda of: of.stage_quadratics(x, u, phi)[0]),
-        both(lambda of: of.final_quadratics(x, phi)[0]),
-        both(lambda of: of.dynamics_curvature(x, u, costates, phi)),
-        both(lambda of: of.contract_dynamics(x, u, jacobian, phi)),
+        error(lambda of: of.stage_quadratics(x, u, phi)[0], both / cost),
+        error(lambda of: of.final_quadratics(x, phi)[0], both[:n, :n] / final_cost),
+        error(lambda of: of.dynamics_curvature(x, u, costates, phi), both),
+        error(lambda of: of.contract_dynamics(x, u, jacobian, phi)[0], reach),
     ]
     third = [
-        both(lambda of: of.contract_stage_costs(x, u, square, phi)),
-        both(lambda of: of.contract_final_costs(x, square[:, :n, :n], phi)),
+        error(lambda of: of.contract_stage_costs(x, u, square / cost, phi)[0], reach),
+        error(lambda of: of.contract_final_costs(x, square[:, :n, :n] / final_cost, phi)[0], by_x),
     ]
     return max(first), max(second), max(third)
 
 
-def _parts(found: Any) -> tuple[Array, ...]:
-    return found if isinstance(found, tuple) else (found,)
+def _size(values: Array) -> Array:
+    """How large each of some numbers becomes over the first axis; 1 where it is always 0."""
+    size = np.abs(values).max(axis=0)
+    return np.asarray(np.where(size > 0.0, size, 1.0))

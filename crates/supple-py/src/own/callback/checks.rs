@@ -1,7 +1,6 @@
 //! Numbers that must be finite.
 
 use pyo3::prelude::*;
-use supple::Trajectory;
 use supple::system::{Points, Times};
 
 use super::Callback;
@@ -30,26 +29,6 @@ impl Callback {
                     "{what} are {bad} at step {step}, where x = {x:?} and u = {control:?}: they must be finite along a \
                      trajectory. Write the function so that it and its derivatives are defined there; mind that square \
                      roots and norms have no derivative at 0, and that both branches of a `where` are differentiated"
-                ));
-                return;
-            }
-        }
-    }
-
-    /// Complains of a first guess on which a function is not a number at a modest state.
-    pub(super) fn check_guess(&self, out: &Trajectory) {
-        let size = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let first = size(out.states.vector(0));
-        for t in 0..out.steps() {
-            let (x, next) = (out.states.vector(t), out.states.vector(t + 1));
-            if !x.iter().all(|x| x.is_finite()) || size(x) > 1e3 * (1.0 + first) {
-                return;
-            }
-            if next.iter().any(|x| x.is_nan()) {
-                let u = out.controls.vector(t);
-                self.complain(&format!(
-                    "`step` returned {next:?} at step {t} under the first guess of the controls, where x = {x:?} and u = \
-                     {u:?}: it must return finite numbers. Mend `step`, or start from another `initial_control`"
                 ));
                 return;
             }
