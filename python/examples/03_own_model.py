@@ -4,7 +4,6 @@ Its twin in Rust is crates/supple/examples/03_own_model.rs; both print the same.
 """
 
 import jax.numpy as jnp
-
 import supple
 
 

@@ -12,8 +12,8 @@ import supple
 
 mujoco = pytest.importorskip("mujoco")
 
-import supple.mujoco as sm  # noqa: E402
-from supple._backends import stencils  # noqa: E402
+import supple.mujoco as sm
+from supple._backends import stencils
 
 ARM = """
 <mujoco model="arm">
@@ -252,7 +252,9 @@ def test_contractions_are_derivatives_of_jacobians() -> None:
     assert np.abs(second - truth).max() < 1e-6
     costates, dz, dl = random.normal(size=(3, n)), random.normal(size=(3, n + m)), random.normal(size=(3, n))
     h = 1e-4
-    moved = [of.stage_parameters(x + s * h * dz[:, :n], u + s * h * dz[:, n:], costates + s * h * dl, phi) for s in (1, -1)]
+    moved = [
+        of.stage_parameters(x + s * h * dz[:, :n], u + s * h * dz[:, n:], costates + s * h * dl, phi) for s in (1, -1)
+    ]
     found = of.stage_parameters_along(x, u, costates, dz, dl, phi)
     assert np.allclose(found, (moved[0] - moved[1]) / (2.0 * h), rtol=1e-5, atol=1e-7)
 
@@ -268,7 +270,9 @@ def test_total_gradient_is_that_of_planning_again() -> None:
     for name, h in (("wrist_kp", 0.05), ("mass", 0.005)):
         slopes = []
         for step in (h, 2.0 * h):
-            ends = [task.evaluate(at={name: found.parameters[name] + sign * step}, trajectories=False) for sign in (1, -1)]
+            ends = [
+                task.evaluate(at={name: found.parameters[name] + sign * step}, trajectories=False) for sign in (1, -1)
+            ]
             numbers = [(end.information.nats, end.tasks["task"].cost.expected) for end in ends]
             slopes.append((np.array(numbers[0]) - np.array(numbers[1])) / (2.0 * step))
         truth = (4.0 * slopes[0] - slopes[1]) / 3.0
@@ -292,7 +296,12 @@ def test_the_same_arm_as_a_robot_of_a_task_file(tmp_path: Path) -> None:
 
 def test_costs_as_functions() -> None:
     def cost(x: Any, u: Any, p: Any) -> Any:
-        return (x[..., 0] + 0.3) ** 2 + (x[..., 1] - 0.2) ** 2 + 0.01 * np.sum(x[..., 2:] ** 2, axis=-1) + 0.01 * u[..., 0] ** 2
+        return (
+            (x[..., 0] + 0.3) ** 2
+            + (x[..., 1] - 0.2) ** 2
+            + 0.01 * np.sum(x[..., 2:] ** 2, axis=-1)
+            + 0.01 * u[..., 0] ** 2
+        )
 
     def final_cost(x: Any, p: Any) -> Any:
         return (x[..., 0] + 0.3) ** 2 + (x[..., 1] - 0.2) ** 2 + 0.01 * np.sum(x[..., 2:] ** 2, axis=-1)
@@ -332,8 +341,12 @@ def test_ranges_of_controls_are_kept() -> None:
 
 
 def test_keyframes_and_sensor_noise() -> None:
-    text = ARM.replace("</mujoco>", '<keyframe><key name="up" qpos="0.1 0.2" qvel="1 2" ctrl="0.5"/></keyframe></mujoco>')
-    model = sm.Model(mujoco.MjModel.from_xml_string(text), sensors=["encoder"], keyframe="up", cost=sm.quadratic(controls=1.0))
+    text = ARM.replace(
+        "</mujoco>", '<keyframe><key name="up" qpos="0.1 0.2" qvel="1 2" ctrl="0.5"/></keyframe></mujoco>'
+    )
+    model = sm.Model(
+        mujoco.MjModel.from_xml_string(text), sensors=["encoder"], keyframe="up", cost=sm.quadratic(controls=1.0)
+    )
     assert [float(value) for value in model.state({"v.*": 3.0})] == [0.1, 0.2, 3.0, 3.0]
     assert model.sensor_variances.tolist() == [pytest.approx(1e-4)]
     assert list(model.noise(initial={}, process={}).measurement) == [pytest.approx(1e-4)]
@@ -386,3 +399,20 @@ def test_functions_that_return_the_wrong_shape() -> None:
 def test_files_that_are_none() -> None:
     with pytest.raises(supple.FileError, match="nowhere.xml"):
         sm.Model("nowhere.xml", cost=sm.quadratic(controls=1.0))
+
+
+def test_the_example_on_a_public_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bound is met, the search stops at it, and its gradient is that of planning again."""
+    pytest.importorskip("gymnasium")
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "python" / "examples"))
+    import mujoco_leg
+
+    task = mujoco_leg.swing()
+    now = task.evaluate(gradient="total")
+    slope = now.tasks["swing"].gradient.total.information_nats["ankle"]
+    ends = [task.evaluate(ankle=60.0 + h, trajectories=False).information.nats for h in (1.2, -1.2, 0.6, -0.6)]
+    truth = (8.0 * (ends[2] - ends[3]) - (ends[0] - ends[1])) / (12.0 * 0.6)
+    assert slope == pytest.approx(truth, rel=1e-4)
+    best = task.design(settings={"branch_attempts": 0})
+    assert best.status == "converged" and best.active_bounds == ["swing"]
+    assert best.parameters["ankle"] < 60.0 and best.information.bits < now.information.bits
