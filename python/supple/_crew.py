@@ -317,6 +317,7 @@ class _Pace:
         # Workers that are busy.
         self.busy = 1.0
         self.seconds = 0.0
+        self.longest = 0.0
         self.since = time.perf_counter()
 
     def batch(self, left: int) -> int:
@@ -333,14 +334,16 @@ class _Pace:
         self.by_unit = _of_late(self.by_unit, seconds / units)
         self.core = _of_late(self.core, core / units)
         self.seconds += seconds
+        self.longest = max(self.longest, seconds)
         elapsed = time.perf_counter() - self.since
-        if elapsed < 2 * BATCH:
+        # Batches that began before count whole: for long, so that they count for little.
+        if elapsed < max(2 * BATCH, 4 * self.longest):
             return
         self.busy = max(1.0, self.seconds / elapsed)
-        # Where a third of what was given out is being worked on, workers may be idle.
-        if self.busy > self.window / 3:
+        # Where more than half of what was given out is being worked on, some workers have nothing waiting.
+        if self.busy > self.window / 2:
             self.window = min(2 * self.window, MOST)
-        self.seconds, self.since = 0.0, time.perf_counter()
+        self.seconds, self.longest, self.since = 0.0, 0.0, time.perf_counter()
 
 
 def _of_late(before: float, now: float) -> float:
