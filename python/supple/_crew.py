@@ -34,8 +34,9 @@ LOGGER = logging.getLogger("supple")
 #: An executor, a number of processes, or a function that makes an executor.
 Workers = Union[Executor, int, Callable[[], Executor]]
 
-#: How long a batch of units should take, s: much longer than it takes to send it, and short enough to share out well.
-BATCH = 0.5
+#: How long a core should work for a batch of units, s, and how long that may take where the core has other work too: much
+#: longer than it takes to send it, and short enough to share out well.
+BATCH, LONGEST = 0.5, 2.0
 
 #: Batches in a second at most: schedulers take about a millisecond for each.
 FUTURES = 400
@@ -243,7 +244,7 @@ class _Run:
                 self.again.append((batch, True))
             else:
                 done += zip(batch, answer.found)
-                self.pace.note(len(batch), answer.seconds)
+                self.pace.note(len(batch), answer.seconds, answer.busy)
         if done:
             self.keep(done)
             self.breaks = 0
@@ -310,34 +311,45 @@ class _Pace:
 
     def __init__(self) -> None:
         self.window = FEWEST
-        # Seconds of work by unit, of late.
+        # Seconds by unit, of late, and those of a core.
         self.by_unit = math.inf
+        self.core = math.inf
+        # Workers that are busy.
         self.busy = 1.0
         self.seconds = 0.0
+        self.longest = 0.0
         self.since = time.perf_counter()
 
     def batch(self, left: int) -> int:
         """Units of the next batch, where so many are left."""
         # More futures in a second than this would keep a scheduler busy.
-        seconds = max(BATCH, self.busy / FUTURES)
-        wanted = seconds / self.by_unit
+        factor = max(1.0, self.busy / FUTURES / BATCH)
+        wanted = factor * min(BATCH / self.core, LONGEST / self.by_unit)
         # The last ones are small, so that all workers end at about the same time.
         share = left / (3 * self.busy)
         return max(1, int(min(wanted, share)))
 
-    def note(self, units: int, seconds: float) -> None:
-        """So many units took so many seconds."""
-        by_unit = max(seconds / units, 1e-6)
-        self.by_unit = by_unit if math.isinf(self.by_unit) else 0.8 * self.by_unit + 0.2 * by_unit
+    def note(self, units: int, seconds: float, core: float) -> None:
+        """So many units took so many seconds, and so many of a core."""
+        self.by_unit = _of_late(self.by_unit, seconds / units)
+        self.core = _of_late(self.core, core / units)
         self.seconds += seconds
+        self.longest = max(self.longest, seconds)
         elapsed = time.perf_counter() - self.since
-        if elapsed < 2 * BATCH:
+        # Batches that began before count whole: for long, so that they count for little.
+        if elapsed < max(2 * BATCH, 4 * self.longest):
             return
         self.busy = max(1.0, self.seconds / elapsed)
-        # Where a third of what was given out is being worked on, workers may be idle.
-        if self.busy > self.window / 3:
+        # Where more than half of what was given out is being worked on, some workers have nothing waiting.
+        if self.busy > self.window / 2:
             self.window = min(2 * self.window, MOST)
-        self.seconds, self.since = 0.0, time.perf_counter()
+        self.seconds, self.longest, self.since = 0.0, 0.0, time.perf_counter()
+
+
+def _of_late(before: float, now: float) -> float:
+    """A mean of the last few values."""
+    now = max(now, 1e-6)
+    return now if math.isinf(before) else 0.8 * before + 0.2 * now
 
 
 def _end(executor: Executor, at_once: bool) -> None:

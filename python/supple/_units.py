@@ -54,12 +54,14 @@ class Answer:
         missing: Whether it has to be sent what the study is.
         found: The bytes of what each unit found.
         seconds: How long they took, s.
+        busy: How long a core worked for them, s; less where it had other work too.
     """
 
     refusal: str = ""
     missing: bool = False
     found: tuple[bytes, ...] = ()
     seconds: float = 0.0
+    busy: float = 0.0
 
 
 def context(task: Task, shared: bytes) -> Context:
@@ -127,9 +129,10 @@ def work(version: str, wanted: str, key: str, payload: bytes | None, units: list
     ready = _ready(key, payload)
     if ready is None:
         return Answer(missing=True)
-    clock = time.perf_counter()
+    clock, core = time.perf_counter(), time.process_time()
     found = tuple(ready.work(units))
-    return Answer(found=found, seconds=time.perf_counter() - clock)
+    seconds, busy = time.perf_counter() - clock, time.process_time() - core
+    return Answer(found=found, seconds=seconds, busy=min(seconds, busy))
 
 
 def _ready(key: str, payload: bytes | None) -> Units | None:
