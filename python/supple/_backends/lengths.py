@@ -12,7 +12,7 @@ from .._records import Array
 from . import stencils
 from .differences import Differences
 from .functions import Functions
-from .stencils import relative_step
+from .stencils import ROUNDING, relative_step
 
 __all__ = ["differences_near", "relative_errors"]
 
@@ -58,7 +58,7 @@ def differences_near(functions: Functions, given: Any, x: Array, u: Array, phi: 
             best = []
             for index, largest in enumerate(reach):
                 floor = size / largest**order
-                best.append(_best(_derivative(functions, name, order, (points, phi), index), largest, floor))
+                best.append(_best(_derivative(functions, name, order, (points, phi), index), order, largest, floor))
             lengths[name, order] = np.array(best)
     size = np.abs(values(points, phi)).max(axis=0)
     scales = []
@@ -71,7 +71,7 @@ def differences_near(functions: Functions, given: Any, x: Array, u: Array, phi: 
 
             return stencils.first(moved, np.zeros((1, 1)), np.array([relative_step(1) * length]))[0, ..., 0]
 
-        best_scale = _best(derivative, largest, size / largest)
+        best_scale = _best(derivative, 1, largest, size / largest)
         scales.append(-best_scale / abs(phi[index]) if span < 0.0 else best_scale)
     return Differences(functions, given, lengths, np.array(scales))
 
@@ -112,14 +112,18 @@ def _around(z: Array) -> Array:
     return around
 
 
-def _best(derivative: Callable[[float], Array], largest: float, floor: Array) -> float:
+def _best(derivative: Callable[[float], Array], order: int, largest: float, floor: Array) -> float:
     """The length at which a derivative depends least on it, relative to its size or, where that is more, to ``floor``: a
-    function's value over the largest length, below which derivatives matter little."""
+    function's value over the largest length, below which derivatives matter little.
+
+    Rounding counts at every length for as much as it may do: over short lengths a function may seem not to change at all.
+    """
     tried = [largest * 0.25**k for k in range(TRIED)]
     found = [derivative(length) for length in tried]
     worst = []
-    for wide, narrow in pairwise(found):
-        error, size = np.abs(wide - narrow).max(axis=0), np.abs(narrow).max(axis=0) + floor
+    for (wide, narrow), length in zip(pairwise(found), tried[1:], strict=True):
+        rounding = ROUNDING * floor * (largest / (relative_step(order) * length)) ** order
+        error, size = np.abs(wide - narrow).max(axis=0) + rounding, np.abs(narrow).max(axis=0) + floor
         relative = np.where(size > 0.0, error / np.where(size > 0.0, size, 1.0), 0.0)
         worst.append(float(relative.max(initial=0.0)) if np.isfinite(relative).all() else np.inf)
     # Between the two that agree best.
