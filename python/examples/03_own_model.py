@@ -4,6 +4,7 @@ Its twin in Rust is crates/supple/examples/03_own_model.rs; both print the same.
 """
 
 import jax.numpy as jnp
+
 import supple
 
 

@@ -34,9 +34,10 @@ from ._mujoco.names import Channel
 from ._mujoco.simulator import Simulator
 from ._records import Array
 from .errors import UsageError
+from .reports import TaskReport
 from .task import Parameter, Task
 
-__all__ = ["Field", "Model", "quadratic"]
+__all__ = ["Field", "Model", "gradient_error", "quadratic"]
 
 CostFunction = Callable[..., Any]
 
@@ -307,6 +308,37 @@ class Model:
             planning=planning,
             design=design,
         )
+
+
+def gradient_error(task: Task, *, step: float = 0.01) -> dict[str, float]:
+    """Relative errors of the total gradient of information: against plans made again at four neighbouring designs each.
+
+    Args:
+        task: The task, at the values to look at; these must be at least two steps away from their bounds.
+        step: How far a parameter is moved: relative to its value, or to its range where that is 0.
+
+    Returns:
+        By parameter of the role ``design``. Differences have an error of their own, of about ``step**4``.
+    """
+    found = task.evaluate(gradient="total", trajectories=False)
+    weights = {one["name"]: float(one["information_weight"]) for one in found.made["about"]["tasks"]}
+    errors = {}
+    for name, parameter in task.parameters.items():
+        if parameter.role != "design":
+            continue
+        value = task.values[name]
+        h = step * (abs(value) or parameter.bounds[1] - parameter.bounds[0])
+        moved = [task.evaluate(at={name: value + k * h}, trajectories=False).information.nats for k in (-2, -1, 1, 2)]
+        truth = (8.0 * (moved[2] - moved[1]) - (moved[3] - moved[0])) / (12.0 * h)
+        slope = sum(weights[label] * _slope(report, name) for label, report in found.tasks.items())
+        errors[name] = abs(slope - truth) / abs(truth) if truth != 0.0 else abs(slope)
+    return errors
+
+
+def _slope(report: TaskReport, name: str) -> float:
+    """The total gradient of a task's information by a parameter."""
+    total = None if report.gradient is None else report.gradient.total
+    return float("nan") if total is None else total.information_nats[name]
 
 
 class _Engine(own.Model):

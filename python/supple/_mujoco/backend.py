@@ -101,10 +101,10 @@ class MujocoBackend:
         """States (N+1, n), controls (N, m) and cost; see the protocol."""
 
         def law(t: int, x: Array) -> Array:
-            u = controls[t]
+            u: Array = controls[t]
             if feedback is not None and reference is not None:
                 u = u + feedback[t] @ (x - reference[t])
-            return u if bounds is None else np.clip(u, *bounds)
+            return u if bounds is None else np.asarray(np.clip(u, *bounds))
 
         x, u = self.simulator.roll_out(start, law, len(controls), phi)
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(u))):
