@@ -89,8 +89,8 @@ def _pickled(task: Task) -> bytes:
     except Exception as error:
         raise UsageError(
             f"the task cannot be sent to workers: {type(error).__name__}: {error}; let its functions use only what can "
-            "be pickled, define them in a module that workers can import, or install cloudpickle for those of scripts and "
-            "notebooks"
+            "be pickled, define them in a module that workers can import, or install cloudpickle for those of scripts "
+            "and notebooks"
         ) from error
 
 
@@ -102,7 +102,8 @@ def hello(version: str, wanted: str) -> str:
     if not use_instructions(wanted):
         return (
             f"{where} computes with {instructions()} instructions, this process with {wanted}: numbers would differ "
-            f'by rounding; call supple.executors.use_instructions("{instructions()}") before, or use workers of one kind'
+            f'by rounding; call supple.executors.use_instructions("{instructions()}") before, or use workers of one '
+            "kind"
         )
     return ""
 
