@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+from ._linear import linear
+from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
+from .model import DerivativeError, Derivatives, Model, Noise, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
 from .table import Table
-from .task import Grid, Parameter, Task, load
+from .task import Grid, Parameter, Task, load, loads
+
+if TYPE_CHECKING:
+    from . import mujoco as mujoco
 
 __all__ = [
     "ComputeError",
+    "DerivativeError",
+    "Derivatives",
     "Design",
     "Evaluation",
     "Figure",
@@ -19,6 +29,8 @@ __all__ = [
     "Grid",
     "Interrupted",
     "KeptError",
+    "Model",
+    "Noise",
     "Parameter",
     "Pareto",
     "Progress",
@@ -33,6 +45,19 @@ __all__ = [
     "UsageError",
     "WorkerError",
     "__version__",
+    "combine",
+    "from_state_space",
+    "linear",
     "load",
     "load_result",
+    "loads",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """``supple.mujoco`` is imported where it is first used: it needs MuJoCo."""
+    if name == "mujoco":
+        from importlib import import_module
+
+        return import_module(".mujoco", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

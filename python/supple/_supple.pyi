@@ -1,21 +1,24 @@
 """The native part of the package. Everything here is private to it."""
 
 from os import PathLike
-from typing import Any
+from typing import Any, TypeAlias, final
 
 from .progress import Progress
 
+__all__ = ["Kept", "NativeTask", "__version__"]
+
 __version__: str
 
-_Axis = str | list[float]
-_Path = str | PathLike[str]
-_Designs = list[str | tuple[str, list[tuple[str, float]]]]
+_Axis: TypeAlias = str | list[float]
+_Path: TypeAlias = str | PathLike[str]
+_Designs: TypeAlias = list[str | tuple[str, list[tuple[str, float]]]]
 # A unit of work: its bytes, how many parts it is, and its name in words.
-_Unit = tuple[bytes, int, str]
+_Unit: TypeAlias = tuple[bytes, int, str]
 
 def instructions() -> str: ...
 def use_instructions(wanted: str) -> bool: ...
 
+@final
 class Kept:
     @staticmethod
     def load(path: _Path) -> Kept: ...
@@ -29,6 +32,7 @@ class Kept:
     def plot(self, figure: str, format: str, *, others: list[Kept], task: str | None, wide: bool) -> bytes: ...
     def report(self, others: list[Kept]) -> str: ...
 
+@final
 class NativeTask:
     @staticmethod
     def load(path: _Path, values: list[tuple[str, float]]) -> NativeTask: ...

@@ -1,16 +1,12 @@
-"""Progress of long work: a bar of tqdm where that is installed."""
+"""Progress of long work: a bar of tqdm's where that is installed."""
 
 from __future__ import annotations
 
-import logging
+import sys
 from types import TracebackType
 from typing import Any, Protocol
 
-from .errors import UsageError
-
 __all__ = ["Bar", "Progress", "watching"]
-
-LOGGER = logging.getLogger("supple")
 
 
 class Progress(Protocol):
@@ -27,19 +23,20 @@ class Progress(Protocol):
 
 
 class Bar:
-    """A bar of tqdm's."""
+    """A bar of tqdm's; a line on standard error where that is not installed."""
 
     def __init__(self) -> None:
+        self._bar: Any = None
         try:
             from tqdm.auto import tqdm
-        except ImportError as error:
-            raise UsageError("progress=True needs tqdm: pip install tqdm, or give an object of your own") from error
-        self._tqdm: Any = tqdm
-        self._bar: Any = None
+
+            self._make: Any = tqdm
+        except ImportError:
+            self._make = Line
 
     def begin(self, what: str, done: int, total: int) -> None:
         self.close()
-        self._bar = self._tqdm(desc=what, initial=done, total=total)
+        self._bar = self._make(desc=what, initial=done, total=total)
 
     def advance(self, parts: int) -> None:
         if self._bar is not None:
@@ -54,6 +51,34 @@ class Bar:
         if self._bar is not None:
             self._bar.close()
             self._bar = None
+
+
+class Line:
+    """What :class:`Bar` needs of tqdm, on one line of standard error."""
+
+    def __init__(self, desc: str, initial: int, total: int) -> None:
+        self._what, self._done, self._total, self._message = desc, initial, total, ""
+        self._length = 0
+        self._show()
+
+    def update(self, parts: int) -> None:
+        self._done += parts
+        self._show()
+
+    def set_postfix_str(self, message: str) -> None:
+        self._message = message
+        self._show()
+
+    def close(self) -> None:
+        if sys.stderr.isatty():
+            print(file=sys.stderr)
+
+    def _show(self) -> None:
+        if not sys.stderr.isatty():
+            return
+        text = f"{self._what}: {self._done} of {self._total} {self._message}"
+        print("\r" + text.ljust(self._length), end="", file=sys.stderr, flush=True)
+        self._length = len(text)
 
 
 class watching:

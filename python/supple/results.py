@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from . import _html
 from ._records import Array, Record, build
@@ -21,12 +21,12 @@ from .reports import TaskReport
 from .table import Table
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
     from .task import Task
 
 __all__ = ["Design", "Evaluation", "Information", "Pareto", "ParetoPoint", "Result", "Robustness", "RobustnessCell"]
 __all__ += ["Comparison", "RobustDesign", "Start", "Sweep", "Trace", "TracePoint", "TraceRun", "load_result"]
-
-T = TypeVar("T", bound="Result")
 
 
 class Result:
@@ -40,7 +40,9 @@ class Result:
 
     def __init__(self, kept: Kept, task: Task | None = None) -> None:
         if self.kind and kept.kind != self.kind:
-            raise UsageError(f"this is a result of `{kept.kind}`, not of `{self.kind}`: read it with supple.load_result")
+            raise UsageError(
+                f"this is a result of `{kept.kind}`, not of `{self.kind}`: read it with supple.load_result"
+            )
         self._kept = kept
         self.task = task
 
@@ -67,7 +69,7 @@ class Result:
         return Path(folder)
 
     @classmethod
-    def load(cls: type[T], folder: str | os.PathLike[str]) -> T:
+    def load(cls, folder: str | os.PathLike[str]) -> Self:
         """Reads a result that :meth:`save` or the command line kept."""
         return cls(Kept.load(folder))
 
@@ -136,7 +138,9 @@ class _Evaluated:
         if len(reports) == 1 and weights == [1.0]:
             rate = reports[0].bits_per_second
         else:
-            seconds = sum(report.total_bits / report.bits_per_second for report in reports if report.bits_per_second > 0)
+            seconds = sum(
+                report.total_bits / report.bits_per_second for report in reports if report.bits_per_second > 0
+            )
             rate = bits / seconds if seconds > 0 else math.nan
         self.information = Information(nats=nats, bits=bits, bits_per_second=rate)
 
@@ -303,7 +307,10 @@ class Sweep(Result):
         return values
 
     def _summary(self) -> list[tuple[str, str]]:
-        rows = [(name, f"{len(values)} values, {min(values):.6g} to {max(values):.6g}") for name, values in self.axes.items()]
+        rows = [
+            (name, f"{len(values)} values, {min(values):.6g} to {max(values):.6g}")
+            for name, values in self.axes.items()
+        ]
         return [("designs", str(len(self.table))), *rows]
 
     def _repr_html_(self) -> str:
@@ -459,7 +466,10 @@ class Trace(Result):
 
     def _summary(self) -> list[tuple[str, str]]:
         return [
-            (f"{run.method}, {run.gradient}, {run.start}", f"{run.status}, {run.end.information_nats / math.log(2):.6g} bits")
+            (
+                f"{run.method}, {run.gradient}, {run.start}",
+                f"{run.status}, {run.end.information_nats / math.log(2):.6g} bits",
+            )
             for run in self.runs
         ]
 

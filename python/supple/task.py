@@ -21,8 +21,9 @@ from .results import Design, Evaluation, Pareto, Robustness, Sweep, Trace
 
 if TYPE_CHECKING:
     from ._crew import Workers
+    from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task", "load"]
+__all__ = ["Grid", "Parameter", "Task", "load", "loads"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -64,6 +65,24 @@ def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
         UsageError: Where a parameter is unknown or out of bounds.
     """
     native = NativeTask.load(path, _pairs(parameters))
+    for warning in native.warnings():
+        LOGGER.warning("%s: %s", os.fspath(path), warning)
+    return Task(native, ("load", os.fspath(path)), changed=parameters)
+
+
+def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
+    """Reads a task file from its text, and sets some of its parameters.
+
+    Args:
+        text: The text of a task file (TOML).
+        path: Where the file would be: files that it names, such as that of the robot, are looked for beside it.
+        **parameters: Values of parameters.
+
+    Raises:
+        FileError: Where the text, or the robot's file that it names, is wrong.
+        UsageError: Where a parameter is unknown or out of bounds.
+    """
+    native = NativeTask.restore([(os.fspath(path), text)], _pairs(parameters))
     for warning in native.warnings():
         LOGGER.warning("%s: %s", os.fspath(path), warning)
     return Task(native, ("load", os.fspath(path)), changed=parameters)
@@ -115,6 +134,12 @@ class Task:
     def tasks(self) -> list[str]:
         """Names of the tasks."""
         return list(self._tasks)
+
+    @property
+    def derivative_error(self) -> DerivativeError | None:
+        """How exact the derivatives of a model of :class:`supple.Model` are; ``None`` for other tasks."""
+        kind, what = self._recipe
+        return what.get("derivative_error") if kind == "own" else None
 
     @property
     def warnings(self) -> list[str]:

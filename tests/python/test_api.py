@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import supple
 
 
@@ -42,10 +41,16 @@ def test_arrays_have_shapes_and_own_their_memory(task: supple.Task) -> None:
     report = found.tasks["press"]
     path = report.trajectory
     assert path is not None
-    assert path.x.shape == (126, 5) and path.u.shape == (125, 1) and path.K.shape == (125, 1, 5) and path.t.shape == (126,)
+    assert (
+        path.x.shape == (126, 5) and path.u.shape == (125, 1) and path.K.shape == (125, 1, 5) and path.t.shape == (126,)
+    )
     assert all(array.dtype == np.float64 and array.flags.c_contiguous for array in (path.x, path.u, path.K))
     assert report.information.per_step_nats.sum() == pytest.approx(report.information.total_nats, rel=1e-14)
-    assert report.monte_carlo is not None and report.monte_carlo.rollouts == 5 and report.monte_carlo.cost_standard_error > 0
+    assert (
+        report.monte_carlo is not None
+        and report.monte_carlo.rollouts == 5
+        and report.monte_carlo.cost_standard_error > 0
+    )
     assert report.gradient is not None and report.gradient.total is not None and report.gradient.frozen is None
     assert set(report.gradient.total.information_nats) == set(task.parameters)
     assert list(path.measurements) == ["position of m1", "force in the spring"]
@@ -74,7 +79,9 @@ def test_designs_read_like_the_documentation(best: supple.Design) -> None:
 
 def test_results_are_json_and_pickles(best: supple.Design, task: supple.Task) -> None:
     assert json.loads(json.dumps(best.to_dict()))["status"] == "converged"
-    assert json.loads(json.dumps(best.tasks["press"].to_dict()))["cost"]["expected"] == best.tasks["press"].cost.expected
+    assert (
+        json.loads(json.dumps(best.tasks["press"].to_dict()))["cost"]["expected"] == best.tasks["press"].cost.expected
+    )
     again = pickle.loads(pickle.dumps(best))
     assert again.to_json() == best.to_json()
     sweep = task.sweep({"k1": [100.0, 300.0]})

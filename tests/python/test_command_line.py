@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import supple
 
 
 def run(program: Path, *words: str) -> str:
-    found = subprocess.run([program, *words], capture_output=True, text=True)
+    found = subprocess.run([program, *words], check=False, capture_output=True, text=True)
     assert found.returncode in (0, 1), found.stderr
     return found.stdout
 
@@ -24,7 +23,9 @@ def without_time(text: str) -> str:
     return re.sub(r'"seconds": [^,\n]+', '"seconds": 0', text)
 
 
-@pytest.mark.parametrize("file", ["two_mass", "iiwa_door", "elastic_elbow", "peg_on_wall", "soft_gripper", "wiping_arm"])
+@pytest.mark.parametrize(
+    "file", ["two_mass", "iiwa_door", "elastic_elbow", "peg_on_wall", "soft_gripper", "wiping_arm"]
+)
 def test_evaluations_are_the_same_text(program: Path, file: str) -> None:
     path = f"tasks/{file}.toml"
     found = supple.load(path).evaluate(gradient="both", rollouts=8, seed=3, trajectories=False)
@@ -123,7 +124,7 @@ def test_the_same_folder_goes_on_where_the_other_ended(program: Path, tmp_path: 
 def test_errors_have_the_words_and_the_place(program: Path, tmp_path: Path, name: str, text: str) -> None:
     path = tmp_path / name
     path.write_text(text)
-    printed = subprocess.run([program, "evaluate", path], capture_output=True, text=True).stderr
+    printed = subprocess.run([program, "evaluate", path], check=False, capture_output=True, text=True).stderr
     with pytest.raises(supple.FileError) as caught:
         supple.load(path)
     error = caught.value
@@ -139,7 +140,7 @@ def test_other_errors_have_the_words(program: Path) -> None:
         (lambda: task.sweep({"k1": [1.0]}), ("sweep", "--grid", "k1=1")),
     ]:
         printed = subprocess.run(
-            [program, words[0], "tasks/two_mass.toml", *words[1:]], capture_output=True, text=True
+            [program, words[0], "tasks/two_mass.toml", *words[1:]], check=False, capture_output=True, text=True
         ).stderr
         with pytest.raises(supple.UsageError) as caught:
             call()

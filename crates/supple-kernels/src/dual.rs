@@ -170,6 +170,20 @@ impl<S: Scalar, const K: usize> Scalar for Dual<S, K> {
         self.chain(self.value.ln(), self.value.recip())
     }
     #[inline(always)]
+    fn tanh(self) -> Self {
+        let tanh = self.value.tanh();
+        self.chain(tanh, S::one() - tanh * tanh)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        let power = self.value.exp_m1();
+        self.chain(power, power + 1.0)
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        self.chain(self.value.ln_1p(), (self.value + 1.0).recip())
+    }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         let scale = (self.value * self.value + x.value * x.value).recip();
         let (along, across) = (x.value * scale, self.value * scale);
@@ -203,7 +217,8 @@ mod tests {
         let quotient = (sin + 1.5) / (root + cos * 0.1);
         let rest = (-x).exp().mul_add(quotient, (x.square() + 1.0).ln()) - root.recip() / 3.0;
         let angle = (x * x - 1.0).atan2(x + 4.0);
-        angle + (x - 0.5).select(rest * x, rest) + x.smooth_positive_part(S::constant(0.01)) - (x - 2.0).abs()
+        let bends = (x * 0.4).tanh() * (x * 0.3).exp_m1() + x.square().ln_1p();
+        angle + bends + (x - 0.5).select(rest * x, rest) + x.smooth_positive_part(S::constant(0.01)) - (x - 2.0).abs()
     }
 
     /// The same function, for num-dual's.
@@ -218,7 +233,8 @@ mod tests {
         let kink = if x.re > 2.0 { x - 2.0 } else { -(x - 2.0) };
         // Right of the origin the angle is that of the quotient.
         let angle = ((x * x - 1.0) / (x + 4.0)).atan();
-        angle + chosen + smooth - kink
+        let bends = (x * 0.4).tanh() * (x * 0.3).exp_m1() + (x * x).ln_1p();
+        angle + bends + chosen + smooth - kink
     }
 
     proptest! {

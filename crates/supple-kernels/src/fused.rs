@@ -85,6 +85,18 @@ impl Scalar for Fused {
         Self(self.0.ln())
     }
     #[inline(always)]
+    fn tanh(self) -> Self {
+        Self(self.0.tanh())
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        Self(self.0.exp_m1())
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        Self(self.0.ln_1p())
+    }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         Self(self.0.atan2(x.0))
     }

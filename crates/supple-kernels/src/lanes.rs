@@ -128,6 +128,18 @@ impl Scalar for Portable {
         Self(self.0.map(f64::ln))
     }
     #[inline(always)]
+    fn tanh(self) -> Self {
+        Self(self.0.map(f64::tanh))
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        Self(self.0.map(f64::exp_m1))
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        Self(self.0.map(f64::ln_1p))
+    }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i].atan2(x.0[i])))
     }
@@ -261,6 +273,18 @@ pub(crate) mod x86 {
                 #[inline(always)]
                 fn ln(self) -> Self {
                     Self::from_array(self.to_array().map(f64::ln))
+                }
+                #[inline(always)]
+                fn tanh(self) -> Self {
+                    Self::from_array(self.to_array().map(f64::tanh))
+                }
+                #[inline(always)]
+                fn exp_m1(self) -> Self {
+                    Self::from_array(self.to_array().map(f64::exp_m1))
+                }
+                #[inline(always)]
+                fn ln_1p(self) -> Self {
+                    Self::from_array(self.to_array().map(f64::ln_1p))
                 }
                 #[inline(always)]
                 fn atan2(self, x: Self) -> Self {

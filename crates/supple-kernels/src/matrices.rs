@@ -48,6 +48,11 @@ impl Matrices {
         self.count
     }
 
+    /// Whether one matrix stands at every index.
+    pub fn is_constant(&self) -> bool {
+        self.constant
+    }
+
     /// Rows of each.
     pub fn rows(&self) -> usize {
         self.rows

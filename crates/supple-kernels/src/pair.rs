@@ -71,6 +71,9 @@ impl<S: Scalar> Scalar for Pair<S> {
         sqrt();
         exp();
         ln();
+        tanh();
+        exp_m1();
+        ln_1p();
         atan2(x);
         select(positive, otherwise);
     }

@@ -44,6 +44,15 @@ pub trait Scalar:
     /// Natural logarithm.
     fn ln(self) -> Self;
 
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+
+    /// `e` to the power of `self`, less 1: exact to rounding also near 0.
+    fn exp_m1(self) -> Self;
+
+    /// Natural logarithm of `1 + self`: exact to rounding also near 0.
+    fn ln_1p(self) -> Self;
+
     /// The angle of the point (`x`, `self`), radians in [-pi, pi]. It has no derivative at the origin.
     fn atan2(self, x: Self) -> Self;
 
@@ -131,6 +140,18 @@ impl Scalar for f64 {
     #[inline(always)]
     fn ln(self) -> Self {
         f64::ln(self)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        f64::exp_m1(self)
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        f64::ln_1p(self)
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {

@@ -29,7 +29,7 @@ const INPUTS: usize = 8;
 /// Steps of an expression: what is done to which earlier values.
 type Expression = Vec<(u8, usize, usize, usize)>;
 
-const OPERATIONS: u8 = 21;
+const OPERATIONS: u8 = 24;
 
 /// All values of an expression; those that can be larger than 8 are squeezed by a sine.
 fn evaluate<S: Number>(expression: &Expression, inputs: [S; INPUTS]) -> Vec<S> {
@@ -57,6 +57,9 @@ fn evaluate<S: Number>(expression: &Expression, inputs: [S; INPUTS]) -> Vec<S> {
             17 => ((a - 0.213).abs() / 2.0, size_a),
             18 => (a.hidden(), size_a),
             19 => (a.smooth_positive_part(S::constant(0.2)), size_a + 0.1),
+            20 => (a.tanh(), 1.0),
+            21 => ((a.sin() * 0.5).exp_m1(), 1.0),
+            22 => ((a * a * 0.7).ln_1p(), 5.0),
             _ => (S::constant(0.6), 0.6),
         };
         values.push(if size > 8.0 { (value.sin(), 1.0) } else { (value, size) });

@@ -23,13 +23,20 @@ pub struct Information {
 pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Result<(), Error> {
     let p = noise.measurement.rows();
     let steps = belief.innovation_factor.count() - 1;
-    let noise_part = log_determinant_of(&noise.measurement)
-        .ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 })?;
+    let noise_part = |step| {
+        log_determinant_at(&noise.measurement, step)
+            .ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step })
+    };
+    let mut of_noise = noise_part(0)?;
     out.per_step.clear();
-    out.per_step.extend((0..=steps).map(|t| {
+    for t in 0..=steps {
+        if t > 0 && !noise.measurement.is_constant() {
+            of_noise = noise_part(t)?;
+        }
         let factor = belief.innovation_factor.at(t);
-        0.5 * (rows::log_determinant(factor, p, belief.innovation_factor.stride()) - noise_part)
-    }));
+        let innovation = rows::log_determinant(factor, p, belief.innovation_factor.stride());
+        out.per_step.push(0.5 * (innovation - of_noise));
+    }
     out.total = out.per_step.iter().sum();
     Ok(())
 }
@@ -49,10 +56,6 @@ pub fn paper_form(belief: &Belief) -> Option<f64> {
     let steps = belief.predicted.count() - 1;
     let term = |t| Some(log_determinant_at(&belief.predicted, t + 1)? - log_determinant_at(&belief.corrected, t)?);
     Some(0.5 * (0..steps).map(term).sum::<Option<f64>>()?)
-}
-
-fn log_determinant_of(matrix: &Matrices) -> Option<f64> {
-    log_determinant_at(matrix, 0)
 }
 
 fn log_determinant_at(matrices: &Matrices, index: usize) -> Option<f64> {

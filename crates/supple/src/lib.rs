@@ -36,7 +36,10 @@ pub use evaluation::{
 pub use file::FileError;
 pub use lenient::or_nan;
 pub use limits::{LimitViolation, limits_violated};
-pub use model::{Channel, Channels, Dimensions, Limit, Limited, Linear, Model, Point, TwoMass};
+pub use model::{
+    Channel, Channels, Dimensions, Instruction, Limit, Limited, Linear, Model, OwnCost, Point, Recorded, RecordedParts,
+    Tape, TapeError, TapeParts, TwoMass,
+};
 pub use problem::{Problem, Task};
 pub use stability::{Stability, stability};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};

@@ -1,16 +1,18 @@
-//! Noise: covariances whose entries may be parameters.
+//! Noise: covariances whose entries may be parameters, or that differ from step to step.
 
 use supple_kernels::{Matrices, rows};
 
 use crate::{Error, Value};
 
-/// A covariance matrix whose entries are values: its diagonal, or all of it.
+/// A covariance matrix whose entries are values: its diagonal, or all of it; or one matrix of numbers per step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Covariance {
     /// Variances, the rest being 0.
     Diagonal(Vec<Value>),
     /// All entries, symmetric.
     Full(Vec<Vec<Value>>),
+    /// Matrices of numbers, symmetric, one for each step: N of the process, N + 1 of the measurement.
+    Sequence(Matrices),
 }
 
 impl Covariance {
@@ -19,17 +21,18 @@ impl Covariance {
         match self {
             Self::Diagonal(entries) => entries.len(),
             Self::Full(rows) => rows.len(),
+            Self::Sequence(matrices) => matrices.rows(),
         }
     }
 
-    /// Every entry that is not the number 0: row, column, value.
-    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, Value)> + '_ {
+    /// Every entry of a matrix for all steps that is not the number 0: row, column, value.
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, Value)> + '_ {
         let diagonal = match self {
             Self::Diagonal(entries) => entries.as_slice(),
-            Self::Full(_) => &[],
+            Self::Full(_) | Self::Sequence(_) => &[],
         };
         let full = match self {
-            Self::Diagonal(_) => [].as_slice(),
+            Self::Diagonal(_) | Self::Sequence(_) => [].as_slice(),
             Self::Full(rows) => rows.as_slice(),
         };
         let diagonal = diagonal.iter().enumerate().map(|(i, &value)| (i, i, value));
@@ -38,15 +41,27 @@ impl Covariance {
         diagonal.chain(full).filter(|(_, _, value)| !value.is_zero())
     }
 
-    /// Writes the matrix at given parameters.
+    /// Writes the matrix at given parameters: a constant one, or one for each step. Allocates nothing where `out` has
+    /// held it before.
     pub fn resolve(&self, phi: &[f64], out: &mut Matrices) {
+        if let Self::Sequence(matrices) = self {
+            if out.is_constant() || (out.count(), out.rows()) != (matrices.count(), matrices.rows()) {
+                *out = matrices.clone();
+            } else {
+                out.copy_from(matrices);
+            }
+            return;
+        }
+        if !out.is_constant() || out.rows() != self.order() {
+            *out = Matrices::constant(self.order(), self.order());
+        }
         out.clear();
         for (i, j, value) in self.entries() {
             out.set(0, i, j, value.resolve(phi));
         }
     }
 
-    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`.
+    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`, summed over all steps.
     pub fn add_gradient(&self, adjoint: &Matrices, parameters: &mut [f64]) {
         for (i, j, value) in self.entries() {
             if let Some(parameter) = value.parameter() {
@@ -61,13 +76,13 @@ impl Covariance {
 pub struct NoiseModel {
     /// `X_0`, n x n: of the first state.
     pub initial: Covariance,
-    /// `W`, n x n: of the process, per step; may be singular.
+    /// `W`, n x n: of the process, in each step 0..N-1; may be singular.
     pub process: Covariance,
-    /// `V`, p x p: of the measurement; positive definite.
+    /// `V`, p x p: of the measurement at each step 0..N; positive definite.
     pub measurement: Covariance,
 }
 
-/// The noise of a task at given parameters: covariance matrices that hold at every step.
+/// The noise of a task at given parameters: covariance matrices of each step, or constant ones that hold at every step.
 #[derive(Clone, Debug)]
 pub struct Noise {
     /// `X_0`, n x n.
@@ -79,7 +94,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Zeros of the right shapes.
+    /// Zeros of the right shapes that hold at every step.
     pub fn zeros(states: usize, measurements: usize) -> Self {
         Self {
             initial: Matrices::constant(states, states),
@@ -109,13 +124,13 @@ impl NoiseModel {
         ];
         for (covariance, out, what) in parts {
             covariance.resolve(phi, out);
-            for i in 0..out.rows() {
-                let variance = out.get(0, i, i);
+            for (step, i) in (0..out.count()).flat_map(|step| (0..out.rows()).map(move |i| (step, i))) {
+                let variance = out.get(step, i, i);
                 if !variance.is_finite() {
-                    return Err(Error::NotFinite { what, step: 0 });
+                    return Err(Error::NotFinite { what, step });
                 }
                 if variance < 0.0 {
-                    return Err(Error::NotPositiveDefinite { what, step: 0 });
+                    return Err(Error::NotPositiveDefinite { what, step });
                 }
             }
         }

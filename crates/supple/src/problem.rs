@@ -4,7 +4,7 @@ use std::sync::Arc;
 use supple_kernels::Matrices;
 
 use crate::design::DesignSettings;
-use crate::noise::NoiseModel;
+use crate::noise::{Covariance, NoiseModel};
 use crate::parameters::Parameters;
 use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
 use crate::system::System;
@@ -108,10 +108,28 @@ impl Task {
             let what = format!("{what} of task `{}`", self.name);
             if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
         };
+        check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;
-        check("the initial covariance", self.noise.initial.order(), size.states)?;
-        check("the process covariance", self.noise.process.order(), size.states)?;
-        check("the measurement covariance", self.noise.measurement.order(), size.measurements)?;
+        let NoiseModel { initial, process, measurement } = &self.noise;
+        let covariances = [
+            ("initial", initial, size.states, 1),
+            ("process", process, size.states, self.steps),
+            ("measurement", measurement, size.measurements, self.steps + 1),
+        ];
+        for (name, covariance, order, count) in covariances {
+            check(&format!("the {name} covariance"), covariance.order(), order)?;
+            match covariance {
+                Covariance::Diagonal(_) => {}
+                Covariance::Full(rows) => {
+                    let what = format!("a row of the {name} covariance");
+                    rows.iter().try_for_each(|row| check(&what, row.len(), order))?;
+                }
+                Covariance::Sequence(matrices) => {
+                    check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;
+                    check(&format!("the list of {name} covariances"), matrices.count(), count)?;
+                }
+            }
+        }
         if let Some(bounds) = &self.control_bounds {
             check("the bounds of the controls", bounds.lower().len(), size.controls)?;
         }

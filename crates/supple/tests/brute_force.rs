@@ -14,9 +14,9 @@ use reference::{assert_matrix_near, assert_near, cases, dense, evaluated, random
 use supple::cost_parts;
 use supple::information::{entropy_form, paper_form};
 
-/// Sizes on both sides of the width of a vector register, with one state more for the clock.
+/// Sizes on both sides of the width of a vector register.
 const SHAPES: [Shape; 8] =
-    [(3, 2, 2, 12), (1, 1, 1, 5), (4, 1, 2, 20), (6, 1, 4, 6), (6, 2, 3, 9), (7, 1, 9, 8), (8, 3, 1, 7), (15, 2, 2, 5)];
+    [(4, 2, 2, 12), (1, 1, 1, 5), (5, 1, 2, 20), (7, 1, 4, 6), (7, 2, 3, 9), (8, 1, 9, 8), (9, 3, 1, 7), (16, 2, 2, 5)];
 
 /// All states and measurements without control, as linear functions of independent sources of variance 1: first those
 /// of `x_0`, then those of `w_0`, `w_1`..., then those of all `v`. There are as few sources as the covariances' ranks.
@@ -53,9 +53,15 @@ fn stack(above: &DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
 
 impl Joint {
     fn of(system: &TimeVarying) -> Self {
-        let (n, p, steps) = (system.start.len(), system.v.nrows(), system.steps());
-        let (x0, w, v) = (factor(&system.x0), factor(&system.w), factor(&system.v));
-        let sources: Vec<usize> = (0..=steps).map(|t| x0.ncols() + t * w.ncols()).collect();
+        let (n, p, steps) = (system.start.len(), system.v[0].nrows(), system.steps());
+        let factors = |list: &[DMatrix<f64>]| list.iter().map(factor).collect::<Vec<_>>();
+        let (x0, w, v) = (factor(&system.x0), factors(&system.w), factors(&system.v));
+        let ranks = w.iter().map(DMatrix::ncols);
+        let ends = ranks.scan(x0.ncols(), |end, rank| {
+            *end += rank;
+            Some(*end)
+        });
+        let sources: Vec<usize> = std::iter::once(x0.ncols()).chain(ends).collect();
         let total = sources[steps] + (steps + 1) * p;
         let mut states = DMatrix::zeros((steps + 1) * n, total);
         let mut measurements = DMatrix::zeros((steps + 1) * p, total);
@@ -64,11 +70,11 @@ impl Joint {
         for t in 0..=steps {
             states.rows_mut(t * n, n).copy_from(&x);
             let mut y = &system.c[t] * &x;
-            y.columns_mut(sources[steps] + t * p, p).copy_from(&v);
+            y.columns_mut(sources[steps] + t * p, p).copy_from(&v[t]);
             measurements.rows_mut(t * p, p).copy_from(&y);
             if t < steps {
                 x = &system.a[t] * x;
-                x.columns_mut(sources[t], w.ncols()).copy_from(&w);
+                x.columns_mut(sources[t], w[t].ncols()).copy_from(&w[t]);
             }
         }
         Self { n, p, steps, sources, states, measurements }
@@ -118,7 +124,7 @@ struct ClosedLoop<'a> {
 }
 
 impl ClosedLoop<'_> {
-    fn cost(&self, x0: &DMatrix<f64>, w: &DMatrix<f64>) -> f64 {
+    fn cost(&self, x0: &DMatrix<f64>, w: &[DMatrix<f64>]) -> f64 {
         let TimeVarying { a, b, c, q, r, v, .. } = self.system;
         let n = x0.nrows();
         let (one, zero) = (DMatrix::identity(n, n), DMatrix::zeros(n, n));
@@ -136,7 +142,7 @@ impl ClosedLoop<'_> {
                 Some(gains) => {
                     let through = &gains[t] * &c[t];
                     let map = block([[&one, &zero], [&through, &(&one - &through)]]);
-                    let noise = &gains[t] * v * gains[t].transpose();
+                    let noise = &gains[t] * &v[t] * gains[t].transpose();
                     &map * &covariance * map.transpose() + block([[&zero, &zero], [&zero, &noise]])
                 }
                 None => {
@@ -150,7 +156,7 @@ impl ClosedLoop<'_> {
                 sum += (&r[t] * k * covariance.view((n, n), (n, n)) * k.transpose()).trace();
                 let input = &b[t] * k;
                 let map = block([[&a[t], &input], [&zero, &(&a[t] + &input)]]);
-                covariance = &map * covariance * map.transpose() + block([[w, &zero], [&zero, &zero]]);
+                covariance = &map * covariance * map.transpose() + block([[&w[t], &zero], [&zero, &zero]]);
             }
         }
         sum
@@ -214,10 +220,10 @@ fn information_of_a_singular_system_equals_that_of_its_sources() {
     let mut exact = held.clone();
     exact.x0.fill(0.0);
     let mut low_rank = held.clone();
-    let thin = DMatrix::from_fn(5, 1, |i, _| if i == 1 { 0.0 } else { 0.3 + i as f64 });
-    low_rank.w = &thin * thin.transpose();
+    let thin = DMatrix::from_fn(4, 1, |i, _| if i == 1 { 0.0 } else { 0.3 + i as f64 });
+    low_rank.w = (0..12).map(|t| &thin * thin.transpose() * (1.0 + t as f64)).collect();
     let mut quiet = held.clone();
-    quiet.w.fill(0.0);
+    quiet.w.iter_mut().for_each(|w| w.fill(0.0));
 
     for (number, system) in [regular, held, known, exact, low_rank, quiet].into_iter().enumerate() {
         let state = evaluated(&system.task(), &[]);
@@ -256,10 +262,11 @@ fn every_part_of_the_expected_cost_equals_that_of_the_closed_loop() {
             let feedback = list(&state.plan.policy.feedback);
             let gains: Vec<_> = list(&state.belief.gain_transposed).iter().map(DMatrix::transpose).collect();
             let nothing = DMatrix::zeros(system.x0.nrows(), system.x0.nrows());
+            let quiet = vec![nothing.clone(); system.steps()];
             let exact = ClosedLoop { system: &system, feedback: &feedback, gains: None };
             let filtered = ClosedLoop { gains: Some(&gains), ..exact };
 
-            let initial = exact.cost(&system.x0, &nothing);
+            let initial = exact.cost(&system.x0, &quiet);
             let process = exact.cost(&nothing, &system.w);
             let over_nominal = filtered.cost(&system.x0, &system.w);
             let cost = state.cost;
@@ -278,7 +285,7 @@ fn nominal_plan_solves_the_stacked_least_squares_problem() {
     for (seed, shape) in SHAPES.into_iter().enumerate() {
         let system = TimeVarying::random(shape, 50 + seed as u64);
         let (n, m, steps) = (system.start.len(), shape.1, shape.3);
-        // x_t = free + forced u, so the cost is quadratic in all controls at once. The clock's count has no weight.
+        // x_t = free + forced u, so the cost is quadratic in all controls at once.
         let mut forced = DMatrix::zeros(n, steps * m);
         let mut free = system.start.clone();
         let (mut hessian, mut slope) = (DMatrix::zeros(steps * m, steps * m), DVector::zeros(steps * m));
@@ -343,12 +350,13 @@ proptest! {
     ) {
         let (n, m, p, steps) = shape;
         let mut more = TimeVarying::random((n, m, p + 1, steps), seed);
-        more.v = random_covariance(&mut ChaCha8Rng::seed_from_u64(seed), p + 1, 1e-3);
+        let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+        more.v = (0..=steps).map(|_| random_covariance(rng, p + 1, 1e-3)).collect();
         if held {
             more = more.hold(0);
         }
         let mut fewer = more.clone();
-        fewer.v = more.v.view((0, 0), (p, p)).into_owned();
+        fewer.v = more.v.iter().map(|v| v.view((0, 0), (p, p)).into_owned()).collect();
         fewer.c = more.c.iter().map(|c| c.rows(0, p).into_owned()).collect();
         let [fewer, more] = [fewer, more].map(|system| evaluated(&system.task(), &[]).information.per_step);
         let (mut before, mut after) = (0.0, 0.0);

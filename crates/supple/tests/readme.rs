@@ -70,6 +70,8 @@ fn numbers_in_the_text_are_computed() -> Result<(), Box<dyn Error>> {
     assert!((best.costs[0] / bound - 1.0).abs() < 1e-6, "the expected cost ends at its bound");
     let manifest = read("Cargo.toml")?;
     let rust = manifest.split("rust-version = \"").nth(1).and_then(|rest| rest.split('"').next());
+    let project = read("pyproject.toml")?;
+    let python = project.split("requires-python = \">=").nth(1).and_then(|rest| rest.split('"').next());
     let computed = [
         format!("{:.1}", before.objective.information_bits),
         format!("{:.1}", task.steps as f64 * task.time_step.resolve::<f64>(&start)),
@@ -77,6 +79,7 @@ fn numbers_in_the_text_are_computed() -> Result<(), Box<dyn Error>> {
         format!("{bound}"),
         format!("{:.1}", bits(best.multipliers[0])),
         rust.unwrap_or_default().to_owned(),
+        python.unwrap_or_default().to_owned(),
     ];
 
     let readme = read("README.md")?;

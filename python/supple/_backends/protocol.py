@@ -77,7 +77,9 @@ class Backend(Protocol):
     def final_parameters(self, x: Array, phi: Array) -> Array:
         """``sum l_N,phi``: (P,)."""
 
-    def stage_parameters_along(self, x: Array, u: Array, costates: Array, dz: Array, dcostates: Array, phi: Array) -> Array:
+    def stage_parameters_along(
+        self, x: Array, u: Array, costates: Array, dz: Array, dcostates: Array, phi: Array
+    ) -> Array:
         """The derivative of :meth:`stage_parameters` along ``dz`` (B, n+m) and ``dcostates`` (B, n): (P,)."""
 
     def final_parameters_along(self, x: Array, dx: Array, phi: Array) -> Array:

@@ -98,6 +98,9 @@ fn slope(node: Node, op: Op) -> Option<(Node, Node)> {
         Op::Cos(a) => (a, -a.sin()),
         Op::Exp(a) => (a, node),
         Op::Ln(a) => (a, a.recip()),
+        Op::Tanh(a) => (a, Node::one() - node * node),
+        Op::ExpM1(a) => (a, node + 1.0),
+        Op::Ln1p(a) => (a, (a + 1.0).recip()),
         _ => return None,
     })
 }

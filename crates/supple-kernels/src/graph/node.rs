@@ -36,6 +36,9 @@ pub(super) enum Op {
     Cos(Node),
     Exp(Node),
     Ln(Node),
+    Tanh(Node),
+    ExpM1(Node),
+    Ln1p(Node),
     /// The second where the first is above 0, else the third.
     Select(Node, Node, Node),
     /// The node itself, as something that nothing is known of; the number makes it unlike any other.
@@ -53,7 +56,10 @@ impl Op {
             | Self::Sin(a)
             | Self::Cos(a)
             | Self::Exp(a)
-            | Self::Ln(a) => ([a; 3], 1),
+            | Self::Ln(a)
+            | Self::Tanh(a)
+            | Self::ExpM1(a)
+            | Self::Ln1p(a) => ([a; 3], 1),
             Self::Opaque(a, _) => ([a; 3], 1),
             Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Atan2(a, b) => ([a, b, b], 2),
             Self::Select(a, b, c) => ([a, b, c], 3),
@@ -311,6 +317,15 @@ impl Scalar for Node {
     }
     fn ln(self) -> Self {
         self.map(Op::Ln(self), f64::ln)
+    }
+    fn tanh(self) -> Self {
+        self.map(Op::Tanh(self), f64::tanh)
+    }
+    fn exp_m1(self) -> Self {
+        self.map(Op::ExpM1(self), f64::exp_m1)
+    }
+    fn ln_1p(self) -> Self {
+        self.map(Op::Ln1p(self), f64::ln_1p)
     }
     fn atan2(self, x: Self) -> Self {
         match (self.known(), x.known()) {

@@ -132,6 +132,9 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
             Kind::Atan2 => each!(now, |i| slot!(i.a).atan2(slot!(i.b))),
             Kind::Exp => each!(now, |i| slot!(i.a).exp()),
             Kind::Ln => each!(now, |i| slot!(i.a).ln()),
+            Kind::Tanh => each!(now, |i| slot!(i.a).tanh()),
+            Kind::ExpM1 => each!(now, |i| slot!(i.a).exp_m1()),
+            Kind::Ln1p => each!(now, |i| slot!(i.a).ln_1p()),
             Kind::Cos => each!(now, |i| slot!(i.a).sin_cos().1),
             Kind::Select => each!(now, |i| slot!(i.a).select(slot!(i.b), slot!(i.c))),
             Kind::SinCos => {

@@ -17,6 +17,9 @@ pub(super) enum Kind {
     Atan2,
     Exp,
     Ln,
+    Tanh,
+    ExpM1,
+    Ln1p,
     Select,
 }
 
@@ -133,6 +136,9 @@ fn step(ops: &[Op], to: Node, fused: &[bool], units: Units) -> Option<Step> {
         Op::Atan2(a, b) => make(Kind::Atan2, false, [Some(a), Some(b), None]),
         Op::Exp(a) => one(Kind::Exp, a),
         Op::Ln(a) => one(Kind::Ln, a),
+        Op::Tanh(a) => one(Kind::Tanh, a),
+        Op::ExpM1(a) => one(Kind::ExpM1, a),
+        Op::Ln1p(a) => one(Kind::Ln1p, a),
         Op::Select(a, b, c) => make(Kind::Select, false, [Some(a), Some(b), Some(c)]),
     }
 }

@@ -8,7 +8,7 @@ use supple::noise::{Covariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters};
 use supple::plan::{ControlBounds, PlanSettings};
 use supple::system::System;
-use supple::{Problem, Task, Value};
+use supple::{Matrices, Problem, Task, Value};
 
 /// A problem but for its systems.
 #[derive(Deserialize)]
@@ -39,12 +39,13 @@ struct DescribedTask {
     measurement: DescribedCovariance,
 }
 
-/// A list of variances, or all entries.
+/// A list of variances, all entries, or all entries at each step.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum DescribedCovariance {
     Diagonal(Vec<Value>),
     Full(Vec<Vec<Value>>),
+    Sequence(Vec<Vec<Vec<f64>>>),
 }
 
 /// Names of the parameters of a description, by which its other numbers may be told.
@@ -121,22 +122,41 @@ impl DescribedTask {
             initial_control: self.initial_control,
             control_bounds: bounds.map(|bounds| ControlBounds::new(&bounds)),
             noise: NoiseModel {
-                initial: self.initial.into(),
-                process: self.process.into(),
-                measurement: self.measurement.into(),
+                initial: self.initial.build("initial").map_err(|error| at(&error))?,
+                process: self.process.build("process").map_err(|error| at(&error))?,
+                measurement: self.measurement.build("measurement").map_err(|error| at(&error))?,
             },
-            system: system,
+            system,
         };
         task.check_shapes().map_err(|error| error.to_string())?;
         Ok(task)
     }
 }
 
-impl From<DescribedCovariance> for Covariance {
-    fn from(described: DescribedCovariance) -> Self {
-        match described {
-            DescribedCovariance::Diagonal(entries) => Self::Diagonal(entries),
-            DescribedCovariance::Full(rows) => Self::Full(rows),
+impl DescribedCovariance {
+    /// The covariance, or what is wrong with its shape.
+    fn build(self, what: &str) -> Result<Covariance, String> {
+        match self {
+            Self::Diagonal(entries) => Ok(Covariance::Diagonal(entries)),
+            Self::Full(rows) => Ok(Covariance::Full(rows)),
+            Self::Sequence(matrices) => sequence(&matrices, what).map(Covariance::Sequence),
         }
     }
+}
+
+/// A matrix for each step.
+fn sequence(matrices: &[Vec<Vec<f64>>], what: &str) -> Result<Matrices, String> {
+    let order = matrices.first().map_or(0, Vec::len);
+    let mut out = Matrices::zeros(matrices.len(), order, order);
+    for (t, matrix) in matrices.iter().enumerate() {
+        if matrix.len() != order || matrix.iter().any(|row| row.len() != order) {
+            return Err(format!("the {what} covariance of step {t} must be {order} x {order}, as that of step 0"));
+        }
+        for (i, row) in matrix.iter().enumerate() {
+            for (j, &entry) in row.iter().enumerate() {
+                out.set(t, i, j, entry);
+            }
+        }
+    }
+    Ok(out)
 }

@@ -3,7 +3,10 @@
 //! A description is a dict. All but the systems is plain data and read by serde from JSON (`own/describe.rs`); each task
 //! has a system under the key `system`, a dict whose `kind` says which of the files here makes it.
 
+mod callback;
 mod describe;
+mod linear;
+mod recorded;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -73,9 +76,12 @@ pub fn field<'py>(dict: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, P
 }
 
 /// The system of a description, by its kind.
-fn system(description: &Bound<'_, PyDict>, _context: &Context<'_>) -> PyResult<Arc<dyn System>> {
+fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResult<Arc<dyn System>> {
     let kind: String = field(description, "kind")?.extract()?;
     match &*kind {
+        "callback" => Ok(Arc::new(callback::Callback::new(description, context)?)),
+        "linear" => linear::system(description, context),
+        "recorded" => recorded::system(description, context),
         _ => Err(errors::usage(description.py(), &format!("no kind of system `{kind}`"))),
     }
 }

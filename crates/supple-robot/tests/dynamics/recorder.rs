@@ -200,6 +200,15 @@ impl Scalar for Recorded {
     fn ln(self) -> Self {
         unary("ln", self, f64::ln)
     }
+    fn tanh(self) -> Self {
+        unary("tanh", self, f64::tanh)
+    }
+    fn exp_m1(self) -> Self {
+        unary("exp_m1", self, f64::exp_m1)
+    }
+    fn ln_1p(self) -> Self {
+        unary("ln_1p", self, f64::ln_1p)
+    }
     fn atan2(self, x: Self) -> Self {
         push(Node::Operation("atan2", self.0, x.0))
     }

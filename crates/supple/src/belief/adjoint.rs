@@ -49,7 +49,8 @@ impl BeliefAdjoint {
 /// ```
 ///
 /// with `i` the weight of the information. Overwrites `adjoints.dynamics` (its A part; B has none) and
-/// `adjoints.measurement` (but where measurements are states, taken one at a time: `C` has no adjoint then); adds to `noise_adjoint`.
+/// `adjoints.measurement` (but where measurements are states, taken one at a time: `C` has no adjoint then); adds to
+/// `noise_adjoint`, whose constant matrices become sums over all steps.
 pub fn reverse_kalman(
     (knots, noise, belief): (&Knots, &Noise, &Belief),
     seeds: BeliefSeeds,
@@ -131,7 +132,7 @@ impl Sweep<'_> {
             }
         }
         rows::cholesky_solve::<L>(belief.innovation_factor.at(t), small, inverse, small, p);
-        let v = noise_adjoint.measurement.at_mut(0);
+        let v = noise_adjoint.measurement.at_mut(t);
         for i in 0..p {
             for j in 0..p {
                 let through = rows::dot(&cross[i * stride..i * stride + n], &gain[j * stride..j * stride + n]);
@@ -164,7 +165,7 @@ impl Sweep<'_> {
         let (sigma, square, predicted) = (sigma.at_mut(0), square.at_mut(0), other.at(0));
         let f = knots.dynamics.at(t - 1);
 
-        let process = noise_adjoint.process.at_mut(0);
+        let process = noise_adjoint.process.at_mut(t - 1);
         for i in 0..n {
             let range = i * stride..(i + 1) * stride;
             rows::add_scaled::<L>(&mut process[range.clone()], 1.0, &predicted[range]);
@@ -188,25 +189,29 @@ impl Sweep<'_> {
         }
     }
 
-    /// `Vb -= i (N + 1)/2 V^-1`.
+    /// `Vb_t -= i/2 V_t^-1` at every step: `i (N + 1)/2 V^-1` at once where neither differs from step to step.
     #[inline(always)]
     fn subtract_noise_information(&mut self) {
         let Self { knots, noise, seeds, noise_adjoint, work, .. } = self;
-        let p = knots.dimensions.measurements;
-        let small = work.inverse.stride();
-        let factor = &mut noise.measurement.clone();
-        if rows::cholesky(factor.at_mut(0), p, small).is_err() {
-            return;
-        }
-        let total = seeds.information * 0.5 * (knots.steps() + 1) as f64;
-        for j in 0..p {
-            let column = &mut work.inverse.at_mut(0)[..p];
-            column.fill(0.0);
-            column[j] = 1.0;
-            solve_column(factor.at(0), small, column);
-            for (i, value) in column.iter().enumerate() {
-                let to = noise_adjoint.measurement.at_mut(0);
-                to[i * small + j] -= total * value;
+        let (p, small) = (knots.dimensions.measurements, work.inverse.stride());
+        let steps = knots.steps() + 1;
+        let is_same = noise.measurement.is_constant() && noise_adjoint.measurement.is_constant();
+        let (groups, each) = if is_same { (1, steps) } else { (steps, 1) };
+        let total = seeds.information * 0.5 * each as f64;
+        let mut factor = noise.measurement.clone();
+        for t in 0..groups {
+            if (t == 0 || !factor.is_constant()) && rows::cholesky(factor.at_mut(t), p, small).is_err() {
+                return;
+            }
+            for j in 0..p {
+                let column = &mut work.inverse.at_mut(0)[..p];
+                column.fill(0.0);
+                column[j] = 1.0;
+                solve_column(factor.at(t), small, column);
+                let to = noise_adjoint.measurement.at_mut(t);
+                for (i, value) in column.iter().enumerate() {
+                    to[i * small + j] -= total * value;
+                }
             }
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 /// The test is an LDL' factorisation in which a pivot up to 1e-13 of its diagonal entry counts as zero; the column below
 /// it must vanish to the square root of that.
 #[inline]
-pub(super) fn mend(a: &mut [f64], n: usize, stride: usize) -> bool {
+pub(crate) fn mend(a: &mut [f64], n: usize, stride: usize) -> bool {
     if is_semidefinite(a, n, stride) {
         return false;
     }

@@ -3,6 +3,7 @@
 mod adjoint;
 mod ekf;
 mod guard;
+pub(crate) use guard::mend;
 mod kalman;
 mod sequential;
 

@@ -11,8 +11,8 @@ use crate::shape::Shape;
 /// Whether measurements can be taken one at a time: they pick states, and their noise is independent.
 pub(super) fn applies(picks: Option<&[usize]>, noise: &Noise) -> bool {
     let v = &noise.measurement;
-    let independent = || (0..v.rows()).all(|i| (0..v.rows()).all(|j| i == j || v.get(0, i, j) == 0.0));
-    picks.is_some() && independent()
+    let independent = |t| (0..v.rows()).all(|i| (0..v.rows()).all(|j| i == j || v.get(t, i, j) == 0.0));
+    picks.is_some() && (0..v.count()).all(independent)
 }
 
 /// From `P_t` to `Sigma_t` (theory, equation B.2b): for each measurement of state `s` with variance `v`, with `g` the row `s` of `P`,
@@ -94,7 +94,7 @@ pub(super) fn reverse<L: Lanes>(
     adjoint.copy_from_slice(sigma.at(0));
     let h = &mut cross.at_mut(0)[..stride];
     let (pivots, factor) = (belief.pivots.at(t), belief.innovation_factor.at(t));
-    let v = noise_adjoint.measurement.at_mut(0);
+    let v = noise_adjoint.measurement.at_mut(t);
     for (i, &s) in picks.iter().enumerate().rev() {
         let pivot = &pivots[i * stride..(i + 1) * stride];
         let root = factor[i * small + i];

@@ -43,7 +43,6 @@ fn part(matrices: &Matrices, t: usize, cols: usize) -> DMatrix<f64> {
 fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let size = plan.knots.dimensions;
     let (n, p) = (size.states, size.measurements);
-    let Some(v) = part(&noise.measurement, 0, p).cholesky() else { return Vec::new() };
     let mut phi = DMatrix::from_fn(n, n, |i, j| {
         let deviation = noise.initial.get(0, i, i).max(0.0).sqrt();
         if i == j { if deviation > 0.0 { deviation } else { 1.0 } } else { 0.0 }
@@ -51,6 +50,7 @@ fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let mut gramian = DMatrix::zeros(n, n);
     for t in 0..=plan.trajectory.steps() {
         let seen = part(&plan.knots.measurement, t, n) * &phi;
+        let Some(v) = part(&noise.measurement, t, p).cholesky() else { return Vec::new() };
         gramian += seen.transpose() * v.solve(&seen);
         if t < plan.trajectory.steps() {
             phi = part(&plan.knots.dynamics, t, n) * phi;

@@ -24,8 +24,8 @@ pub struct MeasurementReport {
 pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementReport> {
     let v = &state.noise.measurement;
     let p = v.rows();
-    let independent = (0..p).all(|i| (0..i).all(|j| v.get(0, i, j) == 0.0));
-    let precision = inverse_diagonal(v);
+    let independent = (0..v.count()).all(|t| (0..p).all(|i| (0..i).all(|j| v.get(t, i, j) == 0.0)));
+    let mut precision = inverse_diagonal(v, 0);
     let mut reports: Vec<MeasurementReport> = task
         .system
         .channels()
@@ -40,16 +40,19 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
         .collect();
     for t in 0..=task.steps {
         let c = &state.plan.knots.measurement;
+        if t > 0 && !v.is_constant() {
+            precision = inverse_diagonal(v, t);
+        }
         let innovation = innovation_covariance(state, t);
-        let given_all = inverse_diagonal(&innovation);
+        let given_all = inverse_diagonal(&innovation, 0);
         for (i, report) in reports.iter_mut().enumerate() {
-            report.alone_nats.push(0.5 * (innovation.get(0, i, i) / v.get(0, i, i)).ln());
+            report.alone_nats.push(0.5 * (innovation.get(0, i, i) / v.get(t, i, i)).ln());
             let shared = precision.as_ref().zip(given_all.as_ref());
             let ratio = shared.map_or(f64::NAN, |(v, s)| v[i] / s[i]);
             report.beyond_others_nats.push(0.5 * ratio.ln());
             if independent && t < task.steps {
                 let xi = &state.plan.policy.value_of_information;
-                report.saved_cost.push(saved(&state.belief.corrected, c, xi, (t, i, v.get(0, i, i))));
+                report.saved_cost.push(saved(&state.belief.corrected, c, xi, (t, i, v.get(t, i, i))));
             }
         }
     }
@@ -65,7 +68,7 @@ fn innovation_covariance(state: &TaskState, t: usize) -> Matrices {
         let row: Vec<f64> = (0..n).map(|b| (0..n).map(|a| c.get(t, i, a) * predicted.get(t, a, b)).sum()).collect();
         for j in 0..p {
             let sum: f64 = (0..n).map(|b| row[b] * c.get(t, j, b)).sum();
-            innovation.set(0, i, j, sum + v.get(0, i, j));
+            innovation.set(0, i, j, sum + v.get(t, i, j));
         }
     }
     innovation
@@ -80,11 +83,11 @@ fn saved(corrected: &Matrices, c: &Matrices, xi: &Matrices, (t, measurement, var
     0.5 * weighted / (variance - seen)
 }
 
-/// The diagonal of the inverse of a positive definite matrix `L L'`: the columns of `L^-1`, squared and summed. None
+/// The diagonal of the inverse of one of these positive definite matrices, `L L'`: the columns of `L^-1`, squared and summed. None
 /// where it is not positive definite.
-fn inverse_diagonal(matrix: &Matrices) -> Option<Vec<f64>> {
+fn inverse_diagonal(matrix: &Matrices, index: usize) -> Option<Vec<f64>> {
     let (n, stride) = (matrix.rows(), matrix.stride());
-    let mut factor = matrix.at(0).to_vec();
+    let mut factor = matrix.at(index).to_vec();
     rows::cholesky(&mut factor, n, stride).ok()?;
     let mut column = vec![0.0; n];
     let entry = |unit: usize| {

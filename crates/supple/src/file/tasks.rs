@@ -470,6 +470,7 @@ impl Reader<'_> {
                     }
                 }
             }
+            Covariance::Sequence(_) => return error(&[], "must hold at every step in a task file".into()),
         }
         if semidefinite_factor(&self.at_start(covariance), 0).is_none() {
             return error(&[], "must be positive semidefinite".into());

@@ -195,17 +195,17 @@ pub fn total_gradient(
 /// The direct dependence of the cost's parts on the noise: `1/2 sum S_{t+1}` by W, `1/2 S_0` by X_0.
 fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
     let s = &plan.policy.curvature;
-    let add = |to: &mut Matrices, factor: f64, t: usize| {
-        for (to, s) in to.at_mut(0).iter_mut().zip(s.at(t)) {
+    let add = |to: &mut [f64], factor: f64, t: usize| {
+        for (to, s) in to.iter_mut().zip(s.at(t)) {
             *to += 0.5 * factor * s;
         }
     };
     if functional.process != 0.0 {
         for t in 1..s.count() {
-            add(&mut noise.process, functional.process, t);
+            add(noise.process.at_mut(t - 1), functional.process, t);
         }
     }
     if functional.initial != 0.0 {
-        add(&mut noise.initial, functional.initial, 0);
+        add(noise.initial.at_mut(0), functional.initial, 0);
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
 
 use crate::Value;
@@ -14,10 +14,12 @@ use crate::scene::Picture;
 use crate::system::{Authored, System};
 
 mod linear;
+mod recorded;
 mod robot;
 mod two_mass;
 
 pub use linear::Linear;
+pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
 pub use robot::Robot;
 pub(crate) use robot::turn;
 pub use two_mass::TwoMass;
@@ -41,11 +43,13 @@ impl Dimensions {
 }
 
 /// A number of a model's vectors, for people.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Channel {
     /// Its name.
     pub name: String,
     /// Its unit; empty where it is not known.
+    #[serde(default)]
     pub unit: String,
 }
 
@@ -61,7 +65,8 @@ impl Channel {
 }
 
 /// What the numbers of a model's vectors are.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Channels {
     /// Of the state.
     pub states: Vec<Channel>,
@@ -114,6 +119,16 @@ impl Limit {
     pub fn control(name: String, index: usize, lower: f64, upper: f64) -> Self {
         Self { name, of: Limited::Control(index), lower, upper }
     }
+}
+
+/// A model's own cost, in a stage or at the end: a norm of a residual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnCost {
+    /// How many entries the residual has.
+    pub residuals: usize,
+    /// Whether the norm is convex at any parameters, so that its Gauss-Newton curvature is never indefinite. Where it
+    /// is not, or that is not known, the curvature is made so at every point.
+    pub convex: bool,
 }
 
 /// Where a model is evaluated.
@@ -194,6 +209,19 @@ pub trait Model: Send + Sync + 'static {
 
     /// The signals, in the order of their names.
     fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
+
+    /// The model's own cost of a stage or of the end, beside the costs of the task; none where it has none.
+    fn own_cost(&self, _last: bool) -> Option<OwnCost> {
+        None
+    }
+
+    /// The residual of its own cost.
+    fn own_residual<S: Scalar>(&self, _at: &Point<S>, _last: bool, _out: &mut [S]) {}
+
+    /// Its own cost, given the residual: the norm. All else that the cost depends on is parameters and time step.
+    fn own_norm<S: Scalar>(&self, _residual: &[S], _phi: &[S], _time_step: S, _last: bool) -> S {
+        S::zero()
+    }
 
     /// What states and controls must stay within for the real thing: reported where a plan does not.
     fn limits(&self) -> Vec<Limit> {

@@ -83,8 +83,7 @@ fn average(reference: &mut Trajectory, run: &Trajectory, share: f64) -> f64 {
 
 /// The cost of a reference as it stands, which need not obey the dynamics.
 fn cost_of(task: &Task, phi: &[f64], reference: &Trajectory, scratch: &mut Scratch) -> f64 {
-    let stages = (0..task.steps)
-        .map(|t| task.system.stage_cost(t, reference.states.vector(t), reference.controls.vector(t), phi, scratch));
-    let stages: f64 = stages.sum();
-    stages + task.system.final_cost(reference.states.vector(task.steps), phi, scratch)
+    let mut stages = vec![0.0; task.steps];
+    task.system.stage_costs(reference.points(), phi, &mut stages, scratch);
+    stages.iter().sum::<f64>() + task.system.final_cost(reference.states.vector(task.steps), phi, scratch)
 }

@@ -4,7 +4,7 @@ use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Dual, Matrices, Scratch};
 
 use super::programs::Recorder;
-use super::{Curvature, KnotAdjoints, Points, System, Variation};
+use super::{Curvature, KnotAdjoints, Points, System, Variation, make_convex};
 use crate::cost::Cost;
 use crate::scene::Seen;
 use crate::{Channels, Dimensions, Limit, Model, Point, Value};
@@ -206,6 +206,10 @@ impl<M: Model> System for Authored<M> {
             let cell = &cells[usize::from(last)];
             let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
             program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
+        }
+        let convex = |last| self.recorder().is_convex(last);
+        if curvature == Curvature::GaussNewton && !(convex(false) && convex(true)) {
+            make_convex(out, self.size.joint());
         }
     }
 

@@ -1,7 +1,7 @@
 //! What solvers call: a model and its costs as plain functions of `f64` with all derivatives, over batches of points.
 //!
-//! [`Authored`] gives all of it for every [`Model`](crate::Model) by differentiation. A system whose derivatives come
-//! from elsewhere implements [`System`] itself.
+//! [`Authored`] gives all of it for every [`Model`](crate::Model) by differentiation, and [`Sequence`] for arrays of
+//! matrices. A system whose derivatives come from elsewhere implements [`System`] itself.
 
 use supple_kernels::{Matrices, Scratch};
 
@@ -9,20 +9,27 @@ use crate::scene::Seen;
 use crate::trajectory::Trajectory;
 use crate::{Channels, Dimensions, Limit};
 
+mod arrays;
 mod authored;
 mod batch;
+mod convex;
 mod programs;
 mod roll_out;
+mod sequence;
 mod trace;
 
+pub use arrays::Arrays;
 pub use authored::Authored;
 pub use batch::{KnotAdjoints, Points, Times, Variation};
+pub use convex::make_convex;
 pub use roll_out::RollOut;
+pub use sequence::Sequence;
 
 /// Which second derivatives of the cost are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curvature {
-    /// Those of the norm alone: never indefinite, for iterating.
+    /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
+    /// convex by [`make_convex`].
     GaussNewton,
     /// All of them.
     Exact,
@@ -55,6 +62,11 @@ pub trait System: Send + Sync {
 
     /// What it looks like at a point; none where it cannot be drawn.
     fn picture(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Option<Seen> {
+        None
+    }
+
+    /// How many steps there are, N; none where it can go on for any number of them.
+    fn steps(&self) -> Option<usize> {
         None
     }
 

@@ -105,10 +105,24 @@ impl<'a, M: Model> Trace<'a, M> {
         costs.iter().map(residual).collect()
     }
 
-    /// The cost `l`, of a stage or of the end.
+    /// The cost `l`, of a stage or of the end: of the task and the model's own.
     pub fn cost(&self, costs: &[Cost], last: bool) -> Node {
         let terms = costs.iter().zip(self.residuals(costs)).filter(|(cost, _)| !cost.weights(last).are_zero());
-        terms.fold(Node::zero(), |sum, (cost, r)| sum + cost.of_residual(&r, &self.phi, last))
+        let sum = terms.fold(Node::zero(), |sum, (cost, r)| sum + cost.of_residual(&r, &self.phi, last));
+        sum + self.own_norm(&self.own_residual(last), last)
+    }
+
+    /// The residual of the model's own cost; empty where it has none.
+    pub fn own_residual(&self, last: bool) -> Vec<Node> {
+        let count = self.model.own_cost(last).map_or(0, |cost| cost.residuals);
+        let mut residual = vec![Node::zero(); count];
+        self.model.own_residual(&self.point(&[]), last, &mut residual);
+        residual
+    }
+
+    /// The model's own cost, given the residual.
+    pub fn own_norm(&self, residual: &[Node], last: bool) -> Node {
+        self.model.own_norm(residual, &self.phi, self.time_step.resolve(&self.phi), last)
     }
 }
 

@@ -25,8 +25,10 @@ impl<M: Model> Recorder<'_, M> {
             let mut outputs = Outputs::new();
             for a in 0..joint {
                 set(&mut outputs, gradient[a], a * stride + joint);
-                // Both curvatures write the same entries: they take turns with one matrix.
-                for b in (a..joint).filter(|&b| !(hessian[a][b].is_zero() && exact[a][b].is_zero())) {
+                // Both curvatures write the same entries: they take turns with one matrix. All of them, where what is
+                // made convex may fill any.
+                let always = !self.is_convex(last);
+                for b in (a..joint).filter(|&b| always || !(hessian[a][b].is_zero() && exact[a][b].is_zero())) {
                     outputs.push((hessian[a][b], Target::Set { sink: 0, offset: a * stride + b }));
                     if a != b {
                         outputs.push((hessian[a][b], Target::Set { sink: 0, offset: b * stride + a }));
@@ -73,7 +75,30 @@ impl<M: Model> Recorder<'_, M> {
                 }
             }
         }
+        self.add_own(trace, last, &mut hessian);
         hessian
+    }
+
+    /// Whether the Gauss-Newton curvature is known never to be indefinite.
+    pub fn is_convex(&self, last: bool) -> bool {
+        self.model.own_cost(last).is_none_or(|cost| cost.convex)
+    }
+
+    /// Adds the curvature of the model's own norm, of which the residual is the variable.
+    fn add_own(&self, trace: &Trace<M>, last: bool, hessian: &mut [Vec<Node>]) {
+        let residual = trace.own_residual(last);
+        let rows = jacobian(&residual, &trace.z);
+        let free: Vec<Node> = residual.into_iter().map(Node::opaque).collect();
+        let gradient = vjp(&[(trace.own_norm(&free, last), Node::one())], &free);
+        for (i, curvatures) in jacobian(&gradient, &free).into_iter().enumerate() {
+            for (j, curvature) in curvatures.into_iter().enumerate().filter(|(_, curvature)| !curvature.is_zero()) {
+                for (a, row) in hessian.iter_mut().enumerate().filter(|&(a, _)| !rows[i][a].is_zero()) {
+                    for (b, entry) in row.iter_mut().enumerate().skip(a) {
+                        *entry += curvature * rows[i][a] * rows[j][b];
+                    }
+                }
+            }
+        }
     }
 
     /// `(lambda' f)_zz`, added (theory, equation U.5): with `mu = -M^-1 F_w' lambda` and `D = [I; W]`,

@@ -18,6 +18,7 @@ pub mod differences;
 pub mod finger;
 pub mod ring;
 pub mod time_varying;
+pub mod written;
 
 /// A task of `steps` steps from given values.
 pub fn task(

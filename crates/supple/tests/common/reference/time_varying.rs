@@ -1,56 +1,54 @@
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use supple::noise::NoiseModel;
-use supple::system::{Curvature, KnotAdjoints, Points, System, Variation};
-use supple::{Dimensions, Matrices, Scratch, Task};
+use supple::noise::{Covariance, NoiseModel};
+use supple::system::{Arrays, Sequence};
+use supple::{Matrices, Task};
 
 use super::{full, numbers, random, random_covariance, random_matrix, task};
 
-/// A linear system whose matrices differ from step to step, with costs `x'Qx + u'Ru`.
-///
-/// Its last state is a clock that only says which step it is: the matrices keep it apart from everything else, and no
-/// cost or measurement sees it.
+/// A linear system whose matrices and noise differ from step to step, with costs `x'Qx + u'Ru`.
 #[derive(Clone)]
 pub struct TimeVarying {
     pub a: Vec<DMatrix<f64>>,
     pub b: Vec<DMatrix<f64>>,
     pub c: Vec<DMatrix<f64>>,
+    /// The last one is that of the final cost.
     pub q: Vec<DMatrix<f64>>,
     pub r: Vec<DMatrix<f64>>,
     pub start: DVector<f64>,
     pub x0: DMatrix<f64>,
-    pub w: DMatrix<f64>,
-    pub v: DMatrix<f64>,
+    pub w: Vec<DMatrix<f64>>,
+    pub v: Vec<DMatrix<f64>>,
 }
 
-/// Number of states without the clock, of controls, of measurements, and of steps.
+/// Number of states, of controls, of measurements, and of steps.
 pub type Shape = (usize, usize, usize, usize);
 
 impl TimeVarying {
     /// Random matrices, with regular covariances.
-    pub fn random((states, controls, measurements, steps): Shape, seed: u64) -> Self {
+    pub fn random((n, controls, measurements, steps): Shape, seed: u64) -> Self {
         let rng = &mut ChaCha8Rng::seed_from_u64(seed);
-        let n = states + 1;
-        let apart = |matrix: DMatrix<f64>, clock: f64| {
-            let mut matrix = matrix.resize(n, n, 0.0);
-            matrix[(states, states)] = clock;
-            matrix
-        };
-        let gain = 1.5 / (states as f64).sqrt();
-        let mut start = DVector::from_fn(n, |_, _| random(rng));
-        start[states] = 0.0;
+        let gain = 1.5 / (n as f64).sqrt();
         Self {
-            a: (0..steps).map(|_| apart(random_matrix(rng, states, states) * gain, 1.0)).collect(),
-            b: (0..steps).map(|_| random_matrix(rng, states, controls).resize_vertically(n, 0.0)).collect(),
-            c: (0..=steps).map(|_| random_matrix(rng, measurements, states).resize_horizontally(n, 0.0)).collect(),
-            q: (0..=steps).map(|_| apart(random_covariance(rng, states, 0.0), 0.0)).collect(),
+            a: (0..steps).map(|_| random_matrix(rng, n, n) * gain).collect(),
+            b: (0..steps).map(|_| random_matrix(rng, n, controls)).collect(),
+            c: (0..=steps).map(|_| random_matrix(rng, measurements, n)).collect(),
+            q: (0..=steps).map(|_| random_covariance(rng, n, 0.0)).collect(),
             r: (0..steps).map(|_| random_covariance(rng, controls, 0.5)).collect(),
-            start,
-            x0: apart(random_covariance(rng, states, 0.1), 0.5),
-            w: apart(random_covariance(rng, states, 0.05) * 0.3, 0.2),
-            v: random_covariance(rng, measurements, 0.1) * 0.5,
+            start: DVector::from_fn(n, |_, _| random(rng)),
+            x0: random_covariance(rng, n, 0.1),
+            w: (0..steps).map(|_| random_covariance(rng, n, 0.05) * 0.3).collect(),
+            v: (0..=steps).map(|_| random_covariance(rng, measurements, 0.1) * 0.5).collect(),
         }
+    }
+
+    /// The same noise at every step.
+    pub fn with_equal_noise(mut self) -> Self {
+        let (w, v) = (self.w[0].clone(), self.v[0].clone());
+        self.w.fill(w);
+        self.v.fill(v);
+        self
     }
 
     /// Holds state `index` constant: no dynamics, no noise.
@@ -62,8 +60,10 @@ impl TimeVarying {
         for b in &mut self.b {
             b.row_mut(index).fill(0.0);
         }
-        self.w.row_mut(index).fill(0.0);
-        self.w.column_mut(index).fill(0.0);
+        for w in &mut self.w {
+            w.row_mut(index).fill(0.0);
+            w.column_mut(index).fill(0.0);
+        }
         self
     }
 
@@ -71,104 +71,37 @@ impl TimeVarying {
         self.a.len()
     }
 
+    pub fn arrays(&self) -> Arrays {
+        let steps = self.steps();
+        Arrays {
+            QN: Some(sequence(&self.q[steps..])),
+            ..Arrays::new([&self.a, &self.b, &self.c, &self.q[..steps], &self.r].map(sequence))
+        }
+    }
+
     pub fn task(&self) -> Task {
-        let noise = NoiseModel { initial: full(&self.x0), process: full(&self.w), measurement: full(&self.v) };
+        let [process, measurement] = [&self.w, &self.v].map(|list| Covariance::Sequence(sequence(list)));
+        let noise = NoiseModel { initial: full(&self.x0), process, measurement };
+        self.task_with(noise)
+    }
+
+    /// The task with other noise than its own.
+    pub fn task_with(&self, noise: NoiseModel) -> Task {
+        let system = Sequence::new(self.steps(), &self.arrays()).unwrap();
         let controls = vec![0.0; self.b[0].ncols()];
-        task(self.clone(), self.steps(), numbers(self.start.as_slice()), &controls, noise)
-    }
-
-    fn clock(&self, x: &[f64]) -> usize {
-        x[x.len() - 1].round() as usize
+        task(system, self.steps(), numbers(self.start.as_slice()), &controls, noise)
     }
 }
 
-fn quadratic(weight: &DMatrix<f64>, x: &[f64]) -> f64 {
-    let x = DVector::from_column_slice(x);
-    x.dot(&(weight * &x))
-}
-
-impl System for TimeVarying {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: self.start.len(), controls: self.b[0].ncols(), measurements: self.v.nrows() }
-    }
-
-    fn state_names(&self) -> Vec<String> {
-        (1..=self.start.len()).map(|i| format!("x{i}")).collect()
-    }
-
-    fn depends_on(&self, parameters: usize) -> Vec<bool> {
-        vec![false; parameters]
-    }
-
-    fn step(&self, _: usize, x: &[f64], u: &[f64], _: &[f64], next: &mut [f64]) {
-        let t = self.clock(x);
-        let result = &self.a[t] * DVector::from_column_slice(x) + &self.b[t] * DVector::from_column_slice(u);
-        next.copy_from_slice(result.as_slice());
-        next[x.len() - 1] = (t + 1) as f64;
-    }
-
-    fn observe(&self, _: usize, x: &[f64], _: &[f64], y: &mut [f64]) {
-        y.copy_from_slice((&self.c[self.clock(x)] * DVector::from_column_slice(x)).as_slice());
-    }
-
-    fn stage_cost(&self, _: usize, x: &[f64], u: &[f64], _: &[f64], _: &mut Scratch) -> f64 {
-        let t = self.clock(x);
-        quadratic(&self.q[t], x) + quadratic(&self.r[t], u)
-    }
-
-    fn final_cost(&self, x: &[f64], _: &[f64], _: &mut Scratch) -> f64 {
-        quadratic(&self.q[self.clock(x)], x)
-    }
-
-    fn dynamics_jacobians(&self, at: Points, _: &[f64], out: &mut Matrices, _: &mut Scratch) {
-        for i in 0..at.stages {
-            let t = self.clock(at.states.vector(i));
-            write(out, i, (0, 0), &self.a[t]);
-            write(out, i, (0, self.a[t].ncols()), &self.b[t]);
-        }
-    }
-
-    fn measurement_jacobians(&self, at: Points, _: &[f64], out: &mut Matrices, _: &mut Scratch) {
-        for i in 0..at.count() {
-            write(out, i, (0, 0), &self.c[self.clock(at.states.vector(i))]);
-        }
-    }
-
-    fn cost_quadratics(&self, at: Points, _: &[f64], _: Curvature, out: &mut Matrices, _: &mut Scratch) {
-        let (n, joint) = (self.start.len(), self.dimensions().joint());
-        for i in 0..at.count() {
-            let x = at.states.vector(i);
-            let t = self.clock(x);
-            write(out, i, (0, 0), &(&self.q[t] * 2.0));
-            write(out, i, (0, joint), &(&self.q[t] * DMatrix::from_column_slice(n, 1, x) * 2.0));
-            if i < at.stages {
-                let u = DMatrix::from_column_slice(joint - n, 1, at.controls.vector(i));
-                write(out, i, (n, n), &(&self.r[t] * 2.0));
-                write(out, i, (n, joint), &(&self.r[t] * u * 2.0));
+/// One matrix per step.
+pub fn sequence(list: &[DMatrix<f64>]) -> Matrices {
+    let mut out = Matrices::zeros(list.len(), list[0].nrows(), list[0].ncols());
+    for (t, matrix) in list.iter().enumerate() {
+        for i in 0..matrix.nrows() {
+            for j in 0..matrix.ncols() {
+                out.set(t, i, j, matrix[(i, j)]);
             }
         }
     }
-
-    fn add_dynamics_curvature(&self, _: Points, _: &[f64], _: &Matrices, _: &mut Matrices, _: &mut Scratch) {}
-
-    fn contract(&self, _: Points, _: &[f64], _: &KnotAdjoints, _: &mut Matrices, _: &mut [f64], _: &mut Scratch) {}
-
-    fn add_parameter_gradient(
-        &self,
-        _: Points,
-        _: &[f64],
-        _: &Matrices,
-        _: Option<Variation>,
-        _: &mut [f64],
-        _: &mut Scratch,
-    ) {
-    }
-}
-
-fn write(out: &mut Matrices, index: usize, (row, col): (usize, usize), block: &DMatrix<f64>) {
-    for i in 0..block.nrows() {
-        for j in 0..block.ncols() {
-            out.set(index, row + i, col + j, block[(i, j)]);
-        }
-    }
+    out
 }

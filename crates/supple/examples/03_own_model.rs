@@ -1,0 +1,132 @@
+//! Physics of one's own: a pole on a cart, whose length and place sensor are to be designed.
+//!
+//! Run by `cargo run --release -p supple --example 03_own_model`. Its twin in Python, `python/examples/03_own_model.py`,
+//! prints the same.
+
+use std::error::Error;
+use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use supple::cost::{Control as Effort, Cost, CostKind, Norm, State, Weights};
+use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::noise::{Covariance, NoiseModel};
+use supple::parameters::{Parameter, Parameters, Role, Scale};
+use supple::plan::PlanSettings;
+use supple::system::Authored;
+use supple::{Dimensions, EvaluateOptions, Model, Point, Problem, Scalar, Task, Value};
+
+/// A pole on a cart, upright at angle 0, with a spring at its foot; the cart's place and the pole's angle are measured.
+/// State `[x, a, x', a']`, control: the force on the cart.
+struct CartPole {
+    stiffness: Value,
+}
+
+impl Model for CartPole {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 4, controls: 1, measurements: 2 }
+    }
+
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+        let &[place, angle, speed, rate] = at.x else { return };
+        let (sin, cos) = angle.sin_cos();
+        let torque = at.value(self.stiffness) * angle;
+        let force = at.u[0] + sin * 0.1 * (rate * rate * 0.5 - cos * 9.81) + torque * cos * 2.0;
+        let push = force / (sin * sin * 0.1 + 1.0);
+        let turn = (sin * 9.81 - push * cos) / 0.5 - torque * 40.0;
+        next[0] = place + at.time_step * speed;
+        next[1] = angle + at.time_step * rate;
+        next[2] = speed + at.time_step * push;
+        next[3] = rate + at.time_step * turn;
+    }
+
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+        y[0] = at.x[0];
+        y[1] = at.x[1];
+    }
+}
+
+fn number(number: f64) -> Value {
+    Value::Number(number)
+}
+
+fn diagonal(variances: &[f64]) -> Covariance {
+    Covariance::Diagonal(variances.iter().map(|&variance| number(variance)).collect())
+}
+
+/// Brings the cart to its place with the pole upright.
+fn problem() -> Problem {
+    let cost = |kind, stage, last| {
+        let [stage, last] = [stage, last].map(|weight| Weights::Equal(number(weight)));
+        Cost { kind, norm: Norm::Quadratic, stage, last }
+    };
+    let states = |selected: &[usize]| {
+        CostKind::State(State { selected: selected.iter().map(|&state| (state, number(0.0))).collect() })
+    };
+    let costs = vec![
+        cost(states(&[0, 1]), 1.0, 20.0),
+        cost(states(&[2, 3]), 0.1, 2.0),
+        cost(CostKind::Control(Effort { controls: 1 }), 0.01, 0.0),
+    ];
+    let parameter = |name: &str, initial, bounds, unit: &str| Parameter {
+        name: name.to_owned(),
+        initial,
+        bounds,
+        scale: Scale::Log,
+        unit: unit.to_owned(),
+        role: Role::Design,
+    };
+    let parameters = vec![
+        parameter("stiffness", 0.1, [0.01, 0.4], "N m/rad"),
+        parameter("angle_variance", 1e-4, [1e-5, 1e-2], "rad^2"),
+    ];
+    let task = Task {
+        name: "balance".to_owned(),
+        steps: 150,
+        time_step: number(0.02),
+        bound: Some(number(28.0)),
+        information_weight: 1.0,
+        initial_state: [-0.5, 0.1, 0.0, 0.0].map(number).to_vec(),
+        initial_control: vec![vec![number(0.0)]],
+        control_bounds: None,
+        noise: NoiseModel {
+            initial: diagonal(&[1e-3, 1e-3, 1e-2, 1e-2]),
+            process: diagonal(&[0.0, 0.0, 1e-4, 1e-3]),
+            measurement: Covariance::Diagonal(vec![number(1e-4), Value::Parameter(1)]),
+        },
+        system: Arc::new(Authored::new(CartPole { stiffness: Value::Parameter(0) }, costs, number(0.02), 2)),
+    };
+    Problem {
+        title: "A pole on a cart".to_owned(),
+        parameters: Parameters::new(parameters),
+        tasks: vec![task],
+        planning: PlanSettings::default(),
+        design: DesignSettings { starts: 2, ..Default::default() },
+        files: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    run(&mut std::io::stdout())
+}
+
+/// Evaluates and designs the cart, and writes what it was and became.
+pub fn run(out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
+    let problem = problem();
+    let start = problem.parameters.initial();
+    let at = problem.evaluate(&start, &EvaluateOptions { total_gradient: true, ..Default::default() })?;
+    let gradient = at.tasks[0].gradient.as_ref().and_then(|gradient| gradient.total.as_ref()).ok_or("no gradient")?;
+    writeln!(out, "{:.3} bits at cost {:.4}", at.objective.information_bits, at.tasks[0].cost.expected)?;
+    for (name, value) in &gradient.information_nats.0 {
+        writeln!(out, "d nats / d {name} = {value:.5}")?;
+    }
+    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let found = design(&problem, &start, &problem.design, control)?;
+    let best = &found.starts[found.best];
+    for (parameter, value) in problem.parameters.iter().zip(&best.to) {
+        writeln!(out, "{} = {value:.4} {}", parameter.name, parameter.unit)?;
+    }
+    writeln!(out, "{:.3} bits at cost {:.3}", best.information / std::f64::consts::LN_2, best.costs[0])?;
+    Ok(())
+}

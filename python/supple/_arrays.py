@@ -1,0 +1,178 @@
+"""Arrays that users give: shapes, numbers and covariances, checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._records import Array
+from .errors import UsageError
+
+__all__ = ["Sizes", "array", "covariance", "symmetric"]
+
+#: Asymmetry up to this, relative to the largest entry, is rounding.
+ROUNDING = 1e-9
+
+
+@dataclass
+class Sizes:
+    """Lengths of state, control and measurement, and how many steps there are, with the array that says so."""
+
+    states: int
+    controls: int
+    measurements: int
+    _steps: dict[int, str] = field(default_factory=dict)
+
+    @staticmethod
+    def of(A: ArrayLike, B: ArrayLike, C: ArrayLike, N: int | None) -> Sizes:
+        """From the shapes of ``A``, ``B`` and ``C``, and from the number of steps where it is given."""
+        valid = {"A": "(n, n) or (N, n, n)", "B": "(n, m) or (N, n, m)", "C": "(p, n) or (N+1, p, n)"}
+        shapes = {name: numbers(name, given).shape for name, given in (("A", A), ("B", B), ("C", C))}
+        for name, shape in shapes.items():
+            if len(shape) not in (2, 3) or 0 in shape:
+                raise UsageError(f"{name} has the shape {_text(shape)}: it must be {valid[name]}")
+        sizes = Sizes(shapes["A"][-1], shapes["B"][-1], shapes["C"][-2])
+        if N is not None:
+            if isinstance(N, bool) or not isinstance(N, (int, np.integer)) or N < 1:
+                raise UsageError(f"N={N!r}: a whole number of at least 1")
+            sizes._steps[int(N)] = "the argument N"
+        return sizes
+
+    def length(self, axis: str) -> int:
+        """The length of the axis ``n``, ``m`` or ``p``."""
+        return {"n": self.states, "m": self.controls, "p": self.measurements}[axis]
+
+    def see(self, name: str, count: int, measured: bool) -> None:
+        """Takes in how many matrices an array has: one for each step, and one more of what is measured."""
+        steps = count - 1 if measured else count
+        valid = "N+1" if measured else "N"
+        if steps < 1:
+            raise UsageError(f"{name} has the length {count} along the time: it must be {valid}, and N is at least 1")
+        if self._steps and steps not in self._steps:
+            ((known, source),) = self._steps.items()
+            expected = known + 1 if measured else known
+            raise UsageError(
+                f"{name} has the length {count} along the time: it must be {valid} = {expected}, as N = {known} by "
+                f"{source}; or leave that axis out where it is the same at all steps"
+            )
+        self._steps.setdefault(steps, f"the shape of {name}")
+
+    @property
+    def steps(self) -> int:
+        """N, once all arrays were seen."""
+        if not self._steps:
+            raise UsageError("N is missing: say how many steps there are, as no array has a time axis")
+        return next(iter(self._steps))
+
+
+def _text(shape: tuple[int, ...]) -> str:
+    """A shape as Python writes it, without the types of NumPy's numbers."""
+    return str(tuple(int(length) for length in shape))
+
+
+def numbers(name: str, given: ArrayLike) -> Array:
+    """A copy as float64, which nobody else changes; anything but real numbers is an error."""
+    try:
+        found = np.asarray(given)
+    except ValueError:
+        raise UsageError(f"{name} is no array: its rows have different lengths") from None
+    if found.dtype.kind not in "biuf":
+        raise UsageError(f"{name} holds {found.dtype}: it must hold real numbers")
+    return np.array(found, dtype=np.float64, order="C")
+
+
+def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False) -> Array:
+    """An array of the given axes, or with the time as one axis more before them.
+
+    Args:
+        name: What it is called.
+        given: The array.
+        sizes: Lengths of the axes; learns how many steps there are.
+        axes: Its axes without time: ``nm`` for (n, m).
+        measured: Whether it is there at the last state too: N + 1 times.
+        once: Whether it has no axis of time.
+    """
+    found = numbers(name, given)
+    shape = tuple(sizes.length(axis) for axis in axes)
+    if found.shape != shape and (once or found.ndim != len(shape) + 1 or found.shape[1:] != shape):
+        raise UsageError(f"{name} has the shape {_text(found.shape)}: it must be {_valid(axes, shape, measured, once)}")
+    if found.ndim > len(shape):
+        sizes.see(name, found.shape[0], measured)
+    bad = np.argwhere(~np.isfinite(found))
+    if bad.size:
+        place = ", ".join(str(index) for index in bad[0])
+        raise UsageError(f"{name}[{place}] is {found[tuple(bad[0])]}: it must be finite")
+    return found
+
+
+def _valid(axes: str, shape: tuple[int, ...], measured: bool, once: bool) -> str:
+    """Shapes that are valid, by letters and by numbers."""
+    letters = ", ".join(axes) + ("," if len(axes) == 1 else "")
+    lengths = "x".join(str(length) for length in shape)
+    if once:
+        return f"({letters}) = {_text(shape)}"
+    time = "N+1" if measured else "N"
+    return f"({letters}) = {_text(shape)}, or ({time}, {letters.rstrip(',')}) with one of {lengths} for each step"
+
+
+def symmetric(
+    name: str,
+    given: ArrayLike,
+    sizes: Sizes,
+    axes: str,
+    *,
+    measured: bool = False,
+    once: bool = False,
+    semidefinite: bool = False,
+) -> Array:
+    """As :func:`array`, of symmetric matrices; what differs by rounding is made equal."""
+    found = array(name, given, sizes, axes, measured=measured, once=once)
+    mirror = np.swapaxes(found, -1, -2)
+    scale = np.abs(found).max(initial=0.0)
+    bad = np.argwhere(np.abs(found - mirror) > ROUNDING * scale)
+    if bad.size:
+        here = tuple(int(index) for index in bad[0])
+        there = (*here[:-2], here[-1], here[-2])
+        raise UsageError(
+            f"{name}{list(here)} = {found[here]:.6g} differs from {name}{list(there)} = {found[there]:.6g}: it must be "
+            "symmetric"
+        )
+    found = np.ascontiguousarray(0.5 * (found + mirror))
+    if semidefinite:
+        _check_definite(name, found, definite=False)
+    return found
+
+
+def covariance(
+    name: str,
+    given: ArrayLike,
+    sizes: Sizes,
+    axes: str,
+    *,
+    measured: bool = False,
+    once: bool = False,
+    definite: bool = False,
+) -> Array:
+    """As :func:`symmetric`, of covariances; a list of variances stands for the matrix with these on its diagonal."""
+    found = numbers(name, given)
+    order = sizes.length(axes[0])
+    if found.ndim == 1:
+        if found.shape != (order,):
+            raise UsageError(f"{name} has {found.size} variances: it must have {order}")
+        found = np.diag(found)
+    found = symmetric(name, found, sizes, axes, measured=measured, once=once)
+    _check_definite(name, found, definite)
+    return found
+
+
+def _check_definite(name: str, found: Array, definite: bool) -> None:
+    """Checks that matrices are positive semidefinite but for rounding, or positive definite."""
+    least = np.atleast_1d(np.linalg.eigvalsh(found)[..., 0])
+    scale = np.atleast_1d(np.abs(found).max(axis=(-1, -2)))
+    bad = np.flatnonzero(least <= 0.0 if definite else least < -1e-10 * scale)
+    if bad.size:
+        step = f" of step {bad[0]}" if found.ndim == 3 else ""
+        valid = "positive definite" if definite else "positive semidefinite"
+        raise UsageError(f"{name}{step} has the eigenvalue {least[bad[0]]:.3g}: it must be {valid}")

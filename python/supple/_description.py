@@ -1,0 +1,228 @@
+"""Descriptions of tasks, as the native part reads them: plain numbers, and names of parameters in their place."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._records import Array
+from ._supple import NativeTask
+from .errors import UsageError
+from .task import Parameter, Task
+
+__all__ = [
+    "Noise",
+    "Number",
+    "bounds",
+    "combine",
+    "control_rows",
+    "declared",
+    "made",
+    "names",
+    "numbers",
+    "parameters",
+    "resolver",
+]
+
+#: A number, or the name of a parameter in its place.
+Number = float | str
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Covariances of a task: lists of variances, or whole matrices; entries may be names of parameters.
+
+    Attributes:
+        initial: Of the first state, (n,) or (n, n).
+        process: What each step adds to the state, (n,) or (n, n).
+        measurement: Of the measurement, positive definite, (p,) or (p, p).
+    """
+
+    initial: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
+    process: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
+    measurement: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
+
+    def describe(self) -> dict[str, Any]:
+        """Plain lists."""
+        return {key: _covariance(key, getattr(self, key)) for key in ("initial", "process", "measurement")}
+
+
+def _covariance(key: str, given: Any) -> list[Any]:
+    rows = [numbers(row) if _is_list(row) else row for row in given] if _is_list(given) else None
+    if rows is None:
+        raise UsageError(f"noise: {key}={given!r}: it must be a list of variances, or a square matrix")
+    lengths = {len(row) for row in rows if isinstance(row, list)}
+    if not lengths:
+        return numbers(rows)
+    if lengths != {len(rows)} or not all(isinstance(row, list) for row in rows):
+        raise UsageError(f"noise: {key} has {len(rows)} rows of {sorted(lengths)} numbers: it must be square")
+    for i, row in enumerate(rows):
+        for j in range(i):
+            one, other = row[j], rows[j][i]
+            alike = isinstance(one, float) and isinstance(other, float) and math.isclose(one, other, rel_tol=1e-12)
+            if one != other and not alike:
+                raise UsageError(f"noise: {key} is not symmetric: [{i}, {j}] is {one}, and [{j}, {i}] is {other}")
+    return rows
+
+
+def _is_list(given: object) -> bool:
+    return isinstance(given, (list, tuple)) or isinstance(given, np.ndarray) and given.ndim > 0
+
+
+def numbers(given: Any) -> list[Number]:
+    """Numbers as Python has them; names stay."""
+    return [entry if isinstance(entry, str) else float(entry) for entry in given]
+
+
+def control_rows(given: Any) -> list[list[Number]]:
+    """A first guess of controls as rows: one for all steps, or one each."""
+    if not _is_list(given):
+        raise UsageError(
+            f"initial_control={given!r}: it must be a list of one number per control, or of one row per step"
+        )
+    return [numbers(row) for row in given] if any(_is_list(row) for row in given) else [numbers(given)]
+
+
+def names(what: str, given: int | Sequence[str] | Mapping[str, str], letter: str) -> dict[str, str]:
+    """Names with their units.
+
+    Raises:
+        UsageError: Where there is none, or one occurs twice.
+    """
+    if isinstance(given, (int, np.integer)) and not isinstance(given, bool):
+        found = {f"{letter}{index + 1}": "" for index in range(given)}
+    elif isinstance(given, Mapping):
+        found = {str(name): str(unit) for name, unit in given.items()}
+    elif isinstance(given, str) or not isinstance(given, Sequence):
+        raise UsageError(f'{what}={given!r}: names in a list, ["{letter}1"], or how many there are')
+    else:
+        found = {str(name): "" for name in given}
+        if len(found) < len(given):
+            raise UsageError(f"{what}={list(given)!r}: a name occurs twice")
+    if not found:
+        raise UsageError(f"{what}={given!r}: there must be at least one")
+    return found
+
+
+def parameters(given: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """Declared parameters.
+
+    Raises:
+        UsageError: Where one is no :class:`Parameter`.
+    """
+    for name, parameter in given.items():
+        if not isinstance(parameter, Parameter):
+            raise UsageError(
+                f"parameters: `{name}` is {parameter!r}: declare it as supple.Parameter(initial, (least, greatest)), with "
+                "scale, unit and role where they differ from the default"
+            )
+    return dict(given)
+
+
+def declared(given: Mapping[str, Parameter]) -> list[dict[str, Any]]:
+    """Parameters as the native part reads them."""
+    listed = []
+    for name, parameter in given.items():
+        entry = asdict(parameter)
+        try:
+            entry["initial"] = float(entry["initial"])
+            lower, upper = entry["bounds"]
+            entry["bounds"] = [float(lower), float(upper)]
+        except (TypeError, ValueError):
+            raise UsageError(f"parameter `{name}`: {parameter!r}: initial is a number, bounds are two") from None
+        listed.append({"name": name, **entry})
+    return listed
+
+
+def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, ...]], Array]:
+    """What gives the numbers of a list at the parameters' first values, checked."""
+
+    def number(what: str, entry: Any) -> float:
+        if isinstance(entry, str):
+            if entry not in given:
+                valid = ", ".join(f"`{name}`" for name in given) or "none"
+                raise UsageError(f"{what}: no parameter `{entry}`: there is {valid}")
+            return float(given[entry].initial)
+        try:
+            value = float(entry)
+        except (TypeError, ValueError):
+            raise UsageError(f"{what}: {entry!r} is neither a number nor the name of a parameter") from None
+        if not math.isfinite(value):
+            raise UsageError(f"{what}: {value} is not finite")
+        return value
+
+    def resolve(what: str, entries: Any, shape: tuple[int, ...]) -> Array:
+        if not _is_list(entries):
+            raise UsageError(f"{what}={entries!r}: it must be a list of {shape[-1]} numbers")
+        if any(_is_list(row) for row in entries):
+            rows = [[number(what, entry) for entry in row] for row in entries]
+            lengths = sorted({len(row) for row in rows})
+            if len(shape) != 2 or lengths != [shape[1]]:
+                raise UsageError(f"{what} has rows of {lengths} numbers: {shape[-1]} are needed")
+            return np.array(rows, dtype=np.float64)
+        found = [number(what, entry) for entry in entries]
+        if len(shape) != 1 or len(found) != shape[0]:
+            raise UsageError(f"{what} has {len(found)} numbers: {shape[-1]} are needed")
+        return np.array(found, dtype=np.float64)
+
+    return resolve
+
+
+def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | None]] | None:
+    """Lower and upper bounds of controls, ``None`` for infinite ones."""
+    if given is None:
+        return None
+    try:
+        pairs = [(float(lower), float(upper)) for lower, upper in given]
+    except (TypeError, ValueError):
+        raise UsageError(f"control_bounds={given!r}: one pair (least, greatest) for each control") from None
+    sides = ([pair[side] for pair in pairs] for side in (0, 1))
+    return [[bound if math.isfinite(bound) else None for bound in side] for side in sides]
+
+
+def made(description: dict[str, Any]) -> Task:
+    """The task of a description, which is also how other processes make it again."""
+    return Task(NativeTask.own(description), ("own", description))
+
+
+def combine(*tasks: Task, title: str | None = None) -> Task:
+    """One problem of several tasks that share their parameters: information is summed, and every bound has to be met.
+
+    Settings of planning and design, and values of parameters, are those of the first.
+
+    Raises:
+        UsageError: Where parameters differ, names of tasks repeat, or a task was read from a file.
+    """
+    if not tasks:
+        raise UsageError("combine needs at least one task")
+    kinds = [task._recipe[0] for task in tasks]
+    if any(kind != "own" for kind in kinds):
+        raise UsageError(
+            "combine takes tasks of own models; tasks of a task file are combined there, one [[tasks]] each"
+        )
+    described = [json.loads(task._recipe[1]["plain"]) for task in tasks]
+    whole = described[0]
+    for other in described[1:]:
+        if other["parameters"] != whole["parameters"]:
+            raise UsageError(
+                f"the tasks `{whole['tasks'][0]['name']}` and `{other['tasks'][0]['name']}` do not have the same parameters: "
+                "give their models the same `parameters`, in the same order, used or not"
+            )
+    whole["tasks"] = [entry for one in described for entry in one["tasks"]]
+    names = [entry["name"] for entry in whole["tasks"]]
+    repeated = next((name for name in names if names.count(name) > 1), None)
+    if repeated is not None:
+        raise UsageError(f"two tasks are called `{repeated}`: give each a name of its own, model.task(name=...)")
+    whole["title"] = whole["title"] if title is None else title
+    systems = [system for task in tasks for system in task._recipe[1]["systems"]]
+    errors = [task.derivative_error for task in tasks]
+    known = [(error.first, error.second, error.third) for error in errors if error is not None]
+    worst = type(errors[0])(*map(max, zip(*known))) if len(known) == len(tasks) and errors[0] is not None else None
+    whole_task = made({"plain": json.dumps(whole), "systems": systems, "derivative_error": worst})
+    return whole_task.at(tasks[0].values)

@@ -1,0 +1,1 @@
+"""Models of MuJoCo's as the engine wants them."""
