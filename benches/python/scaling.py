@@ -156,7 +156,10 @@ def million(task: supple.Task) -> None:
 
 def rates() -> None:
     """Designs per second of one core, by its own time, which other programs do not change."""
-    for name, grid in [("two_mass", {"k1": "log:60:600:8", "k2": "log:100:600:40"}), ("iiwa_door", {"k1": "log:1e4:1e6:8"})]:
+    for name, grid in [
+        ("two_mass", {"k1": "log:60:600:8", "k2": "log:100:600:40"}),
+        ("iiwa_door", {"k1": "log:1e4:1e6:8"}),
+    ]:
         task = supple.load(f"tasks/{name}.toml")
         clock = time.process_time()
         found = task.sweep(grid, jobs=1)

@@ -34,8 +34,8 @@ LOGGER = logging.getLogger("supple")
 #: An executor, a number of processes, or a function that makes an executor.
 Workers = Union[Executor, int, Callable[[], Executor]]
 
-#: How long a core should work for a batch of units, s, and how long that may take where the core has other work too: much
-#: longer than it takes to send it, and short enough to share out well.
+#: How long a core should work for a batch of units, s, and how long that may take where the core has other work too:
+#: much longer than it takes to send it, and short enough to share out well.
 BATCH, LONGEST = 0.5, 2.0
 
 #: Batches in a second at most: schedulers take about a millisecond for each.

@@ -88,9 +88,9 @@ def _pickled(task: Task) -> bytes:
         return dumps(task)
     except Exception as error:
         raise UsageError(
-            f"the task cannot be sent to workers: {type(error).__name__}: {error}; let its functions use only what can be "
-            "pickled, define them in a module that workers can import, or install cloudpickle for those of scripts and "
-            "notebooks"
+            f"the task cannot be sent to workers: {type(error).__name__}: {error}; let its functions use only what can "
+            "be pickled, define them in a module that workers can import, or install cloudpickle for those of scripts "
+            "and notebooks"
         ) from error
 
 
@@ -101,8 +101,9 @@ def hello(version: str, wanted: str) -> str:
         return f"{where} has supple {__version__}, this process {version}: install the same version on both"
     if not use_instructions(wanted):
         return (
-            f"{where} computes with {instructions()} instructions, this process with {wanted}: numbers would differ by "
-            f'rounding; call supple.executors.use_instructions("{instructions()}") before, or use workers of one kind'
+            f"{where} computes with {instructions()} instructions, this process with {wanted}: numbers would differ "
+            f'by rounding; call supple.executors.use_instructions("{instructions()}") before, or use workers of one '
+            "kind"
         )
     return ""
 

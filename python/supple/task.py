@@ -210,8 +210,9 @@ class Task:
             method: The optimiser.
             gradient: The gradient that it follows.
             settings: Other settings of the search by the names of the task file's ``[design]``.
-            executor: Where the starts are searched from: an executor of ``concurrent.futures``, a number of processes, or
-                a function that makes an executor; the threads of this process where left out. The result is the same.
+            executor: Where the starts are searched from: an executor of ``concurrent.futures``, a number of processes,
+                or a function that makes an executor; the threads of this process where left out. The result is the
+                same.
             progress: ``True`` for a bar of tqdm's, or an object of your own (:class:`supple.Progress`).
             at: Values of parameters to start from.
             **parameters: Values of parameters to start from.

@@ -70,10 +70,10 @@ def test_a_host_may_be_lost(hosts: tuple[str, list[str]], tmp_path: Path) -> Non
                 folder.mkdir()
                 worker = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address]
                 worker += ["--nthreads", "1", "--host", f"10.213.7.{number + 2}", "--no-dashboard"]
-                path = os.pathsep.join(sys.path)
-                place = {"cwd": folder, "env": {**os.environ, "PYTHONPATH": path}, "start_new_session": True}
                 command = ["ip", "netns", "exec", name, *worker]
-                workers.append(subprocess.Popen(command, stderr=subprocess.DEVNULL, **place))  # type: ignore[call-overload]
+                path = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+                said = subprocess.DEVNULL
+                workers.append(subprocess.Popen(command, cwd=folder, env=path, start_new_session=True, stderr=said))
             client.wait_for_workers(HOSTS, timeout=60)
             addresses = sorted(client.scheduler_info(n_workers=-1)["workers"])
             assert [address.split(":")[1] for address in addresses] == ["//10.213.7.2", "//10.213.7.3"]

@@ -182,3 +182,37 @@ fn a_neighbour_that_leads_to_a_cheaper_plan_is_followed_and_no_other() {
         assert!(cost == best && found.as_slice() == controls.as_slice());
     }
 }
+
+#[test]
+fn units_done_elsewhere_in_any_order_make_the_same_table() {
+    let task = task();
+    let plain = options(&task, &["k1=300,400", "k2=log:100:600:40"]);
+    let designed = SweepOptions { starts: 1, seed: 5, ..options(&task, &["k1=300,500"]) };
+    for options in [plain, designed] {
+        let expected = run(&task, &options, None, RUNNING).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        // Stopped in the middle of a segment, or not at all where there are only a few points.
+        let stop = StopAfter::new(20);
+        run(&task, &options, Some(folder.path()), stop.watch()).unwrap();
+        let units = SweepUnits::new(&task, &options).unwrap();
+        for path in [None, Some(folder.path())] {
+            let mut collector = Collector::open(&task, &options, path).unwrap();
+            let (before, points) = collector.points();
+            assert_eq!(points, options.points());
+            let given: Vec<SweepUnit> = std::iter::from_fn(|| collector.next_unit(2)).collect();
+            let mut kept = 0;
+            for unit in given.into_iter().rev() {
+                let rows = units.work(&unit, &NEVER).unwrap();
+                let others = vec![(unit.clone(), rows[1..].to_vec())];
+                assert!(collector.keep(&others).unwrap_err().to_string().contains("do not belong to point"));
+                kept += collector.keep(&[(unit.clone(), rows.clone())]).unwrap();
+                assert!(collector.keep(&[(unit, rows)]).is_err());
+            }
+            assert_eq!(kept, points - before);
+            assert_eq!(collector.finish().unwrap(), expected);
+        }
+        let stopped = AtomicBool::new(true);
+        let unit = Collector::open(&task, &options, None).unwrap().next_unit(1).unwrap();
+        assert!(matches!(units.work(&unit, &stopped), Err(StudyError::Stopped)));
+    }
+}
