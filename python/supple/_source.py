@@ -5,6 +5,7 @@ Results keep it, and journals of sweeps know by it whether they belong to a task
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import inspect
 import json
@@ -54,6 +55,8 @@ def _of_callable(function: Any, seen: set[int]) -> str:
     if id(inner) in seen:
         return ""
     seen.add(id(inner))
+    if isinstance(inner, functools.partial):
+        return f"{_of_callable(inner.func, seen)}\nwith {_as_json([inner.args, inner.keywords])}\n"
     if not isinstance(inner, types.FunctionType):
         # A method or an object: its class and what it holds.
         bound = getattr(inner, "__func__", None) or vars(type(inner)).get("__call__")
@@ -76,6 +79,13 @@ def _of_callable(function: Any, seen: set[int]) -> str:
     return text + _of_values(dict(sorted(used.items())), seen)
 
 
+def _as_json(value: Any) -> str:
+    try:
+        return json.dumps(value, default=_of_value)
+    except (TypeError, ValueError, RecursionError):
+        return type(value).__qualname__
+
+
 def _of_values(values: dict[str, Any], seen: set[int]) -> str:
     lines = []
     for name, value in values.items():
@@ -87,5 +97,6 @@ def _of_values(values: dict[str, Any], seen: set[int]) -> str:
         elif hasattr(value, "__array__"):
             lines.append(f"{name} = {_of_value(np.asarray(value))}\n")
         elif value is None or isinstance(value, (bool, int, float, complex, str, list, tuple, dict)):
-            lines.append(f"{name} = {value!r}\n")
+            # What is inside of lists has no address in its text.
+            lines.append(f"{name} = {value!r}\n" if isinstance(value, complex) else f"{name} = {_as_json(value)}\n")
     return "".join(lines)
