@@ -97,7 +97,7 @@ def test_journals_know_the_functions_they_belong_to(tmp_path: Path, monkeypatch:
 
     def sweep(**functions: Any) -> list[Any]:
         task = cart_pole_model("numpy", **functions).task(**BALANCE)
-        return list(task.sweep(grid, out=tmp_path / "sweep").table["balance.information_bits"])
+        return list(task.sweep(grid, out=tmp_path / "sweep").table["information_bits"])
 
     first = sweep(step=heavier)
     assert sweep(step=heavier) == first
