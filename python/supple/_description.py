@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._records import Array
+from ._source import source
 from ._supple import NativeTask
 from .errors import UsageError
 from .task import Parameter, Task
@@ -188,7 +189,8 @@ def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | Non
 
 def made(description: dict[str, Any]) -> Task:
     """The task of a description, which is also how other processes make it again."""
-    return Task(NativeTask.own(description), ("own", description))
+    described = {"source": source(description), **description}
+    return Task(NativeTask.own(described), ("own", described))
 
 
 def combine(*tasks: Task, title: str | None = None) -> Task:

@@ -7,6 +7,7 @@ import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ import supple
 
 pytest.importorskip("jax")
 
-from own_functions import BALANCE, backend_of, cart_pole, cart_pole_model
+from own_functions import BALANCE, backend_of, batch_step, cart_pole, cart_pole_model
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -82,3 +83,39 @@ def test_functions_whose_module_is_missing_say_so(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(sys, "path", [entry for entry in sys.path if not entry.endswith("tests/python")])
     with pytest.raises(supple.UsageError, match="`step` cannot be read in this process: .*own_functions"):
         pickle.loads(kept)
+
+
+MASS = 0.8
+
+
+def heavier(x: Any, u: Any, p: Any) -> Any:
+    return batch_step(x, u / MASS, p)
+
+
+def test_journals_know_the_functions_they_belong_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = {"stiffness": [0.1, 0.2]}
+
+    def sweep(**functions: Any) -> list[Any]:
+        task = cart_pole_model("numpy", **functions).task(**BALANCE)
+        return list(task.sweep(grid, out=tmp_path / "sweep").table["information_bits"])
+
+    first = sweep(step=heavier)
+    assert sweep(step=heavier) == first
+    with pytest.raises(supple.KeptError, match=r"another sweep(?s:.*)heavier"):
+        sweep(step=batch_step)
+    # A number that a function takes from its module is a part of it.
+    monkeypatch.setitem(globals(), "MASS", 0.5)
+    with pytest.raises(supple.KeptError, match=r"(?s)another sweep.*-MASS = 0\.8\n\+MASS = 0\.5"):
+        sweep(step=heavier)
+
+
+@pytest.mark.parametrize("backend", ["jax", "numpy", "recorded"])
+def test_what_a_task_is_does_not_depend_on_the_process(backend: Any) -> None:
+    task = cart_pole(backend)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        assert pool.submit(source_of, backend).result() == source_of(backend)
+    assert task._recipe[1]["source"] == source_of(backend)
+
+
+def source_of(backend: Any) -> str:
+    return str(cart_pole(backend)._recipe[1]["source"])

@@ -61,13 +61,16 @@ impl NativeTask {
         Ok(Self { task: task.map_err(|error| errors::of_study(py, &error))?, failures: Failures::default() })
     }
 
-    /// A task that Python describes.
+    /// A task that Python describes. Its `source`, a text, stands for the task file: results keep it, and journals know by it
+    /// what they belong to.
     #[staticmethod]
     fn own(description: &Bound<'_, PyDict>) -> PyResult<Self> {
         let failures = Failures::default();
         let problem = own::problem(description, &failures)?;
         let phi = problem.parameters.initial();
-        Ok(Self { task: LoadedTask { problem, phi, sources: Vec::new() }, failures })
+        let text = description.get_item("source")?.map_or_else(|| Ok(String::new()), |text| text.extract())?;
+        let sources = vec![Source { path: "own model".to_owned(), text }];
+        Ok(Self { task: LoadedTask { problem, phi, sources }, failures })
     }
 
     /// The same task with other values of some parameters.

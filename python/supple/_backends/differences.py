@@ -45,6 +45,10 @@ class Differences:
         self.lengths = lengths
         self.scales = scales
 
+    def source(self) -> str:
+        """The code of the functions, which says what the model is."""
+        return f"{type(self).__name__}\n{self.functions.source()}"
+
     def scaled(self, factor: float) -> Differences:
         """The same with all steps times a factor."""
         lengths = {key: factor * lengths for key, lengths in self.lengths.items()}

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._records import Array
+from .._source import of_function
 from ..errors import UsageError
 
 __all__ = ["Functions", "Values", "checked", "pack", "unpack"]
@@ -92,6 +93,10 @@ class Functions:
         """
         with np.errstate(all="ignore"):
             return checked(f"`{name}`", self.call(name, x, u, phi), (len(x), *self.shapes[name]))
+
+    def source(self) -> str:
+        """The code of all functions, which says what the model is."""
+        return "\n".join(of_function(getattr(self, name)) for name in self.shapes)
 
     def __reduce__(self) -> tuple[Any, ...]:
         functions = [(name, pack(getattr(self, name), f"`{name}`")) for name in self.shapes]

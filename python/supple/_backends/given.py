@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._records import Array
+from .._source import of_function
 from ..errors import UsageError
 from .functions import Functions, Values, pack, unpack
 
@@ -77,6 +78,10 @@ class Given:
         checked = tuple(_checked(name, part, shape, len(points[0])) for part, shape in zip(parts, shapes))
         return checked if len(shapes) > 1 else checked[0]
 
+    def source(self) -> str:
+        """The code of the functions."""
+        return "\n".join(f"{name}:\n{of_function(function)}" for name, function in self._functions.items())
+
     def __reduce__(self) -> tuple[Any, ...]:
         packed = [(name, pack(function, f"derivatives: `{name}`")) for name, function in self._functions.items()]
         return _unpacked, (packed, self._of)
@@ -109,6 +114,10 @@ class Overridden:
             raise AttributeError(name)
         found = getattr(self.given, name) if not name.startswith("_") else None
         return getattr(self.backend, name) if found is None else found
+
+    def source(self) -> str:
+        """The code of both."""
+        return f"{self.backend.source()}\n{self.given.source()}"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Overridden, (self.backend, self.given)

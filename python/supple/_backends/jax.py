@@ -67,6 +67,10 @@ class JaxBackend:
         for name in functions.shapes:
             self._check(name)
 
+    def source(self) -> str:
+        """The code of the functions, which says what the model is."""
+        return f"{type(self).__name__}\n{self.functions.source()}"
+
     def __reduce__(self) -> tuple[Any, ...]:
         return JaxBackend, (self.functions,)
 
