@@ -25,7 +25,7 @@ impl Given {
 }
 
 impl Argument {
-    pub fn to_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    pub fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         match self {
             Self::Array(array) => array.to_python(py),
             Self::Pair(first, second) => {

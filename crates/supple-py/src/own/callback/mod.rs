@@ -61,7 +61,7 @@ impl Callback {
         }
         let outcome = Python::attach(|py| {
             let arguments =
-                arguments.into_iter().map(|argument| argument.to_python(py)).collect::<PyResult<Vec<_>>>()?;
+                arguments.into_iter().map(|argument| argument.into_python(py)).collect::<PyResult<Vec<_>>>()?;
             let results = self.backend.bind(py).call_method1(name, PyTuple::new(py, arguments)?)?;
             read(name, &results, shapes)
         });
