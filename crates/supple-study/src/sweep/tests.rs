@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use supple::Problem;
+
 use super::*;
 use crate::{Cell, Progress, Silent};
 
