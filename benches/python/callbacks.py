@@ -17,6 +17,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+
 import supple
 
 ROOT = Path(__file__).parents[2]

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import gymnasium
 import mujoco
+
 import supple
 import supple.mujoco
 

@@ -31,7 +31,9 @@ def test_twins_print_the_same(name: str) -> None:
     for module in re.findall(r"^import (jax|mujoco)", source, re.MULTILINE):
         pytest.importorskip(module)
     rust = subprocess.run([built(name)], capture_output=True, text=True, check=True).stdout
-    python = subprocess.run([sys.executable, EXAMPLES / f"{name}.py"], capture_output=True, text=True, check=True).stdout
+    python = subprocess.run(
+        [sys.executable, EXAMPLES / f"{name}.py"], capture_output=True, text=True, check=True
+    ).stdout
     assert python == rust
 
 

@@ -290,18 +290,18 @@ def test_dask_survives_a_worker_that_is_killed(task: supple.Task, serial: str, t
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
+        client.get_executor() as pool,
     ):
-        with client.get_executor() as pool:
-            assert task.sweep(SMALL, executor=pool).to_json() == task.sweep(SMALL).to_json()
-            assert without_seconds(task.design(starts=2, executor=pool)) == without_seconds(task.design(starts=2))
-            pids = client.run(os.getpid)
+        assert task.sweep(SMALL, executor=pool).to_json() == task.sweep(SMALL).to_json()
+        assert without_seconds(task.design(starts=2, executor=pool)) == without_seconds(task.design(starts=2))
+        pids = client.run(os.getpid)
 
-            def kill() -> None:
-                os.kill(min(pids.values()), signal.SIGKILL)
+        def kill() -> None:
+            os.kill(min(pids.values()), signal.SIGKILL)
 
-            seen = Seen(kill)
-            assert task.sweep(GRID, executor=pool, out=tmp_path, progress=seen).to_json() == serial
-            assert seen.done == 800
+        seen = Seen(kill)
+        assert task.sweep(GRID, executor=pool, out=tmp_path, progress=seen).to_json() == serial
+        assert seen.done == 800
 
 
 MPI = """

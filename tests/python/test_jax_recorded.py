@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-import supple
 from jax_models import CartPole, TwoMass, own_task
+
+import supple
 
 pytest.importorskip("jax")
 

@@ -10,6 +10,7 @@ import pytest
 
 jax = pytest.importorskip("jax")
 import jax.numpy as jnp
+
 from supple._jaxpr import Mistranslated, Untranslatable, double_precision, translate
 from supple._jaxpr.tape import evaluate
 from supple._jaxpr.verify import jacobians, points

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import supple
 from numpy.typing import NDArray
+
+import supple
 
 Array = NDArray[np.float64]
 

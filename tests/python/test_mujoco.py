@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 import supple
 
 mujoco = pytest.importorskip("mujoco")
@@ -413,3 +414,23 @@ def test_the_example_on_a_public_model(monkeypatch: pytest.MonkeyPatch) -> None:
     best = task.design(settings={"branch_attempts": 0})
     assert best.status == "converged" and best.active_bounds == ["swing"]
     assert best.parameters["ankle"] < 60.0 and best.information.bits < now.information.bits
+
+
+def test_what_a_model_is_changes_with_it(tmp_path: Path) -> None:
+    """Journals of sweeps refuse those of another model."""
+    text = "<mujoco><worldbody><body><joint name='j' stiffness='{}'/><geom size='0.1' mass='1'/></body></worldbody>"
+    text += "<actuator><motor name='m' joint='j'/></actuator></mujoco>"
+
+    def source(stiffness: float, weight: float) -> str:
+        model = supple.mujoco.Model(
+            mujoco.MjModel.from_xml_string(text.format(stiffness)),
+            sensors=["q.j"],
+            parameters={"k": ("jnt_stiffness", "j", supple.Parameter(2.0, (1.0, 5.0)))},
+            cost=supple.mujoco.quadratic(states={"*": weight}, controls=0.1),
+        )
+        noise = model.noise(initial={"*": 1e-4}, process={"v.*": 1e-4}, measurement=1e-4)
+        ((_, content),) = model.task(steps=3, noise=noise)._native.sources()
+        return content
+
+    assert source(2.0, 1.0) == source(2.0, 1.0)
+    assert len({source(2.0, 1.0), source(3.0, 1.0), source(2.0, 2.0)}) == 3

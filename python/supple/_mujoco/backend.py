@@ -49,6 +49,18 @@ class MujocoBackend:
         cost, final = self.cost.scaled(factor, simulator), self.final.scaled(factor, simulator)
         return MujocoBackend(simulator, self.outputs, cost, final, factor * self._steps, factor * self._curvature_eps)
 
+    def source(self) -> str:
+        """What the model is, as a text: journals of sweeps know by it whether they belong to a task."""
+        measured = (self.outputs.sources.tolist(), self.outputs.sensed.tolist())
+        steps = (self._steps.tolist(), self._curvature_eps)
+        parts = (
+            self.simulator.source(),
+            f"measured {measured}, steps {steps}",
+            self.cost.source(),
+            self.final.source(),
+        )
+        return "\n".join(parts)
+
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name not in ("_kept", "_lock")}
 

@@ -16,6 +16,7 @@ import numpy as np
 from .._backends import stencils
 from .._backends.functions import Values, checked, pack, unpack
 from .._records import Array
+from .._source import of_function
 from ..errors import UsageError
 from . import names
 from .differences import contract_hessian, hessian
@@ -37,6 +38,10 @@ class Cost(ABC):
 
     #: Factor on all steps of differences.
     _factor = 1.0
+
+    @abstractmethod
+    def source(self) -> str:
+        """What the cost is, as a text."""
 
     def scaled(self, factor: float, simulator: Simulator) -> Cost:
         """The same with all steps of differences times a factor, and with this simulator."""
@@ -73,6 +78,9 @@ class FunctionCost(Cost):
 
     def __init__(self, name: str, function: Callable[..., Any], states: int, parameters: Sequence[str]) -> None:
         self._name, self._function, self._states, self._parameters = name, function, states, tuple(parameters)
+
+    def source(self) -> str:
+        return of_function(self._function)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_function": pack(self._function, f"`{self._name}`")}
@@ -131,6 +139,11 @@ class _Weighted:
             if not isinstance(weight, str) and not float(weight) >= 0.0:
                 raise UsageError(f"cost: the weight of `{name}` must be at least 0; found {weight}")
 
+    @property
+    def entries(self) -> list[tuple[int, tuple[Weight, Weight]]]:
+        """Weights and targets by place."""
+        return sorted(self._entries.items())
+
     def at(self, phi: Array) -> tuple[Array, Array]:
         """Weights (r,) and targets (r,)."""
         weights, targets = np.zeros(self._size), np.zeros(self._size)
@@ -181,6 +194,10 @@ class QuadraticCost(Cost):
                 raise names.unknown("sensor, as the cost wants,", name, list(outputs.groups))
             first, count = outputs.groups[name]
             self._sensed.set(name, list(range(first, first + count)), term, parameters)
+
+    def source(self) -> str:
+        sensed = [channel.name for channel in self._outputs.channels]
+        return f"squares of states and controls {self._direct.entries}, of {sensed} {self._sensed.entries}"
 
     def scaled(self, factor: float, simulator: Simulator) -> Cost:
         other = copy.copy(self)

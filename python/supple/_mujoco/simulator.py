@@ -7,6 +7,7 @@ begins with nothing but that: time 0, no warm start, no forces from outside, so 
 from __future__ import annotations
 
 import copy
+import hashlib
 import os
 import threading
 from collections import OrderedDict
@@ -123,6 +124,14 @@ class Simulator:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._prepare()
+
+    def source(self) -> str:
+        """What the model is, as a text: a fingerprint of MuJoCo's own bytes of it, and all that was chosen."""
+        buffer = np.zeros(mujoco.mj_sizeModel(self._base), dtype=np.uint8)
+        mujoco.mj_saveModel(self._base, None, buffer)
+        chosen = (self._controls.tolist(), self.targets, self._held.tolist(), self.reference.tolist())
+        settings = (self._substeps, self._eps, self._order)
+        return f"MuJoCo {mujoco.__version__}, {hashlib.sha256(buffer.tobytes()).hexdigest()}: {chosen}, {settings}"
 
     def model_at(self, phi: Array) -> mujoco.MjModel:
         """The model with these values of the parameters (P,). Not to be changed."""
