@@ -51,9 +51,7 @@ class NativeTask:
         made: list[str],
         *,
         gradients: tuple[bool, bool],
-        rollouts: int,
-        branches: int,
-        seed: int,
+        sizes: tuple[int, int, int],
         trajectories: bool,
     ) -> Kept: ...
     def design(self, made: list[str], settings: str, progress: Progress | None) -> Kept: ...
@@ -63,8 +61,7 @@ class NativeTask:
         grid: list[tuple[str, _Axis]],
         *,
         sizes: tuple[int, int, int],
-        jobs: int | None,
-        out: _Path | None,
+        place: tuple[int | None, _Path | None],
         progress: Progress | None,
     ) -> Kept: ...
     def robustness(

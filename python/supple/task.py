@@ -182,9 +182,7 @@ class Task:
         kept = task._native.evaluate(
             task._made("evaluate", words),
             gradients=(gradient in ("total", "both"), gradient in ("frozen", "both")),
-            rollouts=rollouts,
-            branches=branches,
-            seed=seed,
+            sizes=(rollouts, branches, seed),
             trajectories=trajectories,
         )
         return Evaluation(kept, task)
@@ -273,7 +271,7 @@ class Task:
         sizes = (rollouts, starts, seed)
         with watching(progress) as seer, _logged("sweep"):
             if executor is None:
-                kept = task._native.sweep(made, axes, sizes=sizes, jobs=jobs, out=out, progress=seer)
+                kept = task._native.sweep(made, axes, sizes=sizes, place=(jobs, out), progress=seer)
             else:
                 from . import executors
 

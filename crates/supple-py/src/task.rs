@@ -110,17 +110,16 @@ impl NativeTask {
     }
 
     /// Evaluates the design that the parameters are.
-    #[pyo3(signature = (made, *, gradients, rollouts, branches, seed, trajectories))]
+    #[pyo3(signature = (made, *, gradients, sizes, trajectories))]
     fn evaluate(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         gradients: (bool, bool),
-        rollouts: usize,
-        branches: usize,
-        seed: u64,
+        sizes: (usize, usize, u64),
         trajectories: bool,
     ) -> PyResult<Kept> {
+        let (rollouts, branches, seed) = sizes;
         let wanted = EvaluateOptions {
             total_gradient: gradients.0,
             frozen_gradient: gradients.1,
@@ -152,18 +151,18 @@ impl NativeTask {
         })
     }
 
-    /// Evaluates every design of a grid.
-    #[pyo3(signature = (made, grid, *, sizes, jobs, out, progress))]
+    /// Evaluates every design of a grid; `place` is how many points at once, and the folder of the journal.
+    #[pyo3(signature = (made, grid, *, sizes, place, progress))]
     fn sweep(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         grid: Vec<(String, AxisValues)>,
         sizes: (usize, usize, u64),
-        jobs: Option<usize>,
-        out: Option<PathBuf>,
+        place: (Option<usize>, Option<PathBuf>),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
+        let (jobs, out) = place;
         let options = self.sweep_options(py, grid, sizes)?;
         if let Some(folder) = &out {
             check_writable(folder, TABLE_CSV).map_err(|error| errors::of_study(py, &error))?;
