@@ -5,7 +5,17 @@ from typing import Any, TypeAlias, final
 
 from .progress import Progress
 
-__all__ = ["Kept", "NativeTask", "__version__"]
+__all__ = [
+    "DesignCollector",
+    "Kept",
+    "NativeTask",
+    "RobustnessCollector",
+    "SweepCollector",
+    "Units",
+    "__version__",
+    "instructions",
+    "use_instructions",
+]
 
 __version__: str
 
@@ -76,10 +86,12 @@ class NativeTask:
     def pareto(self, made: list[str], *, sizes: tuple[int, int, int], progress: Progress | None) -> Kept: ...
     def trace(self, made: list[str], options: str, progress: Progress | None) -> Kept: ...
 
+@final
 class Units:
     def __new__(cls, task: NativeTask, shared: bytes) -> Units: ...
     def work(self, units: list[bytes]) -> list[bytes]: ...
 
+@final
 class SweepCollector:
     def __new__(
         cls, task: NativeTask, grid: list[tuple[str, _Axis]], *, sizes: tuple[int, int, int], out: _Path | None
@@ -92,12 +104,14 @@ class SweepCollector:
     def close(self) -> None: ...
     def finish(self, made: list[str]) -> Kept: ...
 
+@final
 class DesignCollector:
     def __new__(cls, task: NativeTask, settings: str) -> DesignCollector: ...
     def shared(self) -> bytes: ...
     def units(self) -> list[_Unit]: ...
     def finish(self, made: list[str], found: list[bytes], seconds: float) -> Kept: ...
 
+@final
 class RobustnessCollector:
     def __new__(
         cls, task: NativeTask, designs: _Designs, vary: tuple[str, _Axis], sizes: tuple[int, int]

@@ -1,4 +1,4 @@
-"""Models of MuJoCo's: dynamics by ``mj_step``, derivatives by ``mjd_transitionFD`` and finite differences.
+"""Models of MuJoCo's: dynamics by ``mj_step``, derivatives by ``mjd_transitionFD`` and finite differences::
 
 model = supple.mujoco.Model(
     "arm.xml",
