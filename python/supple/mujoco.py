@@ -1,4 +1,6 @@
-"""Models of MuJoCo's: dynamics by ``mj_step``, derivatives by ``mjd_transitionFD`` and finite differences::
+"""Models of MuJoCo's: dynamics by ``mj_step``, derivatives by ``mjd_transitionFD`` and finite differences.
+
+For example::
 
 model = supple.mujoco.Model(
     "arm.xml",
