@@ -2,13 +2,15 @@
 
 For example::
 
-model = supple.mujoco.Model(
-    "arm.xml",
-    sensors=["q.shoulder", "tip"],
-    parameters={"wrist_kp": ("jnt_stiffness", "wrist")},
-    cost=supple.mujoco.quadratic(sensors={"tip": (10.0, [0.3, 0.0, 0.2])}, controls={"*": 1e-3}),
-)
-task = model.task(steps=100, noise=supple.Noise(initial={"*": 1e-4}, process={"v.*": 1e-4}, measurement=1e-4))
+    model = supple.mujoco.Model(
+        "arm.xml",
+        sensors=["q.shoulder", "tip"],
+        parameters={"wrist_kp": ("jnt_stiffness", "wrist")},
+        cost=supple.mujoco.quadratic(sensors={"tip": (10.0, [0.3, 0.0, 0.2])}, controls={"*": 1e-3}),
+    )
+    task = model.task(steps=100, noise=supple.Noise(initial={"*": 1e-4}, process={"v.*": 1e-4}, measurement=1e-4))
+
+Tasks are used as any others.
 """
 
 from __future__ import annotations
