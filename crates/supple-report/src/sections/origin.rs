@@ -1,6 +1,7 @@
 //! What made the results.
 
 use maud::{Markup, html};
+use supple_study::Made;
 
 use super::Context;
 use crate::html::{table, words};
@@ -17,9 +18,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         .iter()
         .map(|(name, folder)| {
             let made = &folder.made;
-            let command = std::iter::once("supple").chain(made.arguments.iter().map(String::as_str));
-            let command: Vec<String> = command.map(quoted).collect();
-            vec![name.clone(), command.join(" "), made.supple.clone(), made.seed.to_string()]
+            vec![name.clone(), command(made), made.supple.clone(), made.seed.to_string()]
         })
         .collect();
     Some(html! {
@@ -35,6 +34,15 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             }
         }
     })
+}
+
+/// The command line that made a result; what Python was asked where there is none.
+fn command(made: &Made) -> String {
+    if made.arguments.is_empty() {
+        return format!("{} in Python", made.command);
+    }
+    let words = std::iter::once("supple").chain(made.arguments.iter().map(String::as_str));
+    words.map(quoted).collect::<Vec<_>>().join(" ")
 }
 
 /// An argument as a shell takes it.
