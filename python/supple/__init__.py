@@ -11,7 +11,8 @@ from .errors import ComputeError, FileError, Interrupted, KeptError, StorageErro
 from .model import DerivativeError, Derivatives, Model, Noise, combine
 from .plots import Figure
 from .progress import Progress
-from .results import Design, Evaluation, Pareto, Result, Robustness, Sweep, Trace, load_result
+from .results import Design, Evaluation, Result
+from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
 from .task import Grid, Parameter, Task, load, loads
 

@@ -11,12 +11,13 @@ import time
 from collections.abc import Iterator
 
 from . import _units
+from ._asked import Axes, Chosen, Vary
 from ._crew import Crew, Done, Unit, Workers
 from ._supple import DesignCollector, Kept, RobustnessCollector, SweepCollector
 from ._supple import use_instructions as _use_instructions
 from .errors import UsageError
 from .progress import Progress
-from .task import Axes, Chosen, Task, Vary
+from .task import Task
 
 __all__ = ["Workers", "use_instructions"]
 

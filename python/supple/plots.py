@@ -11,7 +11,8 @@ from ._supple import Kept
 from .errors import UsageError
 
 if TYPE_CHECKING:
-    from .results import Result, Sweep
+    from .results import Result
+    from .studies import Sweep
 
 __all__ = ["Figure", "Plots"]
 

@@ -5,21 +5,22 @@ from __future__ import annotations
 import json
 import logging
 import os
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _html
+from ._asked import axis_text, axis_values, check_counts, design_text, designs_of, logged, option_words, pairs
 from ._supple import NativeTask
 from .errors import UsageError
 from .progress import Progress, watching
-from .results import Design, Evaluation, Pareto, Robustness, Sweep, Trace
+from .results import Design, Evaluation
+from .studies import Pareto, Robustness, Sweep, Trace
 
 if TYPE_CHECKING:
+    from ._asked import Axes, Vary
     from ._crew import Workers
     from .model import DerivativeError
 
@@ -31,11 +32,6 @@ LOGGER = logging.getLogger("supple")
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
-
-# What the native part takes: axes, one axis, and designs by name with values.
-Vary = tuple[str, str | list[float]]
-Axes = list[Vary]
-Chosen = list[str | tuple[str, list[tuple[str, float]]]]
 
 
 @dataclass(frozen=True)
@@ -64,7 +60,7 @@ def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
         FileError: Where the file, or the robot's file that it names, is wrong or cannot be read.
         UsageError: Where a parameter is unknown or out of bounds.
     """
-    native = NativeTask.load(path, _pairs(parameters))
+    native = NativeTask.load(path, pairs(parameters))
     for warning in native.warnings():
         LOGGER.warning("%s: %s", os.fspath(path), warning)
     return Task(native, ("load", os.fspath(path)), changed=parameters)
@@ -82,7 +78,7 @@ def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters
         FileError: Where the text, or the robot's file that it names, is wrong.
         UsageError: Where a parameter is unknown or out of bounds.
     """
-    native = NativeTask.restore([(os.fspath(path), text)], _pairs(parameters))
+    native = NativeTask.restore([(os.fspath(path), text)], pairs(parameters))
     for warning in native.warnings():
         LOGGER.warning("%s: %s", os.fspath(path), warning)
     return Task(native, ("load", os.fspath(path)), changed=parameters)
@@ -149,7 +145,7 @@ class Task:
     def at(self, values: Mapping[str, float] | None = None, /, **parameters: float) -> Task:
         """The same task with other values of some parameters."""
         changed = {**(values or {}), **parameters}
-        return Task(self._native.with_values(_pairs(changed)), self._recipe, {**self._changed, **changed})
+        return Task(self._native.with_values(pairs(changed)), self._recipe, {**self._changed, **changed})
 
     def evaluate(
         self,
@@ -175,10 +171,10 @@ class Task:
         """
         if gradient not in (None, "total", "frozen", "both"):
             raise UsageError(f'gradient={gradient!r}: there is "total", "frozen", "both" and None')
-        _check_counts(rollouts=rollouts, branches=branches, seed=seed)
+        check_counts(rollouts=rollouts, branches=branches, seed=seed)
         task = self.at(at, **parameters)
         words = ["--gradient", gradient] if gradient else []
-        words += _options(rollouts=rollouts, branches=branches, seed=seed)
+        words += option_words(rollouts=rollouts, branches=branches, seed=seed)
         kept = task._native.evaluate(
             task._made("evaluate", words),
             gradients=(gradient in ("total", "both"), gradient in ("frozen", "both")),
@@ -221,7 +217,7 @@ class Task:
         wanted.update({key: value for key, value in given.items() if value is not None})
         words = [word for key, value in given.items() if value is not None for word in (f"--{key}", str(value))]
         made = task._made("design", words)
-        with watching(progress) as seer, _logged("design"):
+        with watching(progress) as seer, logged("design"):
             if executor is None:
                 return Design(task._native.design(made, json.dumps(wanted), seer), task)
             from . import executors
@@ -259,17 +255,17 @@ class Task:
             at: Values of parameters that are on no axis.
             **parameters: Values of parameters that are on no axis.
         """
-        _check_counts(rollouts=rollouts, starts=starts, seed=seed)
+        check_counts(rollouts=rollouts, starts=starts, seed=seed)
         if jobs is not None and jobs < 1:
             raise UsageError(f"jobs={jobs}: at least 1")
         if jobs is not None and executor is not None:
             raise UsageError("jobs are threads of this process, and executor has workers of its own: give one of them")
         task = self.at(at, **parameters)
-        axes: Axes = [(name, _axis(name, values)) for name, values in grid.items()]
-        words = [word for name, values in axes for word in ("--grid", f"{name}={_axis_text(values)}")]
-        made = task._made("sweep", words + _options(rollouts=rollouts, starts=starts, seed=seed))
+        axes: Axes = [(name, axis_values(name, values)) for name, values in grid.items()]
+        words = [word for name, values in axes for word in ("--grid", f"{name}={axis_text(values)}")]
+        made = task._made("sweep", words + option_words(rollouts=rollouts, starts=starts, seed=seed))
         sizes = (rollouts, starts, seed)
-        with watching(progress) as seer, _logged("sweep"):
+        with watching(progress) as seer, logged("sweep"):
             if executor is None:
                 kept = task._native.sweep(made, axes, sizes=sizes, place=(jobs, out), progress=seer)
             else:
@@ -303,17 +299,17 @@ class Task:
             at: Values of parameters of ``start``.
             **parameters: Values of parameters of ``start``.
         """
-        _check_counts(rollouts=rollouts, seed=seed)
+        check_counts(rollouts=rollouts, seed=seed)
         if len(vary) != 1:
             raise UsageError(f"vary names {len(vary)} parameters: one is varied at a time")
         task = self.at(at, **parameters)
         ((name, values),) = vary.items()
-        axis: Vary = (name, _axis(name, values))
-        chosen = _designs(designs)
-        texts = [one if isinstance(one, str) else _design_text(*one) for one in chosen]
-        words = ["--designs", ",".join(texts), "--vary", f"{name}={_axis_text(axis[1])}"]
-        made = task._made("robustness", words + _options(rollouts=rollouts, seed=seed))
-        with watching(progress) as seer, _logged("robustness"):
+        axis: Vary = (name, axis_values(name, values))
+        chosen = designs_of(designs)
+        texts = [one if isinstance(one, str) else design_text(*one) for one in chosen]
+        words = ["--designs", ",".join(texts), "--vary", f"{name}={axis_text(axis[1])}"]
+        made = task._made("robustness", words + option_words(rollouts=rollouts, seed=seed))
+        with watching(progress) as seer, logged("robustness"):
             if executor is None:
                 kept = task._native.robustness(made, chosen, axis, sizes=(rollouts, seed), progress=seer)
             else:
@@ -333,10 +329,10 @@ class Task:
         **parameters: float,
     ) -> Pareto:
         """The front of information against cost: designs with the least information as all bounds move together."""
-        _check_counts(points=points, starts=starts, seed=seed)
+        check_counts(points=points, starts=starts, seed=seed)
         task = self.at(at, **parameters)
-        made = task._made("pareto", _options(points=points, starts=starts, seed=seed))
-        with watching(progress) as seer, _logged("pareto"):
+        made = task._made("pareto", option_words(points=points, starts=starts, seed=seed))
+        with watching(progress) as seer, logged("pareto"):
             return Pareto(task._native.pareto(made, sizes=(points, starts, seed), progress=seer), task)
 
     def trace(
@@ -351,12 +347,12 @@ class Task:
         **parameters: float,
     ) -> Trace:
         """The paths of searches, by every method and gradient from every start."""
-        _check_counts(starts=starts, seed=seed)
+        check_counts(starts=starts, seed=seed)
         task = self.at(at, **parameters)
         options = {"starts": starts, "methods": list(methods), "gradients": list(gradients), "seed": seed}
         words = ["--method", ",".join(methods), "--gradient", ",".join(gradients)]
-        made = task._made("trace", words + _options(starts=starts, seed=seed))
-        with watching(progress) as seer, _logged("trace"):
+        made = task._made("trace", words + option_words(starts=starts, seed=seed))
+        with watching(progress) as seer, logged("trace"):
             return Trace(task._native.trace(made, json.dumps(options), seer), task)
 
     def _made(self, command: str, words: list[str]) -> list[str]:
@@ -400,67 +396,3 @@ class Task:
 
     def _repr_html_(self) -> str:
         return _html.table(f"Task {self._title}".rstrip(), self._summary())
-
-
-class _logged:
-    """Logs how long a study takes."""
-
-    def __init__(self, what: str) -> None:
-        self._what = what
-
-    def __enter__(self) -> None:
-        LOGGER.info("%s begins", self._what)
-        self._clock = time.perf_counter()
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        how = "done" if kind is None else f"ended by {kind.__name__}"
-        LOGGER.info("%s %s after %.3f s", self._what, how, time.perf_counter() - self._clock)
-
-
-def _pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
-    pairs = []
-    for name, value in values.items():
-        try:
-            pairs.append((name, float(value)))
-        except (TypeError, ValueError):
-            raise UsageError(f"parameter `{name}` = {value!r} is no number") from None
-    return pairs
-
-
-def _check_counts(**counts: int) -> None:
-    for name, count in counts.items():
-        if not isinstance(count, (int, np.integer)) or isinstance(count, bool) or count < 0:
-            raise UsageError(f"{name}={count!r}: a whole number of at least 0")
-
-
-def _options(**options: int) -> list[str]:
-    return [word for name, value in options.items() for word in (f"--{name}", str(value))]
-
-
-def _axis(name: str, values: ArrayLike) -> str | list[float]:
-    if isinstance(values, str):
-        return values
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise UsageError(f"axis `{name}`: {values!r} are no numbers") from None
-    if array.ndim != 1:
-        raise UsageError(f"axis `{name}` has the shape {array.shape}: its values are a list of numbers")
-    return [float(value) for value in array]
-
-
-def _axis_text(values: str | list[float]) -> str:
-    return values if isinstance(values, str) else ",".join(repr(value) for value in values)
-
-
-def _designs(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Chosen:
-    if isinstance(designs, str):
-        return [designs]
-    if not isinstance(designs, Mapping):
-        return list(designs)
-    standing = ("start", "optimum")
-    return [name if name in standing and not values else (name, _pairs(values)) for name, values in designs.items()]
-
-
-def _design_text(name: str, values: list[tuple[str, float]]) -> str:
-    return f"{name}=" + ",".join(f"{parameter}:{value!r}" for parameter, value in values)

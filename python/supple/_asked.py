@@ -1,0 +1,86 @@
+"""What is asked for, checked and in the words of the native part and of the command line."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .errors import UsageError
+
+__all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "check_counts", "design_text", "designs_of", "logged"]
+__all__ += ["option_words", "pairs"]
+
+LOGGER = logging.getLogger("supple")
+
+# What the native part takes: axes, one axis, and designs by name with values.
+Vary = tuple[str, str | list[float]]
+Axes = list[Vary]
+Chosen = list[str | tuple[str, list[tuple[str, float]]]]
+
+
+class logged:
+    """Logs how long a study takes."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+
+    def __enter__(self) -> None:
+        LOGGER.info("%s begins", self._what)
+        self._clock = time.perf_counter()
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        how = "done" if kind is None else f"ended by {kind.__name__}"
+        LOGGER.info("%s %s after %.3f s", self._what, how, time.perf_counter() - self._clock)
+
+
+def pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
+    found = []
+    for name, value in values.items():
+        try:
+            found.append((name, float(value)))
+        except (TypeError, ValueError):
+            raise UsageError(f"parameter `{name}` = {value!r} is no number") from None
+    return found
+
+
+def check_counts(**counts: int) -> None:
+    for name, count in counts.items():
+        if not isinstance(count, (int, np.integer)) or isinstance(count, bool) or count < 0:
+            raise UsageError(f"{name}={count!r}: a whole number of at least 0")
+
+
+def option_words(**options: int) -> list[str]:
+    return [word for name, value in options.items() for word in (f"--{name}", str(value))]
+
+
+def axis_values(name: str, values: ArrayLike) -> str | list[float]:
+    if isinstance(values, str):
+        return values
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise UsageError(f"axis `{name}`: {values!r} are no numbers") from None
+    if array.ndim != 1:
+        raise UsageError(f"axis `{name}` has the shape {array.shape}: its values are a list of numbers")
+    return [float(value) for value in array]
+
+
+def axis_text(values: str | list[float]) -> str:
+    return values if isinstance(values, str) else ",".join(repr(value) for value in values)
+
+
+def designs_of(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Chosen:
+    if isinstance(designs, str):
+        return [designs]
+    if not isinstance(designs, Mapping):
+        return list(designs)
+    standing = ("start", "optimum")
+    return [name if name in standing and not values else (name, pairs(values)) for name, values in designs.items()]
+
+
+def design_text(name: str, values: list[tuple[str, float]]) -> str:
+    return f"{name}=" + ",".join(f"{parameter}:{value!r}" for parameter, value in values)

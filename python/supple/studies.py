@@ -1,0 +1,219 @@
+"""Results of studies of many designs or noises, and results of any kind read again."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from functools import cached_property
+
+from . import _html
+from ._records import Array, Record, build
+from ._supple import Kept
+from .results import Design, Evaluation, Result
+from .table import Table
+
+__all__ = ["Comparison", "Pareto", "ParetoPoint", "RobustDesign", "Robustness", "RobustnessCell"]
+__all__ += ["Sweep", "Trace", "TracePoint", "TraceRun", "load_result"]
+
+
+class Sweep(Result):
+    """Designs on a grid, each evaluated."""
+
+    kind = "sweep"
+
+    @cached_property
+    def table(self) -> Table:
+        """One row by design, the last axis changing fastest."""
+        columns = self._data["columns"]
+        return Table(
+            self._kept.columns(),
+            units={column["name"]: column["unit"] for column in columns},
+            descriptions={column["name"]: column["description"] for column in columns},
+        )
+
+    @property
+    def axes(self) -> dict[str, Array]:
+        """Values along each axis."""
+        return {axis["parameter"]: axis["values"] for axis in self._data["options"]["axes"]}
+
+    def grid(self, column: str) -> Array:
+        """A column of numbers in the shape of the grid."""
+        values: Array = self.table[column].reshape([len(values) for values in self.axes.values()])
+        return values
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [
+            (name, f"{len(values)} values, {min(values):.6g} to {max(values):.6g}")
+            for name, values in self.axes.items()
+        ]
+        return [("designs", str(len(self.table))), *rows]
+
+    def _repr_html_(self) -> str:
+        return _html.table("Sweep", self._summary()) + self.table._repr_html_()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RobustDesign(Record):
+    """A design of a study of robustness."""
+
+    name: str
+    parameters: dict[str, float]
+    information_nats: float
+    status: str | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RobustnessCell(Record):
+    """Costs of one design in one task at one level of noise, planned for the ``nominal`` noise or the ``truth``."""
+
+    design: int
+    task: int
+    planned_for: str
+    level: int
+    mean: float
+    deviation: float
+    confidence: float
+    quantiles: Array
+    diverged: int
+    expected: float | None
+    error: str | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Record):
+    """How the growth of cost compares between two designs, roll-out by roll-out."""
+
+    task: int
+    planned_for: str
+    design: int
+    other: int
+    levels: list[int]
+    growths: Array
+    difference: float
+    interval: Array
+    p_value: float
+
+
+class Robustness(Result):
+    """Costs in closed loop as a noise grows."""
+
+    kind = "robustness"
+
+    @cached_property
+    def designs(self) -> list[RobustDesign]:
+        """The designs."""
+        return [build(RobustDesign, design) for design in self._data["designs"]]
+
+    @cached_property
+    def cells(self) -> list[RobustnessCell]:
+        """Costs by design, task, planning and level, in this order of nesting."""
+        return [build(RobustnessCell, cell) for cell in self._data["cells"]]
+
+    @cached_property
+    def comparisons(self) -> list[Comparison]:
+        """How designs compare."""
+        return [build(Comparison, comparison) for comparison in self._data["comparisons"]]
+
+    @property
+    def levels(self) -> Array:
+        """Values of the parameter that grows."""
+        levels: Array = self._data["options"]["vary"]["values"]
+        return levels
+
+    @property
+    def varied(self) -> str:
+        """The parameter that grows."""
+        return str(self._data["options"]["vary"]["parameter"])
+
+    def _summary(self) -> list[tuple[str, str]]:
+        levels = self.levels
+        rows = [("varied", f"{self.varied}, {levels.min():.3g} to {levels.max():.3g} in {len(levels)} levels")]
+        return rows + [(design.name, f"{design.information_nats / math.log(2):.6g} bits") for design in self.designs]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParetoPoint(Record):
+    """A point of a front; the command line's JSON has the same keys."""
+
+    factor: float
+    bounds: Array
+    status: str
+    parameters: dict[str, float]
+    information_nats: float
+    task_nats: Array
+    costs: Array
+    prices: Array
+    at_ends: list[str]
+
+
+class Pareto(Result):
+    """The front of information against cost."""
+
+    kind = "pareto"
+
+    @cached_property
+    def points(self) -> list[ParetoPoint]:
+        """Points by increasing factor of the bounds: the tightest first."""
+        return [build(ParetoPoint, point) for point in self._data["points"]]
+
+    @property
+    def remarks(self) -> list[str]:
+        """Where bounds become active along the front."""
+        return list(self._data["remarks"])
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [(f"{point.factor:.6g}", f"{point.information_nats / math.log(2):.6g} bits") for point in self.points]
+        return [("factor of bounds", "information"), *rows]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TracePoint(Record):
+    """A visited design."""
+
+    parameters: dict[str, float]
+    information_nats: float
+    costs: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TraceRun(Record):
+    """One search from one start."""
+
+    method: str
+    gradient: str
+    start: int
+    status: str
+    path: list[TracePoint]
+    steps: list[int]
+    end: TracePoint
+    error: str | None
+
+
+class Trace(Result):
+    """The paths of searches."""
+
+    kind = "trace"
+
+    @cached_property
+    def runs(self) -> list[TraceRun]:
+        """One run per method, gradient and start."""
+        return [build(TraceRun, run) for run in self._data["runs"]]
+
+    def _summary(self) -> list[tuple[str, str]]:
+        return [
+            (
+                f"{run.method}, {run.gradient}, {run.start}",
+                f"{run.status}, {run.end.information_nats / math.log(2):.6g} bits",
+            )
+            for run in self.runs
+        ]
+
+
+_KINDS: dict[str, type[Result]] = {kind.kind: kind for kind in (Evaluation, Design, Sweep, Robustness, Pareto, Trace)}
+
+
+def load_result(folder: str | os.PathLike[str]) -> Result:
+    """Reads a result of any kind that ``save`` or the command line kept."""
+    kept = Kept.load(folder)
+    return _KINDS.get(kept.kind, Result)(kept)
