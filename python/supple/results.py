@@ -153,18 +153,20 @@ class _Evaluated:
         return rows
 
 
-class Evaluation(Result):
-    """One design, evaluated."""
+class _OfDesign(Result):
+    """A result that is about one design first of all."""
 
-    kind = "evaluate"
+    def _whole(self) -> Mapping[str, Any]:
+        """The dict of the evaluation that it is about."""
+        return self._data
 
     @cached_property
     def _evaluated(self) -> _Evaluated:
-        return _Evaluated(self._data, self.made["about"])
+        return _Evaluated(self._whole(), self.made["about"])
 
     @property
     def parameters(self) -> dict[str, float]:
-        """All parameters by name."""
+        """All parameters of the design by name."""
         return self._evaluated.parameters
 
     @property
@@ -186,6 +188,12 @@ class Evaluation(Result):
         return self._evaluated.summary()
 
 
+class Evaluation(_OfDesign):
+    """One design, evaluated."""
+
+    kind = "evaluate"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Start(Record):
     """One start of a search; the command line's JSON has the same keys."""
@@ -201,34 +209,14 @@ class Start(Record):
     error: str | None
 
 
-class Design(Result):
-    """The best design that a search found, and how it went."""
+class Design(_OfDesign):
+    """The best design that a search found, and how it went; parameters, information and tasks are those of the best."""
 
     kind = "design"
 
-    @cached_property
-    def _evaluated(self) -> _Evaluated:
-        return _Evaluated(self._data["optimum"], self.made["about"])
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """All parameters of the best design by name."""
-        return self._evaluated.parameters
-
-    @property
-    def information(self) -> Information:
-        """The weighted sum of the tasks' information at the best design."""
-        return self._evaluated.information
-
-    @property
-    def feasible(self) -> bool:
-        """Whether every plan converged and every task meets its bound at the best design."""
-        return self._evaluated.feasible
-
-    @property
-    def tasks(self) -> dict[str, TaskReport]:
-        """Each task at the best design by name."""
-        return self._evaluated.tasks
+    def _whole(self) -> Mapping[str, Any]:
+        found: Mapping[str, Any] = self._data["optimum"]
+        return found
 
     @property
     def status(self) -> str:
@@ -276,4 +264,4 @@ class Design(Result):
 
     def _summary(self) -> list[tuple[str, str]]:
         found = f"{self.status}, {len(self.starts)} starts, {self.evaluations} designs in {self.seconds:.3g} s"
-        return [("status", found), *self._evaluated.summary()]
+        return [("status", found), *super()._summary()]
