@@ -207,3 +207,29 @@ def task_values() -> Any:
     from supple._backends.functions import Values
 
     return Values(("stiffness",), np.array([0.1]))
+
+
+def test_steps_are_not_so_short_that_nothing_seems_to_change() -> None:
+    """Once a cost far from its target got steps over which it was constant to the last digit, and no curvature."""
+    task = supple.Model(
+        step=lambda x, u, p: x + 0.02 * np.stack([x[..., 1], u[..., 0] - 5.0 * x[..., 0]], axis=-1),
+        observe=lambda x, p: x[..., :1],
+        cost=lambda x, u, p: 5.0 * (x[..., 0] - 1.0) ** 2 + 0.1 * x[..., 1] ** 2 + 0.01 * u[..., 0] ** 2,
+        final_cost=lambda x, p: 50.0 * (x[..., 0] - 1.0) ** 2 + x[..., 1] ** 2,
+        states=2,
+        controls=1,
+        measurements=1,
+        parameters={},
+        backend="numpy",
+    ).task(
+        steps=50,
+        time_step=0.02,
+        initial_state=[0.0, 0.0],
+        initial_control=[0.0],
+        noise=supple.Noise(initial=[1e-4, 1e-3], process=[0.0, 1e-4], measurement=[1e-4]),
+    )
+    x, u, phi = np.zeros((3, 2)), np.zeros((3, 1)), np.zeros(0)
+    second, first = task._recipe[1]["systems"][0]["backend"].stage_quadratics(x, u, phi)
+    assert np.allclose(second, np.diag([10.0, 0.2, 0.02]), atol=1e-6)
+    assert np.allclose(first, [-10.0, 0.0, 0.0], atol=1e-8)
+    assert task.evaluate().tasks["task"].status == "converged"

@@ -33,6 +33,15 @@ def test_workers_give_the_same_to_the_last_bit(backend: Any) -> None:
         assert pool.submit(evaluated, task).result() == evaluated(task)
 
 
+@pytest.mark.parametrize("backend", ["jax", "recorded"])
+def test_sweeps_on_executors_are_those_of_threads(backend: Any, tmp_path: Path) -> None:
+    task = cart_pole(backend)
+    grid = {"stiffness": [0.1, 0.2, 0.3]}
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        found = task.sweep(grid, executor=pool, out=tmp_path / "sweep")
+    assert found.to_json() == task.sweep(grid).to_json()
+
+
 def test_what_was_measured_travels_too() -> None:
     task = cart_pole("numpy")
     again = pickle.loads(pickle.dumps(task))
