@@ -14,7 +14,7 @@ __all__ = ["make"]
 
 def make(kind: str, what: Any, changed: Mapping[str, float]) -> Task:
     """The task of a recipe, with these values of parameters."""
-    if kind == "load":
+    if kind in ("load", "loads"):
         path, sources = what
         return Task(NativeTask.restore(sources, list(changed.items())), (kind, path), changed)
     if kind == "own":

@@ -76,7 +76,7 @@ def context(task: Task, shared: bytes) -> Context:
 
 def _pickled(task: Task) -> bytes:
     dumps = pickle.dumps
-    if task._recipe[0] != "load":
+    if task._recipe[0] == "own":
         try:
             # Functions of scripts and notebooks, and lambdas, go along by value.
             import cloudpickle

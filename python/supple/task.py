@@ -60,10 +60,7 @@ def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
         FileError: Where the file, or the robot's file that it names, is wrong or cannot be read.
         UsageError: Where a parameter is unknown or out of bounds.
     """
-    native = NativeTask.load(path, pairs(parameters))
-    for warning in native.warnings():
-        LOGGER.warning("%s: %s", os.fspath(path), warning)
-    return Task(native, ("load", os.fspath(path)), changed=parameters)
+    return _read(NativeTask.load(path, pairs(parameters)), ("load", os.fspath(path)), parameters)
 
 
 def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
@@ -79,9 +76,13 @@ def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters
         UsageError: Where a parameter is unknown or out of bounds.
     """
     native = NativeTask.restore([(os.fspath(path), text)], pairs(parameters))
+    return _read(native, ("loads", os.fspath(path)), parameters)
+
+
+def _read(native: NativeTask, recipe: tuple[str, str], parameters: Mapping[str, float]) -> Task:
     for warning in native.warnings():
-        LOGGER.warning("%s: %s", os.fspath(path), warning)
-    return Task(native, ("load", os.fspath(path)), changed=parameters)
+        LOGGER.warning("%s: %s", recipe[1], warning)
+    return Task(native, recipe, changed=parameters)
 
 
 class Task:
@@ -375,7 +376,7 @@ class Task:
 
     def _packed(self) -> tuple[str, Any]:
         kind, what = self._recipe
-        if kind == "load":
+        if kind != "own":
             # With the texts of its files, which other machines need not have.
             return kind, (what, self._native.sources())
         return kind, what
