@@ -4,7 +4,7 @@ use supple_study::{Folder, Made, StudyResult};
 
 use crate::arguments::Output;
 use crate::failure::Failure;
-use crate::output::{print_json, print_text};
+use crate::output::print_text;
 use crate::pages::result_page;
 
 /// Keeps a result in a folder, where one is given, and prints its page or its JSON.
@@ -21,13 +21,8 @@ pub fn print(result: &StudyResult, made: &Made, folder: Option<&Path>, json: boo
     if !json {
         return print_text(&result_page(&made.about, result, folder));
     }
-    match result {
-        StudyResult::Sweep(sweep) => print_text(&sweep.table.to_jsonl()),
-        StudyResult::Design(result) => print_json(result),
-        StudyResult::Evaluate(result) => print_json(&result.evaluation),
-        StudyResult::Robustness(result) => print_json(result),
-        StudyResult::Pareto(result) => print_json(result),
-        StudyResult::Trace(result) => print_json(result),
-        StudyResult::Study(result) => print_json(result),
-    }
+    let text = result.json()?;
+    // The lines of a table end themselves.
+    let end = if matches!(result, StudyResult::Sweep(_)) { "" } else { "\n" };
+    print_text(&(text + end))
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
-use serde::Serialize;
 use supple_figures::{Format, Kind, Width, draw, render};
 use supple_study::{Cell, Folder, Made, StudyResult, Table};
 
@@ -44,15 +43,7 @@ impl Kept {
     /// `design`, `evaluate`, `sweep`...
     #[getter]
     fn kind(&self) -> &'static str {
-        match self.0.result {
-            StudyResult::Design(_) => "design",
-            StudyResult::Evaluate(_) => "evaluate",
-            StudyResult::Sweep(_) => "sweep",
-            StudyResult::Robustness(_) => "robustness",
-            StudyResult::Pareto(_) => "pareto",
-            StudyResult::Trace(_) => "trace",
-            StudyResult::Study(_) => "study",
-        }
+        self.0.result.kind()
     }
 
     /// What made it, as a dict.
@@ -75,16 +66,7 @@ impl Kept {
 
     /// The result as the command line prints it with `--json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        let text = match &self.0.result {
-            StudyResult::Design(result) => json(result),
-            StudyResult::Evaluate(result) => json(&result.evaluation),
-            StudyResult::Sweep(result) => return Ok(result.table.to_jsonl()),
-            StudyResult::Robustness(result) => json(result),
-            StudyResult::Pareto(result) => json(result),
-            StudyResult::Trace(result) => json(result),
-            StudyResult::Study(result) => json(result),
-        };
-        text.map_err(|error| errors::usage(py, &error.to_string()))
+        self.0.result.json().map_err(|error| errors::of_study(py, &error))
     }
 
     /// The columns of a sweep's table by name: arrays of numbers, NaN where there is none, or lists of texts.
@@ -144,10 +126,6 @@ impl Kept {
             .map(|folder| (**folder).clone())
             .collect()
     }
-}
-
-fn json<T: Serialize>(result: &T) -> Result<String, serde_json::Error> {
-    serde_json::to_string_pretty(result)
 }
 
 /// A column: numbers, unless there is a text in it.

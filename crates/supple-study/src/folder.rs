@@ -77,6 +77,38 @@ pub enum StudyResult {
     Study(Box<Study>),
 }
 
+impl StudyResult {
+    /// The command that makes such results: `design`, `evaluate`...
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Design(_) => "design",
+            Self::Evaluate(_) => "evaluate",
+            Self::Sweep(_) => "sweep",
+            Self::Robustness(_) => "robustness",
+            Self::Pareto(_) => "pareto",
+            Self::Trace(_) => "trace",
+            Self::Study(_) => "study",
+        }
+    }
+
+    /// The result as programs read it: one JSON object; of a sweep its table, as lines of JSON.
+    ///
+    /// # Errors
+    /// Where it cannot be told in JSON.
+    pub fn json(&self) -> Result<String, StudyError> {
+        let text = match self {
+            Self::Design(result) => serde_json::to_string_pretty(result),
+            Self::Evaluate(result) => serde_json::to_string_pretty(&result.evaluation),
+            Self::Sweep(result) => Ok(result.table.to_jsonl()),
+            Self::Robustness(result) => serde_json::to_string_pretty(result),
+            Self::Pareto(result) => serde_json::to_string_pretty(result),
+            Self::Trace(result) => serde_json::to_string_pretty(result),
+            Self::Study(result) => serde_json::to_string_pretty(result),
+        };
+        text.map_err(|error| StudyError::Usage(error.to_string()))
+    }
+}
+
 /// A folder with a result.
 #[derive(Clone, Debug)]
 pub struct Folder {

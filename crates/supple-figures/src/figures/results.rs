@@ -32,18 +32,7 @@ pub fn folder_name(folder: &Folder) -> String {
 
 /// That the results are not those that a figure needs.
 pub fn lacking(figure: &'static str, needs: &'static str, folders: &[Folder]) -> FigureError {
-    let kind = |folder: &Folder| {
-        let kind = match &folder.result {
-            StudyResult::Design(_) => "design",
-            StudyResult::Evaluate(_) => "evaluate",
-            StudyResult::Sweep(_) => "sweep",
-            StudyResult::Robustness(_) => "robustness",
-            StudyResult::Pareto(_) => "pareto",
-            StudyResult::Trace(_) => "trace",
-            StudyResult::Study(_) => "study",
-        };
-        format!("{} (of `supple {kind}`)", folder.path.display())
-    };
+    let kind = |folder: &Folder| format!("{} (of `supple {}`)", folder.path.display(), folder.result.kind());
     let given = folders.iter().map(kind).collect::<Vec<_>>().join(", ");
     FigureError::Needs { figure, needs, given: if given.is_empty() { "nothing".into() } else { given } }
 }
