@@ -1,5 +1,6 @@
 //! Design compliant robots that need little information to be controlled.
 pub mod belief;
+pub mod bound;
 pub mod check;
 pub mod cost;
 mod cost_parts;

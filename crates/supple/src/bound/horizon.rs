@@ -1,0 +1,55 @@
+use supple_kernels::{Matrices, rows};
+
+use crate::noise::Noise;
+use crate::plan::Plan;
+
+/// A linear system over T decisions with the price of what is not known at each, all sensors and controllers left open.
+///
+/// Whatever is measured, the optimal controller acts on the estimate, and the expected cost is
+/// `base_cost + sum_t Tr(Theta_t P_t)` with `P_t` the covariance of `x_t` once `u_t` is chosen (theory, equation L.1).
+#[derive(Clone, Debug)]
+pub struct Horizon {
+    /// `A_t`, n x n, T of them or one that holds at every step.
+    pub dynamics: Matrices,
+    /// `W_t`, n x n, T of them or one that holds at every step; may be singular.
+    pub process: Matrices,
+    /// `X_0`, n x n; may be singular.
+    pub initial: Matrices,
+    /// `Theta_t`, n x n, positive semidefinite, T of them: half the value of information `Xi_t`, cost per covariance.
+    pub prices: Matrices,
+    /// The expected cost with the state known exactly: the least there is.
+    pub base_cost: f64,
+}
+
+impl Horizon {
+    /// That of a plan's linearisation.
+    pub fn of_plan(plan: &Plan, noise: &Noise) -> Self {
+        let (n, steps) = (plan.knots.dimensions.states, plan.knots.steps());
+        let mut dynamics = Matrices::zeros(steps, n, n);
+        let mut prices = Matrices::zeros(steps, n, n);
+        for t in 0..steps {
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                dynamics.set(t, i, j, plan.knots.dynamics.get(t, i, j));
+                prices.set(t, i, j, 0.5 * plan.policy.value_of_information.get(t, i, j));
+            }
+        }
+        let (s, traced) = (&plan.policy.curvature, |a: &Matrices, b: &Matrices, t, k| rows::dot(a.at(t), b.at(k)));
+        let known: f64 = (0..steps).map(|t| traced(s, &noise.process, t + 1, t)).sum();
+        let base_cost = plan.nominal_cost + 0.5 * (known + traced(s, &noise.initial, 0, 0));
+        Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost }
+    }
+}
+
+/// The same where nothing changes over time, per step: `x+ = A x + B u + w`, with the cost `1/2 z' L z` of
+/// `z = (x, u)`.
+#[derive(Clone, Debug)]
+pub struct Stationary {
+    /// `A`, n x n.
+    pub dynamics: Matrices,
+    /// `W`, n x n; may be singular.
+    pub process: Matrices,
+    /// `Theta`, n x n: half of `K' Q_uu K` of the optimal regulator.
+    pub price: Matrices,
+    /// `1/2 Tr(W S)`: the expected cost per step with the state known exactly.
+    pub base_cost: f64,
+}
