@@ -61,14 +61,20 @@ fn tanaka_finite() {
 #[test]
 fn random_horizons_against_cvxpy() {
     let golden: Vec<Json> = serde_json::from_str(include_str!("golden/bound.json")).unwrap();
-    assert!(golden.len() >= 40);
+    assert!(golden.len() >= 50);
+    let mut differences = Vec::new();
     for case in &golden {
         let horizon = horizon_of(case);
-        let (budget, nats) = (case["budget"].as_f64().unwrap(), case["nats"].as_f64().unwrap());
+        let (seed, budget, nats) = (&case["seed"], case["budget"].as_f64().unwrap(), case["nats"].as_f64().unwrap());
         let found = minimum_information(&horizon, budget, &BoundSettings::default()).unwrap();
         let gap = found.nats - found.lower_nats;
-        let (seed, accuracy) = (&case["seed"], case["accuracy"].as_f64().unwrap());
         assert!(gap <= 1e-7 * horizon.steps() as f64, "seed {seed}: gap {gap:e}");
-        assert!((found.nats - nats).abs() < accuracy * nats.max(1.0), "seed {seed}: {} against {nats}", found.nats);
+        // Its covariances are feasible to 1e-6, and close to the best.
+        assert!(found.lower_nats <= nats + 2e-6 * nats.max(1.0), "seed {seed}: {} above {nats}", found.lower_nats);
+        let difference = (found.nats - nats).abs() / nats.max(1.0);
+        assert!(difference < 1e-4, "seed {seed}: {} against {nats}", found.nats);
+        differences.push(difference);
     }
+    differences.sort_by(f64::total_cmp);
+    assert!(differences[differences.len() * 8 / 10] < 1e-6, "{differences:?}");
 }
