@@ -33,8 +33,6 @@ struct Step {
     /// Lengths taken for covariances and multipliers, at most 1.
     primal: f64,
     dual: f64,
-    /// The square of the Newton decrement over the barrier's weight.
-    decrement: f64,
     /// The new place in its own coordinates.
     local: Vec<Local>,
 }
@@ -75,7 +73,7 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
             return Some(best);
         };
         local = step.local;
-        let far = step.decrement / count as f64;
+        let far = residual(chain, &place, &local) / barrier;
         best.iterations = iteration + 1;
         let now = gap(chain, &place, &local);
         barrier = (barrier * reduction(step.primal.min(step.dual), far)).max(least);
@@ -89,17 +87,35 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
     Some(best)
 }
 
-/// By how much the barrier is lowered after a step of this length that was so far from the centre.
+/// By how much the barrier is lowered after a step of this length that leaves a residual of `far` times its weight.
 fn reduction(length: f64, far: f64) -> f64 {
     match far {
         _ if length < 0.5 => 1.0,
-        ..0.003 => 0.05,
-        ..0.03 => 0.1,
-        ..0.1 => 0.2,
-        ..0.3 => 0.4,
-        ..1.0 => 0.7,
+        ..0.1 => 0.05,
+        ..0.3 => 0.1,
+        ..0.7 => 0.2,
+        ..1.5 => 0.4,
+        ..4.0 => 0.7,
         _ => 1.0,
     }
+}
+
+/// How far the multipliers are from making the covariances stationary: the root of the mean square, per coordinate in
+/// which `p_t` is the identity.
+fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
+    let (mut squares, mut count) = (0.0, 0);
+    for (t, at) in local.iter().enumerate() {
+        let n = at.price.nrows();
+        let mut sum = &at.price * place.price + &place.multipliers[t] - Dense::identity(n, n) * (0.5 + place.barrier);
+        if let Some(next) = chain.next(t) {
+            let half = solve_lower(&local[next].predicted_factor, at.dynamics.clone());
+            sum += half.transpose() * half * 0.5;
+            sum -= at.dynamics.transpose() * &place.multipliers[next] * &at.dynamics;
+        }
+        squares += sum.norm_squared();
+        count += n;
+    }
+    (squares / count.max(1) as f64).sqrt()
 }
 
 /// Multipliers that make every complementarity the same.
@@ -144,7 +160,7 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
         {
             *place = candidate;
             place.barrier = barrier;
-            return Some(Step { primal: length, dual, decrement: -slope / barrier, local: next });
+            return Some(Step { primal: length, dual, local: next });
         }
         length *= 0.5;
     }
