@@ -131,13 +131,6 @@ fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
     (left > 0.0).then_some(place)
 }
 
-/// The mean of the products of slacks and multipliers, nats.
-fn complementarity(place: &Place, local: &[Local]) -> f64 {
-    let products: f64 = local.iter().zip(&place.multipliers).map(|(at, l)| at.slack.dot(l)).sum();
-    let count: usize = local.iter().map(|at| at.slack.nrows()).sum();
-    (products + place.price * slack_of_budget(local)) / (count + 1) as f64
-}
-
 /// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none.
 fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newton, barrier: f64) -> Option<Step> {
     let scalings: Vec<Scaling> =
@@ -147,7 +140,7 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
     let solved = newton.solve(chain, local, &scalings, &gradients, (barrier, place.price / left));
     let (covariances, cost) = solved.ok()?;
     let direction = complete(chain, (place, local, &scalings), covariances, cost, barrier);
-    let (primal, dual) = longest_steps(local, &scalings, &direction, (left, place.price));
+    let (primal, dual) = longest_steps(&scalings, &direction, (left, place.price));
     let slope = slope(&gradients, &direction.covariances);
     let before = merit(place, local, barrier)?;
     let mut length = primal;
@@ -167,7 +160,7 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
     None
 }
 
-/// Gradients by `p_t` of the information with the barriers (theory, equation L.8).
+/// Gradients by `p_t` of the information with the barriers (theory, equation L.5).
 fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, left): (f64, f64)) -> Vec<Dense> {
     let of = |t: usize| {
         let at = &local[t];
@@ -203,15 +196,9 @@ fn complete(
 }
 
 /// The longest steps, at most 1, that stay inside.
-fn longest_steps(
-    local: &[Local],
-    scalings: &[Scaling],
-    direction: &Direction,
-    (left, price): (f64, f64),
-) -> (f64, f64) {
+fn longest_steps(scalings: &[Scaling], direction: &Direction, (left, price): (f64, f64)) -> (f64, f64) {
     let (mut primal, mut dual) = (-direction.budget / left, -direction.price / price);
-    for t in 0..local.len() {
-        let s = &scalings[t];
+    for (t, s) in scalings.iter().enumerate() {
         let by = |m: Dense| {
             let n = m.nrows();
             least_eigenvalue(symmetric(Dense::from_fn(n, n, |i, j| m[(i, j)] / (s.values[i] * s.values[j]).sqrt())))
@@ -228,7 +215,7 @@ fn slope(gradients: &[Dense], covariances: &[Dense]) -> f64 {
     gradients.iter().zip(covariances).map(|(g, d)| g.dot(d)).sum()
 }
 
-/// The information with the barriers on slacks, covariances and budget: what a step must lower (theory, equation L.8).
+/// The information with the barriers on slacks, covariances and budget: what a step must lower (theory, equation L.5).
 fn merit(place: &Place, local: &[Local], barrier: f64) -> Option<f64> {
     let left = slack_of_budget(local);
     // Slacks are in coordinates where p_t is the identity: log |Z_t| = log |local slack| + log |p_t|.
