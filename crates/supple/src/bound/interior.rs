@@ -199,16 +199,23 @@ fn complete(
 fn longest_steps(scalings: &[Scaling], direction: &Direction, (left, price): (f64, f64)) -> (f64, f64) {
     let (mut primal, mut dual) = (-direction.budget / left, -direction.price / price);
     for (t, s) in scalings.iter().enumerate() {
-        let by = |m: Dense| {
+        let scaled = |m: Dense| {
             let n = m.nrows();
-            least_eigenvalue(symmetric(Dense::from_fn(n, n, |i, j| m[(i, j)] / (s.values[i] * s.values[j]).sqrt())))
+            symmetric(Dense::from_fn(n, n, |i, j| m[(i, j)] / (s.values[i] * s.values[j]).sqrt()))
         };
-        primal = primal.max(-by(&s.inverse_root * &direction.slacks[t] * s.inverse_root.transpose()));
-        dual = dual.max(-by(s.root.transpose() * &direction.multipliers[t] * &s.root));
-        primal = primal.max(-least_eigenvalue(direction.covariances[t].clone()));
+        primal = primal.max(decrease(scaled(&s.inverse_root * &direction.slacks[t] * s.inverse_root.transpose())));
+        dual = dual.max(decrease(scaled(s.root.transpose() * &direction.multipliers[t] * &s.root)));
+        primal = primal.max(decrease(direction.covariances[t].clone()));
     }
     let length = |most: f64| if most > FRACTION_TO_BOUNDARY { FRACTION_TO_BOUNDARY / most } else { 1.0 };
     (length(primal), length(dual))
+}
+
+/// By how much a step lowers the least eigenvalue of the identity; 0 where a whole step stays inside.
+fn decrease(step: Dense) -> f64 {
+    let n = step.nrows();
+    let inside = cholesky(&(Dense::identity(n, n) * FRACTION_TO_BOUNDARY + &step)).is_some();
+    if inside { 0.0 } else { -least_eigenvalue(step) }
 }
 
 fn slope(gradients: &[Dense], covariances: &[Dense]) -> f64 {
