@@ -118,8 +118,8 @@ fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     (squares / count.max(1) as f64).sqrt()
 }
 
-/// Multipliers that make every complementarity the same.
-fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
+/// Covariances with multipliers that make every complementarity the same; `None` where these are not strictly inside.
+pub(super) fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
     let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: FIRST_COMPLEMENTARITY };
     let local = place.localise(chain)?;
     for at in &local {

@@ -4,6 +4,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
 use super::dense::{Dense, cholesky, congruence, dense, semidefinite_root, solve_lower, symmetric};
 use super::horizon::Horizon;
+use super::interior::begin;
 use crate::Error;
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
@@ -145,7 +146,7 @@ pub(super) fn once_measured(predicted: &Dense, variance: f64) -> Option<Dense> {
 
 /// A start inside: all coordinates measured just well enough to keep about half of the budget.
 pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
-    inside(|variance| measured(chain, variance))
+    inside(|variance| measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone()).is_some()))
 }
 
 /// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
