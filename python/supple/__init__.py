@@ -8,7 +8,7 @@ from ._linear import linear
 from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
-from .model import DerivativeError, Derivatives, Model, Noise, combine
+from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Result
@@ -44,6 +44,7 @@ __all__ = [
     "Task",
     "Trace",
     "UsageError",
+    "VaryingVariance",
     "WorkerError",
     "__version__",
     "combine",

@@ -16,6 +16,7 @@ pub use document::{Document, Place};
 pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
 pub(crate) use schema::{one_of, plain};
+pub(crate) use tasks::matches;
 pub use supple_files::{FileError, read_text};
 
 use crate::design::DesignSettings;
