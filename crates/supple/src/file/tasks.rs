@@ -10,7 +10,7 @@ use super::document::{Document, Place};
 use super::varying;
 use crate::cost::{self, Cost, CostKind};
 use crate::model::AnyModel;
-use crate::noise::{Covariance, NoiseModel, NamedVariance, VaryingVariance, semidefinite_factor};
+use crate::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, semidefinite_factor};
 use crate::parameters::Parameters;
 use crate::plan::ControlBounds;
 use crate::problem::Task;
