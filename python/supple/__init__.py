@@ -14,12 +14,13 @@ from .progress import Progress
 from .results import Design, Evaluation, Result
 from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
-from .task import Grid, Parameter, Task, load, loads
+from .task import CatalogueEntry, Grid, Parameter, Task, load, loads
 
 if TYPE_CHECKING:
     from . import mujoco as mujoco
 
 __all__ = [
+    "CatalogueEntry",
     "ComputeError",
     "DerivativeError",
     "Derivatives",

@@ -15,7 +15,7 @@ from ._records import Array
 from ._source import source
 from ._supple import NativeTask
 from .errors import UsageError
-from .task import Parameter, Task
+from .task import CatalogueEntry, Parameter, Task
 
 __all__ = [
     "Noise",
@@ -184,8 +184,26 @@ def declared(given: Mapping[str, Parameter]) -> list[dict[str, Any]]:
             entry["bounds"] = [float(lower), float(upper)]
         except (TypeError, ValueError):
             raise UsageError(f"parameter `{name}`: {parameter!r}: initial is a number, bounds are two") from None
+        del entry["catalogue"]
+        if len(parameter.catalogue):
+            entry["catalogue"] = [_catalogued(name, listed) for listed in parameter.catalogue]
         listed.append({"name": name, **entry})
     return listed
+
+
+def _catalogued(name: str, listed: CatalogueEntry | float) -> dict[str, Any]:
+    """An entry of a catalogue as the native part reads it."""
+    entry = asdict(listed) if isinstance(listed, CatalogueEntry) else {"value": listed}
+    try:
+        numbers = {key: float(entry[key]) for key in ("value", "price") if entry.get(key) is not None}
+    except (TypeError, ValueError):
+        raise UsageError(
+            f"parameter `{name}`: catalogue: {listed!r}: a number, or supple.CatalogueEntry(value, price, name)"
+        ) from None
+    bad = next((key for key, number in numbers.items() if not math.isfinite(number)), None)
+    if bad is not None:
+        raise UsageError(f"parameter `{name}`: catalogue: {listed!r}: {bad} is not finite")
+    return {**numbers, **({"name": str(entry["name"])} if entry.get("name") is not None else {})}
 
 
 def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, ...]], Array]:
