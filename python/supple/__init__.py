@@ -8,18 +8,19 @@ from ._linear import linear
 from ._state_space import from_state_space
 from ._supple import __version__
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
-from .model import DerivativeError, Derivatives, Model, Noise, combine
+from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Result
 from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
-from .task import Grid, Parameter, Task, load, loads
+from .task import CatalogueEntry, Grid, Parameter, Task, load, loads
 
 if TYPE_CHECKING:
     from . import mujoco as mujoco
 
 __all__ = [
+    "CatalogueEntry",
     "ComputeError",
     "DerivativeError",
     "Derivatives",
@@ -44,6 +45,7 @@ __all__ = [
     "Task",
     "Trace",
     "UsageError",
+    "VaryingVariance",
     "WorkerError",
     "__version__",
     "combine",

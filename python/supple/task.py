@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ._crew import Workers
     from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task", "load", "loads"]
+__all__ = ["CatalogueEntry", "Grid", "Parameter", "Task", "load", "loads"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -32,6 +32,21 @@ LOGGER = logging.getLogger("supple")
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """A value of a parameter that can be had.
+
+    Attributes:
+        value: The value, in the unit of the parameter.
+        price: What it costs to buy, in any currency; ``None`` where it is not told.
+        name: What its maker calls it.
+    """
+
+    value: float
+    price: float | None = None
+    name: str | None = None
 
 
 @dataclass(frozen=True)
@@ -44,6 +59,7 @@ class Parameter:
         scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
         unit: Its unit, for people.
         role: Who may change it: the ``design`` search, or only the user, for a ``study``.
+        catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
     """
 
     initial: float
@@ -51,6 +67,7 @@ class Parameter:
     scale: Literal["linear", "log"] = "linear"
     unit: str = ""
     role: Literal["design", "study"] = "design"
+    catalogue: Sequence[CatalogueEntry | float] = ()
 
 
 def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
@@ -108,6 +125,7 @@ class Task:
                 scale=entry["scale"],
                 unit=entry["unit"],
                 role=entry["role"],
+                catalogue=tuple(CatalogueEntry(**listed) for listed in entry.get("catalogue", ())),
             )
             for entry in about["parameters"]
         }

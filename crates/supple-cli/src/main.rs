@@ -1,6 +1,7 @@
 //! `supple`: design compliant robots that need little information to be controlled.
 
 mod arguments;
+mod catalogue;
 mod commands;
 mod failure;
 mod output;

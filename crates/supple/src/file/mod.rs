@@ -1,10 +1,12 @@
 //! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
 
+mod catalogue;
 mod document;
 mod parameters;
 mod reader;
 mod schema;
 mod tasks;
+mod varying;
 
 use std::path::Path;
 
@@ -16,6 +18,7 @@ pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
 pub(crate) use schema::{one_of, plain};
 pub use supple_files::{FileError, read_text};
+pub(crate) use tasks::matches;
 
 use crate::design::DesignSettings;
 use crate::model::{self, AnyModel};
@@ -60,14 +63,16 @@ impl Problem {
         let top: Top = document.read(&[])?;
         top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
         top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
-        let parameters = parameters::read(&document)?;
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        let mut catalogues = Vec::new();
+        let parameters = parameters::read(&document, folder, &mut catalogues)?;
         let (read, used) = with_names(&parameters.names(), || {
-            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let model = read_model(&document, &parameters, folder)?;
             let tasks = tasks::read(&document, &*model, &parameters)?;
             Ok((tasks, model.files(), model.warnings()))
         });
-        let (tasks, files, warnings) = read?;
+        let (tasks, mut files, warnings) = read?;
+        files.extend(catalogues);
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
             let place = ["parameters".into(), Place::Key(name)];
