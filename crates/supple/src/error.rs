@@ -76,7 +76,9 @@ pub enum Error {
         second: usize,
     },
     /// No set of sensors within the limits is good enough.
-    #[error("no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}")]
+    #[error(
+        "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"
+    )]
     NoSensorsSuffice {
         /// The bound on the expected cost.
         bound: f64,

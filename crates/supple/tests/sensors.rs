@@ -7,6 +7,7 @@ use common::shipped;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
+use supple::file::WithSensors;
 use supple::pipeline::TaskState;
 use supple::sensors::{Candidate, Goal, Limits, Selection};
 use supple::{Error, Problem};
@@ -264,8 +265,9 @@ fn the_certificate_holds_on_random_catalogues() {
         let shown = compare(0..240, goal);
         report(what, &shown);
         assert_eq!(shown.instances, 240);
-        assert!(shown.worst_greedy > 0.5 && shown.worst_certified > 0.2, "{what}");
-        assert!(shown.mean_certified > 0.8, "{what}");
+        // A little of a very exact sensor is nearly as good as all of it: then the certificate says little.
+        assert!(shown.worst_greedy > 0.9 && shown.worst_certified > 0.05, "{what}");
+        assert!(shown.mean_certified > 0.9, "{what}");
     }
 }
 
@@ -279,6 +281,7 @@ fn the_certificate_holds_on_many_random_catalogues() {
 
 #[test]
 fn the_cheapest_set_within_a_cost_is_found_and_bounded() {
+    let mut shares = Vec::new();
     for seed in 0..80 {
         let drawn = drawn(seed, 7);
         let selection = drawn.selection();
@@ -290,7 +293,7 @@ fn the_cheapest_set_within_a_cost_is_found_and_bounded() {
         let bound = selection.bound(goal, Limits::default()).bound;
         assert!(best.worth.cost <= cost * (1.0 + 1e-12) && greedy.worth.cost <= cost * (1.0 + 1e-12), "{seed}");
         assert!(bound <= best.price * (1.0 + 1e-12) && best.price <= greedy.price * (1.0 + 1e-12), "{seed}");
-        assert!(bound > 0.2 * best.price, "{seed}: {bound} says little of {}", best.price);
+        shares.push(bound / best.price);
         let searched = selection.branch_and_bound(goal, Limits::default(), 10_000, &mut || true).unwrap();
         assert!(searched.proved && (searched.chosen.price - best.price).abs() < 1e-6 * best.price, "{seed}");
         // Among all subsets, by hand.
@@ -300,6 +303,9 @@ fn the_cheapest_set_within_a_cost_is_found_and_bounded() {
         let least = good.map(price).fold(f64::INFINITY, f64::min);
         assert!((least - best.price).abs() < 1e-12, "{seed}: {least} {}", best.price);
     }
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    println!("bound on the price over the least price: mean {mean:.3}");
+    assert!(mean > 0.2);
 }
 
 #[test]
@@ -386,4 +392,163 @@ fn correlated_measurements_are_one_candidate() {
     assert_eq!(error.to_string(), "measurements 0 and 2 share noise: one sensor must hold both");
     let error = Selection::of_measurements(&problem, &[], Some("no")).err().unwrap();
     assert_eq!(error.to_string(), "no task `no`: there is `t`");
+}
+
+/// The two masses with a catalogue.
+fn with_catalogue(catalogue: &str) -> Result<Problem, supple::FileError> {
+    with_catalogue_as(catalogue, WithSensors::All)
+}
+
+fn with_catalogue_as(catalogue: &str, which: WithSensors) -> Result<Problem, supple::FileError> {
+    let path = common::repository("tasks/two_mass.toml");
+    let text = std::fs::read_to_string(&path).unwrap() + catalogue;
+    Problem::parse_with(&text, path.to_str().unwrap(), which)
+}
+
+const ENCODERS: &str = r#"
+[catalogue]
+base = ["force in the spring"]
+chosen = ["camera"]
+[[catalogue.sensors]]
+name = "encoder"
+kind = "measurement"
+select = ["position of m1"]
+variance = 1e-4
+price = 2
+[[catalogue.sensors]]
+name = "camera"
+kind = "state"
+select = ["x2", "xw"]
+variance = [1e-5, "wall_variance"]
+price = 8.5
+[[catalogue.sensors]]
+name = "foot"
+kind = "signal"
+select = ["contact_force"]
+variance = 0.1
+[[catalogue.sensors]]
+name = "gap"
+kind = "sum"
+C = [[0.0, 0.0, "k1", 0.0, -1.0]]
+variance = 1e-4
+price = 1.0
+"#;
+
+#[test]
+fn sensors_of_a_catalogue_are_measured_where_they_are_chosen() {
+    let all = with_catalogue(ENCODERS).unwrap();
+    let phi = all.parameters.initial();
+    let names = |problem: &Problem| -> Vec<String> {
+        problem.tasks[0].system.channels().measurements.into_iter().map(|channel| channel.name).collect()
+    };
+    assert_eq!(names(&all), ["force in the spring", "position of m1", "x2", "xw", "contact_force", "gap 1"]);
+    let mut noise = supple::noise::Noise::zeros(5, 6);
+    all.tasks[0].noise.resolve(&phi, &mut noise).unwrap();
+    let variances: Vec<f64> = (0..6).map(|i| noise.measurement.get(0, i, i)).collect();
+    assert_eq!(variances, [1e-2, 1e-4, 1e-5, 1e-4, 0.1, 1e-4], "the base sensor keeps the noise of the task");
+    let catalogue = all.catalogue.as_ref().unwrap();
+    let rows: Vec<_> = catalogue.iter().map(|sensor| (sensor.rows.clone(), sensor.price, sensor.chosen)).collect();
+    assert_eq!(rows, [(vec![1], 2.0, false), (vec![2, 3], 8.5, true), (vec![4], 0.0, false), (vec![5], 1.0, false)]);
+
+    let chosen = with_catalogue_as(ENCODERS, WithSensors::Chosen).unwrap();
+    assert_eq!(names(&chosen), ["force in the spring", "x2", "xw"]);
+    // One sensor of the catalogue has a set's worth, in the problem that it is chosen in as well.
+    let candidates = catalogue.iter().map(|sensor| Candidate {
+        name: sensor.name.clone(),
+        price: sensor.price,
+        rows: sensor.rows.clone(),
+    });
+    let selection = Selection::new(&all, &phi, candidates.collect(), None).unwrap();
+    let found = chosen.evaluate(&phi, &Default::default()).unwrap();
+    let worth = selection.worth(&[false, true, false, false]);
+    assert!((found.tasks[0].cost.expected - worth.cost).abs() < 1e-8 * worth.cost);
+    assert!((found.objective.information_nats - worth.information).abs() < 1e-7 * worth.information);
+    // Derivatives of added measurements, by the parameters too.
+    let report = supple::check::check(&all, &phi).unwrap();
+    assert!(report.passed);
+}
+
+#[test]
+fn a_robot_may_have_all_its_sensors_from_a_catalogue() {
+    let path = common::repository("tasks/wiping_arm.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = text.split_once("[[model.sensors]]").unwrap();
+    let after = rest.split_once("[parameters.k]").unwrap().1;
+    let catalogue = r#"
+[catalogue]
+sensors = "sensors.csv"
+"#;
+    let table = "# prices in EUR\nname, kind, select, coupling, frame, variance, price\n\
+        encoders, joint_position, shoulder;elbow, , , 1e-3, 40\n\n\
+        wrist, coupling_force, , wrist_spring, , 1e-3, 90\n\
+        camera, frame_point, , , pad, 1e-6; 1e-6; 1e-4, 250\n\
+        wall, state, c.wall, , , 1e-6, 400\n";
+    let file = format!("{before}[parameters.k]{after}{catalogue}");
+    let folder = path.parent().unwrap().join("sensors.csv").display().to_string();
+    let name = path.display().to_string();
+    let read = |table: &str, which| {
+        supple_files::with_texts([(folder.clone(), table.to_owned())], || Problem::parse_with(&file, &name, which))
+    };
+    let all = read(table, WithSensors::All).unwrap();
+    assert_eq!(all.tasks[0].system.dimensions().measurements, 7);
+    assert!(all.files.iter().any(|file| file.ends_with("sensors.csv")));
+    let phi = all.parameters.initial();
+    let candidates = all.catalogue.as_ref().unwrap().iter();
+    let candidates = candidates.map(|s| Candidate { name: s.name.clone(), price: s.price, rows: s.rows.clone() });
+    let selection = Selection::new(&all, &phi, candidates.collect(), None).unwrap();
+    let sensors = |sensors: &[&str]| -> Vec<bool> {
+        selection.candidates.iter().map(|candidate| sensors.contains(&candidate.name.as_str())).collect()
+    };
+    // With the sensors of the shipped task it costs what that does.
+    let shipped = shipped("wiping_arm.toml").evaluate(&phi, &Default::default()).unwrap();
+    let worth = selection.worth(&sensors(&["encoders", "wrist"]));
+    assert!((worth.cost - shipped.tasks[0].cost.expected).abs() < 1e-8 * worth.cost);
+    // Without any the task still has a plan, and no information.
+    let none = read(table, WithSensors::Chosen).unwrap();
+    assert_eq!(none.tasks[0].system.dimensions().measurements, 0);
+    let found = none.evaluate(&phi, &Default::default()).unwrap();
+    assert_eq!(found.objective.information_nats, 0.0);
+    assert!((found.tasks[0].cost.expected - selection.worth(&[false; 4]).cost).abs() < 1e-8 * worth.cost);
+    // Errors are those of the table, with its lines.
+    let error = read(&table.replace("wrist_spring", "wrist_sprung"), WithSensors::Chosen).err().unwrap();
+    assert!(error.file.ends_with("sensors.csv"), "{error}");
+    assert_eq!((error.line, error.help.as_deref()), (5, Some("did you mean `wrist_spring`?")), "{error}");
+    let error = read(&table.replace("pad, 1e-6; 1e-6; 1e-4", "pad, 1e-6; 1e-6"), WithSensors::Chosen).err().unwrap();
+    assert_eq!(error.line, 6, "{error}");
+    let error = read(&table.replace("1e-6, 400", "400"), WithSensors::Chosen).err().unwrap();
+    assert!(error.line == 7 && error.message.contains("must have 7 cells"), "{error}");
+}
+
+#[test]
+fn errors_of_catalogues_say_what_is_valid() {
+    let wrong = |from: &str, to: &str| {
+        let error = with_catalogue(&ENCODERS.replace(from, to)).err().unwrap();
+        (error.key.clone(), error.message.clone())
+    };
+    let found = [
+        wrong("[\"camera\"]", "[\"cam\"]"),
+        wrong("base = [\"force in the spring\"]", "base = [\"force\"]"),
+        wrong("kind = \"signal\"", "kind = \"joint_position\""),
+        wrong("price = 2", "price = -2"),
+        wrong("\"foot\"", "\"gap\""),
+        wrong("\"xw\"]", "\"xv\"]"),
+        wrong("variance = 0.1", "variance = 0.0"),
+        wrong("0.0, -1.0]]", "-1.0]]"),
+        wrong("1e-5, \"wall_variance\"", "1e-5, 1e-5, 1e-5"),
+        wrong("price = 8.5", "cost = 8.5"),
+    ];
+    let words: Vec<String> = found.iter().map(|(key, message)| format!("{key}: {message}")).collect();
+    let expected = [
+        "catalogue.chosen[0]: no sensor of the catalogue is `cam`: there are `encoder`, `camera`, `foot`, `gap`",
+        "catalogue.base[0]: the model has no measurement `force`: it has `position of m1`, `force in the spring`",
+        "catalogue.sensors[2].kind: must be one of `measurement`, `state`, `signal`, `sum`; found `joint_position`",
+        "catalogue.sensors[0].price: must be at least 0; found -2",
+        "catalogue.sensors[3].name: `gap` names two sensors",
+        "catalogue.sensors[1].select: no state is `xv`: there are `x1`, `v1`, `x2`, `v2`, `xw`",
+        "catalogue.sensors[2].variance: must be above 0, as every sensor has some noise; found 0",
+        "catalogue.sensors[3].C: must have one factor per state: 5; found 4",
+        "catalogue.sensors[1].variance: must be one number, or 2 of them, one per measurement; found 3",
+        "catalogue.sensors[1].cost: unknown key `cost`; valid are `select`, `variance`",
+    ];
+    assert_eq!(words, expected);
 }

@@ -133,12 +133,7 @@ fn check_semidefinite(value: &Matrices) -> Result<(), Error> {
 const INDEFINITE: f64 = 1e-9;
 
 /// `L^-1 C` with the Cholesky factor `L` of the noise of all used rows, step by step.
-fn whitened(
-    c: &Matrices,
-    v: &Matrices,
-    owners: &[Option<Option<usize>>],
-    used: &[usize],
-) -> Result<Matrices, Error> {
+fn whitened(c: &Matrices, v: &Matrices, owners: &[Option<Option<usize>>], used: &[usize]) -> Result<Matrices, Error> {
     let (steps, n, p) = (c.count(), c.cols(), used.len());
     let mut rows = Matrices::zeros(steps, p, n);
     let mut factor = vec![0.0; p * p];
