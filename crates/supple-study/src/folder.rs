@@ -7,6 +7,7 @@ use crate::design::DesignReport;
 use crate::evaluate::EvaluateReport;
 use crate::pareto::Pareto;
 use crate::robustness::Robustness;
+use crate::sensors::Sensors;
 use crate::study::Study;
 use crate::sweep::Sweep;
 use crate::trace::Trace;
@@ -73,6 +74,8 @@ pub enum StudyResult {
     Pareto(Box<Pareto>),
     /// Of `supple trace`.
     Trace(Box<Trace>),
+    /// Of `supple sensors`.
+    Sensors(Box<Sensors>),
     /// Of `supple study`: the folders of its steps.
     Study(Box<Study>),
 }
@@ -87,6 +90,7 @@ impl StudyResult {
             Self::Robustness(_) => "robustness",
             Self::Pareto(_) => "pareto",
             Self::Trace(_) => "trace",
+            Self::Sensors(_) => "sensors",
             Self::Study(_) => "study",
         }
     }
@@ -103,6 +107,7 @@ impl StudyResult {
             Self::Robustness(result) => serde_json::to_string_pretty(result),
             Self::Pareto(result) => serde_json::to_string_pretty(result),
             Self::Trace(result) => serde_json::to_string_pretty(result),
+            Self::Sensors(result) => serde_json::to_string_pretty(result),
             Self::Study(result) => serde_json::to_string_pretty(result),
         };
         text.map_err(|error| StudyError::Usage(error.to_string()))

@@ -12,6 +12,7 @@ mod lenient;
 pub mod pareto;
 mod picture;
 pub mod robustness;
+pub mod sensors;
 pub mod study;
 pub mod sweep;
 mod table;

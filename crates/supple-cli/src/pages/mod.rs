@@ -3,6 +3,7 @@
 mod pareto;
 mod result;
 mod robustness;
+mod sensors;
 mod sweep;
 mod trace;
 
