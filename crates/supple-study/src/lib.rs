@@ -2,6 +2,7 @@
 //!
 //! Every study is a function from a [`LoadedTask`] and options to a plain result. [`Folder`] keeps a result with all
 //! that made it.
+pub mod bound;
 pub mod design;
 mod error;
 pub mod evaluate;

@@ -12,7 +12,7 @@ use crate::output::warn;
 mod studies;
 
 pub use studies::{
-    FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, ShowOptions, StudyOptions,
+    BoundOptions, FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, ShowOptions, StudyOptions,
     SweepOptions, TraceOptions, Width,
 };
 
@@ -93,6 +93,8 @@ pub enum Command {
     Robustness(RobustnessOptions),
     /// Follow the front of information against cost
     Pareto(ParetoOptions),
+    /// Find how little information would do: certified bounds over all sensors and controllers
+    Bound(BoundOptions),
     /// Record the paths of design searches
     Trace(TraceOptions),
     /// Make all studies of a study file, and a report of them
