@@ -150,8 +150,7 @@ fn costs(bounding: &Bounding, report: &TaskBound, points: usize) -> Vec<f64> {
     let open = report.open_loop_cost.map_or(f64::INFINITY, |cost| cost - least);
     let (near, far) = (NEAREST * own, (FARTHEST * own).min(open).max(own));
     let last = (points - 1) as f64;
-    let mut costs: Vec<f64> =
-        (0..points).map(|i| least + near * (far / near).powf(i as f64 / last)).collect();
+    let mut costs: Vec<f64> = (0..points).map(|i| least + near * (far / near).powf(i as f64 / last)).collect();
     let distance = |i: &usize| ((costs[*i] - least) / own).ln().abs();
     if let Some(nearest) = (0..points).min_by(|a, b| distance(a).total_cmp(&distance(b))) {
         costs[nearest] = report.cost;
@@ -166,7 +165,8 @@ impl BoundStudy {
     /// Where it cannot be told in JSON.
     pub fn json(&self) -> Result<String, StudyError> {
         let told = |error: serde_json::Error| StudyError::Usage(error.to_string());
-        let (Value::Object(mut all), [task]) = (serde_json::to_value(self).map_err(told)?, &self.report.tasks[..]) else {
+        let (Value::Object(mut all), [task]) = (serde_json::to_value(self).map_err(told)?, &self.report.tasks[..])
+        else {
             return serde_json::to_string_pretty(self).map_err(told);
         };
         all.remove("tasks");

@@ -55,10 +55,19 @@ fn task_page(task: &TaskBound) -> String {
 
 fn summary(page: &mut String, task: &TaskBound) {
     if let Some(efficiency) = task.efficiency {
-        let of_controls = task.control_efficiency.map_or_else(String::new, |share| format!(", and {} % of what reaches the controls", number(100.0 * share)));
-        let _ = writeln!(page, "Efficiency: the minimum is {} % of what the measurements give{of_controls}.", number(100.0 * efficiency));
+        let of_controls = task.control_efficiency.map_or_else(String::new, |share| {
+            format!(", and {} % of what reaches the controls", number(100.0 * share))
+        });
+        let _ = writeln!(
+            page,
+            "Efficiency: the minimum is {} % of what the measurements give{of_controls}.",
+            number(100.0 * efficiency)
+        );
     }
-    let gap = format!("certified to {:.1e} bits by a point of the dual, after {} Newton steps", task.duality_gap_bits, task.newton_steps);
+    let gap = format!(
+        "certified to {:.1e} bits by a point of the dual, after {} Newton steps",
+        task.duality_gap_bits, task.newton_steps
+    );
     let _ = writeln!(page, "The minimum is {gap}.");
     let _ = writeln!(page, "One more of cost would save {} bits.", number(task.price_bits_per_cost));
     let _ = writeln!(
@@ -67,7 +76,8 @@ fn summary(page: &mut String, task: &TaskBound) {
         number(task.quantiser_bits_per_step)
     );
     if let Some(last) = task.last_measurement_bits {
-        let _ = writeln!(page, "The measurement at the end, which no decision follows, gives {} bits more.", number(last));
+        let _ =
+            writeln!(page, "The measurement at the end, which no decision follows, gives {} bits more.", number(last));
     }
     page.push('\n');
 }
@@ -99,7 +109,14 @@ fn window_rows(rows: &mut comfy_table::Table, window: &SensorWindow, task: &Task
     };
     let at = if task.stationary { String::new() } else { number(window.strongest as f64 * task.time_step_s) };
     if window.directions.is_empty() {
-        rows.add_row([span.clone(), number(window.bits), String::new(), String::new(), "nothing".to_owned(), String::new()]);
+        rows.add_row([
+            span.clone(),
+            number(window.bits),
+            String::new(),
+            String::new(),
+            "nothing".to_owned(),
+            String::new(),
+        ]);
     }
     for (place, direction) in window.directions.iter().take(SHOWN).enumerate() {
         let first = |text: String| if place == 0 { text } else { String::new() };

@@ -35,7 +35,8 @@ pub fn bound(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
     };
     let mut series = Vec::new();
     shown.iter().enumerate().for_each(|(index, one)| of_curve(index, one, &mut series));
-    let excess: Vec<f64> = shown.iter().flat_map(|one| one.curve.points.iter().map(|point| one.excess(point.cost))).collect();
+    let excess: Vec<f64> =
+        shown.iter().flat_map(|one| one.curve.points.iter().map(|point| one.excess(point.cost))).collect();
     let x = Axis::around("expected cost above the least there is", "", Scale::Log, &excess);
     let all: Vec<f64> = series.iter().flat_map(Series::ordinates).chain([0.0]).collect();
     let y = Axis::around("directed information per step", "bits", Scale::Linear, &all);
@@ -83,7 +84,11 @@ fn of_curve(index: usize, one: &Shown, series: &mut Vec<Series>) {
     if one.task.stationary {
         let y = one.curve.points.iter().map(|point| point.closed_form_bits_per_step).collect();
         let dashed = Style { dash: Dash::Dashed, width: 0.8, ..style };
-        series.push(Series::named(one.label("Kostina and Hassibi, or the floor"), dashed, Shape::Line { x: x.clone(), y }));
+        series.push(Series::named(
+            one.label("Kostina and Hassibi, or the floor"),
+            dashed,
+            Shape::Line { x: x.clone(), y },
+        ));
     }
     let y: Vec<f64> = one.curve.points.iter().map(|point| point.minimum_bits_per_step).collect();
     series.push(Series::named(one.label("minimum"), style, Shape::Line { x, y }));

@@ -43,15 +43,8 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 7] = [
-        Self::Landscape,
-        Self::Belief,
-        Self::Gains,
-        Self::Robustness,
-        Self::Pareto,
-        Self::Information,
-        Self::Bound,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Landscape, Self::Belief, Self::Gains, Self::Robustness, Self::Pareto, Self::Information, Self::Bound];
 
     /// Its name, also that of its file.
     pub fn name(self) -> &'static str {

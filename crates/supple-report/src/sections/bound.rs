@@ -45,7 +45,8 @@ fn shown(bits: Option<f64>) -> String {
 }
 
 fn bounds(task: &TaskBound, name: &str) -> Markup {
-    let row = |line: &supple::bound::OrderLine| vec![line.what.clone(), shown(line.bits_per_step), line.assumption.clone()];
+    let row =
+        |line: &supple::bound::OrderLine| vec![line.what.clone(), shown(line.bits_per_step), line.assumption.clone()];
     let rows: Vec<_> = task.order.iter().map(row).collect();
     let share = |share: f64| format!("{} %", number(100.0 * share));
     html! {
@@ -107,7 +108,8 @@ fn over_time(task: &TaskBound, name: &str, plots: &mut Plots) -> Markup {
             number(task.minimum_bits),
             number(task.minimum_bits_per_step)
         ),
-        caption: "The minimum is spread over time as suits the task; the design's own sensors measure at every step.".into(),
+        caption: "The minimum is spread over time as suits the task; the design's own sensors measure at every step."
+            .into(),
         height: 340,
         traces,
         layout: json!({ "xaxis": { "title": { "text": "time, s" } }, "yaxis": { "title": { "text": "bits" } } }),

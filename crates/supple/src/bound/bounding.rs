@@ -8,7 +8,7 @@ use super::horizon::{Horizon, Stationary};
 use super::minimum::minimum_information;
 use super::report::{BoundReport, TaskBound, order};
 use super::sensor::virtual_sensors;
-use super::sensor_report::{SensorReport, sensor_report};
+use super::sensor_report::sensor_report;
 use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
 use super::stationary::stationary_minimum;
 use super::steady::{stationary, steady};
@@ -317,10 +317,8 @@ impl Bounding {
             Kind::Horizon(_) => (None, None),
             Kind::Stationary(problem) => {
                 let found = kostina_hassibi(problem, cost, self.floor_nats);
-                let silent = matches!(
-                    found.vacuous,
-                    Some(super::Vacuous::SingularProcess | super::Vacuous::SingularPrice)
-                );
+                let silent =
+                    matches!(found.vacuous, Some(super::Vacuous::SingularProcess | super::Vacuous::SingularPrice));
                 ((!silent).then_some(found.nats / LN_2), found.vacuous)
             }
         }
@@ -346,7 +344,8 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
 impl Own {
     fn over_horizon(task: &Task, state: &TaskState) -> Result<Self, Error> {
         let control = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
-        let (last, before) = state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
+        let (last, before) =
+            state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
         let mut remarks = plan_remarks(state);
         let held = state.plan.policy.clamped.iter().filter(|&&held| held).count();
         if held > 0 {
@@ -370,7 +369,9 @@ impl Own {
         let steady = steady(problem, state)?;
         let mut remarks = Vec::new();
         match &steady {
-            None => remarks.push("the design's own filter has no steady state: its sensors do not see enough".to_owned()),
+            None => {
+                remarks.push("the design's own filter has no steady state: its sensors do not see enough".to_owned())
+            }
             Some(steady) if steady.control_nats.is_none() => {
                 remarks.push("the information of the controls does not settle to a steady value".to_owned());
             }

@@ -118,7 +118,8 @@ pub(super) fn steady(problem: &Stationary, state: &TaskState) -> Result<Option<S
     let of_noise = v.clone().cholesky().ok_or_else(|| indefinite.clone())?;
     let mut predicted = dense(&noise.initial, 0);
     for _ in 0..MOST_STEPS {
-        let innovation = symmetric(&c * &predicted * c.transpose() + &v).cholesky().ok_or_else(|| indefinite.clone())?;
+        let innovation =
+            symmetric(&c * &predicted * c.transpose() + &v).cholesky().ok_or_else(|| indefinite.clone())?;
         let gain = innovation.solve(&(&c * &predicted)).transpose();
         let kept = Dense::identity(a.nrows(), a.nrows()) - &gain * &c;
         let corrected = symmetric(&kept * &predicted * kept.transpose() + &gain * &v * gain.transpose());
