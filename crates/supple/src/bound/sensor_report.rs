@@ -131,7 +131,8 @@ fn directions(sensor: &VirtualSensor, predicted: &DMatrix<f64>, channels: &[Chan
         let bits = 0.5 * eigen.eigenvalues[i].max(0.0).ln_1p() / std::f64::consts::LN_2;
         describe(bits, &turned.row(i).iter().copied().collect::<Vec<_>>(), predicted, channels)
     };
-    let mut found: Vec<Direction> = (0..rank).map(direction).collect();
+    // What tells nothing has no deviation.
+    let mut found: Vec<Direction> = (0..rank).map(direction).filter(|one| one.deviation.is_finite()).collect();
     found.sort_by(|a, b| b.bits.total_cmp(&a.bits));
     found
 }
