@@ -39,6 +39,12 @@ pub enum Error {
         /// The right length.
         expected: usize,
     },
+    /// A place, counted from 0, that is not there.
+    #[error("there is no {what}; they are counted from 0")]
+    NoSuchPlace {
+        /// Which place, and how many there are.
+        what: String,
+    },
     /// A name that is not there.
     #[error("no {what} `{name}`: there is {valid}")]
     Unknown {

@@ -125,6 +125,7 @@ impl DescribedTask {
                 initial: self.initial.build("initial").map_err(|error| at(&error))?,
                 process: self.process.build("process").map_err(|error| at(&error))?,
                 measurement: self.measurement.build("measurement").map_err(|error| at(&error))?,
+                varying: Vec::new(),
             },
             system,
         };

@@ -5,6 +5,7 @@ mod parameters;
 mod reader;
 mod schema;
 mod tasks;
+mod varying;
 
 use std::path::Path;
 

@@ -139,8 +139,8 @@ pub(super) fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &
 /// The total gradient of a functional by all parameters, everything moving (theory, equations G.3 to G.6):
 ///
 /// 1. reverse sweeps give the adjoints of the knots;
-/// 2. these contracted with the derivatives of the knots give the functional's gradient `h` by the trajectory, and
-///    its direct one by the parameters;
+/// 2. these contracted with the derivatives of the knots, and of `V` where it varies with the state, give the functional's
+///    gradient `h` by the trajectory, and its direct one by the parameters;
 /// 3. the trajectory moves with the parameters so that it stays optimal: one LQ problem with the exact Hessians
 ///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
 ///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
@@ -165,7 +165,6 @@ pub fn total_gradient(
     out.resize(phi.len(), 0.0);
     work.start_hessian(task, scratch);
     add_functional(task, functional, work, scratch, out);
-
     let regularisation = Regularisation::default();
     let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
     solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
@@ -187,7 +186,7 @@ pub(crate) fn add_functional(
     out: &mut [f64],
 ) {
     let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
-    work.noise.clear();
+    work.noise.clear_for(noise_model, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
     let seeds = BeliefSeeds { information: functional.information, weights };
@@ -200,7 +199,9 @@ pub(crate) fn add_functional(
         add_direct_noise(plan, functional, &mut work.noise);
     }
     system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, out, scratch);
-    noise_model.add_gradient(&work.noise, out);
+    let states = &plan.trajectory.states;
+    noise_model.add_gradient((phi, states), &work.noise, out);
+    noise_model.add_state_gradient(phi, states, &work.noise, &mut work.hessian);
 }
 
 /// The direct dependence of the cost's parts on the noise: `1/2 sum S_{t+1}` by W, `1/2 S_0` by X_0.

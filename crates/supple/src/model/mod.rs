@@ -318,6 +318,7 @@ pub(crate) trait AnyModel {
     fn files(&self) -> Vec<PathBuf>;
     fn warnings(&self) -> Vec<String>;
     fn vocabulary(&self) -> Vocabulary;
+    fn channels(&self) -> Channels;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System>;
 }
 
@@ -336,6 +337,9 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)
+    }
+    fn channels(&self) -> Channels {
+        Model::channels(self)
     }
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
         Arc::new(Authored::new(self.clone(), costs, time_step, parameters))

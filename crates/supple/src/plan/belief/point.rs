@@ -71,7 +71,7 @@ impl Point {
         plan.knots.check_finite()?;
         solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy)
             .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
-        task.noise.resolve(phi, noise)?;
+        task.noise.resolve_along(phi, &plan.trajectory.states, noise)?;
         kalman(&plan.knots, noise, belief)?;
         let cost = cost_parts(plan, belief, noise).expected();
         if !cost.is_finite() {
