@@ -1,4 +1,4 @@
-use supple_kernels::Scratch;
+use supple_kernels::{Matrices, Scratch, rows};
 
 use crate::belief::{Belief, kalman};
 use crate::cost_parts::cost_parts;
@@ -73,6 +73,9 @@ impl Point {
             .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
         task.noise.resolve_along(phi, &plan.trajectory.states, noise)?;
         kalman(&plan.knots, noise, belief)?;
+        if let Some(step) = gains_by_noise(plan, noise) {
+            return Err(Error::NotPositiveDefinite { what: "the cost-to-go where there is noise", step });
+        }
         let cost = cost_parts(plan, belief, noise).expected();
         if !cost.is_finite() {
             return Err(Error::NotFinite { what: "the expected cost of a trajectory", step: 0 });
@@ -93,4 +96,12 @@ impl Point {
             noise: &self.noise,
         }
     }
+}
+
+/// The first step at which noise would lower the cost, as costs of negative curvature make it seem: `Tr(S_{t+1} W_t) < 0`
+/// or `Tr(S_0 X_0) < 0`. There the expected cost is of no use to minimise: as `Q_uu` becomes singular it falls without bound.
+fn gains_by_noise(plan: &Plan, noise: &Noise) -> Option<usize> {
+    let price = |s: usize, covariance: &Matrices, t: usize| rows::dot(plan.policy.curvature.at(s), covariance.at(t));
+    let process = (0..plan.trajectory.steps()).find(|&t| price(t + 1, &noise.process, t) < 0.0);
+    if price(0, &noise.initial, 0) < 0.0 { Some(0) } else { process }
 }
