@@ -199,6 +199,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         rows.add_row(["information", &number(information.total_bits), "bits"]);
         rows.add_row(["", &number(information.bits_per_step), "bits per step"]);
         rows.add_row(["", &number(information.bits_per_second), "bits/s"]);
+        if let Some(control) = &information.control {
+            rows.add_row(["  that reaches controls", &number(control.total_bits), "bits"]);
+        }
         rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(task)]);
         let parts = task.cost.parts;
         let names = ["  nominal", "  belief", "  process noise", "  unknown start"];

@@ -105,6 +105,7 @@ fn problem() -> Problem {
         planning: PlanSettings::default(),
         design: DesignSettings { starts: 2, ..Default::default() },
         files: Vec::new(),
+        catalogue: None,
         warnings: Vec::new(),
     }
 }

@@ -91,7 +91,8 @@ impl Described {
         let parameters = Parameters::new(parameters);
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters));
         let tasks = tasks.collect::<Result<_, _>>()?;
-        Ok(Problem { title, parameters, tasks, planning, design, files: Vec::new(), warnings: Vec::new() })
+        let (files, warnings) = (Vec::new(), Vec::new());
+        Ok(Problem { title, parameters, tasks, planning, design, files, catalogue: None, warnings })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
 
+mod candidates;
 mod catalogue;
 mod document;
 mod parameters;
@@ -13,6 +14,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+pub use candidates::{CatalogueSensor, WithSensors};
 pub use document::{Document, Place};
 pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
@@ -39,6 +41,8 @@ struct Top {
     parameters: IgnoredAny,
     tasks: IgnoredAny,
     #[serde(default)]
+    catalogue: IgnoredAny,
+    #[serde(default)]
     planning: PlanSettings,
     #[serde(default)]
     design: DesignSettings,
@@ -59,6 +63,14 @@ impl Problem {
     /// # Errors
     /// Where anything in it is wrong.
     pub fn parse(source: &str, name: &str) -> Result<Self, FileError> {
+        Self::parse_with(source, name, WithSensors::Chosen)
+    }
+
+    /// The same with the given sensors of the catalogue.
+    ///
+    /// # Errors
+    /// Where anything in it is wrong.
+    pub fn parse_with(source: &str, name: &str, sensors: WithSensors) -> Result<Self, FileError> {
         let document = Document::parse(source, name)?;
         let top: Top = document.read(&[])?;
         top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
@@ -68,10 +80,12 @@ impl Problem {
         let parameters = parameters::read(&document, folder, &mut catalogues)?;
         let (read, used) = with_names(&parameters.names(), || {
             let model = read_model(&document, &parameters, folder)?;
+            let (model, (catalogue, tables)) = candidates::equip(&document, &parameters, folder, model, sensors)?;
             let tasks = tasks::read(&document, &*model, &parameters)?;
-            Ok((tasks, model.files(), model.warnings()))
+            let files: Vec<_> = model.files().into_iter().chain(tables).collect();
+            Ok((tasks, files, model.warnings(), catalogue))
         });
-        let (tasks, mut files, warnings) = read?;
+        let (tasks, mut files, warnings, catalogue) = read?;
         files.extend(catalogues);
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
@@ -81,7 +95,8 @@ impl Problem {
                 .error_at_key(&place, message)
                 .with_help("write its name in place of a number, or delete its table"));
         }
-        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design, files, warnings })
+        let Top { title, planning, design, .. } = top;
+        Ok(Self { title, parameters, tasks, planning, design, files, catalogue, warnings })
     }
 }
 

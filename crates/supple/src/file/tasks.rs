@@ -405,7 +405,7 @@ impl Reader<'_> {
     fn noise(&self, file: NoiseFile, model: &dyn AnyModel, states: &[String]) -> Result<NoiseModel, FileError> {
         let size = model.dimensions();
         let measurement = match (file.measurement, model.variances()) {
-            (Some(rows), _) => self.read_covariance("measurement", rows, None)?,
+            (Some(rows), _) => self.equipped(self.read_covariance("measurement", rows, None)?, model)?,
             (None, Some(variances)) => Covariance::Diagonal(variances),
             (None, None) => return Err(self.error(&["noise".into(), "measurement".into()], "is missing")),
         };
@@ -433,6 +433,16 @@ impl Reader<'_> {
     /// What varies of the noise.
     fn varying(&self, given: &[NamedVariance], model: &dyn AnyModel) -> Result<Vec<VaryingVariance>, FileError> {
         varying::read(self.document, (self.index, given), (&model.channels(), self.parameters))
+    }
+
+    /// The noise of all measurements from that of the model's own, where a catalogue adds some.
+    fn equipped(&self, own: Covariance, model: &dyn AnyModel) -> Result<Covariance, FileError> {
+        let Some(equipment) = model.equipment() else { return Ok(own) };
+        self.covariance("measurement", &own, equipment.own)?;
+        equipment.covariance(&own).map_err(|found| {
+            let message = format!("must be that of the model's own measurements, {}; found {found}", equipment.own);
+            self.error(&["noise".into(), "measurement".into()], message)
+        })
     }
 
     /// A covariance at the parameters' initial values.
