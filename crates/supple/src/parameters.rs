@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Value, is_name};
+use crate::{Error, Price, Value, is_name};
 use supple_files::quoted;
 
 /// A named number that tasks and designs may change.
@@ -20,6 +20,9 @@ pub struct Parameter {
     pub unit: String,
     /// Who may change it.
     pub role: Role,
+    /// What its value costs, where it has a price.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<Price>,
 }
 
 impl Parameter {
@@ -28,7 +31,7 @@ impl Parameter {
     /// # Errors
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let Self { name, initial, bounds: [lower, upper], scale, .. } = self;
+        let Self { name, initial, bounds: [lower, upper], scale, price, .. } = self;
         if !is_name(name) {
             let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
             return Err(("name", message));
@@ -46,7 +49,7 @@ impl Parameter {
         if !(lower..=upper).contains(&initial) {
             return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
         }
-        Ok(())
+        price.map_or(Ok(()), |price| price.check([*lower, *upper]).map_err(|message| ("price", message)))
     }
 }
 

@@ -73,6 +73,11 @@ impl Problem {
         top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
         top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
         let parameters = parameters::read(&document)?;
+        if (top.design.budget.is_some() || top.design.price_weight > 0.0) && !parameters.have_prices() {
+            let key = if top.design.budget.is_some() { "budget" } else { "price_weight" };
+            let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
+            return Err(document.error(&["design".into(), key.into()], message));
+        }
         let (read, used) = with_names(&parameters.names(), || {
             let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let model = read_model(&document, &parameters, folder)?;

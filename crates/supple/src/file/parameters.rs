@@ -4,6 +4,7 @@ use toml::de::DeValue;
 use supple_files::FileError;
 
 use super::document::{Document, Place};
+use crate::Price;
 use crate::parameters::{Parameter, Parameters, Role, Scale};
 
 /// A parameter, by its name: `[parameters.NAME]`.
@@ -23,6 +24,8 @@ pub(super) struct ParameterFile {
     /// Who may change it: the design search, or only the user.
     #[serde(default)]
     role: Role,
+    /// What its value costs, in units of the budget of `[design]`; nothing where left out.
+    price: Option<Price>,
 }
 
 /// Reads `[parameters]` in the order of the file.
@@ -41,8 +44,8 @@ pub(super) fn read(document: &Document) -> Result<Parameters, FileError> {
 
 fn read_one(document: &Document, name: &str) -> Result<Parameter, FileError> {
     let at = ["parameters".into(), Place::Key(name)];
-    let ParameterFile { initial, bounds, scale, unit, role } = document.read(&at)?;
-    let parameter = Parameter { name: name.to_owned(), initial, bounds, scale, unit, role };
+    let ParameterFile { initial, bounds, scale, unit, role, price } = document.read(&at)?;
+    let parameter = Parameter { name: name.to_owned(), initial, bounds, scale, unit, role, price };
     match parameter.check() {
         Ok(()) => Ok(parameter),
         Err(("name", message)) => Err(document.error_at_key(&at, message)),
