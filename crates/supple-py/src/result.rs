@@ -61,6 +61,7 @@ impl Kept {
             StudyResult::Pareto(result) => to_python(py, result),
             StudyResult::Trace(result) => to_python(py, result),
             StudyResult::Sensors(result) => to_python(py, result),
+            StudyResult::Bound(result) => to_python(py, result),
             StudyResult::Study(result) => to_python(py, result),
         }
     }

@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use supple::file::read_text;
 
+use crate::bound::BoundStudy;
 use crate::design::DesignReport;
 use crate::evaluate::EvaluateReport;
 use crate::pareto::Pareto;
@@ -76,6 +77,8 @@ pub enum StudyResult {
     Trace(Box<Trace>),
     /// Of `supple sensors`.
     Sensors(Box<Sensors>),
+    /// Of `supple bound`.
+    Bound(Box<BoundStudy>),
     /// Of `supple study`: the folders of its steps.
     Study(Box<Study>),
 }
@@ -91,6 +94,7 @@ impl StudyResult {
             Self::Pareto(_) => "pareto",
             Self::Trace(_) => "trace",
             Self::Sensors(_) => "sensors",
+            Self::Bound(_) => "bound",
             Self::Study(_) => "study",
         }
     }
@@ -108,6 +112,7 @@ impl StudyResult {
             Self::Pareto(result) => serde_json::to_string_pretty(result),
             Self::Trace(result) => serde_json::to_string_pretty(result),
             Self::Sensors(result) => serde_json::to_string_pretty(result),
+            Self::Bound(result) => return result.json(),
             Self::Study(result) => serde_json::to_string_pretty(result),
         };
         text.map_err(|error| StudyError::Usage(error.to_string()))
@@ -141,6 +146,9 @@ impl Folder {
     pub fn save(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
         if let StudyResult::Sweep(sweep) = result {
             sweep.save_table(path)?;
+        }
+        if let StudyResult::Bound(study) = result {
+            study.save_table(path)?;
         }
         let file = path.join(RESULT);
         let json = serde_json::to_string_pretty(&File { made, result });

@@ -11,6 +11,33 @@ pub enum Error {
         /// Where.
         step: usize,
     },
+    /// A matrix that must be symmetric and positive semidefinite is not.
+    #[error("{what} is not symmetric and positive semidefinite at step {step}, or has entries that are not numbers")]
+    NotPositiveSemidefinite {
+        /// Which matrix.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// An expected cost that no controller reaches.
+    #[error(
+        "no sensors and no controller keep an expected cost of {cost:e}: with the state known exactly it is {least:e}, so ask \
+         for more than that"
+    )]
+    CostBelowLeast {
+        /// The cost asked for.
+        cost: f64,
+        /// The least there is.
+        least: f64,
+    },
+    /// A bound that could not be computed.
+    #[error("no certified bound: {what}; {advice}")]
+    NoBound {
+        /// What is in the way.
+        what: String,
+        /// What to change.
+        advice: &'static str,
+    },
     /// A number became infinite or not a number.
     #[error("{what} is not finite at step {step}")]
     NotFinite {
@@ -39,6 +66,12 @@ pub enum Error {
         /// The right length.
         expected: usize,
     },
+    /// A place, counted from 0, that is not there.
+    #[error("there is no {what}; they are counted from 0")]
+    NoSuchPlace {
+        /// Which place, and how many there are.
+        what: String,
+    },
     /// A name that is not there.
     #[error("no {what} `{name}`: there is {valid}")]
     Unknown {
@@ -61,12 +94,25 @@ pub enum Error {
         /// Its upper bound.
         upper: f64,
     },
-    /// Total gradients asked for along plans that are not stationary.
+    /// A kind of plan that cannot be made for a task.
+    #[error("plan = \"{plan}\" {problem}: {advice}")]
+    Planning {
+        /// The kind of plan, as in a task file.
+        plan: &'static str,
+        /// What it cannot do.
+        problem: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Total gradients asked for along plans that minimise nothing.
     #[error(
-        "the total gradient needs stationary plans: use the planning mode `nominal`, or the gradient `frozen` with the mode \
-         `sampled`"
+        "the total gradient needs plans that minimise a cost: use plan = \"nominal\" or \"belief\", or the gradient \
+         `frozen` with plan = \"{plan}\""
     )]
-    GradientNeedsNominalPlans,
+    NoTotalGradient {
+        /// The kind of plan, as in a task file.
+        plan: &'static str,
+    },
     /// Candidate sensors whose noise is correlated.
     #[error("measurements {first} and {second} share noise: one sensor must hold both")]
     CorrelatedSensors {

@@ -5,7 +5,7 @@ use supple_kernels::Matrices;
 
 use crate::design::DesignSettings;
 use crate::file::CatalogueSensor;
-use crate::noise::{Covariance, NoiseModel};
+use crate::noise::{Covariance, NoiseModel, VaryingVariance};
 use crate::parameters::Parameters;
 use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
 use crate::system::System;
@@ -113,7 +113,7 @@ impl Task {
         };
         check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;
-        let NoiseModel { initial, process, measurement } = &self.noise;
+        let NoiseModel { initial, process, measurement, varying } = &self.noise;
         let covariances = [
             ("initial", initial, size.states, 1),
             ("process", process, size.states, self.steps),
@@ -131,6 +131,19 @@ impl Task {
                     check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;
                     check(&format!("the list of {name} covariances"), matrices.count(), count)?;
                 }
+            }
+        }
+        for &VaryingVariance { measurement, state, .. } in varying {
+            let places = [
+                ("measurement", "measurements", measurement, size.measurements),
+                ("state", "states", state, size.states),
+            ];
+            if let Some((key, what, place, count)) = places.into_iter().find(|(_, _, place, count)| place >= count) {
+                let what = format!(
+                    "{key} {place} of what varies of the noise of task `{}`: there are {count} {what}",
+                    self.name
+                );
+                return Err(Error::NoSuchPlace { what });
             }
         }
         if let Some(bounds) = &self.control_bounds {

@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod bound;
 mod check;
 mod design;
 mod evaluate;
@@ -15,6 +16,7 @@ mod study;
 mod sweep;
 mod trace;
 
+pub use bound::bound;
 pub use check::check;
 pub use design::design;
 pub use evaluate::evaluate;

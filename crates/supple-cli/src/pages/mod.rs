@@ -1,5 +1,6 @@
 //! Pages of studies, and of any result.
 
+mod bound;
 mod pareto;
 mod result;
 mod robustness;

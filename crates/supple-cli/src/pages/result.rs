@@ -4,6 +4,7 @@ use std::path::Path;
 use supple_study::study::Study;
 use supple_study::{About, StudyResult};
 
+use super::bound::bound_page;
 use super::pareto::pareto_page;
 use super::robustness::robustness_page;
 use super::sensors::sensors_page;
@@ -22,6 +23,7 @@ pub fn result_page(about: &About, result: &StudyResult, folder: Option<&Path>) -
         (StudyResult::Pareto(study), _) => pareto_page(about, study),
         (StudyResult::Sensors(study), _) => sensors_page(about, study),
         (StudyResult::Trace(study), _) => trace_page(about, study),
+        (StudyResult::Bound(study), _) => bound_page(about, study),
         (StudyResult::Study(study), folder) => study_page(about, study, folder.unwrap_or(Path::new(""))),
     }
 }

@@ -115,7 +115,7 @@ fn evaluate_task(
         limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
-        information: information_report(task, phi, state),
+        information: information_report(task, phi, state)?,
         gradient,
         monte_carlo,
         controller: ControllerReport::of(&state.plan),
@@ -144,7 +144,7 @@ fn gradients(
         for (functional, out) in functionals.into_iter().zip(&mut parts) {
             state.total_gradient(task, phi, functional, out)?;
         }
-        state.nominal_gradient(task, phi, &mut parts[4]);
+        state.nominal_gradient(task, phi, &mut parts[4])?;
         let [information, belief, process, initial, nominal] = parts;
         let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
         report.total = Some(TotalReport {

@@ -1,11 +1,13 @@
 //! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
 
 mod candidates;
+mod catalogue;
 mod document;
 mod parameters;
 mod reader;
 mod schema;
 mod tasks;
+mod varying;
 
 use std::path::Path;
 
@@ -18,6 +20,7 @@ pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
 pub(crate) use schema::{one_of, plain};
 pub use supple_files::{FileError, read_text};
+pub(crate) use tasks::matches;
 
 use crate::design::DesignSettings;
 use crate::model::{self, AnyModel};
@@ -72,21 +75,23 @@ impl Problem {
         let top: Top = document.read(&[])?;
         top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
         top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
-        let parameters = parameters::read(&document)?;
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        let mut catalogues = Vec::new();
+        let parameters = parameters::read(&document, folder, &mut catalogues)?;
         if (top.design.budget.is_some() || top.design.price_weight > 0.0) && !parameters.have_prices() {
             let key = if top.design.budget.is_some() { "budget" } else { "price_weight" };
             let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
             return Err(document.error(&["design".into(), key.into()], message));
         }
         let (read, used) = with_names(&parameters.names(), || {
-            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let model = read_model(&document, &parameters, folder)?;
             let (model, (catalogue, tables)) = candidates::equip(&document, &parameters, folder, model, sensors)?;
             let tasks = tasks::read(&document, &*model, &parameters)?;
-            let files = model.files().into_iter().chain(tables).collect();
+            let files: Vec<_> = model.files().into_iter().chain(tables).collect();
             Ok((tasks, files, model.warnings(), catalogue))
         });
-        let (tasks, files, warnings, catalogue) = read?;
+        let (tasks, mut files, warnings, catalogue) = read?;
+        files.extend(catalogues);
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
             let place = ["parameters".into(), Place::Key(name)];

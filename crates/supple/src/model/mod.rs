@@ -338,9 +338,8 @@ pub(crate) trait AnyModel {
     fn files(&self) -> Vec<PathBuf>;
     fn warnings(&self) -> Vec<String>;
     fn vocabulary(&self) -> Vocabulary;
+    fn channels(&self) -> Channels;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System>;
-    /// What the measurements are.
-    fn measurements(&self) -> Vec<Channel>;
     /// As of [`ModelFile`].
     fn sensor_kinds(&self) -> &'static [&'static str];
     /// As of [`ModelFile`].
@@ -375,11 +374,11 @@ impl<M: ModelFile> AnyModel for M {
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)
     }
+    fn channels(&self) -> Channels {
+        Model::channels(self)
+    }
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
         Arc::new(Authored::new(self.clone(), costs, time_step, parameters))
-    }
-    fn measurements(&self) -> Vec<Channel> {
-        Model::channels(self).measurements
     }
     fn sensor_kinds(&self) -> &'static [&'static str] {
         M::sensor_kinds()
