@@ -194,11 +194,22 @@ impl Selection {
         };
         relaxing.visit(&first);
         if !relaxing.free.is_empty() && relaxing.best.bound < f64::INFINITY {
-            minimise(&mut relaxing, &first, by_price);
+            let mut from = first;
+            for _ in 0..RUNS {
+                let before = relaxing.best.bound;
+                minimise(&mut relaxing, &from, by_price);
+                if relaxing.best.bound - before <= 1e-6 * relaxing.best.bound.abs() {
+                    break;
+                }
+                from = relaxing.free.iter().map(|&one| relaxing.best.weights[one]).collect();
+            }
         }
         relaxing.best
     }
 }
+
+/// Runs of SLSQP at most, each from where the best bound until then was found.
+const RUNS: usize = 5;
 
 /// SLSQP from the first point; how it ends does not matter to the bound.
 fn minimise(relaxing: &mut Relaxing, first: &[f64], by_price: bool) {
