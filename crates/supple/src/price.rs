@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Named;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameter, Parameters, Role};
 
 /// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.8).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
@@ -102,10 +102,23 @@ pub struct PriceReport {
     pub parameters: Named,
 }
 
+impl Parameter {
+    /// Whether it has a price, of its own or of an entry of its catalogue.
+    fn has_price(&self) -> bool {
+        self.price.is_some() || self.catalogue.iter().any(|entry| entry.price.is_some())
+    }
+
+    /// What a value costs: the price of the entry of its catalogue, and without one that of its form, or nothing.
+    fn price_at(&self, value: f64) -> f64 {
+        let of_entry = self.entry(value).and_then(|entry| entry.price);
+        of_entry.or(self.price.map(|price| price.at(value))).unwrap_or(0.0)
+    }
+}
+
 impl Parameters {
-    /// Whether any parameter has a price.
+    /// Whether any parameter has a price, or an entry of its catalogue.
     pub fn have_prices(&self) -> bool {
-        self.iter().any(|parameter| parameter.price.is_some())
+        self.iter().any(Parameter::has_price)
     }
 
     /// The sum of all prices at the values `phi`; 0 where no parameter has one.
@@ -115,15 +128,23 @@ impl Parameters {
 
     /// The price of each parameter that has one.
     pub fn prices(&self, phi: &[f64]) -> Named {
-        let priced = self.iter().zip(phi).filter_map(|(parameter, &value)| Some((parameter, parameter.price?, value)));
-        Named(priced.map(|(parameter, price, value)| (parameter.name.clone(), price.at(value))).collect())
+        let priced = self.iter().zip(phi).filter(|(parameter, _)| parameter.has_price());
+        Named(priced.map(|(parameter, &value)| (parameter.name.clone(), parameter.price_at(value))).collect())
+    }
+
+    /// The sum of all prices as a search meets them that moves through the values `phi`: of parameters that it moves, the prices
+    /// of their forms, smooth; those of entries count where the search holds the parameter at one.
+    pub(crate) fn price_in_search(&self, phi: &[f64]) -> f64 {
+        let price = |(parameter, &value): (&Parameter, &f64)| match parameter.role {
+            Role::Design => parameter.price.map_or(0.0, |price| price.at(value)),
+            Role::Study => parameter.price_at(value),
+        };
+        self.iter().zip(phi).map(price).sum()
     }
 
     /// The derivatives of the sum by all parameters.
     pub fn price_gradient(&self, phi: &[f64]) -> Vec<f64> {
-        let slope = |(parameter, &value): (&crate::parameters::Parameter, &f64)| {
-            parameter.price.map_or(0.0, |price| price.slope(value))
-        };
+        let slope = |(parameter, &value): (&Parameter, &f64)| parameter.price.map_or(0.0, |price| price.slope(value));
         self.iter().zip(phi).map(slope).collect()
     }
 }

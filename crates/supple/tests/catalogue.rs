@@ -134,6 +134,49 @@ fn says_where_no_combination_will_do() {
     assert_eq!(found.found().violation, least);
 }
 
+/// Prices of entries count: within a budget the best combination that can be paid is chosen, and with a weight the best of
+/// information and price together; both as found by hand over the grid.
+#[test]
+fn entries_are_paid_from_the_budget() {
+    let priced = |values: [f64; 4], prices: [f64; 4]| {
+        let entry = |(value, price)| format!("{{ value = {value}, price = {price} }}");
+        format!("[{}]", values.into_iter().zip(prices).map(entry).collect::<Vec<_>>().join(", "))
+    };
+    let (first, second) = ([9.0, 7.0, 4.0, 2.0], [8.0, 3.0, 2.5, 1.0]);
+    let mut problem = two_masses(&priced(FIRST, first), &priced(SECOND, second));
+    let grid: Vec<(f64, f64, f64)> = (0..16)
+        .map(|place| {
+            let (nats, cost) = by_hand(&problem, [FIRST[place / 4], SECOND[place % 4]]);
+            (nats, cost, first[place / 4] + second[place % 4])
+        })
+        .filter(|(_, cost, _)| *cost <= 250.0 * (1.0 + 1e-6))
+        .collect();
+    let best = |budget: f64, weight: f64| {
+        let objective = |&(nats, _, price): &(f64, f64, f64)| nats + weight * price;
+        let paid = grid.iter().filter(|(_, _, price)| *price <= budget);
+        paid.map(objective).min_by(f64::total_cmp).unwrap()
+    };
+    let free = best(f64::INFINITY, 0.0);
+    for (budget, weight) in [(7.5, 0.0), (5.0, 0.0), (f64::INFINITY, 40.0)] {
+        problem.design.budget = budget.is_finite().then_some(budget);
+        problem.design.price_weight = weight;
+        let found = designed(&problem);
+        let chosen = found.found();
+        let expected = best(budget, weight);
+        assert!(
+            (chosen.objective - expected).abs() < 1e-6 * expected,
+            "{budget} {weight}: {} {expected}",
+            chosen.objective
+        );
+        assert!(chosen.information > free * 1.001, "prices make a difference");
+        assert!(chosen.price <= budget && chosen.price == problem.parameters.price(&chosen.to));
+        assert_eq!(found.status, DesignStatus::Converged);
+    }
+    // Less than the cheapest combination that meets the bound costs.
+    problem.design.budget = Some(2.0);
+    assert_eq!(designed(&problem).status, DesignStatus::BoundViolated);
+}
+
 /// A search among neighbours on a grid of 36, of which it may design 30, ends where no neighbour is better; here at the best of all.
 #[test]
 fn neighbours_find_the_best_of_the_grid() {

@@ -91,7 +91,7 @@ pub(crate) struct PriceVisit {
 impl PriceVisit {
     fn of(problem: &Problem, settings: &DesignSettings, phi: &[f64]) -> Self {
         let Problem { parameters, .. } = problem;
-        let (total, gradient) = (parameters.price(phi), parameters.price_gradient(phi));
+        let (total, gradient) = (parameters.price_in_search(phi), parameters.price_gradient(phi));
         Self { total, gradient, weight: settings.price_weight, budget: settings.budget }
     }
 
