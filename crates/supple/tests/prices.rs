@@ -186,7 +186,7 @@ fn prices_that_cannot_be_are_refused() {
     let expected = [
         "parameters.v.price: must be at least 0 within the bounds [0.5, 4]; it can be -2",
         "parameters.v.price: must be at least 0 within the bounds [0.5, 4]; it can be -0.6931471805599453",
-        "parameters.v.price: must be one of `inverse`, `linear`, `log`, `power`; found `squared`",
+        "parameters.v.price.squared: must be one of `inverse`, `linear`, `log`, `power`; found `squared`",
         "design.budget: must be above 0; found 0",
         "design.price_weight: must be at least 0; found -1",
         "design.budget: needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }",

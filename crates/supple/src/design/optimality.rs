@@ -8,8 +8,8 @@ pub(crate) const OPTIMAL: f64 = 1e-4;
 
 /// First-order optimality of a visited design, and the multipliers of the tasks' bounds and, last, of the budget.
 ///
-/// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradient of the
-/// information. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the tasks where it
+/// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradients of
+/// information and weighted price. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the tasks where it
 /// is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
 pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let Visitor { problem, settings, aim, scaling, .. } = visitor;
@@ -28,7 +28,10 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
             let active = (0..at.tasks.len()).filter(|&task| is_active(task));
             let active: Vec<usize> = active.chain(is_tight.then_some(budget)).collect();
             let (worst, multipliers) = project(&objective, &constraints, &active, &at.scaled);
-            let size = objective.iter().fold(1e-300, |size: f64, g| size.max(g.abs()));
+            // Where information and price are in balance, the gradient of their sum is no measure.
+            let parts = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
+            let parts = parts.map(|(information, price)| information.abs() + (at.price.weight * price).abs());
+            let size = parts.fold(1e-300, f64::max);
             (worst / size, multipliers)
         }
         Aim::Cost => {

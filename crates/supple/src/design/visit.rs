@@ -83,7 +83,7 @@ pub(crate) struct PriceVisit {
     pub total: f64,
     pub gradient: Vec<f64>,
     /// Nats that a unit counts as.
-    weight: f64,
+    pub weight: f64,
     /// What the sum may be at most.
     pub budget: Option<f64>,
 }
@@ -118,6 +118,17 @@ impl Visit {
         self.tasks.iter().zip(&problem.tasks).map(|(visit, task)| task.information_weight * visit.information).sum()
     }
 
+    /// The gradient of the weighted sum of the tasks' information by all parameters.
+    pub fn information_gradient(&self, problem: &Problem) -> Vec<f64> {
+        let mut sum = vec![0.0; self.phi.len()];
+        for (visit, task) in self.tasks.iter().zip(&problem.tasks) {
+            for (sum, gradient) in sum.iter_mut().zip(&visit.information_gradient) {
+                *sum += task.information_weight * gradient;
+            }
+        }
+        sum
+    }
+
     /// The objective: information, and price with its weight, nats.
     pub fn objective(&self, problem: &Problem) -> f64 {
         self.information(problem) + self.price.weight * self.price.total
@@ -125,11 +136,9 @@ impl Visit {
 
     /// The objective's gradient by all parameters.
     pub fn objective_gradient(&self, problem: &Problem) -> Vec<f64> {
-        let mut sum: Vec<f64> = self.price.gradient.iter().map(|slope| self.price.weight * slope).collect();
-        for (visit, task) in self.tasks.iter().zip(&problem.tasks) {
-            for (sum, gradient) in sum.iter_mut().zip(&visit.information_gradient) {
-                *sum += task.information_weight * gradient;
-            }
+        let mut sum = self.information_gradient(problem);
+        for (sum, slope) in sum.iter_mut().zip(&self.price.gradient) {
+            *sum += self.price.weight * slope;
         }
         sum
     }
