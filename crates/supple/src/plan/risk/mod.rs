@@ -48,7 +48,7 @@ pub(crate) fn plan_risk(
             for _ in 0..BISECTIONS {
                 let between = 0.5 * (works + fails);
                 *plan = nominal.clone();
-                let worked = search.run(between, plan, scratch)?.is_ok();
+                let worked = search.run(between, plan, scratch)?.is_ok() && plan.status.is_converged();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
             Err(Error::Planning {
