@@ -84,6 +84,14 @@ class NativeTask:
         progress: Progress | None,
     ) -> Kept: ...
     def pareto(self, made: list[str], *, sizes: tuple[int, int, int], progress: Progress | None) -> Kept: ...
+    def bound(
+        self,
+        made: list[str],
+        sought: tuple[str | None, float | None, bool],
+        *,
+        curve: int | None,
+        progress: Progress | None,
+    ) -> Kept: ...
     def trace(self, made: list[str], options: str, progress: Progress | None) -> Kept: ...
 
 @final

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,8 +11,20 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import ArrayLike
 
 from . import _html
-from ._asked import axis_text, axis_values, check_counts, design_text, designs_of, logged, option_words, pairs
+from ._asked import (
+    axis_text,
+    axis_values,
+    bound_points,
+    bound_words,
+    check_counts,
+    design_text,
+    designs_of,
+    logged,
+    option_words,
+    pairs,
+)
 from ._supple import NativeTask
+from .bounds import Bounds
 from .errors import UsageError
 from .progress import Progress, watching
 from .results import Design, Evaluation
@@ -24,14 +35,27 @@ if TYPE_CHECKING:
     from ._crew import Workers
     from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task", "load", "loads"]
-
-LOGGER = logging.getLogger("supple")
+__all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
 
 #: Axes by parameter: values, or a text such as ``"log:50:600:100"``.
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """A value of a parameter that can be had.
+
+    Attributes:
+        value: The value, in the unit of the parameter.
+        price: What it costs to buy, in any currency; ``None`` where it is not told.
+        name: What its maker calls it.
+    """
+
+    value: float
+    price: float | None = None
+    name: str | None = None
 
 
 @dataclass(frozen=True)
@@ -44,6 +68,7 @@ class Parameter:
         scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
         unit: Its unit, for people.
         role: Who may change it: the ``design`` search, or only the user, for a ``study``.
+        catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
     """
 
     initial: float
@@ -51,38 +76,7 @@ class Parameter:
     scale: Literal["linear", "log"] = "linear"
     unit: str = ""
     role: Literal["design", "study"] = "design"
-
-
-def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
-    """Reads a task file (TOML), and sets some of its parameters.
-
-    Raises:
-        FileError: Where the file, or the robot's file that it names, is wrong or cannot be read.
-        UsageError: Where a parameter is unknown or out of bounds.
-    """
-    return _read(NativeTask.load(path, pairs(parameters)), ("load", os.fspath(path)), parameters)
-
-
-def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
-    """Reads a task file from its text, and sets some of its parameters.
-
-    Args:
-        text: The text of a task file (TOML).
-        path: Where the file would be: files that it names, such as that of the robot, are looked for beside it.
-        **parameters: Values of parameters.
-
-    Raises:
-        FileError: Where the text, or the robot's file that it names, is wrong.
-        UsageError: Where a parameter is unknown or out of bounds.
-    """
-    native = NativeTask.restore([(os.fspath(path), text)], pairs(parameters))
-    return _read(native, ("loads", os.fspath(path)), parameters)
-
-
-def _read(native: NativeTask, recipe: tuple[str, str], parameters: Mapping[str, float]) -> Task:
-    for warning in native.warnings():
-        LOGGER.warning("%s: %s", recipe[1], warning)
-    return Task(native, recipe, changed=parameters)
+    catalogue: Sequence[CatalogueEntry | float] = ()
 
 
 class Task:
@@ -108,6 +102,7 @@ class Task:
                 scale=entry["scale"],
                 unit=entry["unit"],
                 role=entry["role"],
+                catalogue=tuple(CatalogueEntry(**listed) for listed in entry.get("catalogue", ())),
             )
             for entry in about["parameters"]
         }
@@ -335,6 +330,34 @@ class Task:
         made = task._made("pareto", option_words(points=points, starts=starts, seed=seed))
         with watching(progress) as seer, logged("pareto"):
             return Pareto(task._native.pareto(made, sizes=(points, starts, seed), progress=seer), task)
+
+    def bound(
+        self,
+        *,
+        cost: float | None = None,
+        curve: bool | int = False,
+        stationary: bool = False,
+        task: str | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Bounds:
+        """How little information would do: the least over all sensors and controllers that keep an expected cost.
+
+        Args:
+            cost: The expected cost to keep, over the task, or per step where stationary; the design's own where left out.
+            curve: The minimum over a range of costs too: ``True`` for 20 points, or how many.
+            stationary: Bounds by step of the steady state, for linear models that do not change over time.
+            task: The task, where there are several; all of them where left out.
+            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
+        points = bound_points(curve)
+        found = self.at(at, **parameters)
+        made = found._made("bound", bound_words(task, cost, points, stationary))
+        with watching(progress) as seer, logged("bound"):
+            return Bounds(found._native.bound(made, (task, cost, stationary), curve=points, progress=seer), found)
 
     def trace(
         self,

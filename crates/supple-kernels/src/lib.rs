@@ -7,11 +7,13 @@
 //! - [`graph`]: physics recorded once, differentiated, and compiled to programs for the lanes;
 //! - [`Lanes`]: eight numbers at once, and [`dispatch`] which picks the machine's best instructions at run time;
 //! - [`Matrices`]: a sequence of equal matrices in one padded, aligned buffer, and the [`rows`] kernels on it;
+//! - [`Band`]: symmetric block tridiagonal matrices, factored and solved;
 //! - [`Scratch`]: memory that kernels reuse, so that sweeps allocate nothing.
 //!
 //! Operations and kernels are `#[inline(always)]`: a function that is not inlined under run-time dispatch falls back
 //! to baseline instructions and runs tens of times slower.
 
+mod band;
 mod dispatch;
 mod dual;
 mod fused;
@@ -24,6 +26,7 @@ pub mod rows;
 mod scalar;
 mod scratch;
 
+pub use band::{Band, BandRow, RIGHT_SIDES};
 pub use dispatch::{Job, Level, dispatch, dispatch_portable};
 pub use dual::Dual;
 pub use lanes::{LANES, Lanes};

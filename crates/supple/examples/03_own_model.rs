@@ -69,6 +69,7 @@ fn problem() -> Problem {
         cost(CostKind::Control(Effort { controls: 1 }), 0.01, 0.0),
     ];
     let parameter = |name: &str, initial, bounds, unit: &str| Parameter {
+        catalogue: Vec::new(),
         name: name.to_owned(),
         initial,
         bounds,
@@ -104,6 +105,7 @@ fn problem() -> Problem {
         planning: PlanSettings::default(),
         design: DesignSettings { starts: 2, ..Default::default() },
         files: Vec::new(),
+        catalogue: None,
         warnings: Vec::new(),
     }
 }

@@ -79,6 +79,7 @@ fn problem(variance: f64) -> Result<Problem, supple::Error> {
         planning: PlanSettings::default(),
         design: DesignSettings::default(),
         files: Vec::new(),
+        catalogue: None,
         warnings: Vec::new(),
     })
 }

@@ -11,6 +11,33 @@ pub enum Error {
         /// Where.
         step: usize,
     },
+    /// A matrix that must be symmetric and positive semidefinite is not.
+    #[error("{what} is not symmetric and positive semidefinite at step {step}, or has entries that are not numbers")]
+    NotPositiveSemidefinite {
+        /// Which matrix.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// An expected cost that no controller reaches.
+    #[error(
+        "no sensors and no controller keep an expected cost of {cost:e}: with the state known exactly it is {least:e}, so ask \
+         for more than that"
+    )]
+    CostBelowLeast {
+        /// The cost asked for.
+        cost: f64,
+        /// The least there is.
+        least: f64,
+    },
+    /// A bound that could not be computed.
+    #[error("no certified bound: {what}; {advice}")]
+    NoBound {
+        /// What is in the way.
+        what: String,
+        /// What to change.
+        advice: &'static str,
+    },
     /// A number became infinite or not a number.
     #[error("{what} is not finite at step {step}")]
     NotFinite {
@@ -85,6 +112,24 @@ pub enum Error {
     NoTotalGradient {
         /// The kind of plan, as in a task file.
         plan: &'static str,
+    },
+    /// Candidate sensors whose noise is correlated.
+    #[error("measurements {first} and {second} share noise: one sensor must hold both")]
+    CorrelatedSensors {
+        /// The index of a measurement of one.
+        first: usize,
+        /// The index of a measurement of the other.
+        second: usize,
+    },
+    /// No set of sensors within the limits is good enough.
+    #[error(
+        "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"
+    )]
+    NoSensorsSuffice {
+        /// The bound on the expected cost.
+        bound: f64,
+        /// The expected cost with every candidate.
+        least: f64,
     },
     /// An error of a computation in another process, in its words.
     #[error("{0}")]

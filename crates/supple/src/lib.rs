@@ -20,6 +20,7 @@ pub mod pipeline;
 pub mod plan;
 mod problem;
 pub mod scene;
+pub mod sensors;
 mod shape;
 pub mod simulate;
 mod stability;
@@ -30,9 +31,9 @@ mod value;
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{
-    ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport, GradientReport,
-    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport,
-    VALID_STATIONARITY,
+    ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport,
+    GradientReport, InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport,
+    TrajectoryReport, VALID_STATIONARITY,
 };
 pub use file::FileError;
 pub use lenient::or_nan;

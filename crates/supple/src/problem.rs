@@ -4,6 +4,7 @@ use std::sync::Arc;
 use supple_kernels::Matrices;
 
 use crate::design::DesignSettings;
+use crate::file::CatalogueSensor;
 use crate::noise::{Covariance, NoiseModel, VaryingVariance};
 use crate::parameters::Parameters;
 use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
@@ -26,6 +27,8 @@ pub struct Problem {
     pub design: DesignSettings,
     /// The files that the task file names, but for meshes.
     pub files: Vec<PathBuf>,
+    /// Sensors to choose from; none where the task file has no catalogue.
+    pub catalogue: Option<Vec<CatalogueSensor>>,
     /// What of the files is ignored or most likely wrong, for people; empty where all is well.
     pub warnings: Vec<String>,
 }

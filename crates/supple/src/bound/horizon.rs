@@ -1,5 +1,6 @@
 use supple_kernels::{Matrices, rows};
 
+use crate::Error;
 use crate::noise::Noise;
 use crate::plan::Plan;
 
@@ -52,4 +53,69 @@ pub struct Stationary {
     pub price: Matrices,
     /// `1/2 Tr(W S)`: the expected cost per step with the state known exactly.
     pub base_cost: f64,
+}
+
+impl Horizon {
+    /// How many decisions there are.
+    pub fn steps(&self) -> usize {
+        self.prices.count()
+    }
+
+    /// Whether the arrays fit each other and are finite.
+    ///
+    /// # Errors
+    /// Which array does not.
+    pub fn check(&self) -> Result<(), Error> {
+        let (n, steps) = (self.prices.rows(), self.prices.count());
+        let arrays = [
+            ("the prices", &self.prices, steps.max(1)),
+            ("the dynamics", &self.dynamics, steps.saturating_sub(1)),
+            ("the process covariance", &self.process, steps.saturating_sub(1)),
+            ("the covariance of the first state", &self.initial, 1),
+        ];
+        for (what, array, count) in arrays {
+            for (found, expected) in [(array.rows(), n), (array.cols(), n)] {
+                if found != expected {
+                    return Err(Error::Shape { what: format!("a row or column of {what}"), found, expected });
+                }
+            }
+            if !array.is_constant() && array.count() < count {
+                let what = format!("{what} over {steps} decisions");
+                return Err(Error::Shape { what, found: array.count(), expected: count });
+            }
+            for t in 0..array.count() {
+                if !array.at(t).iter().all(|v| v.is_finite()) {
+                    return Err(Error::NotFinite { what, step: t });
+                }
+            }
+        }
+        if !self.base_cost.is_finite() {
+            return Err(Error::NotFinite { what: "the least expected cost", step: 0 });
+        }
+        Ok(())
+    }
+}
+
+impl Stationary {
+    /// Whether the arrays fit each other and are finite.
+    ///
+    /// # Errors
+    /// Which array does not.
+    pub fn check(&self) -> Result<(), Error> {
+        let once = |m: &Matrices| {
+            let mut out = Matrices::constant(m.rows(), m.cols());
+            if m.count() > 0 {
+                out.as_mut_slice().copy_from_slice(m.at(0));
+            }
+            out
+        };
+        let horizon = Horizon {
+            dynamics: once(&self.dynamics),
+            process: once(&self.process),
+            initial: once(&self.process),
+            prices: once(&self.price),
+            base_cost: self.base_cost,
+        };
+        horizon.check()
+    }
 }

@@ -11,8 +11,19 @@ pub struct BoundSettings {
 
 impl Default for BoundSettings {
     fn default() -> Self {
-        Self { gap: 1e-8, max_iterations: 200 }
+        Self { gap: 1e-7, max_iterations: 200 }
     }
+}
+
+/// How a search for the minimum ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoundStatus {
+    /// The gap asked for is reached.
+    Converged,
+    /// The Newton steps allowed were too few; the bounds hold, with a larger gap than asked for.
+    MaxIterations,
+    /// Rounding ended the search; the bounds hold, with a larger gap than asked for.
+    Stalled,
 }
 
 /// The least directed information over a horizon at an expected cost, between two bounds.
@@ -34,6 +45,8 @@ pub struct MinimumInformation {
     pub per_step_nats: Vec<f64>,
     /// Newton steps taken.
     pub iterations: usize,
+    /// How the search ended.
+    pub status: BoundStatus,
 }
 
 /// The same per step where nothing changes over time.
@@ -53,6 +66,8 @@ pub struct StationaryMinimum {
     pub posterior: Matrices,
     /// Newton steps taken.
     pub iterations: usize,
+    /// How the search ended.
+    pub status: BoundStatus,
 }
 
 /// A sensor that, with the Kalman filter and the optimal regulator, needs no more than the minimum:

@@ -102,7 +102,7 @@ fn evaluate_task(
         limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
-        information: information_report(task, phi, state),
+        information: information_report(task, phi, state)?,
         gradient,
         monte_carlo,
         controller: ControllerReport::of(&state.plan),

@@ -161,6 +161,22 @@ pub struct InformationReport {
     pub paper_form_nats: Option<f64>,
     /// Nats at each measurement.
     pub per_step_nats: Vec<f64>,
+    /// What of it reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub control: Option<ControlInformation>,
+}
+
+/// The directed information from the state to the controls, exact for the linearised closed loop.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ControlInformation {
+    /// Over the whole task, nats.
+    pub total_nats: f64,
+    /// The same in bits.
+    pub total_bits: f64,
+    /// Bits per control: the total over N.
+    pub bits_per_step: f64,
+    /// Nats at each control, N of them.
+    pub per_step_nats: Vec<f64>,
 }
 
 /// Gradients of a task by the parameters.

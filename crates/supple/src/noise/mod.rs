@@ -4,8 +4,10 @@ use supple_kernels::{Matrices, rows};
 
 use crate::{Error, Value};
 
+mod named;
 mod varying;
 
+pub use named::{NamedVariance, WrongName};
 pub(crate) use varying::VaryingNoise;
 pub use varying::VaryingVariance;
 

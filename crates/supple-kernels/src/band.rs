@@ -1,0 +1,340 @@
+//! Symmetric positive definite matrices that are block tridiagonal: factored in blocks, in lanes, and solved.
+
+use crate::rows::{add_scaled, scale};
+use crate::{Job, LANES, Lanes, Matrices, dispatch};
+
+/// How many right sides a [`Band`] solves for at once.
+pub const RIGHT_SIDES: usize = 2;
+
+/// A symmetric positive definite block tridiagonal matrix with right sides beside it.
+///
+/// Block `t` is of order `orders[t]`, and may be empty. Its rows are `[H_t, C_t, b_t]`, each padded to whole lanes: the
+/// upper triangle of the diagonal block, the block between `t` and `t + 1`, and the right sides.
+#[derive(Clone, Debug, Default)]
+pub struct Band {
+    orders: Vec<usize>,
+    blocks: Vec<Matrices>,
+}
+
+/// The parts of one row of a block.
+pub struct BandRow<'a> {
+    /// Row of `H_t`, of which the entries from the diagonal on are read; the padding must stay zero.
+    pub diagonal: &'a mut [f64],
+    /// Row of `C_t`, empty at the last block; the padding must stay zero.
+    pub next: &'a mut [f64],
+    /// Right sides of this row, [`RIGHT_SIDES`] of them.
+    pub right: &'a mut [f64],
+}
+
+impl Band {
+    /// A matrix of zeros with blocks of these orders.
+    pub fn zeros(orders: &[usize]) -> Self {
+        let width = |t: usize| orders.get(t).map_or(0, |n| n.next_multiple_of(LANES));
+        let blocks =
+            (0..orders.len()).map(|t| Matrices::zeros(1, orders[t], width(t) + width(t + 1) + LANES)).collect();
+        Self { orders: orders.to_vec(), blocks }
+    }
+
+    /// Where `C_t` begins in a row, and where the right sides begin.
+    #[inline(always)]
+    fn offsets(&self, t: usize) -> (usize, usize) {
+        let width = |t: usize| self.orders.get(t).map_or(0, |n| n.next_multiple_of(LANES));
+        (width(t), width(t) + width(t + 1))
+    }
+
+    /// Row `row` of block `t`, to be written; holds what the last factorisation left until then.
+    #[inline(always)]
+    pub fn row_mut(&mut self, t: usize, row: usize) -> BandRow<'_> {
+        let (next, right) = self.offsets(t);
+        let stride = self.blocks[t].stride();
+        let whole = &mut self.blocks[t].at_mut(0)[row * stride..(row + 1) * stride];
+        let (head, tail) = whole.split_at_mut(right);
+        let (diagonal, between) = head.split_at_mut(next);
+        BandRow { diagonal, next: between, right: &mut tail[..RIGHT_SIDES] }
+    }
+
+    /// Factors the matrix in place and solves for the right sides: `out[side][t]`, of length `orders[t]`.
+    ///
+    /// # Errors
+    /// The block at which the matrix is not positive definite to rounding.
+    pub fn solve(&mut self, out: &mut [Vec<Vec<f64>>; RIGHT_SIDES]) -> Result<(), usize> {
+        let mut result = Ok(());
+        dispatch(Factor { band: self, result: &mut result });
+        result?;
+        self.substitute(out);
+        Ok(())
+    }
+
+    /// `x_t = R^-1 (y - X x_{t+1})`, from the last block to the first.
+    fn substitute(&self, out: &mut [Vec<Vec<f64>>; RIGHT_SIDES]) {
+        for (side, out) in out.iter_mut().enumerate() {
+            out.resize_with(self.orders.len(), Vec::new);
+            for t in (0..self.orders.len()).rev() {
+                let (n, (next, right)) = (self.orders[t], self.offsets(t));
+                let (block, stride) = (self.blocks[t].at(0), self.blocks[t].stride());
+                let (head, tail) = out.split_at_mut(t + 1);
+                let (x, after) = (&mut head[t], tail.first().map_or(&[][..], Vec::as_slice));
+                x.clear();
+                x.resize(n, 0.0);
+                for i in (0..n).rev() {
+                    let row = &block[i * stride..(i + 1) * stride];
+                    let known = sum_of_products(&row[i + 1..n], &x[i + 1..]);
+                    let coupled = sum_of_products(&row[next..next + after.len()], after);
+                    x[i] = (row[right + side] - known - coupled) / row[i];
+                }
+            }
+        }
+    }
+}
+
+/// A dot product in four running sums.
+fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
+    let (mut sums, (a4, b4)) = ([0.0; 4], (a.chunks_exact(4), b.chunks_exact(4)));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
+    for (a, b) in a4.zip(b4) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums[0] + sums[1] + (sums[2] + sums[3]) + rest
+}
+
+/// `H_t = R'R` by block rows, with `R'^-1` applied to `C_t` and the right sides as the rows are made, and what that
+/// takes from the next block.
+struct Factor<'a> {
+    band: &'a mut Band,
+    result: &'a mut Result<(), usize>,
+}
+
+impl Job for Factor<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for t in 0..self.band.orders.len() {
+            if t > 0 {
+                self.band.take_coupling::<L>(t);
+            }
+            let (n, stride) = (self.band.orders[t], self.band.blocks[t].stride());
+            if !factor_rows::<L>(self.band.blocks[t].at_mut(0), n, stride) {
+                *self.result = Err(t);
+                return;
+            }
+        }
+    }
+}
+
+impl Band {
+    /// `H_t -= X'X` and `b_t -= X'y`, with `X` and `y` of block `t - 1`.
+    #[inline(always)]
+    fn take_coupling<L: Lanes>(&mut self, t: usize) {
+        let ((from, from_right), (_, right)) = (self.offsets(t - 1), self.offsets(t));
+        let (inner, n) = (self.orders[t - 1], self.orders[t]);
+        let (head, tail) = self.blocks.split_at_mut(t);
+        let (before, now) = (&head[t - 1], &mut tail[0]);
+        let (before_stride, stride) = (before.stride(), now.stride());
+        let (x, out) = (before.at(0), now.at_mut(0));
+        if inner == 0 {
+            return;
+        }
+        let width = n.next_multiple_of(LANES);
+        for i in (0..n).step_by(LANES) {
+            let rows = LANES.min(n - i);
+            let left = (&x[from + i..], before_stride);
+            subtract_product::<L>(
+                (&mut out[i * stride + i..], stride),
+                left,
+                (&x[from + i..], before_stride),
+                (rows, inner, width - i),
+            );
+            subtract_product::<L>(
+                (&mut out[i * stride + right..], stride),
+                left,
+                (&x[from_right..], before_stride),
+                (rows, inner, LANES),
+            );
+        }
+    }
+}
+
+/// Turns rows `[H, rest]` into `[R, R'^-1 rest]`; false where `H` is not positive definite.
+#[inline(always)]
+fn factor_rows<L: Lanes>(block: &mut [f64], n: usize, stride: usize) -> bool {
+    for i in (0..n).step_by(LANES) {
+        let rows = LANES.min(n - i);
+        let (done, rest) = block.split_at_mut(i * stride);
+        if i > 0 {
+            let left = (&done[i..], stride);
+            subtract_product::<L>((&mut rest[i..], stride), left, left, (rows, i, stride - i));
+        }
+        for a in 0..rows {
+            let (above, below) = rest.split_at_mut(a * stride);
+            let row = &mut below[i..stride];
+            for b in 0..a {
+                let from = &above[b * stride + i..(b + 1) * stride];
+                add_scaled::<L>(row, -from[a], from);
+            }
+            let pivot = row[a];
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            scale::<L>(row, 1.0 / pivot.sqrt());
+        }
+    }
+    true
+}
+
+/// `out (rows x width) -= left' right`: `left` is `inner x rows` and `right` `inner x width`, each with its stride;
+/// `width` is a multiple of [`LANES`].
+#[inline(always)]
+fn subtract_product<L: Lanes>(
+    (out, out_stride): (&mut [f64], usize),
+    (left, left_stride): (&[f64], usize),
+    (right, right_stride): (&[f64], usize),
+    (rows, inner, width): (usize, usize, usize),
+) {
+    assert!(width.is_multiple_of(LANES) && rows <= LANES);
+    if rows == 0 || inner == 0 || width == 0 {
+        return;
+    }
+    assert!(out.len() >= (rows - 1) * out_stride + width && left.len() >= (inner - 1) * left_stride + rows);
+    assert!(right.len() >= (inner - 1) * right_stride + width);
+    let mut column = 0;
+    // SAFETY: the assertions cover every row, column and inner index.
+    unsafe {
+        while L::WIDE && column + 2 * LANES <= width {
+            let place = (out.as_mut_ptr().add(column), out_stride);
+            tiles::<L, 2>(place, (left.as_ptr(), left_stride), (right.as_ptr().add(column), right_stride), rows, inner);
+            column += 2 * LANES;
+        }
+        while column < width {
+            let place = (out.as_mut_ptr().add(column), out_stride);
+            tiles::<L, 1>(place, (left.as_ptr(), left_stride), (right.as_ptr().add(column), right_stride), rows, inner);
+            column += LANES;
+        }
+    }
+}
+
+/// `C` lanes of columns of up to eight rows.
+///
+/// # Safety
+/// As [`subtract_product`] asserts.
+#[inline(always)]
+unsafe fn tiles<L: Lanes, const C: usize>(
+    (out, out_stride): (*mut f64, usize),
+    (left, left_stride): (*const f64, usize),
+    right: (*const f64, usize),
+    rows: usize,
+    inner: usize,
+) {
+    let mut row = 0;
+    // SAFETY: the caller's.
+    unsafe {
+        if L::WIDE && rows == LANES {
+            return tile::<L, 8, C>((out, out_stride), (left, left_stride), right, inner);
+        }
+        while row + 4 <= rows {
+            tile::<L, 4, C>((out.add(row * out_stride), out_stride), (left.add(row), left_stride), right, inner);
+            row += 4;
+        }
+        while row < rows {
+            tile::<L, 1, C>((out.add(row * out_stride), out_stride), (left.add(row), left_stride), right, inner);
+            row += 1;
+        }
+    }
+}
+
+/// `R` rows and `C` lanes of columns.
+///
+/// # Safety
+/// As [`subtract_product`] asserts.
+#[inline(always)]
+unsafe fn tile<L: Lanes, const R: usize, const C: usize>(
+    (out, out_stride): (*mut f64, usize),
+    (left, left_stride): (*const f64, usize),
+    (right, right_stride): (*const f64, usize),
+    inner: usize,
+) {
+    // SAFETY: the caller's.
+    unsafe {
+        let mut sums = [[L::zero(); C]; R];
+        for k in 0..inner {
+            let mut lines = [L::zero(); C];
+            for (c, line) in lines.iter_mut().enumerate() {
+                *line = L::load(right.add(k * right_stride + c * LANES));
+            }
+            for (r, sums) in sums.iter_mut().enumerate() {
+                let factor = L::constant(*left.add(k * left_stride + r));
+                for (sum, line) in sums.iter_mut().zip(lines) {
+                    *sum = factor.mul_add(line, *sum);
+                }
+            }
+        }
+        for (r, sums) in sums.into_iter().enumerate() {
+            for (c, sum) in sums.into_iter().enumerate() {
+                let to = out.add(r * out_stride + c * LANES);
+                (L::load(to) - sum).store(to);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Level;
+
+    /// A band of blocks of these orders that is diagonally dominant, its dense form, and right sides.
+    fn example(orders: &[usize]) -> (Band, Vec<Vec<f64>>, [Vec<f64>; RIGHT_SIDES]) {
+        let total: usize = orders.iter().sum();
+        let mut dense = vec![vec![0.0; total]; total];
+        let mut sides = [vec![0.0; total], vec![0.0; total]];
+        let mut band = Band::zeros(orders);
+        let mut first = 0;
+        for (t, &n) in orders.iter().enumerate() {
+            let after = orders.get(t + 1).copied().unwrap_or(0);
+            for i in 0..n {
+                let row = band.row_mut(t, i);
+                for j in i..n {
+                    let value = if i == j { 60.0 } else { ((3 * i + 7 * j + t) % 5) as f64 - 2.0 };
+                    row.diagonal[j] = value;
+                    (dense[first + i][first + j], dense[first + j][first + i]) = (value, value);
+                }
+                for j in 0..after {
+                    let value = ((5 * i + 2 * j + t) % 7) as f64 - 3.0;
+                    row.next[j] = value;
+                    (dense[first + i][first + n + j], dense[first + n + j][first + i]) = (value, value);
+                }
+                for (side, sides) in sides.iter_mut().enumerate() {
+                    row.right[side] = (first + i) as f64 * 0.1 + side as f64;
+                    sides[first + i] = row.right[side];
+                }
+            }
+            first += n;
+        }
+        (band, dense, sides)
+    }
+
+    #[test]
+    fn bands_are_solved_at_every_level() {
+        for level in Level::ALL.into_iter().filter(|level| level.force()) {
+            for orders in [&[3usize][..], &[10, 10, 10], &[1, 21, 6, 0, 15], &[36, 3, 28]] {
+                let (mut band, dense, sides) = example(orders);
+                let mut out = [vec![], vec![]];
+                band.solve(&mut out).unwrap();
+                for (side, right) in sides.iter().enumerate() {
+                    let x = out[side].concat();
+                    for (row, b) in dense.iter().zip(right) {
+                        let product: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
+                        assert!((product - b).abs() < 1e-10, "{level:?} {orders:?}: {product} {b}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_block_that_is_not_positive_is_named() {
+        let (mut band, _, _) = example(&[4, 4, 4]);
+        band.row_mut(1, 2).diagonal[2] = -1.0;
+        assert_eq!(band.solve(&mut [vec![], vec![]]), Err(1));
+    }
+}

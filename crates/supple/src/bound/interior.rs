@@ -1,0 +1,240 @@
+//! The search: a primal-dual interior point method that stays inside and certifies where it is.
+
+use super::certificate::gap;
+use super::dense::{Dense, cholesky, least_eigenvalue, log_determinant, solve_lower, symmetric};
+use super::local::{Local, Place, Scaling, nats, scaling, slack_change, slack_of_budget};
+use super::newton::Newton;
+use super::reduce::Chain;
+use super::solution::{BoundSettings, BoundStatus};
+
+/// How far towards the boundary a step may go.
+const FRACTION_TO_BOUNDARY: f64 = 0.95;
+/// The share of the residual that the barrier is kept above.
+const RESIDUAL_SHARE: f64 = 0.1;
+/// The complementarity at the start, nats.
+const FIRST_COMPLEMENTARITY: f64 = 0.3;
+
+/// Where the search ended.
+pub(super) struct Found {
+    /// The best certified place.
+    pub place: Place,
+    /// The same in its own coordinates.
+    pub local: Vec<Local>,
+    /// Nats above the dual value at most; infinite where nothing is certified.
+    pub gap: f64,
+    /// Newton steps taken.
+    pub iterations: usize,
+    /// How it ended.
+    pub status: BoundStatus,
+}
+
+/// A direction of the search.
+struct Direction {
+    covariances: Vec<Dense>,
+    slacks: Vec<Dense>,
+    multipliers: Vec<Dense>,
+    /// Change of what is left of the budget, as a share of it.
+    budget: f64,
+    price: f64,
+}
+
+/// Searches from strictly feasible covariances until the gap is at most `target` nats.
+pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: &BoundSettings) -> Option<Found> {
+    let mut place = begin(chain, factors)?;
+    let mut local = place.localise(chain)?;
+    let mut newton = Newton::new(chain);
+    let mut best = Found {
+        gap: gap(chain, &place, &local),
+        place: place.clone(),
+        local: local.clone(),
+        iterations: 0,
+        status: BoundStatus::MaxIterations,
+    };
+    let mut centering = 0.5;
+    for iteration in 0..settings.max_iterations {
+        if best.gap <= target {
+            best.status = BoundStatus::Converged;
+            return Some(best);
+        }
+        let taken = iterate(chain, &mut place, &local, &mut newton, centering);
+        let Some((primal, dual, next)) = taken else {
+            best.status = BoundStatus::Stalled;
+            return Some(best);
+        };
+        local = next;
+        let shortest = primal.min(dual);
+        centering = if shortest > 0.9 {
+            0.1
+        } else if shortest > 0.5 {
+            0.3
+        } else {
+            0.7
+        };
+        best.iterations = iteration + 1;
+        let now = gap(chain, &place, &local);
+        if now < best.gap || !best.gap.is_finite() {
+            (best.gap, best.place, best.local) = (now, place.clone(), local.clone());
+        }
+    }
+    if best.gap <= target {
+        best.status = BoundStatus::Converged;
+    }
+    Some(best)
+}
+
+/// Multipliers that make every complementarity the same.
+fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
+    let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: FIRST_COMPLEMENTARITY };
+    let local = place.localise(chain)?;
+    for at in &local {
+        let half = super::dense::inverse_lower(&at.slack_factor);
+        place.multipliers.push(symmetric(half.transpose() * half) * FIRST_COMPLEMENTARITY);
+    }
+    let left = slack_of_budget(&local);
+    place.price = FIRST_COMPLEMENTARITY / left;
+    (left > 0.0).then_some(place)
+}
+
+/// The mean of the products of slacks and multipliers, nats.
+fn complementarity(place: &Place, local: &[Local]) -> f64 {
+    let products: f64 = local.iter().zip(&place.multipliers).map(|(at, l)| at.slack.dot(l)).sum();
+    let count: usize = local.iter().map(|at| at.slack.nrows()).sum();
+    (products + place.price * slack_of_budget(local)) / (count + 1) as f64
+}
+
+/// One Newton step; the lengths taken for covariances and multipliers, and the new place in its own coordinates.
+fn iterate(
+    chain: &Chain,
+    place: &mut Place,
+    local: &[Local],
+    newton: &mut Newton,
+    centering: f64,
+) -> Option<(f64, f64, Vec<Local>)> {
+    let scalings: Vec<Scaling> =
+        local.iter().zip(&place.multipliers).map(|(at, l)| scaling(&at.slack_factor, l)).collect::<Option<_>>()?;
+    let barrier = (centering * complementarity(place, local)).max(RESIDUAL_SHARE * residual(chain, place, local));
+    let left = slack_of_budget(local);
+    let gradients = gradients(chain, local, &scalings, (barrier, left));
+    let solved = newton.solve(chain, local, &scalings, &gradients, (barrier, place.price / left));
+    let (covariances, cost) = solved.ok()?;
+    let direction = complete(chain, (place, local, &scalings), covariances, cost, barrier);
+    let (primal, dual) = longest_steps(local, &scalings, &direction, (left, place.price));
+    let slope = slope(&gradients, &direction.covariances);
+    let before = merit(place, local, barrier)?;
+    let mut length = primal;
+    for _ in 0..40 {
+        let mut candidate = place.clone();
+        if advance(&mut candidate, &direction, length, dual.min(1.0))
+            && let Some(next) = candidate.localise(chain)
+            && let Some(after) = merit(&candidate, &next, barrier)
+            && after <= before + 1e-4 * length * slope.min(0.0) + 1e-12 * before.abs().max(1.0)
+        {
+            *place = candidate;
+            place.barrier = barrier;
+            return Some((length, dual, next));
+        }
+        length *= 0.5;
+    }
+    None
+}
+
+/// How far the multipliers are from making the covariances stationary: the largest norm over decisions, in coordinates
+/// where `p_t` is the identity.
+fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
+    let of = |t: usize| {
+        let at = &local[t];
+        let n = at.price.nrows();
+        let mut sum = &at.price * place.price + &place.multipliers[t] - Dense::identity(n, n) * (0.5 + place.barrier);
+        if let Some(next) = chain.next(t) {
+            let half = solve_lower(&local[next].predicted_factor, at.dynamics.clone());
+            sum += half.transpose() * half * 0.5;
+            sum -= at.dynamics.transpose() * &place.multipliers[next] * &at.dynamics;
+        }
+        sum.norm()
+    };
+    (0..local.len()).map(of).fold(0.0, f64::max)
+}
+
+/// Gradients by `p_t` of the information with the barriers (theory, equation L.8).
+fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, left): (f64, f64)) -> Vec<Dense> {
+    let of = |t: usize| {
+        let at = &local[t];
+        let n = at.price.nrows();
+        let mut sum = &scalings[t].slack_inverse * barrier + &at.price * (barrier / left);
+        if let Some(next) = chain.next(t) {
+            let half = solve_lower(&local[next].predicted_factor, at.dynamics.clone());
+            sum += half.transpose() * half * 0.5;
+            sum -= at.dynamics.transpose() * &scalings[next].slack_inverse * &at.dynamics * barrier;
+        }
+        symmetric(sum - Dense::identity(n, n) * (0.5 + barrier))
+    };
+    (0..local.len()).map(of).collect()
+}
+
+/// The changes of slacks and multipliers that go with those of the covariances.
+fn complete(
+    chain: &Chain,
+    (place, local, scalings): (&Place, &[Local], &[Scaling]),
+    covariances: Vec<Dense>,
+    cost: f64,
+    barrier: f64,
+) -> Direction {
+    let slacks: Vec<Dense> = (0..local.len()).map(|t| slack_change(chain, local, &covariances, t)).collect();
+    let multipliers = slacks
+        .iter()
+        .zip(scalings)
+        .zip(&place.multipliers)
+        .map(|((change, s), l)| symmetric(&s.slack_inverse * barrier - l - &s.metric * change * &s.metric));
+    let (left, budget) = (slack_of_budget(local), -cost);
+    let price = barrier / left - place.price - place.price / left * budget;
+    Direction { multipliers: multipliers.collect(), covariances, slacks, budget, price }
+}
+
+/// The longest steps, at most 1, that stay inside.
+fn longest_steps(
+    local: &[Local],
+    scalings: &[Scaling],
+    direction: &Direction,
+    (left, price): (f64, f64),
+) -> (f64, f64) {
+    let (mut primal, mut dual) = (-direction.budget / left, -direction.price / price);
+    for t in 0..local.len() {
+        let s = &scalings[t];
+        let by = |m: Dense| {
+            let n = m.nrows();
+            least_eigenvalue(symmetric(Dense::from_fn(n, n, |i, j| m[(i, j)] / (s.values[i] * s.values[j]).sqrt())))
+        };
+        primal = primal.max(-by(&s.inverse_root * &direction.slacks[t] * s.inverse_root.transpose()));
+        dual = dual.max(-by(s.root.transpose() * &direction.multipliers[t] * &s.root));
+        primal = primal.max(-least_eigenvalue(direction.covariances[t].clone()));
+    }
+    let length = |most: f64| if most > FRACTION_TO_BOUNDARY { FRACTION_TO_BOUNDARY / most } else { 1.0 };
+    (length(primal), length(dual))
+}
+
+fn slope(gradients: &[Dense], covariances: &[Dense]) -> f64 {
+    gradients.iter().zip(covariances).map(|(g, d)| g.dot(d)).sum()
+}
+
+/// The information with the barriers on slacks, covariances and budget: what a step must lower (theory, equation L.8).
+fn merit(place: &Place, local: &[Local], barrier: f64) -> Option<f64> {
+    let left = slack_of_budget(local);
+    // Slacks are in coordinates where p_t is the identity: log |Z_t| = log |local slack| + log |p_t|.
+    let logs = |(at, g): (&Local, &Dense)| log_determinant(&at.slack_factor) + 2.0 * log_determinant(g);
+    let barriers: f64 = local.iter().zip(&place.factors).map(logs).sum();
+    let sum = local.iter().map(nats).sum::<f64>() - barrier * (barriers + left.ln());
+    (left > 0.0 && sum.is_finite()).then_some(sum)
+}
+
+/// Takes a step; false where it leaves the inside.
+fn advance(place: &mut Place, direction: &Direction, primal: f64, dual: f64) -> bool {
+    for t in 0..place.factors.len() {
+        let n = place.factors[t].nrows();
+        let Some(c) = cholesky(&(Dense::identity(n, n) + &direction.covariances[t] * primal)) else { return false };
+        let multiplier = &place.multipliers[t] + &direction.multipliers[t] * dual;
+        place.multipliers[t] = symmetric(c.transpose() * multiplier * &c);
+        place.factors[t] = &place.factors[t] * c;
+    }
+    place.price += dual * direction.price;
+    true
+}

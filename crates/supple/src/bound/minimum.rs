@@ -1,0 +1,112 @@
+//! The least directed information over a horizon.
+
+use supple_kernels::Matrices;
+
+use super::dense::{Dense, congruence, dense, store};
+use super::horizon::Horizon;
+use super::interior::{Found, search};
+use super::local::nats;
+use super::reduce::{Chain, start};
+use super::solution::{BoundSettings, BoundStatus, MinimumInformation};
+use crate::Error;
+
+/// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
+const LEAST_MARGIN: f64 = 1e-12;
+
+/// The least directed information from state to control that any sensors and any controller need over `horizon` to
+/// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
+///
+/// The gap asked for is that of `settings`, per decision; where it is not reached, the status says so and both bounds hold.
+///
+/// # Errors
+/// Where arrays do not fit or are not finite, covariances or prices are not positive semidefinite, `cost` is not above
+/// `base_cost`, or nothing could be certified.
+pub fn minimum_information(
+    horizon: &Horizon,
+    cost: f64,
+    settings: &BoundSettings,
+) -> Result<MinimumInformation, Error> {
+    horizon.check()?;
+    let budget = budget(cost, horizon.base_cost)?;
+    if let Some(open) = open_loop(horizon, cost) {
+        return Ok(open);
+    }
+    let chain = Chain::of_horizon(horizon, budget)?;
+    let factors = start(&chain).ok_or_else(|| Error::NoBound {
+        what: format!("no covariances were found that keep an expected cost of {cost:e}"),
+        advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
+    })?;
+    let found = search(&chain, factors, settings.gap * chain.stages.len() as f64, settings);
+    Ok(solution(horizon, &chain, certified(found, cost)?, budget))
+}
+
+/// What the covariances may cost.
+pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
+    if !cost.is_finite() {
+        return Err(Error::NotFinite { what: "the expected cost asked for", step: 0 });
+    }
+    let budget = cost - least;
+    if budget <= LEAST_MARGIN * least.abs() || budget <= 0.0 {
+        return Err(Error::CostBelowLeast { cost, least });
+    }
+    Ok(budget)
+}
+
+/// A place with a certificate, or why there is none.
+pub(super) fn certified(found: Option<Found>, cost: f64) -> Result<Found, Error> {
+    found.filter(|found| found.gap.is_finite()).ok_or_else(|| Error::NoBound {
+        what: format!("rounding is larger than the gap that can be certified at an expected cost of {cost:e}"),
+        advice: "scale the states to similar sizes, shorten the horizon, or ask for a cost further above the least",
+    })
+}
+
+/// The covariances of no information at all, where these keep the cost.
+fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
+    let (steps, n) = (horizon.prices.count(), horizon.prices.rows());
+    let mut predicted = Matrices::zeros(steps, n, n);
+    let (mut covariance, mut total) = (dense(&horizon.initial, 0), horizon.base_cost);
+    for t in 0..steps {
+        store(&mut predicted, t, &covariance);
+        total += dense(&horizon.prices, t).dot(&covariance);
+        if t + 1 < steps {
+            covariance = congruence(&dense(&horizon.dynamics, t), &covariance) + dense(&horizon.process, t);
+        }
+    }
+    (total <= cost).then(|| MinimumInformation {
+        nats: 0.0,
+        lower_nats: 0.0,
+        cost: total,
+        slope: 0.0,
+        posterior: predicted.clone(),
+        predicted,
+        per_step_nats: vec![0.0; steps],
+        iterations: 0,
+        status: BoundStatus::Converged,
+    })
+}
+
+/// What was found, in the coordinates of the horizon.
+fn solution(horizon: &Horizon, chain: &Chain, found: Found, budget: f64) -> MinimumInformation {
+    let (steps, n) = (chain.stages.len(), horizon.prices.rows());
+    let (mut predicted, mut posterior) = (Matrices::zeros(steps, n, n), Matrices::zeros(steps, n, n));
+    let mut spent = 0.0;
+    for (t, at) in found.local.iter().enumerate() {
+        let root = &chain.stages[t].basis * &found.place.factors[t];
+        store(&mut posterior, t, &congruence(&root, &Dense::identity(root.ncols(), root.ncols())));
+        store(&mut predicted, t, &congruence(&root, &at.predicted));
+        spent += at.price.trace();
+    }
+    let per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
+    let nats: f64 = per_step_nats.iter().sum();
+    MinimumInformation {
+        nats,
+        lower_nats: (nats - found.gap).max(0.0),
+        cost: horizon.base_cost + spent * budget,
+        slope: -found.place.price / budget,
+        predicted,
+        posterior,
+        per_step_nats,
+        iterations: found.iterations,
+        status: found.status,
+    }
+}

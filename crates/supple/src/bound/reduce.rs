@@ -1,0 +1,171 @@
+//! A horizon in coordinates of what can be uncertain at each step, scaled by covariances of the problem itself.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+
+use super::dense::{Dense, cholesky, congruence, dense, semidefinite_root, solve_lower, symmetric};
+use super::horizon::Horizon;
+use crate::Error;
+
+/// Standard deviations below this share of the largest, in units of each state's own, count as none.
+const RANK_TOLERANCE: f64 = 1e-10;
+
+/// One decision in reduced coordinates: `p` is `n_t x n_t` (theory, equation L.4).
+#[derive(Clone, Debug)]
+pub(super) struct Stage {
+    /// To the next step, `n_{t+1} x n_t`; no rows at the last.
+    pub dynamics: Dense,
+    /// Of the next step, `n_{t+1} x n_{t+1}`.
+    pub process: Dense,
+    /// `theta / budget`, `n_t x n_t`.
+    pub price: Dense,
+    /// `E_t`, `n x n_t`, of full rank: `P_t = E_t p_t E_t'`.
+    pub basis: Dense,
+}
+
+/// A chain of decisions, or one that follows itself.
+#[derive(Clone, Debug)]
+pub(super) struct Chain {
+    /// The decisions.
+    pub stages: Vec<Stage>,
+    /// Whether the only decision follows itself: the stationary problem.
+    pub wraps: bool,
+}
+
+impl Chain {
+    /// Which decision follows.
+    pub fn next(&self, t: usize) -> Option<usize> {
+        if self.wraps { Some(0) } else { (t + 1 < self.stages.len()).then_some(t + 1) }
+    }
+
+    /// The order of `p_t`.
+    pub fn order(&self, t: usize) -> usize {
+        self.stages[t].price.nrows()
+    }
+
+    /// The horizon in reduced coordinates; `budget` is what the covariances may cost.
+    pub fn of_horizon(horizon: &Horizon, budget: f64) -> Result<Self, Error> {
+        let steps = horizon.prices.count();
+        let root =
+            |of: &_, t, what| semidefinite_root(&dense(of, t)).ok_or(Error::NotPositiveSemidefinite { what, step: t });
+        let damping = damping(horizon, steps);
+        let mut basis = root(&horizon.initial, 0, "the covariance of the first state")?;
+        let mut stages = Vec::with_capacity(steps);
+        let mut process_root = root(&horizon.process, 0, "the process covariance")?;
+        for t in 0..steps {
+            let price = dense(&horizon.prices, t);
+            root(&horizon.prices, t, "the price of not knowing the state")?;
+            let price = symmetric(basis.transpose() * (price / budget) * &basis);
+            if t + 1 == steps {
+                let none = Dense::zeros(0, basis.ncols());
+                stages.push(Stage { dynamics: none, process: Dense::zeros(0, 0), price, basis });
+                break;
+            }
+            if t > 0 && !horizon.process.is_constant() {
+                process_root = root(&horizon.process, t, "the process covariance")?;
+            }
+            let (next, dynamics, process) = reach(&dense(&horizon.dynamics, t), &basis, &process_root, damping);
+            let basis = std::mem::replace(&mut basis, next);
+            stages.push(Stage { dynamics, process, price, basis });
+        }
+        Ok(Self { stages, wraps: false })
+    }
+}
+
+/// The root of what share of the covariance is carried from step to step in the reference that scales coordinates:
+/// below 1 for systems that grow, so that it neither overflows nor loses what is driven (theory, below equation L.4).
+fn damping(horizon: &Horizon, steps: usize) -> f64 {
+    let n = horizon.dynamics.rows();
+    let count = if horizon.dynamics.is_constant() { 1 } else { horizon.dynamics.count().min(steps) };
+    let mut sum = Dense::zeros(n, n);
+    for t in 0..count {
+        sum += dense(&horizon.dynamics, t).abs();
+    }
+    let scales = balance_parlett_reinsch(&mut sum);
+    let (mut product, mut log_growth) = (Dense::identity(n, n), 0.0);
+    for t in 0..steps {
+        let a = dense(&horizon.dynamics, t);
+        product = Dense::from_fn(n, n, |i, j| a[(i, j)] / scales[i] * scales[j]) * product;
+        let norm = product.norm();
+        if !(norm > 0.0 && norm.is_finite()) {
+            return 1.0;
+        }
+        product /= norm;
+        log_growth += norm.ln();
+    }
+    (-log_growth / steps as f64).exp().min(1.0)
+}
+
+/// The range of `[A E, W^(1/2)]`: a basis scaled by the covariance `damping^2 A E E' A' + W`, and `A` and `W` in it.
+pub(super) fn reach(a: &Dense, basis: &Dense, process_root: &Dense, damping: f64) -> (Dense, Dense, Dense) {
+    let (n, carried, driven) = (a.nrows(), basis.ncols(), process_root.ncols());
+    let mut sources = Dense::zeros(n, carried + driven);
+    sources.columns_mut(0, carried).copy_from(&(a * basis * damping));
+    sources.columns_mut(carried, driven).copy_from(process_root);
+    let norms: Vec<f64> = sources.row_iter().map(|row| row.norm()).collect();
+    for (mut row, &norm) in sources.row_iter_mut().zip(&norms) {
+        if norm > 0.0 {
+            row /= norm;
+        }
+    }
+    let found = if sources.is_empty() { None } else { sources.try_svd(true, true, f64::EPSILON, 0) };
+    let Some((u, v, values)) = found.and_then(|f| Some((f.u?, f.v_t?, f.singular_values))) else {
+        return (Dense::zeros(n, 0), Dense::zeros(0, carried), Dense::zeros(0, 0));
+    };
+    let largest = values.max();
+    let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > RANK_TOLERANCE * largest).collect();
+    let next = Dense::from_fn(n, kept.len(), |i, k| norms[i] * u[(i, kept[k])] * values[kept[k]]);
+    let rows = v.select_rows(&kept);
+    let dynamics = rows.columns(0, carried) / damping;
+    let noise = rows.columns(carried, driven).into_owned();
+    (next, dynamics, symmetric(&noise * noise.transpose()))
+}
+
+/// Factors `g_t` of the covariances `p_t = g_t g_t'` once every reduced coordinate has been measured with a noise of
+/// variance `variance`, and what they cost as a share of the budget.
+fn measured(chain: &Chain, variance: f64) -> Option<(Vec<Dense>, f64)> {
+    let mut predicted = Dense::identity(chain.order(0), chain.order(0));
+    let (mut factors, mut cost) = (Vec::with_capacity(chain.stages.len()), 0.0);
+    for stage in &chain.stages {
+        let posterior = once_measured(&predicted, variance)?;
+        cost += stage.price.dot(&posterior);
+        cholesky(&(&predicted - &posterior))?;
+        predicted = congruence(&stage.dynamics, &posterior) + &stage.process;
+        factors.push(cholesky(&posterior)?);
+    }
+    cost.is_finite().then_some((factors, cost))
+}
+
+/// `(P^-1 + I / variance)^-1`.
+pub(super) fn once_measured(predicted: &Dense, variance: f64) -> Option<Dense> {
+    let c = cholesky(predicted)?;
+    let n = c.nrows();
+    let innovation = cholesky(&symmetric(Dense::identity(n, n) + c.transpose() * &c / variance))?;
+    let root = solve_lower(&innovation, c.transpose());
+    Some(symmetric(root.transpose() * root))
+}
+
+/// A start inside: all coordinates measured just well enough to keep about half of the budget.
+pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
+    inside(|variance| measured(chain, variance))
+}
+
+/// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
+/// any below 1.
+pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
+    let (mut low, mut high) = (-80.0f64, 60.0f64);
+    let mut best = None;
+    while high - low > 1e-3 {
+        let middle = 0.5 * (low + high);
+        match measured(middle.exp()) {
+            Some((found, cost)) if cost <= 0.7 => {
+                best = Some(found);
+                if cost > 0.3 {
+                    break;
+                }
+                low = middle;
+            }
+            _ => high = middle,
+        }
+    }
+    best
+}

@@ -1,0 +1,175 @@
+//! The least directed information per step where nothing changes over time.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use supple_kernels::Matrices;
+
+use super::dense::{Dense, cholesky, congruence, dense, semidefinite_root, store, symmetric};
+use super::horizon::Stationary;
+use super::interior::search;
+use super::local::nats;
+use super::minimum::{budget, certified};
+use super::reduce::{Chain, Stage, inside, once_measured};
+use super::solution::{BoundSettings, BoundStatus, StationaryMinimum};
+use super::subspace::{invariant_hull, observed, unstable};
+use crate::Error;
+
+/// The least directed information per step that any sensors and any controller need to keep an expected cost per step
+/// of `cost` (theory, equation L.17), with a bound from below that no rounding is above.
+///
+/// States that cost nothing, now or later, are left out: their covariances in the result are those without a sensor
+/// where these exist, and 0 otherwise.
+///
+/// # Errors
+/// As [`super::minimum_information`].
+pub fn stationary_minimum(
+    system: &Stationary,
+    cost: f64,
+    settings: &BoundSettings,
+) -> Result<StationaryMinimum, Error> {
+    system.check()?;
+    let budget = budget(cost, system.base_cost)?;
+    let n = system.dynamics.rows();
+    let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
+    if let Some(covariance) = open_loop(&chain.stages[0]) {
+        let posterior = congruence(&chain.stages[0].basis, &covariance);
+        return Ok(free(&posterior, system.base_cost + budget * chain.stages[0].price.dot(&covariance)));
+    }
+    let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
+        what: format!("no covariances were found that keep an expected cost per step of {cost:e}"),
+        advice: "scale the states to similar sizes, or ask for a larger cost",
+    })?;
+    let found = certified(search(&chain, vec![factors], settings.gap, settings), cost)?;
+    let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
+    let root = &chain.stages[0].basis * &found.place.factors[0];
+    store(&mut posterior, 0, &symmetric(&root * root.transpose()));
+    store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
+    let nats = nats(&found.local[0]);
+    Ok(StationaryMinimum {
+        nats,
+        lower_nats: (nats - found.gap).max(0.0),
+        cost: system.base_cost + budget * found.local[0].price.trace(),
+        slope: -found.place.price / budget,
+        predicted,
+        posterior,
+        iterations: found.iterations,
+        status: found.status,
+    })
+}
+
+/// The system in coordinates of what costs something and stays uncertain (theory, equation L.18).
+fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
+    let n = system.dynamics.rows();
+    let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
+    for (what, of) in [("the process covariance", &w), ("the price of not knowing the state", &price)] {
+        semidefinite_root(of).ok_or(Error::NotPositiveSemidefinite { what, step: 0 })?;
+    }
+    let d = scales(&a, &w);
+    let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / d[i] * d[j]);
+    let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / d[i] / d[j]);
+    let price = Dense::from_fn(n, n, |i, j| price[(i, j)] / budget * d[i] * d[j]);
+    let seen = observed(&a, &price);
+    let kept = uncertain(&(seen.transpose() * &a * &seen), &congruence(&seen.transpose(), &w), &seen)?;
+    Ok(Stage {
+        dynamics: kept.transpose() * a * &kept,
+        process: congruence(&kept.transpose(), &w),
+        price: congruence(&kept.transpose(), &price),
+        basis: Dense::from_fn(n, kept.ncols(), |i, k| d[i] * kept[(i, k)]),
+    })
+}
+
+/// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
+fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
+    let n = a.nrows();
+    let mut balanced = a.abs();
+    let s = balance_parlett_reinsch(&mut balanced);
+    let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / s[i] * s[j]);
+    let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / s[i] / s[j]);
+    let damping = 1.0 / a.norm().max(1.0);
+    let mut reached = w.clone();
+    for _ in 0..2 * n {
+        reached = congruence(&a, &reached) * (damping * damping) + &w;
+    }
+    let deviations: Vec<f64> = (0..n).map(|i| reached[(i, i)].max(0.0).sqrt()).collect();
+    let driven: Vec<f64> = deviations.iter().copied().filter(|v| *v > 0.0).collect();
+    let mean =
+        if driven.is_empty() { 1.0 } else { (driven.iter().map(|v| v.ln()).sum::<f64>() / driven.len() as f64).exp() };
+    (0..n).map(|i| s[i] * if deviations[i] > 0.0 { deviations[i] } else { mean }).collect()
+}
+
+/// No information.
+fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
+    let n = covariance.nrows();
+    let mut posterior = Matrices::constant(n, n);
+    store(&mut posterior, 0, covariance);
+    StationaryMinimum {
+        nats: 0.0,
+        lower_nats: 0.0,
+        cost,
+        slope: 0.0,
+        predicted: posterior.clone(),
+        posterior,
+        iterations: 0,
+        status: BoundStatus::Converged,
+    }
+}
+
+/// A basis, by columns in all states, of what is seen and stays uncertain: what noise drives, and what grows by itself.
+/// What is neither driven nor grows is known in the end whatever little is measured.
+fn uncertain(a: &Dense, w: &Dense, seen: &Dense) -> Result<Dense, Error> {
+    let root =
+        semidefinite_root(w).ok_or(Error::NotPositiveSemidefinite { what: "the process covariance", step: 0 })?;
+    let driven = invariant_hull(a, root.clone());
+    if driven.ncols() == a.nrows() {
+        return Ok(seen.clone());
+    }
+    let growing = unstable(a).ok_or_else(|| Error::NoBound {
+        what: "the states that no noise drives have eigenvalues too close to the unit circle".into(),
+        advice: "add a small process noise to these states, or leave them out",
+    })?;
+    let mut both = Dense::zeros(a.nrows(), driven.ncols() + growing.ncols());
+    both.columns_mut(0, driven.ncols()).copy_from(&driven);
+    both.columns_mut(driven.ncols(), growing.ncols()).copy_from(&growing);
+    Ok(seen * invariant_hull(a, both))
+}
+
+/// The covariance without a sensor, where it exists and keeps the budget.
+fn open_loop(stage: &Stage) -> Option<Dense> {
+    let (mut a, mut covariance) = (stage.dynamics.clone(), stage.process.clone());
+    for _ in 0..50 {
+        covariance = congruence(&a, &covariance) + &covariance;
+        a = &a * &a;
+        let size = a.norm();
+        if !size.is_finite() || !covariance.norm().is_finite() {
+            return None;
+        }
+        if size < 1e-20 {
+            return (stage.price.dot(&covariance) <= 1.0).then_some(covariance);
+        }
+    }
+    None
+}
+
+/// A factor of the steady covariance once every reduced coordinate is measured with a noise of variance `variance`,
+/// and its cost as a share of the budget.
+fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
+    let n = stage.price.nrows();
+    let mut predicted = Dense::identity(n, n) + &stage.process;
+    for _ in 0..10_000 {
+        let posterior = once_measured(&predicted, variance)?;
+        let next = congruence(&stage.dynamics, &posterior) + &stage.process;
+        let change = (&next - &predicted).norm();
+        predicted = next;
+        if change <= 1e-9 * predicted.norm() {
+            break;
+        }
+    }
+    let posterior = once_measured(&predicted, variance)?;
+    cholesky(&(congruence(&stage.dynamics, &posterior) + &stage.process - &posterior))?;
+    let cost = stage.price.dot(&posterior);
+    cost.is_finite().then_some((cholesky(&posterior)?, cost))
+}
+
+/// A start inside: all coordinates measured just well enough to keep about half of the budget.
+fn start(stage: &Stage) -> Option<Dense> {
+    inside(|variance| measured(stage, variance))
+}

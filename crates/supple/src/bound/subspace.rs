@@ -1,0 +1,76 @@
+//! What a cost sees of a system that does not change, and what of it is uncertain.
+
+use super::dense::Dense;
+
+/// Singular values below this share of the largest count as 0.
+const RANK_TOLERANCE: f64 = 1e-10;
+
+/// An orthonormal basis of the range, by columns.
+pub(super) fn range(a: Dense) -> Dense {
+    let n = a.nrows();
+    if a.is_empty() {
+        return Dense::zeros(n, 0);
+    }
+    let Some((u, values)) = a.try_svd(true, false, f64::EPSILON, 0).and_then(|f| Some((f.u?, f.singular_values)))
+    else {
+        return Dense::identity(n, n);
+    };
+    let largest = values.max();
+    let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > RANK_TOLERANCE * largest).collect();
+    u.select_columns(&kept)
+}
+
+/// Columns scaled to length 1; those of zeros stay.
+fn unit_columns(mut a: Dense) -> Dense {
+    for mut column in a.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    a
+}
+
+/// An orthonormal basis of the least subspace that holds the range of `first` and is invariant under `a`.
+pub(super) fn invariant_hull(a: &Dense, first: Dense) -> Dense {
+    let mut basis = range(unit_columns(first));
+    while basis.ncols() < a.nrows() {
+        let carried = unit_columns(a * &basis);
+        // What is new lies outside of the basis by more than rounding.
+        let outside = &carried - &basis * (basis.transpose() * &carried);
+        let new: Vec<usize> = (0..outside.ncols()).filter(|&k| outside.column(k).norm() > RANK_TOLERANCE).collect();
+        if new.is_empty() {
+            break;
+        }
+        let mut both = Dense::zeros(a.nrows(), basis.ncols() + new.len());
+        both.columns_mut(0, basis.ncols()).copy_from(&basis);
+        both.columns_mut(basis.ncols(), new.len()).copy_from(&unit_columns(outside.select_columns(&new)));
+        basis = range(both);
+    }
+    basis
+}
+
+/// An orthonormal basis of the states that `price` sees over time: `x' A^k' price A^k x` of the others is 0 for all k.
+pub(super) fn observed(a: &Dense, price: &Dense) -> Dense {
+    invariant_hull(&a.transpose(), price.clone())
+}
+
+/// An orthonormal basis of the invariant subspace that belongs to the eigenvalues outside of the unit circle.
+pub(super) fn unstable(a: &Dense) -> Option<Dense> {
+    let n = a.nrows();
+    let identity = Dense::identity(n, n);
+    // The sign of (A - r)^-1 (A + r): 1 where |lambda| > r.
+    let radius = 1.0 + 1e-9;
+    let mut sign = (a - &identity * radius).lu().solve(&(a + &identity * radius))?;
+    for _ in 0..100 {
+        let inverse = sign.clone().try_inverse()?;
+        let scale = (inverse.norm() / sign.norm()).sqrt();
+        let next = (&sign * scale + inverse / scale) * 0.5;
+        let change = (&next - &sign).norm();
+        sign = next;
+        if change <= 1e-13 * sign.norm() {
+            break;
+        }
+    }
+    Some(range((sign + identity) * 0.5))
+}
