@@ -250,7 +250,10 @@ class Task:
                 from . import executors
 
                 kept = executors.sweep(task, made, axes, sizes, executor, out, seer)
-        return self._kept(Sweep(kept, task), out)
+        found = Sweep(kept, task)
+        if out is not None:
+            found.save(out)
+        return found
 
     def robustness(
         self,
@@ -332,8 +335,7 @@ class Task:
             stationary: Bounds by step of the steady state, for linear models that do not change over time.
             task: The task, where there are several; all of them where left out.
             progress: ``True`` for a bar of tqdm's, or an object of your own.
-            at: Values of parameters.
-            **parameters: Values of parameters.
+            at, **parameters: Values of parameters.
         """
         points = bound_points(curve)
         found = self.at(at, **parameters)
@@ -367,12 +369,6 @@ class Task:
             return []
         sets = [word for name, value in self._changed.items() for word in ("--set", f"{name}={value!r}")]
         return [command, str(self._recipe[1]), *sets, *words]
-
-    @staticmethod
-    def _kept(sweep: Sweep, out: str | os.PathLike[str] | None) -> Sweep:
-        if out is not None:
-            sweep.save(out)
-        return sweep
 
     def __reduce__(self) -> tuple[Any, ...]:
         from ._recipes import make
