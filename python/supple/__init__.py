@@ -10,19 +10,20 @@ from ._supple import __version__
 from .bounds import Bounds
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
 from .loading import load, loads
-from .model import DerivativeError, Derivatives, Model, Noise, combine
+from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Result
 from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
-from .task import Grid, Parameter, Task
+from .task import CatalogueEntry, Grid, Parameter, Task
 
 if TYPE_CHECKING:
     from . import mujoco as mujoco
 
 __all__ = [
     "Bounds",
+    "CatalogueEntry",
     "ComputeError",
     "DerivativeError",
     "Derivatives",
@@ -47,6 +48,7 @@ __all__ = [
     "Task",
     "Trace",
     "UsageError",
+    "VaryingVariance",
     "WorkerError",
     "__version__",
     "combine",

@@ -209,6 +209,94 @@ class Start(Record):
     error: str | None
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class ChosenEntry(Record):
+    """An entry of a catalogue that was chosen.
+
+    Attributes:
+        parameter: The parameter.
+        value: The value, in its unit.
+        name: What its maker calls it.
+        price: What it costs to buy.
+        continuous: The value of the best design without catalogues.
+    """
+
+    parameter: str
+    value: float
+    name: str | None
+    price: float | None
+    continuous: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContinuousOptimum(Record):
+    """The best design without catalogues.
+
+    Attributes:
+        status: How its search ended.
+        parameters: All parameters.
+        information_bits: Its objective, bits.
+        expected_costs: Expected cost of each task, (tasks,).
+        violation: How far the worst task is above its bound, relative to it.
+    """
+
+    status: str
+    parameters: dict[str, float]
+    information_bits: float
+    expected_costs: Array
+    violation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CombinationReport(Record):
+    """A combination of entries of catalogues, with the other parameters optimised.
+
+    Attributes:
+        status: How its search ended; where nothing but catalogues is designed, whether it meets every bound.
+        parameters: All parameters.
+        information_bits: Its objective, bits.
+        violation: How far the worst task is above its bound, relative to it.
+    """
+
+    status: str
+    parameters: dict[str, float]
+    information_bits: float
+    violation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CatalogueReport(Record):
+    """The entries of catalogues that a design search chose; the command line's JSON has the same keys.
+
+    Attributes:
+        method: ``all_combinations``: all were designed. ``neighbourhood``: rounded, and exchanged for better neighbours.
+        combinations: How many combinations of entries there are.
+        designed: How many of them were designed, or could not be.
+        feasible: How many of them meet every bound.
+        failed: How many could not be designed.
+        error: Why the first of these could not.
+        complete: Whether the choice came to its end: all were tried, or no neighbour of the chosen one is better.
+        chosen: The chosen entry of each catalogue.
+        price: What these cost together; ``None`` where an entry has no price.
+        continuous: The best design without catalogues.
+        gap_bits: Bits that the chosen design needs more than that; ``None`` where one of both misses a bound.
+        best: The best combinations, the chosen one first: at most 10.
+    """
+
+    method: str
+    combinations: int
+    designed: int
+    feasible: int
+    failed: int
+    error: str | None
+    complete: bool
+    chosen: list[ChosenEntry]
+    price: float | None
+    continuous: ContinuousOptimum
+    gap_bits: float | None
+    best: list[CombinationReport]
+
+
 class Design(_OfDesign):
     """The best design that a search found, and how it went; parameters, information and tasks are those of the best."""
 
@@ -244,8 +332,14 @@ class Design(_OfDesign):
         return float(self._data["seconds"])
 
     @cached_property
+    def catalogue(self) -> CatalogueReport | None:
+        """The entries that were chosen, where parameters have catalogues."""
+        found = self._data.get("catalogue")
+        return None if found is None else build(CatalogueReport, found)
+
+    @cached_property
     def starts(self) -> list[Start]:
-        """Every start."""
+        """Every start; starts take no notice of catalogues."""
         return [build(Start, start) for start in self._data["starts"]]
 
     @cached_property
@@ -264,4 +358,13 @@ class Design(_OfDesign):
 
     def _summary(self) -> list[tuple[str, str]]:
         found = f"{self.status}, {len(self.starts)} starts, {self.evaluations} designs in {self.seconds:.3g} s"
-        return [("status", found), *super()._summary()]
+        rows = [("status", found)]
+        if self.catalogue is not None:
+            for entry in self.catalogue.chosen:
+                named = "" if entry.name is None else f"{entry.name}, "
+                rows.append(
+                    (f"chosen {entry.parameter}", f"{named}{entry.value:.6g} (without: {entry.continuous:.6g})")
+                )
+            if self.catalogue.gap_bits is not None:
+                rows.append(("more than without catalogues", f"{self.catalogue.gap_bits:.6g} bits"))
+        return [*rows, *super()._summary()]

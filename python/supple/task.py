@@ -35,12 +35,27 @@ if TYPE_CHECKING:
     from ._crew import Workers
     from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task"]
+__all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
 
 #: Axes by parameter: values, or a text such as ``"log:50:600:100"``.
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """A value of a parameter that can be had.
+
+    Attributes:
+        value: The value, in the unit of the parameter.
+        price: What it costs to buy, in any currency; ``None`` where it is not told.
+        name: What its maker calls it.
+    """
+
+    value: float
+    price: float | None = None
+    name: str | None = None
 
 
 @dataclass(frozen=True)
@@ -53,6 +68,7 @@ class Parameter:
         scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
         unit: Its unit, for people.
         role: Who may change it: the ``design`` search, or only the user, for a ``study``.
+        catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
     """
 
     initial: float
@@ -60,6 +76,7 @@ class Parameter:
     scale: Literal["linear", "log"] = "linear"
     unit: str = ""
     role: Literal["design", "study"] = "design"
+    catalogue: Sequence[CatalogueEntry | float] = ()
 
 
 class Task:
@@ -85,6 +102,7 @@ class Task:
                 scale=entry["scale"],
                 unit=entry["unit"],
                 role=entry["role"],
+                catalogue=tuple(CatalogueEntry(**listed) for listed in entry.get("catalogue", ())),
             )
             for entry in about["parameters"]
         }

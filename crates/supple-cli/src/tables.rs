@@ -10,6 +10,8 @@ use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
+use crate::catalogue;
+
 /// A number with about six significant digits.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 {
@@ -91,6 +93,9 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     }
     align_right(&mut results, 1..5);
     let _ = writeln!(page, "{results}\n");
+    if let Some(chosen) = &report.catalogue {
+        let _ = writeln!(page, "{}", catalogue::page(chosen));
+    }
 
     let at_box: Vec<String> = about
         .parameters
@@ -137,6 +142,9 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         start.status == DesignStatus::Converged && (start.information_nats - best).abs() <= 1e-4 * best.abs()
     });
     let how = match report.status {
+        DesignStatus::Converged if report.catalogue.is_some() => {
+            format!("Optimum among the catalogues' entries; {} local minima of the plan seen.", report.branches)
+        }
         DesignStatus::Converged => format!(
             "Optimum found from {} of {} starts; {} local minima of the plan seen.",
             same.count(),
@@ -159,7 +167,8 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             };
             let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
             let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).collect();
-            format!("No design that meets every bound was found. The closest {}.", list.join(", and "))
+            let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
+            format!("No design{of} that meets every bound was found. The closest {}.", list.join(", and "))
         }
     };
     format!(

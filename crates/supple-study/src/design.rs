@@ -6,6 +6,7 @@ use supple::design::{
 };
 use supple::{EvaluateOptions, Evaluation, Named, Problem, Task};
 
+pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
 use crate::{LoadedTask, StudyError};
 
@@ -32,7 +33,10 @@ pub struct DesignReport {
     pub bound_prices: Vec<TaskPrice>,
     /// Different local minima of the plans seen at the best design.
     pub branches: usize,
-    /// Every start.
+    /// The entries of catalogues that were chosen, where parameters have catalogues.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub catalogue: Option<CatalogueReport>,
+    /// Every start; starts take no notice of catalogues.
     pub starts: Vec<StartReport>,
     /// Designs evaluated.
     pub evaluations: usize,
@@ -78,7 +82,8 @@ pub struct StartReport {
     pub error: Option<String>,
 }
 
-/// Searches for a design and evaluates where it began and ended, with trajectories.
+/// Searches for a design, chooses from the catalogues that parameters have, and evaluates where it began and ended, with
+/// trajectories.
 ///
 /// # Errors
 /// Where there is nothing to design, or not even the first start can be evaluated.
@@ -86,7 +91,7 @@ pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Re
     let LoadedTask { problem, phi, .. } = task;
     check_designable(task)?;
     let found = supple::design::design(problem, phi, settings, control)?;
-    report(problem, phi, settings, &found)
+    report(problem, phi, &searcher(task, settings, control), &found)
 }
 
 /// Does one start of the same search, for [`combine`]: what it found, for another process to read.
@@ -116,7 +121,7 @@ pub fn combine(
     (seconds, control): (f64, Control),
 ) -> Result<DesignReport, StudyError> {
     let found = best_of(task, settings, starts, (seconds, control))?;
-    report(&task.problem, &task.phi, settings, &found)
+    report(&task.problem, &task.phi, &searcher(task, settings, control), &found)
 }
 
 /// The design that starts found together.
@@ -131,7 +136,8 @@ pub(crate) fn best_of(
         return Err(StudyError::Usage(format!("a search from {wanted} starts cannot end with {found} of them")));
     }
     let starts = starts.into_iter().map(|start| start.summary(&task.problem)).collect::<Result<_, _>>()?;
-    Ok(searcher(task, settings, control).combine(starts, seconds)?)
+    let searcher = searcher(task, settings, control);
+    Ok(searcher.choose(searcher.combine(starts, seconds)?)?)
 }
 
 fn searcher<'a>(task: &'a LoadedTask, settings: &'a DesignSettings, control: Control<'a>) -> Searcher<'a> {
@@ -148,16 +154,12 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
     Ok(())
 }
 
-fn report(
-    problem: &Problem,
-    phi: &[f64],
-    settings: &DesignSettings,
-    found: &Design,
-) -> Result<DesignReport, StudyError> {
+fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -> Result<DesignReport, StudyError> {
+    let settings = searcher.settings;
     let wanted =
         EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
     let start = problem.evaluate(phi, &wanted)?;
-    let best = &found.starts[found.best];
+    let best = found.found();
     let controls = Some(best.controls.clone());
     let optimum = problem.evaluate(&best.to, &EvaluateOptions { controls, ..wanted })?;
     let active = |(task, price): (&Task, &f64)| (*price > 0.0).then(|| task.name.clone());
@@ -173,6 +175,7 @@ fn report(
         active_bounds: problem.tasks.iter().zip(&best.multipliers).filter_map(active).collect(),
         bound_prices: problem.tasks.iter().zip(&best.multipliers).map(price).collect(),
         branches: best.branches,
+        catalogue: CatalogueReport::of(searcher, found),
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
         evaluations: found.evaluations,
         seconds: found.seconds,

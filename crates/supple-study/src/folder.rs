@@ -8,6 +8,7 @@ use crate::design::DesignReport;
 use crate::evaluate::EvaluateReport;
 use crate::pareto::Pareto;
 use crate::robustness::Robustness;
+use crate::sensors::Sensors;
 use crate::study::Study;
 use crate::sweep::Sweep;
 use crate::trace::Trace;
@@ -74,6 +75,8 @@ pub enum StudyResult {
     Pareto(Box<Pareto>),
     /// Of `supple trace`.
     Trace(Box<Trace>),
+    /// Of `supple sensors`.
+    Sensors(Box<Sensors>),
     /// Of `supple bound`.
     Bound(Box<BoundStudy>),
     /// Of `supple study`: the folders of its steps.
@@ -90,6 +93,7 @@ impl StudyResult {
             Self::Robustness(_) => "robustness",
             Self::Pareto(_) => "pareto",
             Self::Trace(_) => "trace",
+            Self::Sensors(_) => "sensors",
             Self::Bound(_) => "bound",
             Self::Study(_) => "study",
         }
@@ -107,6 +111,7 @@ impl StudyResult {
             Self::Robustness(result) => serde_json::to_string_pretty(result),
             Self::Pareto(result) => serde_json::to_string_pretty(result),
             Self::Trace(result) => serde_json::to_string_pretty(result),
+            Self::Sensors(result) => serde_json::to_string_pretty(result),
             Self::Bound(result) => return result.json(),
             Self::Study(result) => serde_json::to_string_pretty(result),
         };

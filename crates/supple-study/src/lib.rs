@@ -2,6 +2,7 @@
 //!
 //! Every study is a function from a [`LoadedTask`] and options to a plain result. [`Folder`] keeps a result with all
 //! that made it.
+mod catalogue;
 pub mod bound;
 pub mod design;
 mod error;
@@ -12,6 +13,7 @@ mod lenient;
 pub mod pareto;
 mod picture;
 pub mod robustness;
+pub mod sensors;
 pub mod study;
 pub mod sweep;
 mod table;

@@ -66,6 +66,12 @@ pub enum Error {
         /// The right length.
         expected: usize,
     },
+    /// A place, counted from 0, that is not there.
+    #[error("there is no {what}; they are counted from 0")]
+    NoSuchPlace {
+        /// Which place, and how many there are.
+        what: String,
+    },
     /// A name that is not there.
     #[error("no {what} `{name}`: there is {valid}")]
     Unknown {
@@ -94,6 +100,24 @@ pub enum Error {
          `sampled`"
     )]
     GradientNeedsNominalPlans,
+    /// Candidate sensors whose noise is correlated.
+    #[error("measurements {first} and {second} share noise: one sensor must hold both")]
+    CorrelatedSensors {
+        /// The index of a measurement of one.
+        first: usize,
+        /// The index of a measurement of the other.
+        second: usize,
+    },
+    /// No set of sensors within the limits is good enough.
+    #[error(
+        "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"
+    )]
+    NoSensorsSuffice {
+        /// The bound on the expected cost.
+        bound: f64,
+        /// The expected cost with every candidate.
+        least: f64,
+    },
     /// An error of a computation in another process, in its words.
     #[error("{0}")]
     Elsewhere(String),

@@ -20,6 +20,7 @@ pub mod pipeline;
 pub mod plan;
 mod problem;
 pub mod scene;
+pub mod sensors;
 mod shape;
 pub mod simulate;
 mod stability;

@@ -95,7 +95,7 @@ impl TaskState {
     /// Where a covariance is indefinite.
     pub fn assess(&mut self, task: &Task, phi: &[f64]) -> Result<(), Error> {
         self.gradient_work.forget();
-        task.noise.resolve(phi, &mut self.noise)?;
+        task.noise.resolve_along(phi, &self.plan.trajectory.states, &mut self.noise)?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);

@@ -4,6 +4,7 @@ mod bound;
 mod pareto;
 mod result;
 mod robustness;
+mod sensors;
 mod sweep;
 mod trace;
 

@@ -45,7 +45,7 @@ fn frozen(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) ->
     let mut scratch = Scratch::new();
     let mut at = |phi: &[f64]| -> Result<Vec<f64>, Error> {
         let mut noise = Noise::zeros(size.states, size.measurements);
-        task.noise.resolve(phi, &mut noise)?;
+        task.noise.resolve_along(phi, &state.plan.trajectory.states, &mut noise)?;
         let mut knots = Knots::zeros(size, task.steps);
         let points = state.plan.trajectory.points();
         knots.linearise_plan(&*task.system, points, phi, Curvature::Exact, &mut scratch);

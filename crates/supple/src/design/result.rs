@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
-use super::Ending;
 use super::optimality::{OPTIMAL, optimality};
 use super::visit::{Visit, Visitor, controls_of};
+use super::{CatalogueDesign, Ending};
 use crate::Error;
 
 /// How a design search ended.
@@ -68,16 +68,25 @@ pub struct StartSummary {
 /// The result of a design search.
 #[derive(Clone, Debug)]
 pub struct Design {
-    /// How it ended, at its best start.
+    /// How it ended: at its best start, or at the entries that were chosen.
     pub status: DesignStatus,
     /// The index of the best start.
     pub best: usize,
-    /// Every start that was made, in order.
+    /// Every start that was made, in order. They take no notice of catalogues.
     pub starts: Vec<StartSummary>,
-    /// Designs evaluated, over all starts.
+    /// The choice from catalogues, where parameters have any.
+    pub catalogue: Option<CatalogueDesign>,
+    /// Designs evaluated, over all starts and combinations.
     pub evaluations: usize,
     /// Wall time, s.
     pub seconds: f64,
+}
+
+impl Design {
+    /// The design that was found: where parameters have catalogues, with values from these only.
+    pub fn found(&self) -> &StartSummary {
+        self.catalogue.as_ref().map_or(&self.starts[self.best], |catalogue| &catalogue.chosen().summary)
+    }
 }
 
 impl StartSummary {

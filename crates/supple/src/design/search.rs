@@ -43,6 +43,13 @@ pub enum Event<'a> {
         /// The start's number.
         start: usize,
     },
+    /// A combination of entries of catalogues was designed.
+    Combination {
+        /// How many are done.
+        done: usize,
+        /// How many there are to be done, as far as is known.
+        of: usize,
+    },
     /// A start ended.
     StartEnded {
         /// Its number.

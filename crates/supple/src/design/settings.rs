@@ -23,6 +23,9 @@ pub struct DesignSettings {
     pub branch_attempts: usize,
     /// Rounds of optimiser and branch search at most.
     pub rounds: usize,
+    /// Combinations of the entries of catalogues that are designed at most: all of them where there are no more, and a search
+    /// among neighbours where there are.
+    pub max_combinations: usize,
     /// The barrier's weight beta.
     pub barrier_weight: f64,
     /// The barrier's margin gamma, in units of cost.
@@ -41,6 +44,7 @@ impl Default for DesignSettings {
             feasibility: 1e-6,
             branch_attempts: 48,
             rounds: 6,
+            max_combinations: 500,
             barrier_weight: 1e4,
             barrier_margin: 0.01,
         }
@@ -50,11 +54,20 @@ impl Default for DesignSettings {
 impl DesignSettings {
     /// What is wrong with the settings: the key, and what is valid.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let counts = [("starts", self.starts), ("max_evaluations", self.max_evaluations), ("rounds", self.rounds)];
+        let counts = [
+            ("starts", self.starts),
+            ("max_evaluations", self.max_evaluations),
+            ("rounds", self.rounds),
+            ("max_combinations", self.max_combinations),
+        ];
         if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
             return Err((key, "must be at least 1; found 0".into()));
         }
-        let memory = [("starts", self.starts), ("branch_attempts", self.branch_attempts)];
+        let memory = [
+            ("starts", self.starts),
+            ("branch_attempts", self.branch_attempts),
+            ("max_combinations", self.max_combinations),
+        ];
         if let Some((key, found)) = memory.into_iter().find(|&(_, count)| count > 10_000) {
             return Err((key, format!("must be at most 10000; found {found}")));
         }

@@ -15,14 +15,16 @@ use crate::plan::PlanMode;
 use crate::problem::Problem;
 
 /// Searches for the design with the least information that meets every bound, from `phi` and from seeded random
-/// starts, in parallel; the result does not depend on the number of threads.
+/// starts, in parallel; then chooses from the catalogues that parameters have, see [`Searcher::choose`]. The result does not
+/// depend on the number of threads.
 ///
 /// # Errors
 /// Where `phi` has the wrong length, not even the first start can be evaluated, or total gradients are asked for along
 /// sampled plans.
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
     problem.check_design(phi)?;
-    Searcher { problem, settings, aim: Aim::default(), control }.search(phi)
+    let searcher = Searcher { problem, settings, aim: Aim::default(), control };
+    searcher.choose(searcher.search(phi)?)
 }
 
 /// Searches for designs of one problem with one aim.
@@ -92,6 +94,7 @@ impl<'a> Searcher<'a> {
             best,
             evaluations: starts.iter().map(|summary| summary.evaluations).sum(),
             starts,
+            catalogue: None,
             seconds,
         })
     }

@@ -139,8 +139,8 @@ fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) 
 /// The total gradient of a functional by all parameters, everything moving (theory, equations G.3 to G.6):
 ///
 /// 1. reverse sweeps give the adjoints of the knots;
-/// 2. these contracted with the derivatives of the knots give the functional's gradient `h` by the trajectory, and
-///    its direct one by the parameters;
+/// 2. these contracted with the derivatives of the knots, and of `V` where it varies with the state, give the functional's
+///    gradient `h` by the trajectory, and its direct one by the parameters;
 /// 3. the trajectory moves with the parameters so that it stays optimal: one LQ problem with the exact Hessians
 ///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
 ///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
@@ -164,7 +164,7 @@ pub fn total_gradient(
     out.clear();
     out.resize(phi.len(), 0.0);
 
-    work.noise.clear();
+    work.noise.clear_for(noise_model, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
     let seeds = BeliefSeeds { information: functional.information, weights };
@@ -179,7 +179,9 @@ pub fn total_gradient(
 
     work.start_hessian(task, scratch);
     system.contract(at, phi, &work.adjoints, &mut work.hessian, out, scratch);
-    noise_model.add_gradient(&work.noise, out);
+    let states = &plan.trajectory.states;
+    noise_model.add_gradient((phi, states), &work.noise, out);
+    noise_model.add_state_gradient(phi, states, &work.noise, &mut work.hessian);
 
     let regularisation = Regularisation::default();
     let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());

@@ -16,6 +16,8 @@ use crate::trajectory::Trajectory;
 /// xbar <- alpha mu + (1 - alpha) xbar      ubar <- alpha u + (1 - alpha) ubar
 /// ```
 ///
+/// `noise` is that at `phi` but for what varies with the state: the runs have it at their own states.
+///
 /// Iteration i draws from stream i of the seed. The reference ends as an average of noisy runs: close to a local
 /// optimum, never stationary to a tight tolerance.
 ///
