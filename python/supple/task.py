@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
@@ -26,6 +25,7 @@ from ._asked import (
 from ._supple import NativeTask
 from .bounds import Bounds
 from .errors import UsageError
+from .parameter import CatalogueEntry, Parameter
 from .progress import Progress, watching
 from .results import Design, Evaluation
 from .studies import Pareto, Robustness, Sweep, Trace
@@ -41,42 +41,6 @@ __all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
-
-
-@dataclass(frozen=True)
-class CatalogueEntry:
-    """A value of a parameter that can be had.
-
-    Attributes:
-        value: The value, in the unit of the parameter.
-        price: What it costs to buy, in any currency; ``None`` where it is not told.
-        name: What its maker calls it.
-    """
-
-    value: float
-    price: float | None = None
-    name: str | None = None
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A named number that designs and studies change.
-
-    Attributes:
-        initial: The value that it starts from.
-        bounds: Least and greatest value.
-        scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
-        unit: Its unit, for people.
-        role: Who may change it: the ``design`` search, or only the user, for a ``study``.
-        catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
-    """
-
-    initial: float
-    bounds: tuple[float, float]
-    scale: Literal["linear", "log"] = "linear"
-    unit: str = ""
-    role: Literal["design", "study"] = "design"
-    catalogue: Sequence[CatalogueEntry | float] = ()
 
 
 class Task:
