@@ -2,8 +2,8 @@
 //!
 //! Every study is a function from a [`LoadedTask`] and options to a plain result. [`Folder`] keeps a result with all
 //! that made it.
-mod catalogue;
 pub mod bound;
+mod catalogue;
 pub mod design;
 mod error;
 pub mod evaluate;

@@ -94,12 +94,25 @@ pub enum Error {
         /// Its upper bound.
         upper: f64,
     },
-    /// Total gradients asked for along plans that are not stationary.
+    /// A kind of plan that cannot be made for a task.
+    #[error("plan = \"{plan}\" {problem}: {advice}")]
+    Planning {
+        /// The kind of plan, as in a task file.
+        plan: &'static str,
+        /// What it cannot do.
+        problem: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Total gradients asked for along plans that minimise nothing.
     #[error(
-        "the total gradient needs stationary plans: use the planning mode `nominal`, or the gradient `frozen` with the mode \
-         `sampled`"
+        "the total gradient needs plans that minimise a cost: use plan = \"nominal\" or \"belief\", or the gradient \
+         `frozen` with plan = \"{plan}\""
     )]
-    GradientNeedsNominalPlans,
+    NoTotalGradient {
+        /// The kind of plan, as in a task file.
+        plan: &'static str,
+    },
     /// Candidate sensors whose noise is correlated.
     #[error("measurements {first} and {second} share noise: one sensor must hold both")]
     CorrelatedSensors {

@@ -96,7 +96,7 @@ pub struct SensorsOptions {
     #[arg(long, value_enum, default_value_t = SensorMethodArgument::Both)]
     pub method: SensorMethodArgument,
     /// The only task to look at, where there are several; the sum of all where left out
-    #[arg(long, value_name = "NAME")]
+    #[arg(long = "task", value_name = "NAME")]
     pub only: Option<String>,
     #[command(flatten)]
     pub output: Output,

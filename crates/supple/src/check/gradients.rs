@@ -100,7 +100,7 @@ fn total(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> 
         let mut out = Vec::new();
         match functional {
             Some(functional) => state.total_gradient(task, phi, functional, &mut out)?,
-            None => state.nominal_gradient(task, phi, &mut out),
+            None => state.nominal_gradient(task, phi, &mut out)?,
         }
         analytic.push(out);
     }

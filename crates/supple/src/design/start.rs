@@ -11,7 +11,6 @@ use super::rounds::Rounds;
 use super::visit::{Scaling, Visitor};
 use super::{Aim, Control, Design, DesignSettings, DesignStatus, Ending, Event, GradientKind, StartSummary};
 use crate::Error;
-use crate::plan::PlanMode;
 use crate::problem::Problem;
 
 /// Searches for the design with the least information that meets every bound, from `phi` and from seeded random
@@ -20,7 +19,7 @@ use crate::problem::Problem;
 ///
 /// # Errors
 /// Where `phi` has the wrong length, not even the first start can be evaluated, or total gradients are asked for along
-/// sampled plans.
+/// plans that have none.
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
     problem.check_design(phi)?;
     let searcher = Searcher { problem, settings, aim: Aim::default(), control };
@@ -45,7 +44,7 @@ impl<'a> Searcher<'a> {
     /// threads.
     ///
     /// # Errors
-    /// Where not even the first start can be evaluated, or total gradients are asked for along sampled plans.
+    /// Where not even the first start can be evaluated, or total gradients are asked for along plans that have none.
     pub fn search(&self, phi: &[f64]) -> Result<Design, Error> {
         let Self { settings, control, .. } = *self;
         self.check()?;
@@ -61,7 +60,7 @@ impl<'a> Searcher<'a> {
     /// Searches from one of the starts that [`search`](Self::search) makes from `phi`, and from no other.
     ///
     /// # Errors
-    /// Where `phi` has the wrong length, or total gradients are asked for along sampled plans.
+    /// Where `phi` has the wrong length, or total gradients are asked for along plans that have none.
     pub fn search_start(&self, phi: &[f64], start: usize) -> Result<StartSummary, Error> {
         self.problem.check_design(phi)?;
         self.check()?;
@@ -102,7 +101,7 @@ impl<'a> Searcher<'a> {
     /// Searches from one design whose plans are known, with the branch searches of the given start's number.
     ///
     /// # Errors
-    /// Where that design cannot be evaluated, or total gradients are asked for along sampled plans.
+    /// Where that design cannot be evaluated, or total gradients are asked for along plans that have none.
     pub fn search_from(&self, phi: &[f64], controls: &[Matrices], start: usize) -> Result<StartSummary, Error> {
         self.check()?;
         let summary = self.run(phi.to_vec(), Some(controls.to_vec()), start);
@@ -138,8 +137,9 @@ impl<'a> Searcher<'a> {
     }
 
     fn check(&self) -> Result<(), Error> {
-        match self.problem.planning.mode == PlanMode::Sampled && self.settings.gradient == GradientKind::Total {
-            true => Err(Error::GradientNeedsNominalPlans),
+        let mode = self.problem.planning.plan;
+        match self.settings.gradient == GradientKind::Total && !mode.has_total_gradient() {
+            true => Err(Error::NoTotalGradient { plan: mode.name() }),
             false => Ok(()),
         }
     }

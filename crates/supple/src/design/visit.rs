@@ -6,7 +6,6 @@ use crate::Error;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
-use crate::plan::PlanMode;
 use crate::problem::{Problem, Task};
 use crate::stability::explain;
 
@@ -203,12 +202,7 @@ fn task_visit(
     match kind {
         GradientKind::Total => {
             state.total_gradient(task, phi, Functional::INFORMATION, &mut information_gradient)?;
-            state.total_gradient(task, phi, Functional::NOISE, &mut cost_gradient)?;
-            let mut nominal = Vec::new();
-            state.nominal_gradient(task, phi, &mut nominal);
-            for (sum, nominal) in cost_gradient.iter_mut().zip(nominal) {
-                *sum += nominal;
-            }
+            state.cost_gradient(task, phi, &mut cost_gradient)?;
         }
         GradientKind::Frozen => {
             let mut frozen = FrozenGradient::default();
@@ -273,10 +267,10 @@ impl<'a> Visitor<'a> {
         Ok(&self.visits[last])
     }
 
-    /// The same visit with total gradients, whatever the settings ask for; along sampled plans there are none.
+    /// The same visit with total gradients, whatever the settings ask for; some kinds of plans have none.
     pub fn with_total_gradient(&mut self, visit: &Visit) -> Result<Visit, Error> {
-        let sampled = self.problem.planning.mode == PlanMode::Sampled;
-        if self.settings.gradient == GradientKind::Total || sampled {
+        let has_one = self.problem.planning.plan.has_total_gradient();
+        if self.settings.gradient == GradientKind::Total || !has_one {
             return Ok(visit.clone());
         }
         let Self { problem, aim, states, .. } = self;

@@ -131,7 +131,7 @@ fn gradients(
         for (functional, out) in functionals.into_iter().zip(&mut parts) {
             state.total_gradient(task, phi, functional, out)?;
         }
-        state.nominal_gradient(task, phi, &mut parts[4]);
+        state.nominal_gradient(task, phi, &mut parts[4])?;
         let [information, belief, process, initial, nominal] = parts;
         let expected: Vec<f64> = (0..phi.len()).map(|i| nominal[i] + belief[i] + process[i] + initial[i]).collect();
         report.total = Some(TotalReport {

@@ -1,5 +1,6 @@
 //! Planning: the reference trajectory and the feedback of partially observed iLQG (method: docs/theory/plan.md).
 
+mod belief;
 mod bounds;
 mod box_qp;
 mod costates;
@@ -9,6 +10,7 @@ mod rollout;
 mod sampled;
 mod settings;
 
+pub(crate) use belief::{Around, Memory, Solved, plan_belief};
 pub use bounds::ControlBounds;
 pub(crate) use costates::sweep_costates;
 pub use nominal::{NominalProblem, Plan, PlanWorkspace, plan};
@@ -17,4 +19,4 @@ pub(crate) use riccati::{Lq, solve_limited, solve_lq};
 pub(crate) use rollout::rollout_within;
 pub use rollout::{rollout, simulate_controls};
 pub(crate) use sampled::plan_sampled;
-pub use settings::{PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};
+pub use settings::{BeliefSettings, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};

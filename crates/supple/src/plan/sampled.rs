@@ -1,7 +1,7 @@
 use supple_kernels::Scratch;
 
 use super::nominal::{Plan, finish, linearise, start, sweep};
-use super::{PlanSettings, PlanStatus};
+use super::{PlanMode, PlanSettings, PlanStatus};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
@@ -65,7 +65,9 @@ pub(crate) fn plan_sampled(
         }
     }
     plan.nominal_cost = cost_of(task, phi, &plan.trajectory, scratch);
-    finish(problem, plan, status, scratch)
+    finish(problem, plan, status, scratch)?;
+    plan.mode = PlanMode::Sampled;
+    Ok(())
 }
 
 /// Moves the reference by a share towards a run; the relative change of the controls (root mean square).
