@@ -48,7 +48,9 @@ fn the_plant_of_tanaka_at_every_cost() {
 #[test]
 fn the_plant_of_tanaka_over_horizons() {
     // The first state is charged here and not there: 4 more, whatever is measured.
-    for (steps, cost, bits) in [(10, 40.0, 2.61241), (20, 40.0, 2.93752), (10, 80.0, 1.11315), (20, 80.0, 1.35806), (2, 80.0, 0.0)] {
+    for (steps, cost, bits) in
+        [(10, 40.0, 2.61241), (20, 40.0, 2.93752), (10, 80.0, 1.11315), (20, 80.0, 1.35806), (2, 80.0, 0.0)]
+    {
         let folder = Folder::with_task(edited(PLANT, "steps = 20", &format!("steps = {steps}")));
         let cost = (f64::from(steps) * cost + 4.0).to_string();
         let found = folder.run(&["bound", "task.toml", "--cost", &cost, "--json"]).json(0);
@@ -88,7 +90,10 @@ fn a_cost_that_nobody_keeps_names_the_least() {
 #[test]
 fn a_steady_state_needs_a_linear_model_that_does_not_change() {
     let error = Folder::with_task(TWO_MASS).run(&["bound", "task.toml", "--stationary"]);
-    assert!(error.error().contains("has no steady state to ask about") && error.error().contains("linear"), "{error:?}");
+    assert!(
+        error.error().contains("has no steady state to ask about") && error.error().contains("linear"),
+        "{error:?}"
+    );
     // A target other than 0: the cost is no longer x'Qx.
     let folder = Folder::with_task(LINEAR);
     let error = folder.run(&["bound", "task.toml", "--stationary", "--task", "hold"]);
@@ -113,7 +118,9 @@ fn a_curve_is_kept_shown_again_and_drawn() {
     assert!(points.iter().any(|point| point["cost"] == 40.0));
     let csv = std::fs::read_to_string(folder.path("kept/curve.csv")).unwrap();
     assert_eq!(csv.lines().count(), 7);
-    assert!(csv.starts_with("task,cost,minimum_bits_per_step,minimum_lower_bits_per_step,closed_form_bits_per_step,error"));
+    assert!(
+        csv.starts_with("task,cost,minimum_bits_per_step,minimum_lower_bits_per_step,closed_form_bits_per_step,error")
+    );
     folder.run(&["plot", "kept", "--figure", "bound"]).quiet();
     folder.run(&["report", "kept"]).quiet();
     assert!(folder.path("bound.svg").exists() && folder.path("report.html").exists());

@@ -8,8 +8,8 @@ use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method
 use supple::parameters::Scale;
 use supple::{EvaluateOptions, Named};
 use supple_report::{ReportError, page};
-use supple_study::evaluate::EvaluateReport;
 use supple_study::bound::BoundOptions;
+use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
 use supple_study::study::Study;
 use supple_study::sweep::{Axis, Sweep, SweepOptions};

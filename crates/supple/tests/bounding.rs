@@ -37,7 +37,8 @@ fn bounds_of_shipped_tasks_are_in_order() {
         for (bound, task) in found.tasks.iter().zip(&evaluated.tasks) {
             assert_ordered(bound);
             assert_eq!(bound.cost, task.cost.expected, "{name}: at the design's own cost");
-            let (before, last) = (bound.measurement_per_step_bits.iter().sum::<f64>(), bound.last_measurement_bits.unwrap());
+            let (before, last) =
+                (bound.measurement_per_step_bits.iter().sum::<f64>(), bound.last_measurement_bits.unwrap());
             let total = task.information.total_bits;
             assert!((before + last - total).abs() < 1e-9 * total, "{name}: {before} and {last} of {total}");
             let sum: f64 = bound.minimum_per_step_bits.iter().sum();

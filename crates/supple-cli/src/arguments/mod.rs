@@ -12,8 +12,9 @@ use crate::output::warn;
 mod studies;
 
 pub use studies::{
-    BoundOptions, FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument,
-    SensorMethodArgument, SensorsOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions, Width,
+    BoundOptions, FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions,
+    SensorGoalArgument, SensorMethodArgument, SensorsOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions,
+    Width,
 };
 
 /// Design compliant robots that need little information to be controlled.

@@ -3,8 +3,8 @@ use supple_kernels::{Matrices, Scratch};
 use super::box_qp::Limits;
 use super::costates::Stationarity;
 use super::{
-    ControlBounds, Decrease, Lq, PlanMode, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within, simulate_controls,
-    solve_limited,
+    ControlBounds, Decrease, Lq, PlanMode, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within,
+    simulate_controls, solve_limited,
 };
 use crate::knots::Knots;
 use crate::system::{Curvature, System};

@@ -1,5 +1,6 @@
 use supple_kernels::{Matrices, Scratch, rows};
 
+use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::cost_parts::cost_parts;
 use crate::gradient::TotalGradient;
@@ -8,7 +9,6 @@ use crate::plan::{Plan, Policy, Regularisation, rollout, simulate_controls, solv
 use crate::problem::Task;
 use crate::system::Curvature;
 use crate::trajectory::Trajectory;
-use crate::Error;
 
 /// One trajectory with all that its expected cost is made of.
 #[derive(Clone, Debug)]

@@ -114,8 +114,7 @@ impl Descent<'_> {
         plan.stationarity = residual;
         plan.relative_stationarity = residual / (1.0 + scale);
         // Its curvature is that of the assessment, which succeeded.
-        let swept =
-            solve_riccati(&plan.knots.dynamics, &gradient.hessian, Regularisation::default(), &mut plan.policy);
+        let swept = solve_riccati(&plan.knots.dynamics, &gradient.hessian, Regularisation::default(), &mut plan.policy);
         if swept.is_ok() { plan.relative_stationarity } else { f64::INFINITY }
     }
 
@@ -129,7 +128,14 @@ impl Descent<'_> {
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
         let feedback = Some(&hessian.law.feedback);
         let along = centre.gradient(task, phi);
-        slope_by_controls(&along, Quantity::EXPECTED_COST, feedback, (&mut *gradient, &mut **scratch), &mut slope, None);
+        slope_by_controls(
+            &along,
+            Quantity::EXPECTED_COST,
+            feedback,
+            (&mut *gradient, &mut **scratch),
+            &mut slope,
+            None,
+        );
         let downhill: Vec<f64> = slope.iter().map(|g| -g).collect();
         // The closer, the more exactly: convergence is quadratic but for rounding.
         let relative = centre.plan.relative_stationarity.sqrt().clamp(1e-6, 0.1);
