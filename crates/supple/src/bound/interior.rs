@@ -9,8 +9,8 @@ use super::solution::{BoundSettings, BoundStatus};
 
 /// How far towards the boundary a step may go.
 const FRACTION_TO_BOUNDARY: f64 = 0.95;
-/// The share of the residual that the barrier is kept above.
-const RESIDUAL_SHARE: f64 = 0.1;
+/// The least weight of the barriers, as a share of that at which the gap is reached.
+const LAST_BARRIER: f64 = 0.2;
 /// The complementarity at the start, nats.
 const FIRST_COMPLEMENTARITY: f64 = 0.3;
 
@@ -26,6 +26,17 @@ pub(super) struct Found {
     pub iterations: usize,
     /// How it ended.
     pub status: BoundStatus,
+}
+
+/// A Newton step that was taken.
+struct Step {
+    /// Lengths taken for covariances and multipliers, at most 1.
+    primal: f64,
+    dual: f64,
+    /// The square of the Newton decrement over the barrier's weight.
+    decrement: f64,
+    /// The new place in its own coordinates.
+    local: Vec<Local>,
 }
 
 /// A direction of the search.
@@ -50,28 +61,24 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
         iterations: 0,
         status: BoundStatus::MaxIterations,
     };
-    let mut centering = 0.5;
+    let count = chain.stages.iter().map(|s| 2 * s.price.nrows()).sum::<usize>() + 1;
+    let least = LAST_BARRIER * target / count as f64;
+    let mut barrier = 0.5 * FIRST_COMPLEMENTARITY;
     for iteration in 0..settings.max_iterations {
         if best.gap <= target {
             best.status = BoundStatus::Converged;
             return Some(best);
         }
-        let taken = iterate(chain, &mut place, &local, &mut newton, centering);
-        let Some((primal, dual, next)) = taken else {
+        let taken = iterate(chain, &mut place, &local, &mut newton, barrier);
+        let Some(step) = taken else {
             best.status = BoundStatus::Stalled;
             return Some(best);
         };
-        local = next;
-        let shortest = primal.min(dual);
-        centering = if shortest > 0.9 {
-            0.1
-        } else if shortest > 0.5 {
-            0.3
-        } else {
-            0.7
-        };
+        local = step.local;
+        let far = step.decrement / count as f64;
         best.iterations = iteration + 1;
         let now = gap(chain, &place, &local);
+        barrier = (barrier * reduction(step.primal.min(step.dual), far)).max(least);
         if now < best.gap || !best.gap.is_finite() {
             (best.gap, best.place, best.local) = (now, place.clone(), local.clone());
         }
@@ -80,6 +87,19 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
         best.status = BoundStatus::Converged;
     }
     Some(best)
+}
+
+/// By how much the barrier is lowered after a step of this length that was so far from the centre.
+fn reduction(length: f64, far: f64) -> f64 {
+    match far {
+        _ if length < 0.5 => 1.0,
+        ..0.003 => 0.05,
+        ..0.03 => 0.1,
+        ..0.1 => 0.2,
+        ..0.3 => 0.4,
+        ..1.0 => 0.7,
+        _ => 1.0,
+    }
 }
 
 /// Multipliers that make every complementarity the same.
@@ -102,17 +122,10 @@ fn complementarity(place: &Place, local: &[Local]) -> f64 {
     (products + place.price * slack_of_budget(local)) / (count + 1) as f64
 }
 
-/// One Newton step; the lengths taken for covariances and multipliers, and the new place in its own coordinates.
-fn iterate(
-    chain: &Chain,
-    place: &mut Place,
-    local: &[Local],
-    newton: &mut Newton,
-    centering: f64,
-) -> Option<(f64, f64, Vec<Local>)> {
+/// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none.
+fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newton, barrier: f64) -> Option<Step> {
     let scalings: Vec<Scaling> =
         local.iter().zip(&place.multipliers).map(|(at, l)| scaling(&at.slack_factor, l)).collect::<Option<_>>()?;
-    let barrier = (centering * complementarity(place, local)).max(RESIDUAL_SHARE * residual(chain, place, local));
     let left = slack_of_budget(local);
     let gradients = gradients(chain, local, &scalings, (barrier, left));
     let solved = newton.solve(chain, local, &scalings, &gradients, (barrier, place.price / left));
@@ -131,28 +144,11 @@ fn iterate(
         {
             *place = candidate;
             place.barrier = barrier;
-            return Some((length, dual, next));
+            return Some(Step { primal: length, dual, decrement: -slope / barrier, local: next });
         }
         length *= 0.5;
     }
     None
-}
-
-/// How far the multipliers are from making the covariances stationary: the largest norm over decisions, in coordinates
-/// where `p_t` is the identity.
-fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
-    let of = |t: usize| {
-        let at = &local[t];
-        let n = at.price.nrows();
-        let mut sum = &at.price * place.price + &place.multipliers[t] - Dense::identity(n, n) * (0.5 + place.barrier);
-        if let Some(next) = chain.next(t) {
-            let half = solve_lower(&local[next].predicted_factor, at.dynamics.clone());
-            sum += half.transpose() * half * 0.5;
-            sum -= at.dynamics.transpose() * &place.multipliers[next] * &at.dynamics;
-        }
-        sum.norm()
-    };
-    (0..local.len()).map(of).fold(0.0, f64::max)
 }
 
 /// Gradients by `p_t` of the information with the barriers (theory, equation L.8).
