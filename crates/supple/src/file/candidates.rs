@@ -208,7 +208,7 @@ impl Building<'_> {
         if count == 0 {
             return Err(self.document.error(&self.at, "must have one or more sensors: [[catalogue.sensors]]"));
         }
-        let own = model.measurements();
+        let own = model.channels().measurements;
         let kept = self.kept(file, &own)?;
         let mut equipment = Equipment { own: own.len(), kept, added: Vec::new() };
         let mut sensors: Vec<CatalogueSensor> = Vec::with_capacity(count);
@@ -288,9 +288,9 @@ impl Building<'_> {
     ) -> Result<Vec<(Entry, Channel, Value)>, FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
         if model.sensor_kinds().contains(&kind) {
-            let first = model.measurements().len();
+            let first = model.channels().measurements.len();
             let variances = model.add_sensor(kind, self.document, self.parameters, &at)?;
-            let channels = model.measurements().into_iter().enumerate().skip(first).zip(variances);
+            let channels = model.channels().measurements.into_iter().enumerate().skip(first).zip(variances);
             return Ok(channels.map(|((row, channel), v)| (Entry::Own(row), channel, v)).collect());
         }
         let (_, table) = self.document.table_with_kind(&at, &[])?;

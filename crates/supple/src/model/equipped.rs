@@ -205,8 +205,8 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
         Arc::new(Authored::new(self.clone(), costs, time_step, parameters))
     }
-    fn measurements(&self) -> Vec<Channel> {
-        Model::channels(self).measurements
+    fn channels(&self) -> Channels {
+        Model::channels(self)
     }
     fn sensor_kinds(&self) -> &'static [&'static str] {
         &[]

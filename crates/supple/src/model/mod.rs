@@ -340,8 +340,6 @@ pub(crate) trait AnyModel {
     fn vocabulary(&self) -> Vocabulary;
     fn channels(&self) -> Channels;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System>;
-    /// What the measurements are.
-    fn measurements(&self) -> Vec<Channel>;
     /// As of [`ModelFile`].
     fn sensor_kinds(&self) -> &'static [&'static str];
     /// As of [`ModelFile`].
@@ -381,9 +379,6 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
         Arc::new(Authored::new(self.clone(), costs, time_step, parameters))
-    }
-    fn measurements(&self) -> Vec<Channel> {
-        Model::channels(self).measurements
     }
     fn sensor_kinds(&self) -> &'static [&'static str] {
         M::sensor_kinds()
