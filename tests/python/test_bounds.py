@@ -35,7 +35,7 @@ def test_the_plant_has_the_known_minimum(plant: supple.Task, cost: float, minimu
 
 def test_arrays_that_do_not_change_have_a_steady_state(plant: supple.Task) -> None:
     eye = np.eye(4)
-    own = supple.linear(np.array(A), np.array(B), eye, np.array(W), eye, eye, 2 * eye, 2 * eye, N=20, time_step=1.0)
+    own = supple.linear(np.array(A), np.array(B), eye, np.array(W), eye, eye, eye, eye, N=20, time_step=1.0)
     bits = [task.bound(stationary=True, cost=40.0).minimum_bits_per_step for task in (plant, own)]
     assert bits[1] == pytest.approx(bits[0], rel=1e-6)
     varying = np.array([[[1.0 + 0.01 * t]] for t in range(20)])

@@ -109,3 +109,14 @@ fn a_looser_cost_needs_less_and_says_that_there_is_no_efficiency() {
     let free = at(own.open_loop_cost.unwrap() * 1.001);
     assert_eq!((free.minimum_bits, free.virtual_sensor.rank), (0.0, 0));
 }
+
+#[test]
+fn without_noise_the_least_cost_needs_no_information() {
+    let mut problem = load("tanaka_plant.toml");
+    let zeros = || supple::noise::Covariance::Diagonal(vec![supple::Value::Number(0.0); 4]);
+    problem.tasks[0].noise.initial = zeros();
+    problem.tasks[0].noise.process = zeros();
+    let bound = problem.bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
+    assert_eq!((bound.minimum_bits, bound.virtual_sensor.rank, bound.efficiency), (0.0, 0, None));
+    assert_eq!(bound.cost, bound.minimum_cost);
+}
