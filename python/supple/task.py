@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
@@ -26,6 +25,7 @@ from ._asked import (
 from ._supple import NativeTask
 from .bounds import Bounds
 from .errors import UsageError
+from .parameter import CatalogueEntry, Parameter
 from .progress import Progress, watching
 from .results import Design, Evaluation
 from .sensors import Sensors, sensors_words
@@ -42,45 +42,6 @@ __all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
-
-
-@dataclass(frozen=True)
-class CatalogueEntry:
-    """A value of a parameter that can be had.
-
-    Attributes:
-        value: The value, in the unit of the parameter.
-        price: What it costs to buy, in any currency; ``None`` where it is not told.
-        name: What its maker calls it.
-    """
-
-    value: float
-    price: float | None = None
-    name: str | None = None
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A named number that designs and studies change.
-
-    Attributes:
-        initial: The value that it starts from.
-        bounds: Least and greatest value.
-        scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
-        unit: Its unit, for people.
-        role: Who may change it: the ``design`` search, or only the user, for a ``study``.
-        catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
-        price: What a value costs, in units of the budget: ``{"inverse": c}``, ``{"linear": c}``, ``{"log": {..}}`` or
-            ``{"power": {..}}``, as in task files; nothing where left out.
-    """
-
-    initial: float
-    bounds: tuple[float, float]
-    scale: Literal["linear", "log"] = "linear"
-    unit: str = ""
-    role: Literal["design", "study"] = "design"
-    catalogue: Sequence[CatalogueEntry | float] = ()
-    price: Mapping[str, Any] | None = None
 
 
 class Task:
@@ -273,7 +234,10 @@ class Task:
                 from . import executors
 
                 kept = executors.sweep(task, made, axes, sizes, executor, out, seer)
-        return self._kept(Sweep(kept, task), out)
+        found = Sweep(kept, task)
+        if out is not None:
+            found.save(out)
+        return found
 
     def robustness(
         self,
@@ -355,8 +319,7 @@ class Task:
             stationary: Bounds by step of the steady state, for linear models that do not change over time.
             task: The task, where there are several; all of them where left out.
             progress: ``True`` for a bar of tqdm's, or an object of your own.
-            at: Values of parameters.
-            **parameters: Values of parameters.
+            at, **parameters: Values of parameters.
         """
         points = bound_points(curve)
         found = self.at(at, **parameters)
@@ -429,12 +392,6 @@ class Task:
             return []
         sets = [word for name, value in self._changed.items() for word in ("--set", f"{name}={value!r}")]
         return [command, str(self._recipe[1]), *sets, *words]
-
-    @staticmethod
-    def _kept(sweep: Sweep, out: str | os.PathLike[str] | None) -> Sweep:
-        if out is not None:
-            sweep.save(out)
-        return sweep
 
     def __reduce__(self) -> tuple[Any, ...]:
         from ._recipes import make

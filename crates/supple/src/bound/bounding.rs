@@ -6,16 +6,15 @@ use super::dense::{congruence, dense};
 use super::floors::{data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
 use super::horizon::{Horizon, Stationary};
 use super::minimum::minimum_information;
+use super::own::Own;
 use super::report::{BoundReport, TaskBound, order};
 use super::sensor::virtual_sensors;
 use super::sensor_report::sensor_report;
 use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
 use super::stationary::stationary_minimum;
-use super::steady::{stationary, steady};
+use super::steady::stationary;
 use crate::design::plan_at;
-use crate::information::control_information;
 use crate::pipeline::TaskState;
-use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task};
 use crate::{Channel, Error, Named};
 
@@ -83,18 +82,6 @@ pub struct Bounding {
 enum Kind {
     Horizon(Horizon),
     Stationary(Stationary),
-}
-
-/// The design itself, with its own sensors.
-struct Own {
-    status: PlanStatus,
-    cost: Option<f64>,
-    /// Nats at each control.
-    control: Option<Vec<f64>>,
-    /// Nats at each measurement that a control follows.
-    measurement: Option<Vec<f64>>,
-    last_measurement: Option<f64>,
-    remarks: Vec<String>,
 }
 
 /// The minimum at one cost.
@@ -339,69 +326,4 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
         remarks.push("the efficiency is that at the design's own cost: leave the cost out to see it".to_owned());
     }
     remarks
-}
-
-impl Own {
-    fn over_horizon(task: &Task, state: &TaskState) -> Result<Self, Error> {
-        let control = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
-        let (last, before) =
-            state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
-        let mut remarks = plan_remarks(state);
-        let held = state.plan.policy.clamped.iter().filter(|&&held| held).count();
-        if held > 0 {
-            let all = task.steps * state.plan.knots.dimensions.controls;
-            remarks.push(format!(
-                "{held} of {all} controls are at a limit of theirs along the plan: all bounds are over controllers that leave \
-                 them there"
-            ));
-        }
-        Ok(Self {
-            status: state.plan.status,
-            cost: Some(state.cost.expected()),
-            control: Some(control),
-            measurement: Some(before.to_vec()),
-            last_measurement: last,
-            remarks,
-        })
-    }
-
-    fn steady(problem: &Stationary, state: &TaskState) -> Result<Self, Error> {
-        let steady = steady(problem, state)?;
-        let mut remarks = Vec::new();
-        match &steady {
-            None => {
-                remarks.push("the design's own filter has no steady state: its sensors do not see enough".to_owned())
-            }
-            Some(steady) if steady.control_nats.is_none() => {
-                remarks.push("the information of the controls does not settle to a steady value".to_owned());
-            }
-            Some(_) => {}
-        }
-        Ok(Self {
-            status: state.plan.status,
-            cost: steady.as_ref().map(|steady| problem.base_cost + steady.price),
-            control: steady.as_ref().and_then(|steady| steady.control_nats).map(|nats| vec![nats]),
-            measurement: steady.as_ref().map(|steady| vec![steady.measurement_nats]),
-            last_measurement: None,
-            remarks,
-        })
-    }
-}
-
-/// Where the linearisation along a plan is not all there is to it.
-fn plan_remarks(state: &TaskState) -> Vec<String> {
-    let plan = &state.plan;
-    if plan.status == PlanStatus::Indefinite {
-        let what = "the control's curvature along the plan is indefinite, and the law regularised: the bounds are those of \
-                    this law's prices, and no bounds of the task";
-        return vec![what.to_owned()];
-    }
-    if !plan.status.is_converged() || plan.relative_stationarity > crate::VALID_STATIONARITY {
-        return vec![format!(
-            "the plan is not stationary ({:.1e}): the bounds hold for fluctuations about it, whose expected cost leaves out what \
-             a better plan would save",
-            plan.relative_stationarity
-        )];
-    }
-    Vec::new()
 }

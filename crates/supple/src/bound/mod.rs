@@ -10,6 +10,7 @@ mod interior;
 mod local;
 mod minimum;
 mod newton;
+mod own;
 mod product;
 mod reduce;
 mod regulator;
