@@ -7,19 +7,24 @@ from typing import TYPE_CHECKING, Any
 from ._linear import linear
 from ._state_space import from_state_space
 from ._supple import __version__
+from .bounds import Bounds
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
-from .model import DerivativeError, Derivatives, Model, Noise, combine
+from .loading import load, loads
+from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Result
+from .sensors import Sensors, SensorsCertificate, SensorSet, SensorValue
 from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
-from .task import Grid, Parameter, Task, load, loads
+from .task import CatalogueEntry, Grid, Parameter, Task
 
 if TYPE_CHECKING:
     from . import mujoco as mujoco
 
 __all__ = [
+    "Bounds",
+    "CatalogueEntry",
     "ComputeError",
     "DerivativeError",
     "Derivatives",
@@ -39,11 +44,16 @@ __all__ = [
     "Robustness",
     "StorageError",
     "SuppleError",
+    "SensorSet",
+    "SensorValue",
+    "Sensors",
+    "SensorsCertificate",
     "Sweep",
     "Table",
     "Task",
     "Trace",
     "UsageError",
+    "VaryingVariance",
     "WorkerError",
     "__version__",
     "combine",

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from .errors import UsageError
 
-__all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "check_counts", "design_text", "designs_of", "logged"]
-__all__ += ["option_words", "pairs"]
+__all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "bound_points", "bound_words", "check_counts"]
+__all__ += ["design_text", "designs_of", "logged", "option_words", "pairs"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -55,6 +55,23 @@ def check_counts(**counts: int) -> None:
 
 def option_words(**options: int) -> list[str]:
     return [word for name, value in options.items() for word in (f"--{name}", str(value))]
+
+
+def bound_points(curve: bool | int) -> int | None:
+    """Points of a curve of bounds: 20 where it is just asked for."""
+    if isinstance(curve, bool):
+        return 20 if curve else None
+    check_counts(curve=curve)
+    return int(curve) or None
+
+
+def bound_words(task: str | None, cost: float | None, points: int | None, stationary: bool) -> list[str]:
+    words = [] if task is None else [f"--task={task}"]
+    if cost is not None:
+        words.append(f"--cost={pairs({'cost': cost})[0][1]!r}")
+    if points is not None:
+        words.append(f"--curve={points}")
+    return words + (["--stationary"] if stationary else [])
 
 
 def axis_values(name: str, values: ArrayLike) -> str | list[float]:

@@ -15,11 +15,12 @@ from ._records import Array
 from ._source import source
 from ._supple import NativeTask
 from .errors import UsageError
-from .task import Parameter, Task
+from .task import CatalogueEntry, Parameter, Task
 
 __all__ = [
     "Noise",
     "Number",
+    "VaryingVariance",
     "bounds",
     "combine",
     "control_rows",
@@ -29,10 +30,53 @@ __all__ = [
     "numbers",
     "parameters",
     "resolver",
+    "varying",
 ]
 
 #: A number, or the name of a parameter in its place.
 Number = float | str
+
+
+@dataclass(frozen=True)
+class VaryingVariance:
+    """What is added to variances of measurements where they depend on the state: ``coefficient (state - center)^2``.
+
+    Attributes:
+        measurement: Names of the measurements, one or a list, in which ``*`` stands for any letters.
+        state: Name of the state.
+        center: Where the state is seen best, in its unit; or the name of a parameter.
+        coefficient: Variance per square of the state's unit, at least 0; or the name of a parameter.
+    """
+
+    measurement: str | Sequence[str]
+    state: str
+    center: Number
+    coefficient: Number
+
+    def describe(self) -> dict[str, Any]:
+        """Plain names and numbers."""
+        named = [self.measurement] if isinstance(self.measurement, str) else list(self.measurement)
+        if not all(isinstance(name, str) for name in [*named, self.state]):
+            raise UsageError(f"varying: {self!r}: measurements and state are given by their names")
+        found: dict[str, Any] = {"measurement": named, "state": self.state}
+        for key in ("center", "coefficient"):
+            given = getattr(self, key)
+            try:
+                found[key] = given if isinstance(given, str) else float(given)
+            except (TypeError, ValueError):
+                raise UsageError(f"varying: {key}={given!r}: a number, or the name of a parameter") from None
+            if isinstance(found[key], float) and not math.isfinite(found[key]):
+                raise UsageError(f"varying: {key}={given!r}: a finite number")
+        return found
+
+
+def varying(given: Sequence[VaryingVariance]) -> list[dict[str, Any]]:
+    """What varies of the noise, as plain objects."""
+    if not _is_list(given) or not all(isinstance(law, VaryingVariance) for law in given):
+        raise UsageError(
+            f"varying={given!r}: a list of supple.VaryingVariance(measurement, state, center, coefficient)"
+        )
+    return [law.describe() for law in given]
 
 
 @dataclass(frozen=True)
@@ -43,15 +87,18 @@ class Noise:
         initial: Of the first state, (n,) or (n, n).
         process: What each step adds to the state, (n,) or (n, n).
         measurement: Of the measurement, positive definite, (p,) or (p, p).
+        varying: What is added to its variances where they depend on the state; nothing where left out.
     """
 
     initial: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
     process: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
     measurement: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
+    varying: Sequence[VaryingVariance] = ()
 
     def describe(self) -> dict[str, Any]:
         """Plain lists."""
-        return {key: _covariance(key, getattr(self, key)) for key in ("initial", "process", "measurement")}
+        plain = {key: _covariance(key, getattr(self, key)) for key in ("initial", "process", "measurement")}
+        return plain | ({"varying": varying(self.varying)} if len(self.varying) else {})
 
 
 def _covariance(key: str, given: Any) -> list[Any]:
@@ -137,8 +184,26 @@ def declared(given: Mapping[str, Parameter]) -> list[dict[str, Any]]:
             entry["bounds"] = [float(lower), float(upper)]
         except (TypeError, ValueError):
             raise UsageError(f"parameter `{name}`: {parameter!r}: initial is a number, bounds are two") from None
+        del entry["catalogue"]
+        if len(parameter.catalogue):
+            entry["catalogue"] = [_catalogued(name, listed) for listed in parameter.catalogue]
         listed.append({"name": name, **entry})
     return listed
+
+
+def _catalogued(name: str, listed: CatalogueEntry | float) -> dict[str, Any]:
+    """An entry of a catalogue as the native part reads it."""
+    entry = asdict(listed) if isinstance(listed, CatalogueEntry) else {"value": listed}
+    try:
+        numbers = {key: float(entry[key]) for key in ("value", "price") if entry.get(key) is not None}
+    except (TypeError, ValueError):
+        raise UsageError(
+            f"parameter `{name}`: catalogue: {listed!r}: a number, or supple.CatalogueEntry(value, price, name)"
+        ) from None
+    bad = next((key for key, number in numbers.items() if not math.isfinite(number)), None)
+    if bad is not None:
+        raise UsageError(f"parameter `{name}`: catalogue: {listed!r}: {bad} is not finite")
+    return {**numbers, **({"name": str(entry["name"])} if entry.get("name") is not None else {})}
 
 
 def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, ...]], Array]:

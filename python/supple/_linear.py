@@ -47,6 +47,7 @@ def linear(
     states: Names | None = None,
     controls: Names | None = None,
     measurements: Names | None = None,
+    varying: Sequence[describe.VaryingVariance] = (),
     name: str = "linear",
     title: str = "",
     planning: Mapping[str, Any] | None = None,
@@ -85,6 +86,7 @@ def linear(
         states: Names of the states, or names with units; ``x1``, ``x2``... where left out.
         controls: The same of the controls; ``u1``, ``u2``... where left out.
         measurements: The same of the measurements; ``y1``, ``y2``... where left out.
+        varying: What is added to variances of measurements where they depend on the state, by these names.
         name: Name of the task.
         title: What it is, for people.
         planning: Settings by the names of the task file's ``[planning]``.
@@ -130,6 +132,7 @@ def linear(
         "initial_control": [[0.0] * m],
         "control_bounds": _bounds(control_bounds, m),
         **noise,
+        **({"varying": describe.varying(varying)} if len(varying) else {}),
     }
     plain = {"title": title, "parameters": [], "tasks": [task], "planning": dict(planning or {}), "design": {}}
     return describe.made({"plain": json.dumps(plain), "systems": [system]})

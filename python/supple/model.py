@@ -18,12 +18,12 @@ from ._backends.differences import Differences
 from ._backends.functions import Functions
 from ._backends.given import Given, Overridden
 from ._backends.lengths import differences_near, relative_errors
-from ._description import Noise, Number, combine
+from ._description import Noise, Number, VaryingVariance, combine
 from ._records import Array, Record
 from .errors import UsageError
 from .task import Parameter, Task
 
-__all__ = ["DerivativeError", "Derivatives", "Model", "Noise", "combine"]
+__all__ = ["DerivativeError", "Derivatives", "Model", "Noise", "VaryingVariance", "combine"]
 
 LOGGER = logging.getLogger("supple")
 

@@ -29,7 +29,7 @@ except ImportError as error:
 
 from . import model as own
 from ._backends.lengths import relative_errors
-from ._description import Noise, Number
+from ._description import Noise, Number, VaryingVariance
 from ._mujoco import fields, names, reading
 from ._mujoco.backend import MujocoBackend
 from ._mujoco.costs import Cost, FunctionCost, Quadratic, QuadraticCost, Term
@@ -247,6 +247,7 @@ class Model:
         initial: Mapping[str, Number],
         process: Mapping[str, Number],
         measurement: Mapping[str, Number] | Number | None = None,
+        varying: Sequence[VaryingVariance] = (),
     ) -> Noise:
         """Variances by names or patterns of states and measurements; 0 for what is not named.
 
@@ -254,6 +255,7 @@ class Model:
             initial: Of the first state: ``{"q.*": 1e-6, "v.*": 1e-4}``.
             process: What each step adds to the state.
             measurement: Of the measurement; ``sensor_variances`` for what is not named.
+            varying: What is added to its variances where they depend on the state.
         """
         named = {"*": measurement} if isinstance(measurement, (int, float, str)) else measurement or {}
         still: list[Number] = [0.0] * len(self._states)
@@ -261,6 +263,7 @@ class Model:
             initial=reading.changed("noise: initial", still, self.states, initial),
             process=reading.changed("noise: process", still, self.states, process),
             measurement=reading.changed("noise: measurement", list(self.sensor_variances), self.measurements, named),
+            varying=varying,
         )
 
     def task(

@@ -104,3 +104,7 @@ class Plots:
     def pareto(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
         """Information against cost."""
         return self._figure("pareto", others, task, wide)
+
+    def bound(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+        """The least information over the cost to keep; needs ``curve=True``."""
+        return self._figure("bound", others, task, wide)

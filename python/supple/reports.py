@@ -49,6 +49,23 @@ class CostReport(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class ControlInformation(Record):
+    """The directed information from the state to the controls, exact for the linearised closed loop.
+
+    Attributes:
+        total_nats: Over the whole task, nats.
+        total_bits: The same in bits.
+        bits_per_step: Bits per control: the total over N.
+        per_step_nats: Nats at each control, (N,).
+    """
+
+    total_nats: float
+    total_bits: float
+    bits_per_step: float
+    per_step_nats: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class InformationReport(Record):
     """The directed information of a task.
 
@@ -60,6 +77,7 @@ class InformationReport(Record):
         entropy_form_nats: The entropy form, for comparison; ``None`` where a covariance is singular.
         paper_form_nats: The paper's printed form, for comparison; ``None`` where a covariance is singular.
         per_step_nats: Nats at each measurement, (N+1,).
+        control: What of it reaches the controls; ``None`` in results of versions that did not find it.
     """
 
     total_nats: float
@@ -69,6 +87,7 @@ class InformationReport(Record):
     entropy_form_nats: float | None
     paper_form_nats: float | None
     per_step_nats: Array
+    control: ControlInformation | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

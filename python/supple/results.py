@@ -122,12 +122,32 @@ class Information(Record):
     bits_per_second: float
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Prices(Record):
+    """What the parameters of a design cost.
+
+    Attributes:
+        total: The sum, in units of the budget.
+        budget: What the sum may be at most; ``None`` where there is no budget.
+        weight_nats_per_unit: Nats that a unit of price counts as in what designs minimise.
+        objective_nats: What designs minimise: information, and price with its weight, nats.
+        parameters: The price of each parameter that has one.
+    """
+
+    total: float
+    budget: float | None
+    weight_nats_per_unit: float
+    objective_nats: float
+    parameters: dict[str, float]
+
+
 class _Evaluated:
     """The attributes of one evaluated design, from the dict of an evaluation."""
 
     def __init__(self, data: Mapping[str, Any], about: Mapping[str, Any]) -> None:
         self.parameters: dict[str, float] = dict(data["parameters"])
         self.feasible: bool = data["feasible"]
+        self.price: Prices | None = build(Prices, data["price"]) if data.get("price") else None
         self.tasks: dict[str, TaskReport] = {task["name"]: build(TaskReport, task) for task in data["tasks"]}
         objective = data["objective"]
         nats, bits = objective["information_nats"], objective["information_bits"]
@@ -176,8 +196,13 @@ class _OfDesign(Result):
 
     @property
     def feasible(self) -> bool:
-        """Whether every plan converged and every task meets its bound."""
+        """Whether every plan converged, every task meets its bound and the price the budget."""
         return self._evaluated.feasible
+
+    @property
+    def price(self) -> Prices | None:
+        """What the parameters cost; ``None`` where none has a price."""
+        return self._evaluated.price
 
     @property
     def tasks(self) -> dict[str, TaskReport]:
@@ -201,12 +226,101 @@ class Start(Record):
     status: str
     to: dict[str, float]
     information_nats: float
+    price: float
     expected_costs: Array
     violation: float
     optimality: float
     branches: int
     evaluations: int
     error: str | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ChosenEntry(Record):
+    """An entry of a catalogue that was chosen.
+
+    Attributes:
+        parameter: The parameter.
+        value: The value, in its unit.
+        name: What its maker calls it.
+        price: What it costs to buy.
+        continuous: The value of the best design without catalogues.
+    """
+
+    parameter: str
+    value: float
+    name: str | None
+    price: float | None
+    continuous: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContinuousOptimum(Record):
+    """The best design without catalogues.
+
+    Attributes:
+        status: How its search ended.
+        parameters: All parameters.
+        information_bits: Its objective, bits.
+        expected_costs: Expected cost of each task, (tasks,).
+        violation: How far the worst task is above its bound, relative to it.
+    """
+
+    status: str
+    parameters: dict[str, float]
+    information_bits: float
+    expected_costs: Array
+    violation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CombinationReport(Record):
+    """A combination of entries of catalogues, with the other parameters optimised.
+
+    Attributes:
+        status: How its search ended; where nothing but catalogues is designed, whether it meets every bound.
+        parameters: All parameters.
+        information_bits: Its objective, bits.
+        violation: How far the worst task is above its bound, relative to it.
+    """
+
+    status: str
+    parameters: dict[str, float]
+    information_bits: float
+    violation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CatalogueReport(Record):
+    """The entries of catalogues that a design search chose; the command line's JSON has the same keys.
+
+    Attributes:
+        method: ``all_combinations``: all were designed. ``neighbourhood``: rounded, and exchanged for better neighbours.
+        combinations: How many combinations of entries there are.
+        designed: How many of them were designed, or could not be.
+        feasible: How many of them meet every bound.
+        failed: How many could not be designed.
+        error: Why the first of these could not.
+        complete: Whether the choice came to its end: all were tried, or no neighbour of the chosen one is better.
+        chosen: The chosen entry of each catalogue.
+        price: What these cost together; ``None`` where an entry has no price.
+        continuous: The best design without catalogues.
+        gap_bits: Bits that the chosen design needs more than that; ``None`` where one of both misses a bound.
+        best: The best combinations, the chosen one first: at most 10.
+    """
+
+    method: str
+    combinations: int
+    designed: int
+    feasible: int
+    failed: int
+    error: str | None
+    complete: bool
+    chosen: list[ChosenEntry]
+    price: float | None
+    continuous: ContinuousOptimum
+    gap_bits: float | None
+    best: list[CombinationReport]
 
 
 class Design(_OfDesign):
@@ -234,6 +348,11 @@ class Design(_OfDesign):
         return {price["task"]: price["nats_per_unit"] for price in self._data["bound_prices"]}
 
     @property
+    def budget_nats_per_unit(self) -> float:
+        """Nats that a unit more of budget would save; 0 where there is none or it is not used up."""
+        return float(self._data["budget_nats_per_unit"])
+
+    @property
     def evaluations(self) -> int:
         """Designs evaluated."""
         return int(self._data["evaluations"])
@@ -244,8 +363,14 @@ class Design(_OfDesign):
         return float(self._data["seconds"])
 
     @cached_property
+    def catalogue(self) -> CatalogueReport | None:
+        """The entries that were chosen, where parameters have catalogues."""
+        found = self._data.get("catalogue")
+        return None if found is None else build(CatalogueReport, found)
+
+    @cached_property
     def starts(self) -> list[Start]:
-        """Every start."""
+        """Every start; starts take no notice of catalogues."""
         return [build(Start, start) for start in self._data["starts"]]
 
     @cached_property
@@ -264,4 +389,13 @@ class Design(_OfDesign):
 
     def _summary(self) -> list[tuple[str, str]]:
         found = f"{self.status}, {len(self.starts)} starts, {self.evaluations} designs in {self.seconds:.3g} s"
-        return [("status", found), *super()._summary()]
+        rows = [("status", found)]
+        if self.catalogue is not None:
+            for entry in self.catalogue.chosen:
+                named = "" if entry.name is None else f"{entry.name}, "
+                rows.append(
+                    (f"chosen {entry.parameter}", f"{named}{entry.value:.6g} (without: {entry.continuous:.6g})")
+                )
+            if self.catalogue.gap_bits is not None:
+                rows.append(("more than without catalogues", f"{self.catalogue.gap_bits:.6g} bits"))
+        return [*rows, *super()._summary()]

@@ -10,7 +10,9 @@ from functools import cached_property
 from . import _html
 from ._records import Array, Record, build
 from ._supple import Kept
+from .bounds import Bounds
 from .results import Design, Evaluation, Result
+from .sensors import Sensors
 from .table import Table
 
 __all__ = ["Comparison", "Pareto", "ParetoPoint", "RobustDesign", "Robustness", "RobustnessCell"]
@@ -210,7 +212,8 @@ class Trace(Result):
         ]
 
 
-_KINDS: dict[str, type[Result]] = {kind.kind: kind for kind in (Evaluation, Design, Sweep, Robustness, Pareto, Trace)}
+_ALL: tuple[type[Result], ...] = (Bounds, Design, Evaluation, Pareto, Robustness, Sensors, Sweep, Trace)
+_KINDS = {kind.kind: kind for kind in _ALL}
 
 
 def load_result(folder: str | os.PathLike[str]) -> Result:

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
 from . import _html
-from ._asked import axis_text, axis_values, check_counts, design_text, designs_of, logged, option_words, pairs
+from ._asked import (
+    axis_text,
+    axis_values,
+    bound_points,
+    bound_words,
+    check_counts,
+    design_text,
+    designs_of,
+    logged,
+    option_words,
+    pairs,
+)
 from ._supple import NativeTask
+from .bounds import Bounds
 from .errors import UsageError
+from .parameter import CatalogueEntry, Parameter
 from .progress import Progress, watching
 from .results import Design, Evaluation
+from .sensors import Sensors, sensors_words
 from .studies import Pareto, Robustness, Sweep, Trace
 
 if TYPE_CHECKING:
@@ -24,65 +36,12 @@ if TYPE_CHECKING:
     from ._crew import Workers
     from .model import DerivativeError
 
-__all__ = ["Grid", "Parameter", "Task", "load", "loads"]
-
-LOGGER = logging.getLogger("supple")
+__all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
 
 #: Axes by parameter: values, or a text such as ``"log:50:600:100"``.
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A named number that designs and studies change.
-
-    Attributes:
-        initial: The value that it starts from.
-        bounds: Least and greatest value.
-        scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
-        unit: Its unit, for people.
-        role: Who may change it: the ``design`` search, or only the user, for a ``study``.
-    """
-
-    initial: float
-    bounds: tuple[float, float]
-    scale: Literal["linear", "log"] = "linear"
-    unit: str = ""
-    role: Literal["design", "study"] = "design"
-
-
-def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
-    """Reads a task file (TOML), and sets some of its parameters.
-
-    Raises:
-        FileError: Where the file, or the robot's file that it names, is wrong or cannot be read.
-        UsageError: Where a parameter is unknown or out of bounds.
-    """
-    return _read(NativeTask.load(path, pairs(parameters)), ("load", os.fspath(path)), parameters)
-
-
-def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
-    """Reads a task file from its text, and sets some of its parameters.
-
-    Args:
-        text: The text of a task file (TOML).
-        path: Where the file would be: files that it names, such as that of the robot, are looked for beside it.
-        **parameters: Values of parameters.
-
-    Raises:
-        FileError: Where the text, or the robot's file that it names, is wrong.
-        UsageError: Where a parameter is unknown or out of bounds.
-    """
-    native = NativeTask.restore([(os.fspath(path), text)], pairs(parameters))
-    return _read(native, ("loads", os.fspath(path)), parameters)
-
-
-def _read(native: NativeTask, recipe: tuple[str, str], parameters: Mapping[str, float]) -> Task:
-    for warning in native.warnings():
-        LOGGER.warning("%s: %s", recipe[1], warning)
-    return Task(native, recipe, changed=parameters)
 
 
 class Task:
@@ -108,6 +67,8 @@ class Task:
                 scale=entry["scale"],
                 unit=entry["unit"],
                 role=entry["role"],
+                catalogue=tuple(CatalogueEntry(**listed) for listed in entry.get("catalogue", ())),
+                price=entry.get("price"),
             )
             for entry in about["parameters"]
         }
@@ -273,7 +234,10 @@ class Task:
                 from . import executors
 
                 kept = executors.sweep(task, made, axes, sizes, executor, out, seer)
-        return self._kept(Sweep(kept, task), out)
+        found = Sweep(kept, task)
+        if out is not None:
+            found.save(out)
+        return found
 
     def robustness(
         self,
@@ -336,6 +300,72 @@ class Task:
         with watching(progress) as seer, logged("pareto"):
             return Pareto(task._native.pareto(made, sizes=(points, starts, seed), progress=seer), task)
 
+    def bound(
+        self,
+        *,
+        cost: float | None = None,
+        curve: bool | int = False,
+        stationary: bool = False,
+        task: str | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Bounds:
+        """How little information would do: the least over all sensors and controllers that keep an expected cost.
+
+        Args:
+            cost: The expected cost to keep, over the task, or per step where stationary; the design's own where left out.
+            curve: The minimum over a range of costs too: ``True`` for 20 points, or how many.
+            stationary: Bounds by step of the steady state, for linear models that do not change over time.
+            task: The task, where there are several; all of them where left out.
+            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            at, **parameters: Values of parameters.
+        """
+        points = bound_points(curve)
+        found = self.at(at, **parameters)
+        made = found._made("bound", bound_words(task, cost, points, stationary))
+        with watching(progress) as seer, logged("bound"):
+            return Bounds(found._native.bound(made, (task, cost, stationary), curve=points, progress=seer), found)
+
+    def sensors(
+        self,
+        *,
+        budget: float | None = None,
+        count: int | None = None,
+        cost: float | None = None,
+        goal: Literal["cost", "information"] = "cost",
+        method: Literal["greedy", "exhaustive", "both"] = "both",
+        task: str | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Sensors:
+        """The best set of sensors of the task's catalogue, what every sensor is worth, and how good any set could be.
+
+        Without a catalogue the candidates are the task's own measurements, without prices.
+
+        Args:
+            budget: Prices of all chosen sensors together at most.
+            count: Chosen sensors at most.
+            cost: Choose the cheapest set with an expected cost of at most this.
+            goal: What the set is to be best in: the least expected cost, or the most information.
+            method: One sensor after the other, all sets (beyond 15 candidates by branch and bound until the best one is
+                proved), or both (branch and bound gives up after 2,000 regions).
+            task: The only task to look at, where there are several; the sum of all where left out.
+            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
+        if count is not None:
+            check_counts(count=count)
+        options: dict[str, Any] = {"budget": budget, "count": count, "cost": cost}
+        options = {name: None if value is None else float(value) for name, value in options.items()}
+        options |= {"count": count, "goal": goal, "method": method, "task": task}
+        found = self.at(at, **parameters)
+        made = found._made("sensors", sensors_words(options))
+        with watching(progress) as seer, logged("sensors"):
+            return Sensors(found._native.sensors(made, json.dumps(options), seer), found)
+
     def trace(
         self,
         *,
@@ -362,12 +392,6 @@ class Task:
             return []
         sets = [word for name, value in self._changed.items() for word in ("--set", f"{name}={value!r}")]
         return [command, str(self._recipe[1]), *sets, *words]
-
-    @staticmethod
-    def _kept(sweep: Sweep, out: str | os.PathLike[str] | None) -> Sweep:
-        if out is not None:
-            sweep.save(out)
-        return sweep
 
     def __reduce__(self) -> tuple[Any, ...]:
         from ._recipes import make

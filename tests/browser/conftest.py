@@ -22,8 +22,8 @@ STEPS = {
     "pareto": ["pareto", "--points", "4", "--starts", "1"],
 }
 SECTIONS = [
-    "answer", "landscape", "motion", "trajectories", "information", "controller", "robustness", "pareto", "sensitivities",
-    "convergence", "origin",
+    "answer", "landscape", "motion", "trajectories", "information", "controller", "robustness", "pareto", "bound",
+    "sensitivities", "convergence", "origin",
 ]
 
 

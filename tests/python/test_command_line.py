@@ -69,6 +69,18 @@ def test_fronts_and_traces_are_the_same_text(program: Path) -> None:
     assert found.to_json().strip() == run(program, "trace", "tasks/two_mass.toml", *words).strip()
 
 
+def test_bounds_are_the_same_text(program: Path) -> None:
+    plant = supple.load("tasks/tanaka_plant.toml")
+    found = plant.bound(stationary=True, cost=40.0, curve=5)
+    words = ("--stationary", "--cost", "40", "--curve=5", "--json")
+    assert found.to_json().strip() == run(program, "bound", "tasks/tanaka_plant.toml", *words).strip()
+    found = supple.load("tasks/two_mass.toml").bound(k1=135.912, k2=171.458)
+    words = ("--set", "k1=135.912", "--set", "k2=171.458", "--json")
+    assert found.to_json().strip() == run(program, "bound", "tasks/two_mass.toml", *words).strip()
+    again: Any = json.loads(run(program, *found.made["arguments"], "--json"))
+    assert again["minimum_bits_per_step"] == found.minimum_bits_per_step
+
+
 def test_folders_go_both_ways(program: Path, tmp_path: Path) -> None:
     task = supple.load("tasks/two_mass.toml")
     found = task.design(starts=1)

@@ -1,6 +1,7 @@
 //! `supple`: design compliant robots that need little information to be controlled.
 
 mod arguments;
+mod catalogue;
 mod commands;
 mod failure;
 mod output;
@@ -46,6 +47,8 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Sweep(options) => commands::sweep(&options),
         Command::Robustness(options) => commands::robustness(&options),
         Command::Pareto(options) => commands::pareto(&options),
+        Command::Sensors(options) => commands::sensors(&options),
+        Command::Bound(options) => commands::bound(&options),
         Command::Trace(options) => commands::trace(&options),
         Command::Study(options) => commands::study(&options, &arguments.common),
         Command::Report(options) => commands::report(&options),

@@ -31,6 +31,8 @@ struct State {
     evaluations: usize,
     ended: usize,
     of: usize,
+    /// Of catalogues: how many are done, and how many there are.
+    combinations: Option<(usize, usize)>,
     best: Option<f64>,
 }
 
@@ -61,14 +63,20 @@ impl Observer for Progress {
                     state.best = Some(information);
                 }
             }
+            Event::Combination { done, of } => state.combinations = Some((done, of)),
             Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
         }
         let best = state.best.map_or_else(
             || "none feasible yet".to_owned(),
             |nats| format!("{:.2} bits", nats / std::f64::consts::LN_2),
         );
-        let State { evaluations, ended, of, .. } = &*state;
-        self.bar.set_message(format!("{ended} of {of} starts, {evaluations} designs, best {best}"));
+        let State { evaluations, ended, of, combinations, .. } = &*state;
+        self.bar.set_message(match combinations {
+            Some((done, of)) => {
+                format!("{done} of {of} combinations of catalogues; without catalogues the best has {best}")
+            }
+            None => format!("{ended} of {of} starts, {evaluations} designs, best {best}"),
+        });
     }
 }
 

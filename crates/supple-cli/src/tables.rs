@@ -10,6 +10,8 @@ use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
+use crate::catalogue;
+
 /// A number with about six significant digits.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 {
@@ -91,6 +93,11 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     }
     align_right(&mut results, 1..5);
     let _ = writeln!(page, "{results}\n");
+    if let Some(chosen) = &report.catalogue {
+        let _ = writeln!(page, "{}", catalogue::page(chosen));
+    }
+
+    page.push_str(&prices(optimum, Some(report)));
 
     let at_box: Vec<String> = about
         .parameters
@@ -137,6 +144,9 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         start.status == DesignStatus::Converged && (start.information_nats - best).abs() <= 1e-4 * best.abs()
     });
     let how = match report.status {
+        DesignStatus::Converged if report.catalogue.is_some() => {
+            format!("Optimum among the catalogues' entries; {} local minima of the plan seen.", report.branches)
+        }
         DesignStatus::Converged => format!(
             "Optimum found from {} of {} starts; {} local minima of the plan seen.",
             same.count(),
@@ -159,7 +169,8 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             };
             let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
             let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).collect();
-            format!("No design that meets every bound was found. The closest {}.", list.join(", and "))
+            let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
+            format!("No design{of} that meets every bound was found. The closest {}.", list.join(", and "))
         }
     };
     format!(
@@ -190,6 +201,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         rows.add_row(["information", &number(information.total_bits), "bits"]);
         rows.add_row(["", &number(information.bits_per_step), "bits per step"]);
         rows.add_row(["", &number(information.bits_per_second), "bits/s"]);
+        if let Some(control) = &information.control {
+            rows.add_row(["  that reaches controls", &number(control.total_bits), "bits"]);
+        }
         rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(task)]);
         let parts = task.cost.parts;
         let names = ["  nominal", "  belief", "  process noise", "  unknown start"];
@@ -216,10 +230,39 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         }
         page.push_str(&gradient_tables(task));
     }
+    page.push_str(&prices(at, None));
     if at.tasks.len() > 1 {
         let _ = writeln!(page, "all tasks: {} bits", number(at.objective.information_bits));
     }
     page
+}
+
+/// What a design costs: a line for all prices, with the budget and what more of it would save.
+fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
+    let Some(price) = &at.price else { return String::new() };
+    let parts: Vec<String> =
+        price.parameters.0.iter().map(|(name, price)| format!("{name} {}", number(*price))).collect();
+    let before = report
+        .and_then(|report| report.start.price.as_ref())
+        .map_or_else(String::new, |start| format!(", {} at the start", number(start.total)));
+    let within = match price.budget {
+        Some(budget) if price.total > budget * (1.0 + supple::FEASIBILITY) => {
+            format!(", above the budget {}", number(budget))
+        }
+        Some(budget) => format!(" of the budget {}", number(budget)),
+        None => String::new(),
+    };
+    let mut text = format!("price: {}{within}{before} ({})\n", number(price.total), parts.join(", "));
+    if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {
+        let bits = number(saved / std::f64::consts::LN_2);
+        let _ = writeln!(text, "The budget is used up: one more would save {bits} bits.");
+    }
+    if price.weight_nats_per_unit > 0.0 {
+        let [weight, sum] =
+            [price.weight_nats_per_unit, price.objective_nats].map(|nats| nats / std::f64::consts::LN_2);
+        let _ = writeln!(text, "With {} bits per unit of price, {} bits are minimised.", number(weight), number(sum));
+    }
+    text + "\n"
 }
 
 /// A line for each limit that the plan of a task violates.

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{design, evaluate, pareto, robustness, summary, sweep, trace};
+use common::{bound, design, evaluate, pareto, robustness, summary, sweep, trace};
 use insta::assert_json_snapshot;
 use resvg::usvg::{Options, Tree};
 use supple_figures::figure::{Panel, Shape};
@@ -52,6 +52,18 @@ fn a_front_shows_information_and_parameters() {
 }
 
 #[test]
+fn a_curve_of_bounds_shows_the_minimum_and_the_design() {
+    let drawn = figure(Kind::Bound, &[bound()]);
+    assert_eq!(labels(&drawn.panels[0]), ["minimum", "DI(x → u) of the design", "DI(x → y) of the design"]);
+    assert_json_snapshot!("bound", summary(&drawn));
+    let mut plain = bound();
+    let StudyResult::Bound(study) = &mut plain.result else { panic!() };
+    study.curves.clear();
+    let error = draw(Kind::Bound, &[plain], None).unwrap_err().to_string();
+    assert!(error.contains("has no curve; make the result again with `--curve`"), "{error}");
+}
+
+#[test]
 fn information_shows_all_measurements_and_each() {
     assert_json_snapshot!("information", summary(&figure(Kind::Information, &[design()])));
 }
@@ -75,7 +87,7 @@ fn more_than_six_states_are_reduced_to_those_that_move_most() {
 
 #[test]
 fn every_figure_becomes_a_file_of_every_format_and_width() {
-    let folders = [sweep(&["k1=log:20:120:6", "k2=10:50:5"]), design(), trace(), pareto(), robustness()];
+    let folders = [sweep(&["k1=log:20:120:6", "k2=10:50:5"]), design(), trace(), pareto(), robustness(), bound()];
     for kind in Kind::ALL {
         let figure = figure(kind, &folders);
         for (width, points, pixels) in [(Width::Column, "249.44", 2079), (Width::Page, "510.23", 4252)] {

@@ -50,8 +50,16 @@ pub fn of_file(py: Python<'_>, error: &FileError) -> PyErr {
 
 /// The exception for what could not be computed, or was asked for wrongly.
 pub fn of_compute(py: Python<'_>, error: &supple::Error) -> PyErr {
-    use supple::Error::{GradientNeedsNominalPlans, OutOfBounds, Shape, Unknown};
-    let asked = matches!(error, OutOfBounds { .. } | Unknown { .. } | Shape { .. } | GradientNeedsNominalPlans);
+    use supple::Error::{CostBelowLeast, NoTotalGradient, OutOfBounds, Planning, Shape, Unknown};
+    let asked = matches!(
+        error,
+        CostBelowLeast { .. }
+            | OutOfBounds { .. }
+            | Unknown { .. }
+            | Shape { .. }
+            | NoTotalGradient { .. }
+            | Planning { .. }
+    );
     let name = if asked { "UsageError" } else { "ComputeError" };
     exception(py, name, &error.to_string(), &PyDict::new(py))
 }

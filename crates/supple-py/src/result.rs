@@ -60,6 +60,8 @@ impl Kept {
             StudyResult::Robustness(result) => to_python(py, result),
             StudyResult::Pareto(result) => to_python(py, result),
             StudyResult::Trace(result) => to_python(py, result),
+            StudyResult::Sensors(result) => to_python(py, result),
+            StudyResult::Bound(result) => to_python(py, result),
             StudyResult::Study(result) => to_python(py, result),
         }
     }

@@ -8,8 +8,10 @@ use rayon::ThreadPoolBuilder;
 use supple::design::{Control, DesignSettings};
 use supple::parameters::Scale;
 use supple::{EvaluateOptions, Named};
+use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
+use supple_study::sensors::SensorsOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
 use supple_study::{About, LoadedTask, Made, Source, StudyError, StudyResult, Watch, check_writable};
@@ -210,6 +212,37 @@ impl NativeTask {
         let options = ParetoOptions { points, starts, seed };
         self.study(py, ("pareto", made, seed), progress, |task, watch| {
             Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, watch)?)))
+        })
+    }
+
+    /// How little information would do; `sought` is the task, the cost to keep, and whether it is about the steady state.
+    #[pyo3(signature = (made, sought, *, curve, progress))]
+    fn bound(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        sought: (Option<String>, Option<f64>, bool),
+        curve: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let (task, cost, stationary) = sought;
+        let options = BoundOptions { task, cost, stationary, curve };
+        self.study(py, ("bound", made, 0), progress, |task, watch| {
+            Ok(StudyResult::Bound(Box::new(supple_study::bound::run(task, &options, watch)?)))
+        })
+    }
+
+    /// Sets of sensors, and what each is worth; `options` as JSON.
+    fn sensors(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        options: &str,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let options: SensorsOptions = from_json(py, options)?;
+        self.study(py, ("sensors", made, 0), progress, |task, watch| {
+            Ok(StudyResult::Sensors(Box::new(supple_study::sensors::run(task, &options, watch)?)))
         })
     }
 

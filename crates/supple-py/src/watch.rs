@@ -173,6 +173,9 @@ impl Observer for Search<'_> {
                 };
                 self.progress.say(&format!("{} designs, best {best}", state.evaluations));
             }
+            Event::Combination { done, of } => {
+                self.progress.say(&format!("{done} of {of} combinations of catalogues"));
+            }
             Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
         }
     }

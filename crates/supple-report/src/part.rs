@@ -2,6 +2,7 @@
 
 use supple::design::DesignStatus;
 use supple::{Evaluation, Named};
+use supple_study::bound::BoundStudy;
 use supple_study::design::DesignReport;
 use supple_study::pareto::Pareto;
 use supple_study::robustness::Robustness;
@@ -89,6 +90,11 @@ impl<'a> Part<'a> {
     /// Fronts.
     pub fn fronts(&self) -> Vec<(&str, &'a Pareto)> {
         self.results(|result| if let StudyResult::Pareto(front) = result { Some(&**front) } else { None })
+    }
+
+    /// Bounds on information.
+    pub fn bounds(&self) -> Vec<(&str, &'a BoundStudy)> {
+        self.results(|result| if let StudyResult::Bound(study) = result { Some(&**study) } else { None })
     }
 
     /// Traces of searches.

@@ -8,12 +8,13 @@ use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method
 use supple::parameters::Scale;
 use supple::{EvaluateOptions, Named};
 use supple_report::{ReportError, page};
+use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
 use supple_study::study::Study;
 use supple_study::sweep::{Axis, Sweep, SweepOptions};
 use supple_study::trace::{Trace, TraceOptions, TracePoint, TraceRun};
-use supple_study::{Cell, Column, Folder, LoadedTask, Made, StudyResult, Table};
+use supple_study::{Cell, Column, Folder, LoadedTask, Made, Silent, StudyResult, Table, Watch};
 
 fn task(name: &str) -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
@@ -101,6 +102,12 @@ fn front(task: &LoadedTask) -> StudyResult {
     StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![250.0], points, remarks }))
 }
 
+fn bound(task: &LoadedTask) -> StudyResult {
+    let options = BoundOptions { curve: Some(4), ..Default::default() };
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    StudyResult::Bound(Box::new(supple_study::bound::run(task, &options, watch).unwrap()))
+}
+
 /// The text of a page without its scripts and styles.
 fn text(page: &str) -> String {
     let mut text = String::new();
@@ -121,6 +128,7 @@ fn a_page_has_a_section_for_all_that_there_is_and_needs_no_network() {
         folder("sweep", &task, sweep(&task, 8)),
         folder("trace", &task, trace(&task)),
         folder("front", &task, front(&task)),
+        folder("bound", &task, bound(&task)),
     ];
     let all = page(&folders).unwrap();
     let text = text(&all);
@@ -132,6 +140,7 @@ fn a_page_has_a_section_for_all_that_there_is_and_needs_no_network() {
         "information",
         "controller",
         "pareto",
+        "bound",
         "sensitivities",
         "convergence",
         "origin",

@@ -6,6 +6,7 @@ use supple::design::{
 };
 use supple::{EvaluateOptions, Evaluation, Named, Problem, Task};
 
+pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
 use crate::{LoadedTask, StudyError};
 
@@ -30,9 +31,15 @@ pub struct DesignReport {
     pub active_bounds: Vec<String>,
     /// Nats that a unit more of bound would save, by task.
     pub bound_prices: Vec<TaskPrice>,
+    /// Nats that a unit more of budget would save; 0 where there is none or it is not used up.
+    #[serde(default)]
+    pub budget_nats_per_unit: f64,
     /// Different local minima of the plans seen at the best design.
     pub branches: usize,
-    /// Every start.
+    /// The entries of catalogues that were chosen, where parameters have catalogues.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub catalogue: Option<CatalogueReport>,
+    /// Every start; starts take no notice of catalogues.
     pub starts: Vec<StartReport>,
     /// Designs evaluated.
     pub evaluations: usize,
@@ -58,9 +65,12 @@ pub struct StartReport {
     pub from: Named,
     /// Where it ended.
     pub to: Named,
-    /// The objective there, nats; NaN where nothing could be evaluated.
+    /// The information there, nats; NaN where nothing could be evaluated.
     #[serde(deserialize_with = "supple::or_nan")]
     pub information_nats: f64,
+    /// The sum of the parameters' prices there; 0 where none has one.
+    #[serde(default, deserialize_with = "supple::or_nan")]
+    pub price: f64,
     /// Expected cost of each task there.
     pub expected_costs: Vec<f64>,
     /// How far the worst task is above its bound, relative to it.
@@ -78,7 +88,8 @@ pub struct StartReport {
     pub error: Option<String>,
 }
 
-/// Searches for a design and evaluates where it began and ended, with trajectories.
+/// Searches for a design, chooses from the catalogues that parameters have, and evaluates where it began and ended, with
+/// trajectories.
 ///
 /// # Errors
 /// Where there is nothing to design, or not even the first start can be evaluated.
@@ -86,7 +97,7 @@ pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Re
     let LoadedTask { problem, phi, .. } = task;
     check_designable(task)?;
     let found = supple::design::design(problem, phi, settings, control)?;
-    report(problem, phi, settings, &found)
+    report(problem, phi, &searcher(task, settings, control), &found)
 }
 
 /// Does one start of the same search, for [`combine`]: what it found, for another process to read.
@@ -116,7 +127,7 @@ pub fn combine(
     (seconds, control): (f64, Control),
 ) -> Result<DesignReport, StudyError> {
     let found = best_of(task, settings, starts, (seconds, control))?;
-    report(&task.problem, &task.phi, settings, &found)
+    report(&task.problem, &task.phi, &searcher(task, settings, control), &found)
 }
 
 /// The design that starts found together.
@@ -131,7 +142,8 @@ pub(crate) fn best_of(
         return Err(StudyError::Usage(format!("a search from {wanted} starts cannot end with {found} of them")));
     }
     let starts = starts.into_iter().map(|start| start.summary(&task.problem)).collect::<Result<_, _>>()?;
-    Ok(searcher(task, settings, control).combine(starts, seconds)?)
+    let searcher = searcher(task, settings, control);
+    Ok(searcher.choose(searcher.combine(starts, seconds)?)?)
 }
 
 fn searcher<'a>(task: &'a LoadedTask, settings: &'a DesignSettings, control: Control<'a>) -> Searcher<'a> {
@@ -148,16 +160,12 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
     Ok(())
 }
 
-fn report(
-    problem: &Problem,
-    phi: &[f64],
-    settings: &DesignSettings,
-    found: &Design,
-) -> Result<DesignReport, StudyError> {
+fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -> Result<DesignReport, StudyError> {
+    let settings = searcher.settings;
     let wanted =
         EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
     let start = problem.evaluate(phi, &wanted)?;
-    let best = &found.starts[found.best];
+    let best = found.found();
     let controls = Some(best.controls.clone());
     let optimum = problem.evaluate(&best.to, &EvaluateOptions { controls, ..wanted })?;
     let active = |(task, price): (&Task, &f64)| (*price > 0.0).then(|| task.name.clone());
@@ -172,7 +180,9 @@ fn report(
         optimum,
         active_bounds: problem.tasks.iter().zip(&best.multipliers).filter_map(active).collect(),
         bound_prices: problem.tasks.iter().zip(&best.multipliers).map(price).collect(),
+        budget_nats_per_unit: best.budget_multiplier,
         branches: best.branches,
+        catalogue: CatalogueReport::of(searcher, found),
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
         evaluations: found.evaluations,
         seconds: found.seconds,
@@ -185,6 +195,7 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         from: Named::new(&problem.parameters, &summary.from),
         to: Named::new(&problem.parameters, &summary.to),
         information_nats: summary.information,
+        price: summary.price,
         expected_costs: summary.costs.clone(),
         violation: summary.violation,
         optimality: summary.optimality,

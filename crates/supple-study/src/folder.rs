@@ -3,10 +3,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use supple::file::read_text;
 
+use crate::bound::BoundStudy;
 use crate::design::DesignReport;
 use crate::evaluate::EvaluateReport;
 use crate::pareto::Pareto;
 use crate::robustness::Robustness;
+use crate::sensors::Sensors;
 use crate::study::Study;
 use crate::sweep::Sweep;
 use crate::trace::Trace;
@@ -73,6 +75,10 @@ pub enum StudyResult {
     Pareto(Box<Pareto>),
     /// Of `supple trace`.
     Trace(Box<Trace>),
+    /// Of `supple sensors`.
+    Sensors(Box<Sensors>),
+    /// Of `supple bound`.
+    Bound(Box<BoundStudy>),
     /// Of `supple study`: the folders of its steps.
     Study(Box<Study>),
 }
@@ -87,6 +93,8 @@ impl StudyResult {
             Self::Robustness(_) => "robustness",
             Self::Pareto(_) => "pareto",
             Self::Trace(_) => "trace",
+            Self::Sensors(_) => "sensors",
+            Self::Bound(_) => "bound",
             Self::Study(_) => "study",
         }
     }
@@ -103,6 +111,8 @@ impl StudyResult {
             Self::Robustness(result) => serde_json::to_string_pretty(result),
             Self::Pareto(result) => serde_json::to_string_pretty(result),
             Self::Trace(result) => serde_json::to_string_pretty(result),
+            Self::Sensors(result) => serde_json::to_string_pretty(result),
+            Self::Bound(result) => return result.json(),
             Self::Study(result) => serde_json::to_string_pretty(result),
         };
         text.map_err(|error| StudyError::Usage(error.to_string()))
@@ -136,6 +146,9 @@ impl Folder {
     pub fn save(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
         if let StudyResult::Sweep(sweep) = result {
             sweep.save_table(path)?;
+        }
+        if let StudyResult::Bound(study) = result {
+            study.save_table(path)?;
         }
         let file = path.join(RESULT);
         let json = serde_json::to_string_pretty(&File { made, result });

@@ -2,6 +2,8 @@
 //!
 //! Every study is a function from a [`LoadedTask`] and options to a plain result. [`Folder`] keeps a result with all
 //! that made it.
+pub mod bound;
+mod catalogue;
 pub mod design;
 mod error;
 pub mod evaluate;
@@ -11,6 +13,7 @@ mod lenient;
 pub mod pareto;
 mod picture;
 pub mod robustness;
+pub mod sensors;
 pub mod study;
 pub mod sweep;
 mod table;

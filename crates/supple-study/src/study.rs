@@ -48,7 +48,7 @@ pub struct Step {
 }
 
 /// Commands that a step may run.
-const COMMANDS: [&str; 6] = ["design", "evaluate", "pareto", "robustness", "sweep", "trace"];
+const COMMANDS: [&str; 8] = ["bound", "design", "evaluate", "pareto", "robustness", "sensors", "sweep", "trace"];
 
 /// The page that a study ends in.
 pub const REPORT: &str = "report.html";

@@ -5,7 +5,9 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::design::{Control, DesignSettings, DesignStatus, Event, GradientKind, Method, Observer, StartSummary};
+use supple::design::{
+    Aim, Control, DesignSettings, DesignStatus, Event, GradientKind, Method, Observer, Searcher, StartSummary,
+};
 use supple::parameters::Parameters;
 
 use crate::design::check_designable;
@@ -123,7 +125,8 @@ fn searches(
         paths: (0..starts).map(|_| Mutex::<Path>::default()).collect(),
         progress: watch.progress,
     };
-    let found = supple::design::design(problem, phi, &settings, Control { observer: &recorder, stop: watch.stop })?;
+    let control = Control { observer: &recorder, stop: watch.stop };
+    let found = Searcher { problem, settings: &settings, aim: Aim::default(), control }.search(phi)?;
     let paths = recorder.paths.into_iter().map(|path| path.into_inner().unwrap_or_else(PoisonError::into_inner));
     let run = |(start, (summary, path)): (usize, (&StartSummary, Path))| TraceRun {
         method,
@@ -182,7 +185,7 @@ impl Observer for Recorder<'_> {
                 }
             }
             Event::StartEnded { .. } => self.progress.advance(1),
-            Event::StartBegan { .. } | Event::SearchingBranches { .. } => {}
+            Event::StartBegan { .. } | Event::SearchingBranches { .. } | Event::Combination { .. } => {}
         }
     }
 }

@@ -79,7 +79,7 @@ fn parts(c: &mut Criterion) {
                 state.assess(task, &phi).unwrap();
                 state.total_gradient(task, &phi, Functional::INFORMATION, &mut gradient).unwrap();
                 state.total_gradient(task, &phi, Functional::NOISE, &mut gradient).unwrap();
-                state.nominal_gradient(task, &phi, &mut gradient);
+                state.nominal_gradient(task, &phi, &mut gradient).unwrap();
             });
         });
         group.finish();

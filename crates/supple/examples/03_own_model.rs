@@ -69,11 +69,13 @@ fn problem() -> Problem {
         cost(CostKind::Control(Effort { controls: 1 }), 0.01, 0.0),
     ];
     let parameter = |name: &str, initial, bounds, unit: &str| Parameter {
+        catalogue: Vec::new(),
         name: name.to_owned(),
         initial,
         bounds,
         scale: Scale::Log,
         unit: unit.to_owned(),
+        price: None,
         role: Role::Design,
     };
     let parameters = vec![
@@ -93,6 +95,7 @@ fn problem() -> Problem {
             initial: diagonal(&[1e-3, 1e-3, 1e-2, 1e-2]),
             process: diagonal(&[0.0, 0.0, 1e-4, 1e-3]),
             measurement: Covariance::Diagonal(vec![number(1e-4), Value::Parameter(1)]),
+            varying: Vec::new(),
         },
         system: Arc::new(Authored::new(CartPole { stiffness: Value::Parameter(0) }, costs, number(0.02), 2)),
     };
@@ -103,6 +106,7 @@ fn problem() -> Problem {
         planning: PlanSettings::default(),
         design: DesignSettings { starts: 2, ..Default::default() },
         files: Vec::new(),
+        catalogue: None,
         warnings: Vec::new(),
     }
 }

@@ -68,6 +68,7 @@ fn problem(variance: f64) -> Result<Problem, supple::Error> {
             initial: diagonal(&[1e-2, 1e-2]),
             process: diagonal(&[0.0, 1e-3]),
             measurement: diagonal(&[variance]),
+            varying: Vec::new(),
         },
         system: Arc::new(Sequence::new(STEPS, &arrays())?),
     };
@@ -78,6 +79,7 @@ fn problem(variance: f64) -> Result<Problem, supple::Error> {
         planning: PlanSettings::default(),
         design: DesignSettings::default(),
         files: Vec::new(),
+        catalogue: None,
         warnings: Vec::new(),
     })
 }

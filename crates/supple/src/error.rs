@@ -66,6 +66,12 @@ pub enum Error {
         /// The right length.
         expected: usize,
     },
+    /// A place, counted from 0, that is not there.
+    #[error("there is no {what}; they are counted from 0")]
+    NoSuchPlace {
+        /// Which place, and how many there are.
+        what: String,
+    },
     /// A name that is not there.
     #[error("no {what} `{name}`: there is {valid}")]
     Unknown {
@@ -88,12 +94,43 @@ pub enum Error {
         /// Its upper bound.
         upper: f64,
     },
-    /// Total gradients asked for along plans that are not stationary.
+    /// A kind of plan that cannot be made for a task.
+    #[error("plan = \"{plan}\" {problem}: {advice}")]
+    Planning {
+        /// The kind of plan, as in a task file.
+        plan: &'static str,
+        /// What it cannot do.
+        problem: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Total gradients asked for along plans that minimise nothing.
     #[error(
-        "the total gradient needs stationary plans: use the planning mode `nominal`, or the gradient `frozen` with the mode \
-         `sampled`"
+        "the total gradient needs plans that minimise a cost: use plan = \"nominal\" or \"belief\", or the gradient \
+         `frozen` with plan = \"{plan}\""
     )]
-    GradientNeedsNominalPlans,
+    NoTotalGradient {
+        /// The kind of plan, as in a task file.
+        plan: &'static str,
+    },
+    /// Candidate sensors whose noise is correlated.
+    #[error("measurements {first} and {second} share noise: one sensor must hold both")]
+    CorrelatedSensors {
+        /// The index of a measurement of one.
+        first: usize,
+        /// The index of a measurement of the other.
+        second: usize,
+    },
+    /// No set of sensors within the limits is good enough.
+    #[error(
+        "no set of sensors within the limits has an expected cost of at most {bound}; with all of them it is {least}"
+    )]
+    NoSensorsSuffice {
+        /// The bound on the expected cost.
+        bound: f64,
+        /// The expected cost with every candidate.
+        least: f64,
+    },
     /// An error of a computation in another process, in its words.
     #[error("{0}")]
     Elsewhere(String),

@@ -18,8 +18,10 @@ pub mod noise;
 pub mod parameters;
 pub mod pipeline;
 pub mod plan;
+mod price;
 mod problem;
 pub mod scene;
+pub mod sensors;
 mod shape;
 pub mod simulate;
 mod stability;
@@ -30,9 +32,9 @@ mod value;
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{
-    ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport, GradientReport,
-    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport,
-    VALID_STATIONARITY,
+    ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport,
+    GradientReport, InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport,
+    TrajectoryReport, VALID_STATIONARITY,
 };
 pub use file::FileError;
 pub use lenient::or_nan;
@@ -41,6 +43,7 @@ pub use model::{
     Channel, Channels, Dimensions, Instruction, Limit, Limited, Linear, Model, OwnCost, Point, Recorded, RecordedParts,
     Tape, TapeError, TapeParts, TwoMass,
 };
+pub use price::{Price, PriceReport};
 pub use problem::{Problem, Task};
 pub use stability::{Stability, stability};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};

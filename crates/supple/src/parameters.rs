@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Value, is_name};
+use crate::{Error, Price, Value, is_name};
 use supple_files::quoted;
 
 /// A named number that tasks and designs may change.
@@ -20,6 +20,26 @@ pub struct Parameter {
     pub unit: String,
     /// Who may change it.
     pub role: Role,
+    /// What its value costs, where it has a price.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<Price>,
+    /// The values that can be had, from the least to the greatest; empty where every value within the bounds can.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub catalogue: Vec<CatalogueEntry>,
+}
+
+/// A value of a parameter that can be had.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct CatalogueEntry {
+    /// The value, in the unit of the parameter.
+    pub value: f64,
+    /// What it costs to buy, in any currency; none where it is not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<f64>,
+    /// What its maker calls it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
 }
 
 impl Parameter {
@@ -28,7 +48,7 @@ impl Parameter {
     /// # Errors
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let Self { name, initial, bounds: [lower, upper], scale, .. } = self;
+        let Self { name, initial, bounds: [lower, upper], scale, price, .. } = self;
         if !is_name(name) {
             let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
             return Err(("name", message));
@@ -46,7 +66,41 @@ impl Parameter {
         if !(lower..=upper).contains(&initial) {
             return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
         }
-        Ok(())
+        if let Some(Err(message)) = price.map(|price| price.check([*lower, *upper])) {
+            return Err(("price", message));
+        }
+        if !self.catalogue.is_empty() && self.role == Role::Study {
+            let message = "is for parameters that are designed; this one has role = \"study\"";
+            return Err(("catalogue", message.to_owned()));
+        }
+        match self.wrong_entry() {
+            Some((index, message)) => Err(("catalogue", format!("entry {}: {message}", index + 1))),
+            None => Ok(()),
+        }
+    }
+
+    /// The first entry of the catalogue that is wrong: its place, and what is valid.
+    pub(crate) fn wrong_entry(&self) -> Option<(usize, String)> {
+        let [lower, upper] = self.bounds;
+        self.catalogue.iter().enumerate().find_map(|(index, entry)| {
+            let CatalogueEntry { value, price, .. } = entry;
+            let twice = self.catalogue[..index].iter().any(|other| other.value == *value);
+            match price {
+                _ if !(lower..=upper).contains(&value) => {
+                    Some((index, format!("must be within the bounds [{lower}, {upper}]; found {value}")))
+                }
+                _ if twice => Some((index, format!("the value {value} is there already"))),
+                Some(price) if !(*price >= 0.0 && price.is_finite()) => {
+                    Some((index, format!("a price must be a number of at least 0; found {price}")))
+                }
+                _ => None,
+            }
+        })
+    }
+
+    /// The entry of its catalogue with this value, where there is one.
+    pub fn entry(&self, value: f64) -> Option<&CatalogueEntry> {
+        self.catalogue.iter().find(|entry| entry.value == value)
     }
 }
 
@@ -77,8 +131,11 @@ pub enum Role {
 pub struct Parameters(Vec<Parameter>);
 
 impl Parameters {
-    /// The given parameters.
-    pub fn new(list: Vec<Parameter>) -> Self {
+    /// The given parameters, their catalogues put in order.
+    pub fn new(mut list: Vec<Parameter>) -> Self {
+        for parameter in &mut list {
+            parameter.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
+        }
         Self(list)
     }
 
@@ -127,6 +184,11 @@ impl Parameters {
     /// Indices of those that the design search may change.
     pub fn design(&self) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.0[i].role == Role::Design).collect()
+    }
+
+    /// Indices of those that the design search may change and that only have the values of a catalogue.
+    pub fn catalogued(&self) -> Vec<usize> {
+        self.design().into_iter().filter(|&index| !self.0[index].catalogue.is_empty()).collect()
     }
 
     /// The same, with those of these indices no longer the design search's to change.

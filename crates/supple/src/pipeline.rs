@@ -9,10 +9,13 @@ use supple_kernels::{Matrices, Scratch};
 use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::cost_parts::{CostParts, cost_parts};
-use crate::gradient::{FrozenGradient, Functional, GradientWorkspace, TotalGradient, frozen_gradient, total_gradient};
+use crate::gradient::{
+    FrozenGradient, Functional, GradientWorkspace, Quantity, TotalGradient, belief_plan_gradient, frozen_gradient,
+    total_gradient,
+};
 use crate::information::{Information, information};
 use crate::noise::Noise;
-use crate::plan::{Plan, PlanMode, PlanSettings, PlanWorkspace, plan, plan_sampled};
+use crate::plan::{Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, plan, plan_belief, plan_risk, plan_sampled};
 use crate::problem::Task;
 
 /// Everything known of one task at one design, and the memory to find it.
@@ -29,6 +32,8 @@ pub struct TaskState {
     pub cost: CostParts,
     plan_work: PlanWorkspace,
     gradient_work: GradientWorkspace,
+    /// Where there are belief-space plans.
+    memory: Option<Box<Memory>>,
     scratch: Scratch,
 }
 
@@ -45,6 +50,7 @@ impl TaskState {
             cost: CostParts::default(),
             plan_work: PlanWorkspace::new(size, steps),
             gradient_work: GradientWorkspace::new(size, steps),
+            memory: None,
             scratch: Scratch::new(),
         }
     }
@@ -78,13 +84,25 @@ impl TaskState {
     ) -> Result<(), Error> {
         self.gradient_work.forget();
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        match settings.mode {
+        match settings.plan {
             PlanMode::Nominal => {
                 plan(task.nominal(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
             }
             PlanMode::Sampled => {
                 task.noise.resolve(phi, &mut self.noise)?;
                 plan_sampled((task, phi), &self.noise, settings, &mut self.plan, &mut self.scratch)
+            }
+            PlanMode::Belief => {
+                let Self { plan: found, plan_work, memory, scratch, .. } = self;
+                let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
+                let first = found.trajectory.controls.clone();
+                plan(task.nominal(phi), settings, found, plan_work, scratch)?;
+                plan_belief((task, phi), &first, settings, found, memory, scratch)
+            }
+            PlanMode::Risk => {
+                let Self { plan: found, plan_work, scratch, .. } = self;
+                plan(task.nominal(phi), settings, found, plan_work, scratch)?;
+                plan_risk((task, phi), settings, found, scratch)
             }
         }
     }
@@ -95,7 +113,7 @@ impl TaskState {
     /// Where a covariance is indefinite.
     pub fn assess(&mut self, task: &Task, phi: &[f64]) -> Result<(), Error> {
         self.gradient_work.forget();
-        task.noise.resolve(phi, &mut self.noise)?;
+        task.noise.resolve_along(phi, &self.plan.trajectory.states, &mut self.noise)?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
@@ -121,7 +139,7 @@ impl TaskState {
     /// The total gradient of a functional at the evaluated design.
     ///
     /// # Errors
-    /// Where the plan is no strict local optimum.
+    /// Where the plan is no strict local optimum, or of a kind that minimises nothing by its trajectory.
     pub fn total_gradient(
         &mut self,
         task: &Task,
@@ -129,15 +147,64 @@ impl TaskState {
         functional: Functional,
         out: &mut Vec<f64>,
     ) -> Result<(), Error> {
+        if self.plan.mode == PlanMode::Belief {
+            return self.belief_gradient(task, phi, Quantity::of(functional), out);
+        }
+        self.has_total_gradient()?;
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let given = Self::gradient_task(task, phi, (plan, belief, noise));
         total_gradient(&given, functional, gradient_work, scratch, out)
     }
 
     /// The total gradient of the nominal cost at the evaluated design.
-    pub fn nominal_gradient(&mut self, task: &Task, phi: &[f64], out: &mut Vec<f64>) {
+    ///
+    /// # Errors
+    /// Along belief-space plans, where the plan is no strict local optimum.
+    pub fn nominal_gradient(&mut self, task: &Task, phi: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
+        if self.plan.mode == PlanMode::Belief {
+            return self.belief_gradient(task, phi, Quantity::NOMINAL_COST, out);
+        }
+        self.has_total_gradient()?;
         let Self { plan, belief, noise, scratch, .. } = self;
         Self::gradient_task(task, phi, (plan, belief, noise)).nominal(scratch, out);
+        Ok(())
+    }
+
+    /// The total gradient of the expected cost at the evaluated design; along belief-space plans by the envelope theorem,
+    /// at the cost of one sweep.
+    ///
+    /// # Errors
+    /// As those of its parts.
+    pub fn cost_gradient(&mut self, task: &Task, phi: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
+        if self.plan.mode == PlanMode::Belief {
+            return self.belief_gradient(task, phi, Quantity::EXPECTED_COST, out);
+        }
+        self.total_gradient(task, phi, Functional::NOISE, out)?;
+        let mut nominal = Vec::new();
+        self.nominal_gradient(task, phi, &mut nominal)?;
+        out.iter_mut().zip(&nominal).for_each(|(sum, nominal)| *sum += nominal);
+        Ok(())
+    }
+
+    /// Along risk-sensitive plans there is none. (Along sampled ones there is one in form, which its stationarity marks as
+    /// not valid.)
+    fn has_total_gradient(&self) -> Result<(), Error> {
+        match self.plan.mode {
+            PlanMode::Risk => Err(Error::NoTotalGradient { plan: PlanMode::Risk.name() }),
+            _ => Ok(()),
+        }
+    }
+
+    fn belief_gradient(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        quantity: Quantity,
+        out: &mut Vec<f64>,
+    ) -> Result<(), Error> {
+        let Self { plan, memory, scratch, .. } = self;
+        let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
+        belief_plan_gradient((task, phi), plan, quantity, memory, scratch, out)
     }
 
     /// The frozen gradient at the evaluated design.

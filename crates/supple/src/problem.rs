@@ -4,7 +4,8 @@ use std::sync::Arc;
 use supple_kernels::Matrices;
 
 use crate::design::DesignSettings;
-use crate::noise::{Covariance, NoiseModel};
+use crate::file::CatalogueSensor;
+use crate::noise::{Covariance, NoiseModel, VaryingVariance};
 use crate::parameters::Parameters;
 use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
 use crate::system::System;
@@ -26,6 +27,8 @@ pub struct Problem {
     pub design: DesignSettings,
     /// The files that the task file names, but for meshes.
     pub files: Vec<PathBuf>,
+    /// Sensors to choose from; none where the task file has no catalogue.
+    pub catalogue: Option<Vec<CatalogueSensor>>,
     /// What of the files is ignored or most likely wrong, for people; empty where all is well.
     pub warnings: Vec<String>,
 }
@@ -110,7 +113,7 @@ impl Task {
         };
         check("the list of steps", self.steps, self.system.steps().unwrap_or(self.steps))?;
         check("initial_state", self.initial_state.len(), size.states)?;
-        let NoiseModel { initial, process, measurement } = &self.noise;
+        let NoiseModel { initial, process, measurement, varying } = &self.noise;
         let covariances = [
             ("initial", initial, size.states, 1),
             ("process", process, size.states, self.steps),
@@ -128,6 +131,19 @@ impl Task {
                     check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;
                     check(&format!("the list of {name} covariances"), matrices.count(), count)?;
                 }
+            }
+        }
+        for &VaryingVariance { measurement, state, .. } in varying {
+            let places = [
+                ("measurement", "measurements", measurement, size.measurements),
+                ("state", "states", state, size.states),
+            ];
+            if let Some((key, what, place, count)) = places.into_iter().find(|(_, _, place, count)| place >= count) {
+                let what = format!(
+                    "{key} {place} of what varies of the noise of task `{}`: there are {count} {what}",
+                    self.name
+                );
+                return Err(Error::NoSuchPlace { what });
             }
         }
         if let Some(bounds) = &self.control_bounds {

@@ -47,7 +47,7 @@ fn sweeps_allocate_nothing_after_the_first_run() {
         state.frozen_gradient(task, &phi, &mut frozen);
         state.total_gradient(task, &phi, Functional::INFORMATION, &mut total).unwrap();
         state.total_gradient(task, &phi, Functional::NOISE, &mut total).unwrap();
-        state.nominal_gradient(task, &phi, &mut total);
+        state.nominal_gradient(task, &phi, &mut total).unwrap();
     };
     assert!(allocations(|| all(&mut state)) > 0, "the counter counts");
     let again = allocations(|| all(&mut state));

@@ -10,9 +10,9 @@ use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::time_varying::{Shape, TimeVarying};
-use reference::{assert_matrix_near, assert_near, cases, dense, evaluated, random_covariance, random_matrix};
+use reference::{assert_matrix_near, assert_near, cases, dense, evaluated, random, random_covariance, random_matrix};
 use supple::cost_parts;
-use supple::information::{entropy_form, paper_form};
+use supple::information::{control_information, entropy_form, paper_form};
 
 /// Sizes on both sides of the width of a vector register.
 const SHAPES: [Shape; 8] =
@@ -388,4 +388,110 @@ proptest! {
             prop_assert!(lost >= -1e-13 * p.norm(), "P - Sigma at {}: {}", t, lost);
         }
     }
+}
+
+/// Everything in closed loop, `u = K mu`, as linear functions of the same sources as in `Joint`.
+struct Loop {
+    n: usize,
+    m: usize,
+    states: DMatrix<f64>,
+    controls: DMatrix<f64>,
+}
+
+impl Loop {
+    fn of(system: &TimeVarying, feedback: &[DMatrix<f64>], gains: &[DMatrix<f64>]) -> Self {
+        let TimeVarying { a, b, c, x0, w, v, .. } = system;
+        let (n, m, p, steps) = (x0.nrows(), b[0].ncols(), v[0].nrows(), system.steps());
+        let total = n + steps * n + (steps + 1) * p;
+        let mut states = DMatrix::zeros((steps + 1) * n, total);
+        let mut controls = DMatrix::zeros(steps * m, total);
+        let mut x = DMatrix::zeros(n, total);
+        x.columns_mut(0, n).copy_from(&factor(x0));
+        let mut predicted = DMatrix::zeros(n, total);
+        for t in 0..=steps {
+            states.rows_mut(t * n, n).copy_from(&x);
+            if t == steps {
+                break;
+            }
+            let mut y = &c[t] * &x;
+            y.columns_mut(n + steps * n + t * p, p).copy_from(&factor(&v[t]));
+            let mean = &predicted + &gains[t] * (y - &c[t] * &predicted);
+            let u = &feedback[t] * &mean;
+            controls.rows_mut(t * m, m).copy_from(&u);
+            x = &a[t] * x + &b[t] * &u;
+            let mut noise = x.columns_mut(n + t * n, n);
+            noise += factor(&w[t]);
+            predicted = &a[t] * mean + &b[t] * u;
+        }
+        Self { n, m, states, controls }
+    }
+
+    /// `I(x^t; u_t | u^{t-1})` at every control, from log-determinants of joint covariances.
+    fn information(&self) -> Vec<f64> {
+        let entropy = |map: &DMatrix<f64>| {
+            if map.nrows() == 0 { 0.0 } else { 0.5 * log_determinant(&(map * map.transpose())) }
+        };
+        let controls = |end: usize| self.controls.rows(0, end * self.m).into_owned();
+        let step = |t: usize| {
+            let past = self.states.rows(0, (t + 1) * self.n).into_owned();
+            let (before, now) = (controls(t), controls(t + 1));
+            entropy(&now) - entropy(&before) - entropy(&stack(&past, &now)) + entropy(&stack(&past, &before))
+        };
+        (0..self.controls.nrows() / self.m).map(step).collect()
+    }
+}
+
+/// What reaches the controls, by the library, and by joint covariances of the closed loop.
+fn control_informations(system: &TimeVarying) -> (Vec<f64>, Vec<f64>) {
+    let state = evaluated(&system.task(), &[]);
+    let (knots, policy) = (&state.plan.knots, &state.plan.policy);
+    let gains: Vec<_> = list(&state.belief.gain_transposed).iter().map(DMatrix::transpose).collect();
+    let expected = Loop::of(system, &list(&policy.feedback), &gains).information();
+    (control_information(knots, policy, &state.belief, &state.noise).unwrap(), expected)
+}
+
+#[test]
+fn information_that_reaches_the_controls_equals_that_of_the_joint_covariance() {
+    let shapes = [(4, 2, 2, 8), (1, 1, 1, 5), (5, 1, 2, 10), (7, 1, 4, 6), (7, 2, 3, 7), (3, 2, 5, 6), (6, 3, 3, 4)];
+    for (seed, shape) in shapes.into_iter().enumerate() {
+        let (found, expected) = control_informations(&TimeVarying::random(shape, 70 + seed as u64));
+        for (t, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert!((found - expected).abs() < 1e-9, "shape {shape:?}, step {t}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn controls_that_tell_all_measurements_carry_all_their_information() {
+    for (seed, shape) in [(9, 3, 1, 7), (5, 4, 2, 9), (16, 3, 3, 6)].into_iter().enumerate() {
+        let system = TimeVarying::random(shape, 80 + seed as u64);
+        let state = evaluated(&system.task(), &[]);
+        let found = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise).unwrap();
+        for (t, (found, measured)) in found.iter().zip(&state.information.per_step).enumerate() {
+            assert!((found - measured).abs() < 1e-9 * (1.0 + measured), "{shape:?}, step {t}: {found} {measured}");
+        }
+    }
+}
+
+#[test]
+fn controls_never_carry_more_than_the_measurements() {
+    let mut strict = 0;
+    for seed in 0..1000 {
+        let rng = &mut ChaCha8Rng::seed_from_u64(1000 + seed);
+        let mut up_to = |most: usize| 1 + (random(rng).abs() * most as f64) as usize % most;
+        let shape = (up_to(7), up_to(4), up_to(5), up_to(20));
+        let mut system = TimeVarying::random(shape, 1000 + seed);
+        if seed % 4 == 0 {
+            system = system.hold(0);
+        }
+        let state = evaluated(&system.task(), &[]);
+        let carried = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise).unwrap();
+        let (mut u, mut y) = (0.0, 0.0);
+        for (t, (carried, measured)) in carried.iter().zip(&state.information.per_step).enumerate() {
+            (u, y) = (u + carried, y + measured);
+            assert!(*carried >= 0.0 && u <= y * (1.0 + 1e-9) + 1e-12, "{shape:?}, to step {t}: {u} and {y}");
+        }
+        strict += usize::from(u < 0.99 * y);
+    }
+    assert!(strict > 200, "controls lose information in most systems: {strict}");
 }

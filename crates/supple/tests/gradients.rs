@@ -147,7 +147,7 @@ fn unused_parameter_has_no_gradient_and_is_not_depended_on() {
         state.total_gradient(&task, &phi, functional, &mut gradient).unwrap();
         assert_eq!(gradient[parameter::UNUSED], 0.0);
     }
-    state.nominal_gradient(&task, &phi, &mut gradient);
+    state.nominal_gradient(&task, &phi, &mut gradient).unwrap();
     assert_eq!(gradient[parameter::UNUSED], 0.0);
     let used = task.system.depends_on(phi.len());
     let elsewhere = [

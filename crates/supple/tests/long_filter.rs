@@ -52,7 +52,7 @@ impl Filter<'_> {
         }
         let [initial, process, measurement] = [self.x0, self.w, self.v].map(reference::diagonal);
         let mut noise = Noise::zeros(n, p);
-        NoiseModel { initial, process, measurement }.resolve(&[], &mut noise).unwrap();
+        NoiseModel { initial, process, measurement, varying: Vec::new() }.resolve(&[], &mut noise).unwrap();
         let mut belief = Belief::zeros(n, p, STEPS);
         kalman(&knots, &noise, &mut belief).unwrap();
         let mut found = Information::default();

@@ -80,6 +80,7 @@ fn balance() -> Task {
         initial: diagonal(&[1e-3, 1e-3, 1e-2, 1e-2]),
         process: diagonal(&[0.0, 0.0, 1e-4, 1e-3]),
         measurement: Covariance::Diagonal(vec![Value::Parameter(2), Value::Number(1e-4)]),
+        varying: Vec::new(),
     };
     let system = Authored::new(cart_pole(), costs, Value::Number(TIME_STEP), DESIGN.len());
     let mut task = task(system, 150, numbers(&[-0.5, 0.3, 0.0, 0.0]), &[0.0], noise);

@@ -124,6 +124,7 @@ fn press(system: impl System + 'static) -> supple::Task {
         initial: diagonal(&[1e-3, 1e-3, 1e-3, 1e-3, 1e-4]),
         process: diagonal(&[1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
         measurement: diagonal(&[1e-3, 1e-2]),
+        varying: Vec::new(),
     };
     task(system, 125, numbers(&[0.0, 0.0, 0.0, 0.0, 0.75]), &[57.0], noise)
 }
@@ -267,6 +268,7 @@ fn plans_with_a_cost_that_is_no_sum_of_squares() {
         initial: diagonal(&[1e-3, 1e-3]),
         process: diagonal(&[1e-5, 1e-4]),
         measurement: diagonal(&[1e-3]),
+        varying: Vec::new(),
     };
     // The first guess stays where the cost is concave.
     let task = task(system, 60, numbers(&[1.2, 0.0]), &[0.0], noise);

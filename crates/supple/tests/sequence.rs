@@ -95,8 +95,12 @@ fn numbers_are_those_of_the_same_problem_as_a_task_file() {
 fn noise_that_is_the_same_at_every_step_may_be_given_once() {
     for seed in 0..4 {
         let system = TimeVarying::random((5, 2, 3, 12), 100 + seed).with_equal_noise();
-        let once =
-            NoiseModel { initial: full(&system.x0), process: full(&system.w[0]), measurement: full(&system.v[0]) };
+        let once = NoiseModel {
+            initial: full(&system.x0),
+            process: full(&system.w[0]),
+            measurement: full(&system.v[0]),
+            varying: Vec::new(),
+        };
         let (each, once) = (evaluated(&system.task(), &[]), evaluated(&system.task_with(once), &[]));
         assert_eq!(whole(&each), whole(&once), "bit for bit");
     }
@@ -231,14 +235,17 @@ fn a_part_of_the_steps_is_not_a_task() {
     assert_eq!(message(Task { steps: 7, ..task.clone() }), "the list of steps of task `test` has length 7, not 8");
     let list = |count: usize, order: usize| Covariance::Sequence(repeated(&DMatrix::identity(order, order), count));
     let with = |process: Covariance, measurement: Covariance| {
-        message(Task { noise: NoiseModel { initial: full(&system.x0), process, measurement }, ..task.clone() })
+        message(Task {
+            noise: NoiseModel { initial: full(&system.x0), process, measurement, varying: Vec::new() },
+            ..task.clone()
+        })
     };
     let expected = "the list of process covariances of task `test` has length 9, not 8";
     assert_eq!(with(list(9, 3), list(9, 1)), expected);
     let expected = "the list of measurement covariances of task `test` has length 8, not 9";
     assert_eq!(with(list(8, 3), list(8, 1)), expected);
     assert_eq!(with(list(8, 2), list(9, 1)), "the process covariance of task `test` has length 2, not 3");
-    let initial = NoiseModel { initial: list(8, 3), process: list(8, 3), measurement: list(9, 1) };
+    let initial = NoiseModel { initial: list(8, 3), process: list(8, 3), measurement: list(9, 1), varying: Vec::new() };
     assert_eq!(
         message(Task { noise: initial, ..task }),
         "the list of initial covariances of task `test` has length 8, not 1"
@@ -348,6 +355,7 @@ fn constant_arrays_have_the_steps_that_are_asked_for() {
         initial: diagonal(&[0.1, 0.2]),
         process: diagonal(&[0.02, 0.03]),
         measurement: diagonal(&[0.05]),
+        varying: Vec::new(),
     };
     let nats = |steps: usize| {
         let system = Sequence::new(steps, &arrays).unwrap();

@@ -12,8 +12,9 @@ use crate::output::warn;
 mod studies;
 
 pub use studies::{
-    FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, ShowOptions, StudyOptions,
-    SweepOptions, TraceOptions, Width,
+    BoundOptions, FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions,
+    SensorGoalArgument, SensorMethodArgument, SensorsOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions,
+    Width,
 };
 
 /// Design compliant robots that need little information to be controlled.
@@ -93,6 +94,14 @@ pub enum Command {
     Robustness(RobustnessOptions),
     /// Follow the front of information against cost
     Pareto(ParetoOptions),
+    /// Find how little information would do: certified bounds over all sensors and controllers
+    Bound(BoundOptions),
+    /// Choose sensors from a catalogue, and say what each of them is worth
+    ///
+    /// With --budget or --count, the set of the least expected cost (or of the most information) within them; with --cost,
+    /// the cheapest set that keeps the expected cost within it. Without a catalogue in the task file, the candidates are
+    /// the task's own measurements, without prices.
+    Sensors(SensorsOptions),
     /// Record the paths of design searches
     Trace(TraceOptions),
     /// Make all studies of a study file, and a report of them

@@ -77,6 +77,70 @@ pub struct ParetoOptions {
 }
 
 #[derive(Args, Debug)]
+pub struct SensorsOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Prices of all chosen sensors together at most
+    #[arg(long, value_name = "B")]
+    pub budget: Option<f64>,
+    /// Chosen sensors at most
+    #[arg(long, value_name = "K", value_parser = count(0, 1_000_000))]
+    pub count: Option<usize>,
+    /// Choose the cheapest set with an expected cost of at most this
+    #[arg(long, value_name = "D")]
+    pub cost: Option<f64>,
+    /// What the set is to be best in
+    #[arg(long = "for", value_enum, value_name = "GOAL", default_value_t = SensorGoalArgument::Cost)]
+    pub goal: SensorGoalArgument,
+    /// How the set is searched for
+    #[arg(long, value_enum, default_value_t = SensorMethodArgument::Both)]
+    pub method: SensorMethodArgument,
+    /// The only task to look at, where there are several; the sum of all where left out
+    #[arg(long = "task", value_name = "NAME")]
+    pub name: Option<String>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args, Debug)]
+pub struct BoundOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// The task, where there are several; all of them where left out
+    #[arg(long = "task", value_name = "NAME")]
+    pub name: Option<String>,
+    /// Expected cost to keep, over the task, or per step with --stationary; the design's own where left out
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    pub cost: Option<f64>,
+    /// The minimum over a range of costs too, at so many points; 20 where N is left out
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20", require_equals = true, value_parser = count(2, 10_000))]
+    pub curve: Option<usize>,
+    /// Bounds by step of the steady state, for linear models that do not change over time
+    #[arg(long)]
+    pub stationary: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum SensorGoalArgument {
+    /// The least expected cost
+    Cost,
+    /// The most information
+    Information,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum SensorMethodArgument {
+    /// One sensor after the other
+    Greedy,
+    /// All sets; beyond 15 candidates by branch and bound, until the best one is proved
+    Exhaustive,
+    /// Both; beyond 15 candidates, branch and bound gives up after 2,000 regions
+    Both,
+}
+
+#[derive(Args, Debug)]
 pub struct TraceOptions {
     #[command(flatten)]
     pub task: TaskArguments,
@@ -151,6 +215,8 @@ pub enum FigureArgument {
     Pareto,
     /// Information over time, per measurement
     Information,
+    /// The least information over the cost to keep, with the design's own
+    Bound,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

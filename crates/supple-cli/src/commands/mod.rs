@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod bound;
 mod check;
 mod design;
 mod evaluate;
@@ -9,11 +10,13 @@ mod plot;
 mod report;
 mod robot;
 mod robustness;
+mod sensors;
 mod show;
 mod study;
 mod sweep;
 mod trace;
 
+pub use bound::bound;
 pub use check::check;
 pub use design::design;
 pub use evaluate::evaluate;
@@ -23,6 +26,7 @@ pub use plot::plot;
 pub use report::report;
 pub use robot::robot;
 pub use robustness::robustness;
+pub use sensors::sensors;
 pub use show::show;
 pub use study::study;
 pub use sweep::sweep;

@@ -45,6 +45,7 @@ fn kind(argument: FigureArgument) -> Kind {
         FigureArgument::Robustness => Kind::Robustness,
         FigureArgument::Pareto => Kind::Pareto,
         FigureArgument::Information => Kind::Information,
+        FigureArgument::Bound => Kind::Bound,
     }
 }
 

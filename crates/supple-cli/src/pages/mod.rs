@@ -1,8 +1,10 @@
 //! Pages of studies, and of any result.
 
+mod bound;
 mod pareto;
 mod result;
 mod robustness;
+mod sensors;
 mod sweep;
 mod trace;
 

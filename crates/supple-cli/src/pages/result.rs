@@ -4,8 +4,10 @@ use std::path::Path;
 use supple_study::study::Study;
 use supple_study::{About, StudyResult};
 
+use super::bound::bound_page;
 use super::pareto::pareto_page;
 use super::robustness::robustness_page;
+use super::sensors::sensors_page;
 use super::sweep::{sweep_page, table_page};
 use super::trace::trace_page;
 use crate::tables::{design_page, evaluation_page, heading};
@@ -19,7 +21,9 @@ pub fn result_page(about: &About, result: &StudyResult, folder: Option<&Path>) -
         (StudyResult::Sweep(sweep), None) => table_page(about, sweep),
         (StudyResult::Robustness(study), _) => robustness_page(about, study),
         (StudyResult::Pareto(study), _) => pareto_page(about, study),
+        (StudyResult::Sensors(study), _) => sensors_page(about, study),
         (StudyResult::Trace(study), _) => trace_page(about, study),
+        (StudyResult::Bound(study), _) => bound_page(about, study),
         (StudyResult::Study(study), folder) => study_page(about, study, folder.unwrap_or(Path::new(""))),
     }
 }

@@ -1,6 +1,7 @@
 //! Figures of results: one file per kind.
 
 mod belief;
+mod bound;
 mod gains;
 mod information;
 mod landscape;
@@ -10,6 +11,7 @@ mod results;
 mod robustness;
 
 pub use belief::belief;
+pub use bound::bound;
 pub use gains::gains;
 pub use information::information;
 pub use landscape::landscape;
@@ -35,12 +37,14 @@ pub enum Kind {
     Pareto,
     /// Information over time, by measurement.
     Information,
+    /// The least information over the cost to keep.
+    Bound,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 6] =
-        [Self::Landscape, Self::Belief, Self::Gains, Self::Robustness, Self::Pareto, Self::Information];
+    pub const ALL: [Self; 7] =
+        [Self::Landscape, Self::Belief, Self::Gains, Self::Robustness, Self::Pareto, Self::Information, Self::Bound];
 
     /// Its name, also that of its file.
     pub fn name(self) -> &'static str {
@@ -51,6 +55,7 @@ impl Kind {
             Self::Robustness => "robustness",
             Self::Pareto => "pareto",
             Self::Information => "information",
+            Self::Bound => "bound",
         }
     }
 }
@@ -67,5 +72,6 @@ pub fn draw(kind: Kind, folders: &[Folder], task: Option<&str>) -> Result<Figure
         Kind::Robustness => robustness(folders, task),
         Kind::Pareto => pareto(folders, task),
         Kind::Information => information(folders, task),
+        Kind::Bound => bound(folders, task),
     }
 }

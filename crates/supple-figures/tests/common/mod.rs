@@ -7,6 +7,7 @@ use serde_json::Value;
 use supple::design::{Control, DesignStatus, GradientKind, Method, NoObserver};
 use supple::{EvaluateOptions, Named};
 use supple_figures::Figure;
+use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
 use supple_study::robustness::{DesignChoice, PlannedFor, RobustCell, RobustDesign, Robustness, RobustnessOptions};
@@ -44,6 +45,13 @@ pub fn sweep(axes: &[&str]) -> Folder {
     let stop = AtomicBool::new(false);
     let found = sweep::run(&task, &options, None, Watch { progress: &Silent, stop: &stop }).unwrap();
     folder("sweep", StudyResult::Sweep(Box::new(found)))
+}
+
+pub fn bound() -> Folder {
+    let task = task();
+    let options = BoundOptions { curve: Some(5), ..Default::default() };
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    folder("bound", StudyResult::Bound(Box::new(supple_study::bound::run(&task, &options, watch).unwrap())))
 }
 
 fn named(k1: f64, k2: f64) -> Named {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use supple::design::DesignSettings;
-use supple::noise::{Covariance, NoiseModel};
+use supple::noise::{Covariance, NamedVariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters};
 use supple::plan::{ControlBounds, PlanSettings};
 use supple::system::System;
@@ -37,6 +37,9 @@ struct DescribedTask {
     initial: DescribedCovariance,
     process: DescribedCovariance,
     measurement: DescribedCovariance,
+    /// What varies of the measurement's variances with the state.
+    #[serde(default)]
+    varying: Vec<NamedVariance>,
 }
 
 /// A list of variances, all entries, or all entries at each step.
@@ -88,7 +91,8 @@ impl Described {
         let parameters = Parameters::new(parameters);
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters));
         let tasks = tasks.collect::<Result<_, _>>()?;
-        Ok(Problem { title, parameters, tasks, planning, design, files: Vec::new(), warnings: Vec::new() })
+        let (files, warnings) = (Vec::new(), Vec::new());
+        Ok(Problem { title, parameters, tasks, planning, design, files, catalogue: None, warnings })
     }
 }
 
@@ -112,6 +116,13 @@ impl DescribedTask {
         if let Some((lower, upper)) = bounds.iter().flatten().find(|(lower, upper)| lower > upper) {
             return Err(at(&format!("control_bounds are the wrong way round: [{lower}, {upper}]")));
         }
+        let mut channels = system.channels();
+        // States go by the names of the system, whatever else is said of them to people.
+        channels.states.iter_mut().zip(system.state_names()).for_each(|(channel, name)| channel.name = name);
+        let find = |(number, law): (usize, &NamedVariance)| {
+            law.find(&channels, parameters).map_err(|wrong| at(&format!("noise: varying[{number}].{wrong}")))
+        };
+        let varying = self.varying.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?.concat();
         let task = Task {
             name: self.name.clone(),
             steps: self.steps,
@@ -125,6 +136,7 @@ impl DescribedTask {
                 initial: self.initial.build("initial").map_err(|error| at(&error))?,
                 process: self.process.build("process").map_err(|error| at(&error))?,
                 measurement: self.measurement.build("measurement").map_err(|error| at(&error))?,
+                varying,
             },
             system,
         };

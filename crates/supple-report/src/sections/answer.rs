@@ -222,6 +222,10 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         let (a, b) = (&before.information, &after.information);
         add(format!("information of {}", after.name), "bits", a.total_bits, b.total_bits, none());
         add(format!("information of {}", after.name), "bits/s", a.bits_per_second, b.bits_per_second, none());
+        if let (Some(a), Some(b)) = (&a.control, &b.control) {
+            let what = format!("information of {} that reaches controls", after.name);
+            add(what, "bits", a.total_bits, b.total_bits, none());
+        }
         let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
         let remark = match after.cost.bound {
             None => ["none".into(), String::new()],

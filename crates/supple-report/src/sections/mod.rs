@@ -1,6 +1,7 @@
 //! The sections of a page, each only where there is data for it.
 
 mod answer;
+mod bound;
 mod controller;
 mod convergence;
 mod information;
@@ -43,7 +44,7 @@ pub struct Kind {
 }
 
 /// All kinds, in the order of the page.
-pub const KINDS: [Kind; 11] = [
+pub const KINDS: [Kind; 12] = [
     Kind { name: "answer", title: "The answer", make: answer::section },
     Kind { name: "landscape", title: "Landscape", make: landscape::section },
     Kind { name: "motion", title: "The robot in motion", make: motion::section },
@@ -52,6 +53,7 @@ pub const KINDS: [Kind; 11] = [
     Kind { name: "controller", title: "Controller", make: controller::section },
     Kind { name: "robustness", title: "Robustness", make: robustness::section },
     Kind { name: "pareto", title: "Information against cost", make: pareto::section },
+    Kind { name: "bound", title: "How little information would do", make: bound::section },
     Kind { name: "sensitivities", title: "Sensitivities", make: sensitivities::section },
     Kind { name: "convergence", title: "Convergence", make: convergence::section },
     Kind { name: "origin", title: "How it was made", make: origin::section },

@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, StartSummary};
 use supple::parameters::Parameters;
-use supple::plan::PlanMode;
 
 use crate::design::check_designable;
 use crate::{LoadedTask, StudyError, Watch, lenient};
@@ -122,11 +121,11 @@ fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     Ok(bounds.into_iter().map(|bound| bound.unwrap_or(f64::INFINITY)).collect())
 }
 
-/// The task's settings, for the one method that knows all aims; by total gradients, along sampled plans by frozen ones.
+/// The task's settings, for the one method that knows all aims; by total gradients, along plans that have none by frozen ones.
 fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings, StudyError> {
-    let gradient = match task.problem.planning.mode {
-        PlanMode::Nominal => GradientKind::Total,
-        PlanMode::Sampled => GradientKind::Frozen,
+    let gradient = match task.problem.planning.plan.has_total_gradient() {
+        true => GradientKind::Total,
+        false => GradientKind::Frozen,
     };
     let ParetoOptions { starts, seed, .. } = *options;
     let settings = DesignSettings { method: Method::Sqp, gradient, starts, seed, ..task.problem.design.clone() };

@@ -63,9 +63,9 @@ pub(super) struct Optimum {
 
 impl Optimum {
     /// The best of a design search.
-    pub fn of(mut found: Design) -> Self {
-        let best = found.starts.swap_remove(found.best);
-        Self { status: found.status, phi: best.to, controls: best.controls }
+    pub fn of(found: &Design) -> Self {
+        let best = found.found();
+        Self { status: found.status, phi: best.to.clone(), controls: best.controls.clone() }
     }
 }
 
@@ -84,7 +84,7 @@ pub(super) fn plan_one(
         DesignChoice::Optimum => {
             check_designable(task)?;
             let control = Control { observer: &NoObserver, stop };
-            let search = || Ok::<_, StudyError>(Optimum::of(design(problem, &phi, &problem.design, control)?));
+            let search = || Ok::<_, StudyError>(Optimum::of(&design(problem, &phi, &problem.design, control)?));
             let found = optimum.cloned().map_or_else(search, Ok)?;
             status = Some(found.status);
             phi = found.phi;

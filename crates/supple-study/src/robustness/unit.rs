@@ -30,7 +30,7 @@ impl RobustnessUnits {
         let never = AtomicBool::new(false);
         let optimum = if options.designs.contains(&DesignChoice::Optimum) {
             let control = Control { observer: &NoObserver, stop: &never };
-            Some(Optimum::of(best_of(task, &task.problem.design, starts, (0.0, control))?))
+            Some(Optimum::of(&best_of(task, &task.problem.design, starts, (0.0, control))?))
         } else {
             None
         };

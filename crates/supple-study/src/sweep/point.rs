@@ -114,7 +114,7 @@ impl<'a> Evaluator<'a> {
         let mut settings = problem.design.clone();
         (settings.starts, settings.seed) = (options.starts, options.seed);
         let found = design(problem, phi, &settings, Control { observer: &NoObserver, stop: self.stop })?;
-        let best = &found.starts[found.best];
+        let best = found.found();
         phi.clone_from(&best.to);
         *neighbour = best.controls.iter().cloned().map(Some).collect();
         Ok([Cell::Text(found.status.to_string()), Cell::number(found.evaluations as f64)])

@@ -218,7 +218,7 @@ impl Sweep<'_> {
 }
 
 /// Solves `G G' x = b` in place for one column.
-fn solve_column(factor: &[f64], stride: usize, x: &mut [f64]) {
+pub(crate) fn solve_column(factor: &[f64], stride: usize, x: &mut [f64]) {
     let n = x.len();
     for i in 0..n {
         for k in 0..i {

@@ -3,7 +3,7 @@ use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch};
 use super::kalman::{correct, predict};
 use super::{Belief, guard};
 use crate::knots::Knots;
-use crate::noise::Noise;
+use crate::noise::{Noise, VaryingNoise, VaryingVariance};
 use crate::shape::Shape;
 use crate::system::{Points, System, Times};
 use crate::{Dimensions, Error};
@@ -24,6 +24,8 @@ pub struct FilterBatch {
     next: Matrices,
     /// Controls where they do not matter.
     idle: Matrices,
+    /// `V` at the estimates, p x p, where it varies with the state.
+    variances: Matrices,
 }
 
 /// What a filter needs to know of the world.
@@ -33,8 +35,10 @@ pub struct ExtendedKalman<'a> {
     pub system: &'a dyn System,
     /// All parameters.
     pub phi: &'a [f64],
-    /// The noise.
+    /// The noise, but for what varies with the state.
     pub noise: &'a Noise,
+    /// What varies with the state: at the estimate before the measurement, which a filter linearises at too.
+    pub varying: &'a [VaryingVariance],
 }
 
 impl FilterBatch {
@@ -47,6 +51,7 @@ impl FilterBatch {
             expected: Matrices::vectors(count, dimensions.measurements),
             next: Matrices::vectors(count, dimensions.states),
             idle: Matrices::vectors(count, dimensions.controls),
+            variances: Matrices::zeros(count, dimensions.measurements, dimensions.measurements),
         }
     }
 
@@ -79,12 +84,14 @@ impl ExtendedKalman<'_> {
         batch: &mut FilterBatch,
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
-        let FilterBatch { means, belief, knots, expected, idle, .. } = batch;
+        let FilterBatch { means, belief, knots, expected, idle, variances, .. } = batch;
         let count = means.count();
         let at = Points { states: means, controls: idle, stages: count, has_end: false, times: Times::At(t) };
         self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
         let mut failed = None;
-        dispatch(CorrectAll { count, knots, v: self.noise.measurement.at(t), belief, failed: &mut failed });
+        let shared = self.noise.measurement.at(t);
+        let each = if self.varying.is_empty() { None } else { Some(self.vary((t, means), variances)) };
+        dispatch(CorrectAll { count, knots, v: (shared, each), belief, failed: &mut failed });
         if let Some(step) = failed {
             return Err(Error::NotPositiveDefinite { what: "the innovation covariance of a filter", step });
         }
@@ -102,6 +109,18 @@ impl ExtendedKalman<'_> {
         Ok(())
     }
 
+    /// `V` of each sample at its estimate.
+    fn vary<'v>(&self, (t, means): (usize, &Matrices), variances: &'v mut Matrices) -> &'v Matrices {
+        for sample in 0..means.count() {
+            variances.at_mut(sample).copy_from_slice(self.noise.measurement.at(t));
+        }
+        for varying in self.varying {
+            let varying = VaryingNoise::of(varying, self.phi);
+            (0..means.count()).for_each(|sample| varying.add(means.vector(sample), variances, sample));
+        }
+        variances
+    }
+
     /// Moves all filters on from step `t` under their controls.
     pub fn predict(&self, t: usize, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) {
         let FilterBatch { means, belief, knots, next, .. } = batch;
@@ -117,7 +136,8 @@ impl ExtendedKalman<'_> {
 struct CorrectAll<'a> {
     count: usize,
     knots: &'a Knots,
-    v: &'a [f64],
+    /// `V` of all samples, or of each.
+    v: (&'a [f64], Option<&'a Matrices>),
     belief: &'a mut Belief,
     failed: &'a mut Option<usize>,
 }
@@ -127,7 +147,8 @@ impl Job for CorrectAll<'_> {
     fn run<L: Lanes>(self) {
         let shape = Shape::of(self.knots.dimensions);
         for sample in 0..self.count {
-            if correct::<L>(shape, sample, self.knots, self.v, self.belief).is_err() {
+            let v = self.v.1.map_or(self.v.0, |each| each.at(sample));
+            if correct::<L>(shape, sample, self.knots, v, self.belief).is_err() {
                 *self.failed = Some(sample);
                 return;
             }

@@ -7,6 +7,7 @@ pub(crate) use guard::mend;
 mod kalman;
 mod sequential;
 
+pub(crate) use adjoint::solve_column;
 pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
 pub use ekf::{ExtendedKalman, FilterBatch};
 pub use kalman::{Belief, kalman};

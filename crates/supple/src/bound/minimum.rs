@@ -28,10 +28,11 @@ pub fn minimum_information(
 ) -> Result<MinimumInformation, Error> {
     horizon.check()?;
     horizon.check_covariances()?;
-    let budget = budget(cost, horizon.base_cost)?;
-    if let Some(open) = open_loop(horizon, cost) {
+    // Without noise, nothing need be known for the least cost itself.
+    if let Some(open) = open_loop(horizon, cost).filter(|_| cost.is_finite()) {
         return Ok(open);
     }
+    let budget = budget(cost, horizon.base_cost)?;
     let chain = Chain::of_horizon(horizon, budget)?;
     let factors = start(&chain).ok_or_else(|| Error::NoBound {
         what: format!("no covariances were found that keep an expected cost of {cost:e}"),

@@ -1,22 +1,33 @@
 //! How little information would do: the least directed information that any sensors and any controller need to keep an
 //! expected cost, with a certificate (method: docs/theory/bound.md).
 
+mod bounding;
 mod certificate;
 mod dense;
+mod floors;
 mod horizon;
 mod interior;
 mod local;
 mod minimum;
 mod newton;
+mod own;
+mod product;
 mod reduce;
 mod regulator;
+mod report;
 mod sensor;
+mod sensor_report;
 mod solution;
 mod stationary;
+mod steady;
 mod subspace;
 
+pub use bounding::{BoundOptions, BoundPoint, Bounding};
+pub use floors::{KostinaHassibi, Vacuous, data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
 pub use horizon::{Horizon, Stationary};
 pub use minimum::minimum_information;
+pub use report::{BoundReport, OrderLine, TaskBound};
 pub use sensor::virtual_sensors;
+pub use sensor_report::{Direction, MeasuredState, SensorReport, SensorWindow};
 pub use solution::{BoundSettings, BoundStatus, MinimumInformation, StationaryMinimum, VirtualSensor};
 pub use stationary::stationary_minimum;

@@ -56,7 +56,7 @@ impl Stationary {
 }
 
 /// `S` of the least-cost regulator and `Xi = K' Q_uu K` (theory, equation L.14).
-fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense), Error> {
+pub(super) fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense), Error> {
     let n = a.nrows();
     let m = b.ncols();
     let (q, cross, r) =

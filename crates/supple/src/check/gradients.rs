@@ -19,7 +19,9 @@ pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], state: &mut Task
         return Ok(Vec::new());
     }
     let mut rows = frozen(problem, task, phi, state)?;
-    rows.extend(total(problem, task, phi, state)?);
+    if state.plan.mode.has_total_gradient() {
+        rows.extend(total(problem, task, phi, state)?);
+    }
     Ok(rows)
 }
 
@@ -45,7 +47,7 @@ fn frozen(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) ->
     let mut scratch = Scratch::new();
     let mut at = |phi: &[f64]| -> Result<Vec<f64>, Error> {
         let mut noise = Noise::zeros(size.states, size.measurements);
-        task.noise.resolve(phi, &mut noise)?;
+        task.noise.resolve_along(phi, &state.plan.trajectory.states, &mut noise)?;
         let mut knots = Knots::zeros(size, task.steps);
         let points = state.plan.trajectory.points();
         knots.linearise_plan(&*task.system, points, phi, Curvature::Exact, &mut scratch);
@@ -100,7 +102,7 @@ fn total(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> 
         let mut out = Vec::new();
         match functional {
             Some(functional) => state.total_gradient(task, phi, functional, &mut out)?,
-            None => state.nominal_gradient(task, phi, &mut out),
+            None => state.nominal_gradient(task, phi, &mut out)?,
         }
         analytic.push(out);
     }

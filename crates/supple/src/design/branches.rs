@@ -49,7 +49,7 @@ pub fn best_plan(
             continue;
         }
         iterations += state.plan.iterations;
-        let found = (!state.plan.status.is_converged(), state.plan.nominal_cost);
+        let found = (!state.plan.status.is_converged(), state.plan.objective);
         let better = |(unconverged, cost, _): &(bool, f64, Matrices)| {
             (found.0, found.1 + margin * (1.0 + cost.abs())) < (*unconverged, *cost)
         };

@@ -6,6 +6,7 @@
 mod aim;
 mod barrier;
 mod branches;
+mod catalogue;
 mod optimality;
 mod result;
 mod rounds;
@@ -18,6 +19,7 @@ mod visit;
 pub use aim::Aim;
 pub(crate) use branches::{best_of_guesses, search_branches, uniform};
 pub use branches::{best_plan, plan_at};
+pub use catalogue::{CatalogueDesign, CatalogueMethod, Combination};
 pub use result::{Design, DesignStatus, StartSummary};
 pub use search::{Control, Event, NoObserver, Observer};
 pub(crate) use search::{Ending, Search};

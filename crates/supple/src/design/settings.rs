@@ -23,10 +23,17 @@ pub struct DesignSettings {
     pub branch_attempts: usize,
     /// Rounds of optimiser and branch search at most.
     pub rounds: usize,
+    /// Combinations of the entries of catalogues that are designed at most: all of them where there are no more, and a search
+    /// among neighbours where there are.
+    pub max_combinations: usize,
     /// The barrier's weight beta.
     pub barrier_weight: f64,
     /// The barrier's margin gamma, in units of cost.
     pub barrier_margin: f64,
+    /// The sum of the parameters' prices may be at most this; above 0.
+    pub budget: Option<f64>,
+    /// Nats that a unit of price counts as: what is minimised is the information plus this times the sum of prices.
+    pub price_weight: f64,
 }
 
 impl Default for DesignSettings {
@@ -41,8 +48,11 @@ impl Default for DesignSettings {
             feasibility: 1e-6,
             branch_attempts: 48,
             rounds: 6,
+            max_combinations: 500,
             barrier_weight: 1e4,
             barrier_margin: 0.01,
+            budget: None,
+            price_weight: 0.0,
         }
     }
 }
@@ -50,17 +60,32 @@ impl Default for DesignSettings {
 impl DesignSettings {
     /// What is wrong with the settings: the key, and what is valid.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let counts = [("starts", self.starts), ("max_evaluations", self.max_evaluations), ("rounds", self.rounds)];
+        let counts = [
+            ("starts", self.starts),
+            ("max_evaluations", self.max_evaluations),
+            ("rounds", self.rounds),
+            ("max_combinations", self.max_combinations),
+        ];
         if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
             return Err((key, "must be at least 1; found 0".into()));
         }
-        let memory = [("starts", self.starts), ("branch_attempts", self.branch_attempts)];
+        let memory = [
+            ("starts", self.starts),
+            ("branch_attempts", self.branch_attempts),
+            ("max_combinations", self.max_combinations),
+        ];
         if let Some((key, found)) = memory.into_iter().find(|&(_, count)| count > 10_000) {
             return Err((key, format!("must be at most 10000; found {found}")));
         }
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
             return Err((key, format!("must be between 0 and 1; found {found}")));
+        }
+        if !(self.price_weight >= 0.0 && self.price_weight.is_finite()) {
+            return Err(("price_weight", format!("must be at least 0; found {}", self.price_weight)));
+        }
+        if let Some(found) = self.budget.filter(|budget| !(*budget > 0.0 && budget.is_finite())) {
+            return Err(("budget", format!("must be above 0; found {found}")));
         }
         let positive = [("barrier_weight", self.barrier_weight), ("barrier_margin", self.barrier_margin)];
         match positive.into_iter().find(|&(_, value)| !(value > 0.0 && value.is_finite())) {

@@ -11,18 +11,19 @@ use super::rounds::Rounds;
 use super::visit::{Scaling, Visitor};
 use super::{Aim, Control, Design, DesignSettings, DesignStatus, Ending, Event, GradientKind, StartSummary};
 use crate::Error;
-use crate::plan::PlanMode;
 use crate::problem::Problem;
 
 /// Searches for the design with the least information that meets every bound, from `phi` and from seeded random
-/// starts, in parallel; the result does not depend on the number of threads.
+/// starts, in parallel; then chooses from the catalogues that parameters have, see [`Searcher::choose`]. The result does not
+/// depend on the number of threads.
 ///
 /// # Errors
 /// Where `phi` has the wrong length, not even the first start can be evaluated, or total gradients are asked for along
-/// sampled plans.
+/// plans that have none.
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
     problem.check_design(phi)?;
-    Searcher { problem, settings, aim: Aim::default(), control }.search(phi)
+    let searcher = Searcher { problem, settings, aim: Aim::default(), control };
+    searcher.choose(searcher.search(phi)?)
 }
 
 /// Searches for designs of one problem with one aim.
@@ -43,7 +44,7 @@ impl<'a> Searcher<'a> {
     /// threads.
     ///
     /// # Errors
-    /// Where not even the first start can be evaluated, or total gradients are asked for along sampled plans.
+    /// Where not even the first start can be evaluated, or total gradients are asked for along plans that have none.
     pub fn search(&self, phi: &[f64]) -> Result<Design, Error> {
         let Self { settings, control, .. } = *self;
         self.check()?;
@@ -59,7 +60,7 @@ impl<'a> Searcher<'a> {
     /// Searches from one of the starts that [`search`](Self::search) makes from `phi`, and from no other.
     ///
     /// # Errors
-    /// Where `phi` has the wrong length, or total gradients are asked for along sampled plans.
+    /// Where `phi` has the wrong length, or total gradients are asked for along plans that have none.
     pub fn search_start(&self, phi: &[f64], start: usize) -> Result<StartSummary, Error> {
         self.problem.check_design(phi)?;
         self.check()?;
@@ -92,6 +93,7 @@ impl<'a> Searcher<'a> {
             best,
             evaluations: starts.iter().map(|summary| summary.evaluations).sum(),
             starts,
+            catalogue: None,
             seconds,
         })
     }
@@ -99,7 +101,7 @@ impl<'a> Searcher<'a> {
     /// Searches from one design whose plans are known, with the branch searches of the given start's number.
     ///
     /// # Errors
-    /// Where that design cannot be evaluated, or total gradients are asked for along sampled plans.
+    /// Where that design cannot be evaluated, or total gradients are asked for along plans that have none.
     pub fn search_from(&self, phi: &[f64], controls: &[Matrices], start: usize) -> Result<StartSummary, Error> {
         self.check()?;
         let summary = self.run(phi.to_vec(), Some(controls.to_vec()), start);
@@ -127,16 +129,24 @@ impl<'a> Searcher<'a> {
     /// How good an end of a search is: first whether it is of no use, then what is minimised. The lesser is the better.
     pub fn rank(&self, summary: &StartSummary) -> (bool, f64) {
         let met = match self.aim {
-            Aim::Information { .. } => summary.violation <= self.settings.feasibility,
+            Aim::Information { .. } => summary.violation.max(summary.overspent) <= self.settings.feasibility,
             Aim::Cost => summary.status != DesignStatus::BoundViolated,
         };
         let is_cost = self.aim == Aim::Cost;
-        (!met, if met && !is_cost { summary.information } else { summary.violation })
+        (
+            !met,
+            if met && !is_cost {
+                summary.objective
+            } else {
+                summary.violation.max(if is_cost && met { f64::NEG_INFINITY } else { summary.overspent })
+            },
+        )
     }
 
     fn check(&self) -> Result<(), Error> {
-        match self.problem.planning.mode == PlanMode::Sampled && self.settings.gradient == GradientKind::Total {
-            true => Err(Error::GradientNeedsNominalPlans),
+        let mode = self.problem.planning.plan;
+        match self.settings.gradient == GradientKind::Total && !mode.has_total_gradient() {
+            true => Err(Error::NoTotalGradient { plan: mode.name() }),
             false => Ok(()),
         }
     }

@@ -1,8 +1,8 @@
 //! Reports from what is known of a task at a design.
 
-use super::report::{CostReport, InformationReport, TrajectoryReport};
+use super::report::{ControlInformation, CostReport, InformationReport, TrajectoryReport};
 use super::sensing::measurements;
-use crate::information::{entropy_form, paper_form};
+use crate::information::{control_information, entropy_form, paper_form};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 use crate::scene::film;
@@ -25,11 +25,11 @@ pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostRe
     }
 }
 
-pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) -> InformationReport {
+pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) -> Result<InformationReport, Error> {
     let nats = state.information.total;
     let bits = nats / std::f64::consts::LN_2;
     let bits_per_step = bits / (task.steps + 1) as f64;
-    InformationReport {
+    Ok(InformationReport {
         total_nats: nats,
         total_bits: bits,
         bits_per_step,
@@ -37,7 +37,16 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
         entropy_form_nats: entropy_form(&state.belief),
         paper_form_nats: paper_form(&state.belief),
         per_step_nats: state.information.per_step.clone(),
-    }
+        control: Some(control_report(state)?),
+    })
+}
+
+fn control_report(state: &TaskState) -> Result<ControlInformation, Error> {
+    let per_step_nats = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
+    let total_nats: f64 = per_step_nats.iter().sum();
+    let total_bits = total_nats / std::f64::consts::LN_2;
+    let bits_per_step = total_bits / per_step_nats.len() as f64;
+    Ok(ControlInformation { total_nats, total_bits, bits_per_step, per_step_nats })
 }
 
 pub(super) fn trajectory_report(

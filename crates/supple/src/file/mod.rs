@@ -1,21 +1,26 @@
 //! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
 
+mod candidates;
+mod catalogue;
 mod document;
 mod parameters;
 mod reader;
 mod schema;
 mod tasks;
+mod varying;
 
 use std::path::Path;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+pub use candidates::{CatalogueSensor, WithSensors};
 pub use document::{Document, Place};
 pub(crate) use reader::{ReadError, Reader};
 pub use schema::json_schema;
 pub(crate) use schema::{one_of, plain};
 pub use supple_files::{FileError, read_text};
+pub(crate) use tasks::matches;
 
 use crate::design::DesignSettings;
 use crate::model::{self, AnyModel};
@@ -35,6 +40,8 @@ struct Top {
     #[serde(default)]
     parameters: IgnoredAny,
     tasks: IgnoredAny,
+    #[serde(default)]
+    catalogue: IgnoredAny,
     #[serde(default)]
     planning: PlanSettings,
     #[serde(default)]
@@ -56,18 +63,35 @@ impl Problem {
     /// # Errors
     /// Where anything in it is wrong.
     pub fn parse(source: &str, name: &str) -> Result<Self, FileError> {
+        Self::parse_with(source, name, WithSensors::Chosen)
+    }
+
+    /// The same with the given sensors of the catalogue.
+    ///
+    /// # Errors
+    /// Where anything in it is wrong.
+    pub fn parse_with(source: &str, name: &str, sensors: WithSensors) -> Result<Self, FileError> {
         let document = Document::parse(source, name)?;
         let top: Top = document.read(&[])?;
         top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
         top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
-        let parameters = parameters::read(&document)?;
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        let mut catalogues = Vec::new();
+        let parameters = parameters::read(&document, folder, &mut catalogues)?;
+        if (top.design.budget.is_some() || top.design.price_weight > 0.0) && !parameters.have_prices() {
+            let key = if top.design.budget.is_some() { "budget" } else { "price_weight" };
+            let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
+            return Err(document.error(&["design".into(), key.into()], message));
+        }
         let (read, used) = with_names(&parameters.names(), || {
-            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let model = read_model(&document, &parameters, folder)?;
+            let (model, (catalogue, tables)) = candidates::equip(&document, &parameters, folder, model, sensors)?;
             let tasks = tasks::read(&document, &*model, &parameters)?;
-            Ok((tasks, model.files(), model.warnings()))
+            let files: Vec<_> = model.files().into_iter().chain(tables).collect();
+            Ok((tasks, files, model.warnings(), catalogue))
         });
-        let (tasks, files, warnings) = read?;
+        let (tasks, mut files, warnings, catalogue) = read?;
+        files.extend(catalogues);
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
             let place = ["parameters".into(), Place::Key(name)];
@@ -76,7 +100,8 @@ impl Problem {
                 .error_at_key(&place, message)
                 .with_help("write its name in place of a number, or delete its table"));
         }
-        Ok(Self { title: top.title, parameters, tasks, planning: top.planning, design: top.design, files, warnings })
+        let Top { title, planning, design, .. } = top;
+        Ok(Self { title, parameters, tasks, planning, design, files, catalogue, warnings })
     }
 }
 

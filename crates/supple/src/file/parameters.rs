@@ -1,9 +1,13 @@
+use std::path::{Path, PathBuf};
+
 use serde::Deserialize;
 use toml::de::DeValue;
 
 use supple_files::FileError;
 
+use super::catalogue::CatalogueFile;
 use super::document::{Document, Place};
+use crate::Price;
 use crate::parameters::{Parameter, Parameters, Role, Scale};
 
 /// A parameter, by its name: `[parameters.NAME]`.
@@ -23,10 +27,16 @@ pub(super) struct ParameterFile {
     /// Who may change it: the design search, or only the user.
     #[serde(default)]
     role: Role,
+    /// What its value costs, in units of the budget of `[design]`; nothing where left out.
+    price: Option<Price>,
+    /// The values that can be had: a list of them, with or without prices and names, or a CSV file.
+    catalogue: Option<CatalogueFile>,
 }
 
 /// Reads `[parameters]` in the order of the file.
-pub(super) fn read(document: &Document) -> Result<Parameters, FileError> {
+///
+/// Files that they name are looked for in `folder`, and added to `files`.
+pub(super) fn read(document: &Document, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Parameters, FileError> {
     let Some(value) = document.get(&["parameters".into()]) else {
         return Ok(Parameters::default());
     };
@@ -35,15 +45,25 @@ pub(super) fn read(document: &Document) -> Result<Parameters, FileError> {
     };
     let mut names: Vec<_> = table.keys().collect();
     names.sort_by_key(|name| name.span().start);
-    let list = names.into_iter().map(|name| read_one(document, name.get_ref()));
+    let list = names.into_iter().map(|name| read_one(document, name.get_ref(), (folder, &mut *files)));
     Ok(Parameters::new(list.collect::<Result<_, _>>()?))
 }
 
-fn read_one(document: &Document, name: &str) -> Result<Parameter, FileError> {
+fn read_one(
+    document: &Document,
+    name: &str,
+    (folder, files): (&Path, &mut Vec<PathBuf>),
+) -> Result<Parameter, FileError> {
     let at = ["parameters".into(), Place::Key(name)];
-    let ParameterFile { initial, bounds, scale, unit, role } = document.read(&at)?;
-    let parameter = Parameter { name: name.to_owned(), initial, bounds, scale, unit, role };
-    match parameter.check() {
+    let ParameterFile { initial, bounds, scale, unit, role, price, catalogue } = document.read(&at)?;
+    let name_of = name.to_owned();
+    let mut parameter = Parameter { name: name_of, initial, bounds, scale, unit, role, price, catalogue: Vec::new() };
+    let checked = parameter.check();
+    if let (Ok(()), Some(catalogue)) = (&checked, catalogue) {
+        let at = ["parameters".into(), Place::Key(name), "catalogue".into()];
+        catalogue.read_into(&mut parameter, (document, &at), (folder, files))?;
+    }
+    match checked.and_then(|()| parameter.check()) {
         Ok(()) => Ok(parameter),
         Err(("name", message)) => Err(document.error_at_key(&at, message)),
         Err((key, message)) => Err(document.error(&["parameters".into(), Place::Key(name), key.into()], message)),

@@ -116,17 +116,17 @@ fn name_of(found: Unexpected) -> String {
 pub(crate) struct Reader<'a> {
     value: &'a Spanned<DeValue<'a>>,
     /// Keys of the table that were read already.
-    done: [&'static str; 2],
+    done: [&'static str; 3],
 }
 
 impl<'a> Reader<'a> {
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { value, done: [""; 2] }
+        Self { value, done: [""; 3] }
     }
 
-    /// Leaves out a key of the table; of two at most.
+    /// Leaves out a key of the table; of three at most.
     pub fn without(self, key: &'static str) -> Self {
-        Self { done: [self.done[1], key], ..self }
+        Self { done: [self.done[1], self.done[2], key], ..self }
     }
 
     fn unexpected(&self) -> Unexpected<'a> {

@@ -1,6 +1,7 @@
 use schemars::SchemaGenerator;
 use serde_json::{Value as Json, json};
 
+use super::candidates::{self, CatalogueFile};
 use super::parameters::ParameterFile;
 use super::tasks::TaskFile;
 use crate::design::DesignSettings;
@@ -15,6 +16,7 @@ pub fn json_schema() -> Json {
     let parameter = generator.subschema_for::<ParameterFile>();
     let planning = generator.subschema_for::<PlanSettings>();
     let design = generator.subschema_for::<DesignSettings>();
+    let catalogue = catalogue(&mut generator);
     let _ = generator.subschema_for::<TaskFile>();
     let mut definitions = generator.take_definitions(true);
     if let Some(task) = definitions.get_mut("TaskFile") {
@@ -43,11 +45,36 @@ pub fn json_schema() -> Json {
                 "additionalProperties": parameter
             },
             "tasks": { "type": "array", "minItems": 1, "items": { "$ref": "#/$defs/TaskFile" } },
+            "catalogue": catalogue,
             "planning": planning,
             "design": design
         },
         "$defs": definitions
     })
+}
+
+/// Of `[catalogue]`.
+fn catalogue(generator: &mut SchemaGenerator) -> Json {
+    let mut schema = <CatalogueFile as schemars::JsonSchema>::json_schema(generator).to_value();
+    let mut kinds = candidates::schemas(generator);
+    kinds.extend(model::sensor_schemas(generator));
+    let mut sensors = one_of(plain(kinds));
+    for table in sensors["oneOf"].as_array_mut().into_iter().flatten() {
+        table["properties"]["name"] =
+            json!({ "type": "string", "minLength": 1, "description": "Its name, unlike that of any other" });
+        table["properties"]["price"] = json!({
+            "type": "number", "minimum": 0, "default": 0, "description": "Its price, in the units of budgets"
+        });
+        if let Some(required) = table["required"].as_array_mut() {
+            required.push(json!("name"));
+        }
+    }
+    schema["properties"]["sensors"] = json!({
+        "description": "The sensors: a list of tables, each with a `kind`, or the name of a file with one line for each",
+        "anyOf": [{ "type": "string", "minLength": 1 }, { "type": "array", "minItems": 1, "items": sensors }]
+    });
+    schema["required"] = json!(["sensors"]);
+    schema
 }
 
 /// One of several tables, told apart by `kind`.

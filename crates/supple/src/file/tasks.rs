@@ -7,9 +7,10 @@ use supple_kernels::{Matrices, rows};
 use toml::de::DeValue;
 
 use super::document::{Document, Place};
+use super::varying;
 use crate::cost::{self, Cost, CostKind};
 use crate::model::AnyModel;
-use crate::noise::{Covariance, NoiseModel, semidefinite_factor};
+use crate::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, semidefinite_factor};
 use crate::parameters::Parameters;
 use crate::plan::ControlBounds;
 use crate::problem::Task;
@@ -60,6 +61,9 @@ struct NoiseFile {
     process: Rows,
     /// Of the measurement, p; positive definite. That of the model's sensors where left out.
     measurement: Option<Rows>,
+    /// What is added to the variances of measurements where they depend on the state.
+    #[serde(default)]
+    varying: Vec<NamedVariance>,
 }
 
 /// A list of numbers, a list of rows of numbers, or numbers by name.
@@ -169,7 +173,7 @@ fn by_name(given: &BTreeMap<String, Value>, names: &[String]) -> Result<Vec<Valu
 }
 
 /// Whether a name fits a pattern in which `*` stands for any letters.
-fn matches(pattern: &str, name: &str) -> bool {
+pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let Some((head, tail)) = pattern.split_once('*') else { return pattern == name };
     let Some(rest) = name.strip_prefix(head) else { return false };
     (0..=rest.len()).filter(|&i| rest.is_char_boundary(i)).any(|i| matches(tail, &rest[i..]))
@@ -401,7 +405,7 @@ impl Reader<'_> {
     fn noise(&self, file: NoiseFile, model: &dyn AnyModel, states: &[String]) -> Result<NoiseModel, FileError> {
         let size = model.dimensions();
         let measurement = match (file.measurement, model.variances()) {
-            (Some(rows), _) => self.read_covariance("measurement", rows, None)?,
+            (Some(rows), _) => self.equipped(self.read_covariance("measurement", rows, None)?, model)?,
             (None, Some(variances)) => Covariance::Diagonal(variances),
             (None, None) => return Err(self.error(&["noise".into(), "measurement".into()], "is missing")),
         };
@@ -409,6 +413,7 @@ impl Reader<'_> {
             initial: self.read_covariance("initial", file.initial, Some(states))?,
             process: self.read_covariance("process", file.process, Some(states))?,
             measurement,
+            varying: self.varying(&file.varying, model)?,
         };
         self.covariance("initial", &file.initial, size.states)?;
         self.covariance("process", &file.process, size.states)?;
@@ -423,6 +428,21 @@ impl Reader<'_> {
             return Err(self.error(&["noise".into(), "measurement".into()], message));
         }
         Ok(file)
+    }
+
+    /// What varies of the noise.
+    fn varying(&self, given: &[NamedVariance], model: &dyn AnyModel) -> Result<Vec<VaryingVariance>, FileError> {
+        varying::read(self.document, (self.index, given), (&model.channels(), self.parameters))
+    }
+
+    /// The noise of all measurements from that of the model's own, where a catalogue adds some.
+    fn equipped(&self, own: Covariance, model: &dyn AnyModel) -> Result<Covariance, FileError> {
+        let Some(equipment) = model.equipment() else { return Ok(own) };
+        self.covariance("measurement", &own, equipment.own)?;
+        equipment.covariance(&own).map_err(|found| {
+            let message = format!("must be that of the model's own measurements, {}; found {found}", equipment.own);
+            self.error(&["noise".into(), "measurement".into()], message)
+        })
     }
 
     /// A covariance at the parameters' initial values.

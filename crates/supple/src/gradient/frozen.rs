@@ -15,7 +15,8 @@ pub struct FrozenGradient {
     pub belief_cost: Vec<f64>,
 }
 
-/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` move.
+/// The paper's gradient, in its corrected form and by adjoints: only `A`, `C`, `V`, `W` and `X_0` move. Where `V` varies with the
+/// state, it moves with the parameters of that law alone.
 pub fn frozen_gradient(
     (system, phi, noise_model): (&dyn System, &[f64], &NoiseModel),
     (plan, belief, noise): (&Plan, &Belief, &Noise),
@@ -28,10 +29,10 @@ pub fn frozen_gradient(
     for (seeds, gradient) in [(information, &mut out.information), (cost, &mut out.belief_cost)] {
         gradient.clear();
         gradient.resize(phi.len(), 0.0);
-        work.noise.clear();
+        work.noise.clear_for(noise_model, plan.trajectory.steps());
         work.adjoints.has_cost = false;
         reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
         system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, gradient, scratch);
-        noise_model.add_gradient(&work.noise, gradient);
+        noise_model.add_gradient((phi, &plan.trajectory.states), &work.noise, gradient);
     }
 }

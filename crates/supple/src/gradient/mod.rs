@@ -1,12 +1,16 @@
 //! Gradients of directed information and expected cost by adjoints (theory, section G).
 
 mod frozen;
+mod implicit;
 mod recursion;
 mod riccati_adjoint;
+mod slope;
 mod total;
 
 pub use frozen::{FrozenGradient, frozen_gradient};
+pub(crate) use implicit::belief_plan_gradient;
 pub use recursion::recursion_radius;
 pub(crate) use recursion::spectral_radius;
 pub(crate) use riccati_adjoint::reverse_riccati;
+pub(crate) use slope::{Quantity, Steepness, slope_by_controls};
 pub use total::{Functional, GradientWorkspace, TotalGradient, total_gradient};

@@ -46,14 +46,14 @@ pub struct GradientWorkspace {
     pub(super) adjoints: KnotAdjoints,
     pub(super) noise: Noise,
     /// `[H | h]`: the Hessian of the Lagrangian, and the functional's gradient by the trajectory.
-    pub(super) hessian: Matrices,
+    pub(crate) hessian: Matrices,
     /// `H` of the plan, without a linear term, where it is known: it is the same for every functional.
     lagrangian: Matrices,
     known: bool,
     riccati: RiccatiAdjoint,
     policy: Policy,
     variation: Matrices,
-    costates: Matrices,
+    pub(crate) costates: Matrices,
 }
 
 impl GradientWorkspace {
@@ -128,7 +128,7 @@ impl TotalGradient<'_> {
     }
 }
 
-fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) {
+pub(super) fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) {
     for (value, costate) in initial_state.iter().zip(costate) {
         if let Some(parameter) = value.parameter() {
             out[parameter] += costate;
@@ -139,8 +139,8 @@ fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) 
 /// The total gradient of a functional by all parameters, everything moving (theory, equations G.3 to G.6):
 ///
 /// 1. reverse sweeps give the adjoints of the knots;
-/// 2. these contracted with the derivatives of the knots give the functional's gradient `h` by the trajectory, and
-///    its direct one by the parameters;
+/// 2. these contracted with the derivatives of the knots, and of `V` where it varies with the state, give the functional's
+///    gradient `h` by the trajectory, and its direct one by the parameters;
 /// 3. the trajectory moves with the parameters so that it stays optimal: one LQ problem with the exact Hessians
 ///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
 ///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
@@ -159,12 +159,34 @@ pub fn total_gradient(
     scratch: &mut Scratch,
     out: &mut Vec<f64>,
 ) -> Result<(), Error> {
-    let &TotalGradient { system, phi, noise_model, initial_state, plan, belief, noise } = task;
+    let &TotalGradient { system, phi, initial_state, plan, .. } = task;
     let at = plan.trajectory.points();
     out.clear();
     out.resize(phi.len(), 0.0);
+    work.start_hessian(task, scratch);
+    add_functional(task, functional, work, scratch, out);
+    let regularisation = Regularisation::default();
+    let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
+    solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
+        .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
+    solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
+    let variation = Variation { joint: &work.variation, costates: &work.costates };
+    system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);
+    add_initial_state(initial_state, work.costates.vector(0), out);
+    Ok(())
+}
 
-    work.noise.clear();
+/// Adds the functional's gradient by the trajectory to the last column of `work.hessian`, and its direct one by the
+/// parameters to `out`, the trajectory held fixed (theory, equations G.3 to G.5).
+pub(crate) fn add_functional(
+    task: &TotalGradient,
+    functional: Functional,
+    work: &mut GradientWorkspace,
+    scratch: &mut Scratch,
+    out: &mut [f64],
+) {
+    let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
+    work.noise.clear_for(noise_model, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
     let seeds = BeliefSeeds { information: functional.information, weights };
@@ -176,20 +198,10 @@ pub fn total_gradient(
         reverse_riccati(given, seeds, &mut work.riccati, &mut work.adjoints);
         add_direct_noise(plan, functional, &mut work.noise);
     }
-
-    work.start_hessian(task, scratch);
-    system.contract(at, phi, &work.adjoints, &mut work.hessian, out, scratch);
-    noise_model.add_gradient(&work.noise, out);
-
-    let regularisation = Regularisation::default();
-    let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
-    solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
-        .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
-    solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
-    let variation = Variation { joint: &work.variation, costates: &work.costates };
-    system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);
-    add_initial_state(initial_state, work.costates.vector(0), out);
-    Ok(())
+    system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, out, scratch);
+    let states = &plan.trajectory.states;
+    noise_model.add_gradient((phi, states), &work.noise, out);
+    noise_model.add_state_gradient(phi, states, &work.noise, &mut work.hessian);
 }
 
 /// The direct dependence of the cost's parts on the noise: `1/2 sum S_{t+1}` by W, `1/2 S_0` by X_0.

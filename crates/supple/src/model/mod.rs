@@ -8,20 +8,23 @@ use supple_kernels::Scalar;
 
 use crate::Value;
 use crate::cost::{Cost, Vocabulary};
-use crate::file::{Document, FileError};
+use crate::file::{Document, FileError, Place};
 use crate::parameters::Parameters;
 use crate::scene::Picture;
 use crate::system::{Authored, System};
 
+mod equipped;
 mod linear;
 mod recorded;
 mod robot;
 mod two_mass;
 
+use equipped::Equipped;
+pub(crate) use equipped::{Entry, Equipment};
 pub use linear::Linear;
 pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
 pub use robot::Robot;
-pub(crate) use robot::turn;
+pub(crate) use robot::{sensor_schemas, turn};
 pub use two_mass::TwoMass;
 
 /// How many numbers a model's vectors have.
@@ -279,6 +282,23 @@ pub(crate) trait ModelFile: Model + Clone {
         None
     }
 
+    /// Kinds of sensors that only such models may have, in catalogues too.
+    fn sensor_kinds() -> &'static [&'static str] {
+        &[]
+    }
+
+    /// Adds a sensor of one of these kinds, read from the table at a place; variances of its measurements, which come
+    /// after all others.
+    fn add_sensor(
+        &mut self,
+        kind: &str,
+        document: &Document,
+        _parameters: &Parameters,
+        at: &[Place],
+    ) -> Result<Vec<Value>, FileError> {
+        Err(document.unknown_kind(at, kind, Self::sensor_kinds()))
+    }
+
     /// The files that it names, but for meshes.
     fn files(&self) -> Vec<PathBuf> {
         Vec::new()
@@ -318,7 +338,24 @@ pub(crate) trait AnyModel {
     fn files(&self) -> Vec<PathBuf>;
     fn warnings(&self) -> Vec<String>;
     fn vocabulary(&self) -> Vocabulary;
+    fn channels(&self) -> Channels;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System>;
+    /// As of [`ModelFile`].
+    fn sensor_kinds(&self) -> &'static [&'static str];
+    /// As of [`ModelFile`].
+    fn add_sensor(
+        &mut self,
+        kind: &str,
+        document: &Document,
+        parameters: &Parameters,
+        at: &[Place],
+    ) -> Result<Vec<Value>, FileError>;
+    /// The same model with other measurements.
+    fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel>;
+    /// Its measurements, where they are not its own.
+    fn equipment(&self) -> Option<&Equipment> {
+        None
+    }
 }
 
 impl<M: ModelFile> AnyModel for M {
@@ -337,8 +374,26 @@ impl<M: ModelFile> AnyModel for M {
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)
     }
+    fn channels(&self) -> Channels {
+        Model::channels(self)
+    }
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
         Arc::new(Authored::new(self.clone(), costs, time_step, parameters))
+    }
+    fn sensor_kinds(&self) -> &'static [&'static str] {
+        M::sensor_kinds()
+    }
+    fn add_sensor(
+        &mut self,
+        kind: &str,
+        document: &Document,
+        parameters: &Parameters,
+        at: &[Place],
+    ) -> Result<Vec<Value>, FileError> {
+        ModelFile::add_sensor(self, kind, document, parameters, at)
+    }
+    fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel> {
+        Box::new(Equipped { model: *self, equipment })
     }
 }
 

@@ -1,20 +1,24 @@
 //! Planning: the reference trajectory and the feedback of partially observed iLQG (method: docs/theory/plan.md).
 
+mod belief;
 mod bounds;
 mod box_qp;
 mod costates;
 mod nominal;
 mod riccati;
+mod risk;
 mod rollout;
 mod sampled;
 mod settings;
 
+pub(crate) use belief::{Around, Memory, Solved, plan_belief};
 pub use bounds::ControlBounds;
 pub(crate) use costates::sweep_costates;
 pub use nominal::{NominalProblem, Plan, PlanWorkspace, plan};
 pub use riccati::{Decrease, Policy, Regularisation, solve_riccati};
 pub(crate) use riccati::{Lq, solve_limited, solve_lq};
+pub(crate) use risk::plan_risk;
 pub(crate) use rollout::rollout_within;
 pub use rollout::{rollout, simulate_controls};
 pub(crate) use sampled::plan_sampled;
-pub use settings::{PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};
+pub use settings::{BeliefSettings, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};

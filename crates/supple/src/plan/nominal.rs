@@ -3,8 +3,8 @@ use supple_kernels::{Matrices, Scratch};
 use super::box_qp::Limits;
 use super::costates::Stationarity;
 use super::{
-    ControlBounds, Decrease, Lq, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within, simulate_controls,
-    solve_limited,
+    ControlBounds, Decrease, Lq, PlanMode, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within,
+    simulate_controls, solve_limited,
 };
 use crate::knots::Knots;
 use crate::system::{Curvature, System};
@@ -24,6 +24,10 @@ pub struct Plan {
     pub costates: Matrices,
     /// Cost of the trajectory without noise.
     pub nominal_cost: f64,
+    /// What the plan is to be the least of: its nominal cost, or along belief-space plans its expected cost.
+    pub objective: f64,
+    /// Which kind of plan it is.
+    pub mode: PlanMode,
     /// How the search ended.
     pub status: PlanStatus,
     /// Iterations made.
@@ -45,6 +49,8 @@ impl Plan {
             policy: Policy::zeros(dimensions, steps),
             costates: Matrices::vectors(steps + 1, dimensions.states),
             nominal_cost: f64::NAN,
+            objective: f64::NAN,
+            mode: PlanMode::default(),
             status: PlanStatus::default(),
             iterations: 0,
             stationarity: f64::NAN,
@@ -209,6 +215,8 @@ pub(super) fn finish(
     plan.knots.linearise_measurement(problem.system, plan.trajectory.points(), problem.phi, scratch);
     plan.knots.check_finite()?;
     plan.status = status;
+    plan.mode = PlanMode::Nominal;
+    plan.objective = plan.nominal_cost;
     let mut mu = 0.0;
     while let Err(step) = sweep(problem, Regularisation { control: mu, state: 0.0 }, None, plan) {
         // A law that is defined everywhere, for people to look at; the status says that it is no optimum.

@@ -1,7 +1,7 @@
 use supple_kernels::Scratch;
 
 use super::nominal::{Plan, finish, linearise, start, sweep};
-use super::{PlanSettings, PlanStatus};
+use super::{PlanMode, PlanSettings, PlanStatus};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
@@ -15,6 +15,8 @@ use crate::trajectory::Trajectory;
 /// ```text
 /// xbar <- alpha mu + (1 - alpha) xbar      ubar <- alpha u + (1 - alpha) ubar
 /// ```
+///
+/// `noise` is that at `phi` but for what varies with the state: the runs have it at their own states.
 ///
 /// Iteration i draws from stream i of the seed. The reference ends as an average of noisy runs: close to a local
 /// optimum, never stationary to a tight tolerance.
@@ -63,7 +65,9 @@ pub(crate) fn plan_sampled(
         }
     }
     plan.nominal_cost = cost_of(task, phi, &plan.trajectory, scratch);
-    finish(problem, plan, status, scratch)
+    finish(problem, plan, status, scratch)?;
+    plan.mode = PlanMode::Sampled;
+    Ok(())
 }
 
 /// Moves the reference by a share towards a run; the relative change of the controls (root mean square).

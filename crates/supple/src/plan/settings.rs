@@ -6,8 +6,14 @@ use super::Regularisation;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanSettings {
-    /// How the reference trajectory is chosen.
-    pub mode: PlanMode,
+    /// How the reference trajectory and its feedback are chosen. `mode` is the same key, as older files have it.
+    #[serde(alias = "mode")]
+    pub plan: PlanMode,
+    /// With `plan = "risk"`: sigma, 1 over the unit of cost. Above 0 costs above the mean weigh more (averse to risk), below 0
+    /// less (seeking it); at 0 the plan is the nominal one.
+    pub risk_sensitivity: f64,
+    /// Settings of belief-space plans.
+    pub belief: BeliefSettings,
     /// Settings of the sampled mode.
     pub sampled: SampledSettings,
     /// Iterations at most. Raise it when a plan ends as `max_iterations` while its cost still falls.
@@ -29,7 +35,9 @@ pub struct PlanSettings {
 impl Default for PlanSettings {
     fn default() -> Self {
         Self {
-            mode: PlanMode::default(),
+            plan: PlanMode::default(),
+            risk_sensitivity: 0.0,
+            belief: BeliefSettings::default(),
             sampled: SampledSettings::default(),
             max_iterations: 1000,
             tolerance: 1e-12,
@@ -41,7 +49,7 @@ impl Default for PlanSettings {
     }
 }
 
-/// How the reference trajectory is chosen.
+/// How the reference trajectory and its feedback are chosen.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanMode {
@@ -50,6 +58,33 @@ pub enum PlanMode {
     Nominal,
     /// As in the paper: an average of runs with noise and a filter in the loop.
     Sampled,
+    /// The least expected cost, so that a plan seeks information where that pays.
+    Belief,
+    /// The least exponential of the cost: a law that is averse to risk or seeks it.
+    Risk,
+}
+
+impl PlanMode {
+    /// Its name in task files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nominal => "nominal",
+            Self::Sampled => "sampled",
+            Self::Belief => "belief",
+            Self::Risk => "risk",
+        }
+    }
+
+    /// Whether total gradients exist: where plans minimise a cost by their trajectory.
+    pub fn has_total_gradient(self) -> bool {
+        matches!(self, Self::Nominal | Self::Belief)
+    }
+}
+
+impl std::fmt::Display for PlanMode {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
 /// What the regularisation acts on (theory, equation P.2d).
@@ -93,6 +128,25 @@ impl Default for SampledSettings {
     }
 }
 
+/// Settings of belief-space plans.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BeliefSettings {
+    /// Searches, of which the plan of least expected cost is kept: the first from the nominal plan, the others from
+    /// guesses that wander around it. Raise it where information is to be had far from the nominal plan.
+    pub starts: usize,
+    /// How far guesses wander, relative to the root mean square of each control.
+    pub spread: f64,
+    /// Seed of the guesses.
+    pub seed: u64,
+}
+
+impl Default for BeliefSettings {
+    fn default() -> Self {
+        Self { starts: 1, spread: 1.0, seed: 0 }
+    }
+}
+
 impl PlanSettings {
     /// What is wrong with the settings: the key, and what is valid.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
@@ -107,6 +161,15 @@ impl PlanSettings {
                 "sufficient_decrease",
                 format!("must be between 0 and 1; found {}", self.sufficient_decrease),
             ));
+        }
+        if !self.risk_sensitivity.is_finite() {
+            return Err(("risk_sensitivity", format!("must be finite; found {}", self.risk_sensitivity)));
+        }
+        if self.belief.starts == 0 {
+            return Err(("belief", "starts must be at least 1; found 0".into()));
+        }
+        if !(self.belief.spread > 0.0 && self.belief.spread.is_finite()) {
+            return Err(("belief", format!("spread must be above 0; found {}", self.belief.spread)));
         }
         let SampledSettings { iterations, averaging, tolerance, .. } = self.sampled;
         if iterations == 0 {
@@ -126,7 +189,7 @@ impl PlanSettings {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanStatus {
-    /// The trajectory is stationary to the tolerance. In sampled mode: runs hardly move the reference any more, which is
+    /// The trajectory is stationary to the tolerance, of what the plan minimises. In sampled mode: runs hardly move the reference any more, which is
     /// far from stationary.
     Converged,
     /// The iterations were used up.

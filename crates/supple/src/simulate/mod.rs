@@ -1,13 +1,16 @@
 //! Closed-loop simulation: roll-outs with noise and an extended Kalman filter in the loop.
 
+use std::borrow::Cow;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 
 use crate::belief::{ExtendedKalman, FilterBatch};
-use crate::noise::Noise;
+use crate::noise::{Noise, VaryingNoise};
 use crate::plan::Plan;
 use crate::problem::Task;
 use crate::system::{Points, Times};
@@ -84,8 +87,20 @@ pub(crate) struct ClosedLoop {
 pub struct World<'a> {
     /// All parameters.
     pub phi: &'a [f64],
-    /// The noise.
+    /// The noise: at the parameters, along any trajectory where it varies with the state.
     pub noise: &'a Noise,
+}
+
+impl<'a> World<'a> {
+    /// Its noise but for what varies with the state, which every roll-out has at its own states.
+    fn fixed_noise(self, task: &Task) -> Result<Cow<'a, Noise>, Error> {
+        if task.noise.varying.is_empty() {
+            return Ok(Cow::Borrowed(self.noise));
+        }
+        let mut noise = self.noise.clone();
+        task.noise.resolve(self.phi, &mut noise)?;
+        Ok(Cow::Owned(noise))
+    }
 }
 
 /// What a closed-loop run needs.
@@ -93,11 +108,11 @@ pub struct World<'a> {
 pub(crate) struct LoopSetting<'a> {
     pub task: &'a Task,
     pub plan: &'a Plan,
-    /// What the filter reckons with.
+    /// What the filter reckons with; its noise but for what varies with the state.
     pub believed: World<'a>,
     /// The parameters that hold.
     pub phi: &'a [f64],
-    /// Factors of the noise that there is.
+    /// Factors of the noise that there is, but for what varies with the state.
     pub factors: &'a NoiseFactors,
 }
 
@@ -149,7 +164,8 @@ impl ClosedLoop {
         mut record: Option<&mut Record>,
     ) -> Result<(), Error> {
         let task = setting.task;
-        let filter = ExtendedKalman { system: &*task.system, phi: setting.believed.phi, noise: setting.believed.noise };
+        let World { phi, noise } = setting.believed;
+        let filter = ExtendedKalman { system: &*task.system, phi, noise, varying: &task.noise.varying };
         self.start(setting, (seed, first));
         for t in 0..=task.steps {
             self.measure(setting, t);
@@ -211,6 +227,15 @@ impl ClosedLoop {
         let noise = setting.factors.measurement.at(t);
         for (sample, random) in self.random.iter_mut().enumerate() {
             noise.add_sample(random, self.measured.vector_mut(sample));
+        }
+        // The sum of two independent noises, one of the variance that varies, has the sum of their variances.
+        for varying in &setting.task.noise.varying {
+            let varying = VaryingNoise::of(varying, setting.phi);
+            for (sample, random) in self.random.iter_mut().enumerate() {
+                let normal: f64 = StandardNormal.sample(random);
+                let deviation = varying.at(self.states.vector(sample)).sqrt();
+                self.measured.vector_mut(sample)[varying.measurement] += deviation * normal;
+            }
         }
     }
 
@@ -324,7 +349,9 @@ pub fn sampled_costs(
     (believed, truth): (World, World),
     (rollouts, seed): (usize, u64),
 ) -> Result<Vec<f64>, Error> {
-    let factors = NoiseFactors::of(truth.noise)?;
+    let factors = NoiseFactors::of(&*truth.fixed_noise(task)?)?;
+    let noise = believed.fixed_noise(task)?;
+    let believed = World { phi: believed.phi, noise: &noise };
     let setting = LoopSetting { task, plan, believed, phi: truth.phi, factors: &factors };
     let size = task.system.dimensions();
     let batch = |number: usize| {
@@ -341,8 +368,10 @@ pub fn sampled_costs(
 /// # Errors
 /// Where a covariance is indefinite.
 pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
-    let factors = NoiseFactors::of(noise)?;
-    let setting = LoopSetting { task, plan, believed: World { phi, noise }, phi, factors: &factors };
+    let noise = World { phi, noise }.fixed_noise(task)?;
+    let factors = NoiseFactors::of(&noise)?;
+    let believed = World { phi, noise: &noise };
+    let setting = LoopSetting { task, plan, believed, phi, factors: &factors };
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);

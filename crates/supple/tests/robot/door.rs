@@ -104,7 +104,7 @@ fn gradient_errors(problem: &Problem, phi: &[f64], settings: &PlanSettings, step
         state.total_gradient(task, phi, functional, &mut found).unwrap();
         errors.push((name, relative_error(&by_log(&found), &by_log(expected))));
     }
-    state.nominal_gradient(task, phi, &mut found);
+    state.nominal_gradient(task, phi, &mut found).unwrap();
     errors.push(("nominal cost", relative_error(&by_log(&found), &by_log(&expected[FUNCTIONALS.len()]))));
     errors
 }

@@ -57,7 +57,7 @@ fn stop() -> Task {
         cost(CostKind::Control(Control { controls: 1 }), FORCE_WEIGHT, 0.0),
     ];
     let small = || diagonal(&[1e-8, 1e-8]);
-    let noise = NoiseModel { initial: small(), process: small(), measurement: diagonal(&[1e-6]) };
+    let noise = NoiseModel { initial: small(), process: small(), measurement: diagonal(&[1e-6]), varying: Vec::new() };
     let system = Authored::new(Mass, costs, Value::Number(TIME_STEP), 0);
     let control_bounds = ControlBounds::of(&system.limits(), 1);
     Task { control_bounds, ..task(system, STEPS, numbers(&START), &[0.0], noise) }

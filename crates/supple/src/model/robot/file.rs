@@ -11,8 +11,9 @@ use super::compliance::{self, Compliance, Element, Names, Unfit, find};
 use super::numbers::{FrameNumbers, Override};
 use super::sensor::{self, Context, Sensor};
 use super::{Drive, Robot};
+use crate::Model;
 use crate::Value;
-use crate::file::{Document, Place};
+use crate::file::{Document, Place, Reader};
 use crate::parameters::Parameters;
 
 /// `[model]` of kind `robot`. Compliance and sensors are read by kind.
@@ -55,7 +56,8 @@ pub(crate) struct File {
     #[schemars(skip)]
     #[allow(dead_code)]
     compliance: IgnoredAny,
-    /// Sensors: a list of tables, each with a `kind`.
+    /// Sensors: a list of tables, each with a `kind`; may be none where there is a catalogue.
+    #[serde(default)]
     #[schemars(skip)]
     #[allow(dead_code)]
     sensors: IgnoredAny,
@@ -367,25 +369,50 @@ impl Build<'_> {
         let at = ["model".into(), "sensors".into()];
         let context = Context { names: self.names(), compliance };
         let count = self.document.tables(&at)?;
-        if count == 0 {
+        if count == 0 && self.document.get(&["catalogue".into()]).is_none() {
             return Err(self.error(&["sensors".into()], "must be a list of one or more tables: [[model.sensors]]"));
         }
         let read = |index: usize| {
-            let keys = ["sensors".into(), index.into()];
             let at = ["model".into(), "sensors".into(), index.into()];
             let (kind, table) = self.document.table_with_kind(&at, sensor::KINDS)?;
-            let sensor = sensor::read(kind, table, &context)
-                .ok_or_else(|| self.document.unknown_kind(&at, kind, sensor::KINDS))?
-                .map_err(|error| self.document.read_error(&at, error))?
-                .map_err(|unfit| self.unfit(&keys, unfit))?;
-            if sensor.variance.is_empty() {
-                return Err(self.error(&[keys[0], keys[1], "select".into()], "name at least one"));
-            }
-            for &variance in &sensor.variance {
-                self.check(&[keys[0], keys[1], "variance".into()], variance, 0.0, true)?;
-            }
-            Ok(sensor)
+            read_sensor((kind, table, &context), (self.document, &at), self.parameters)
         };
         (0..count).map(read).collect()
     }
+}
+
+/// Reads one sensor from its table at a place, and checks its noise.
+fn read_sensor(
+    (kind, table, context): (&str, Reader, &Context),
+    (document, at): (&Document, &[Place]),
+    parameters: &Parameters,
+) -> Result<Sensor, FileError> {
+    let place = |key: &'static str| -> Vec<Place> { at.iter().copied().chain([key.into()]).collect() };
+    let sensor = sensor::read(kind, table, context)
+        .ok_or_else(|| document.unknown_kind(at, kind, sensor::KINDS))?
+        .map_err(|error| document.read_error(at, error))?
+        .map_err(|(key, message, help)| FileError { help, ..document.error(&place(key), message) })?;
+    if sensor.variance.is_empty() {
+        return Err(document.error(&place("select"), "name at least one"));
+    }
+    for &variance in &sensor.variance {
+        if let Some(least) = parameters.least(variance).filter(|&least| least <= 0.0) {
+            return Err(document.error(&place("variance"), format!("must be above 0; {}", variance.found(least))));
+        }
+    }
+    Ok(sensor)
+}
+
+/// Reads a sensor of a catalogue, for a robot that was read.
+pub(super) fn catalogue_sensor(
+    robot: &Robot,
+    kind: &str,
+    (document, at): (&Document, &[Place]),
+    parameters: &Parameters,
+) -> Result<Sensor, FileError> {
+    let frames: Vec<String> = robot.frame_names().into_iter().map(str::to_owned).collect();
+    let joints = robot.joint_names();
+    let context = Context { names: Names { joints: &joints, frames: &frames }, compliance: &robot.compliance };
+    let (_, table) = document.table_with_kind(at, sensor::KINDS)?;
+    read_sensor((kind, table.without("name").without("price"), &context), (document, at), parameters)
 }

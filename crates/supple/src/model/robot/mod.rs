@@ -14,7 +14,7 @@ use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_force
 
 use super::{Channel, Channels, Dimensions, Limit, Model, ModelFile, Point};
 use crate::Value;
-use crate::file::{Document, FileError};
+use crate::file::{Document, FileError, Place};
 use crate::parameters::Parameters;
 use crate::scene::Picture;
 
@@ -28,8 +28,8 @@ mod situation;
 
 use compliance::{Compliance, Element};
 use numbers::{FrameNumbers, Override};
-pub(crate) use sensor::turn;
 use sensor::{Measure, Sensor};
+pub(crate) use sensor::{schemas as sensor_schemas, turn};
 use situation::{Forces, Situation};
 
 /// A robot of rigid bodies, its drives, compliance and sensors.
@@ -343,6 +343,23 @@ impl ModelFile for Robot {
 
     fn variances(&self) -> Option<Vec<Value>> {
         Some(self.sensors.iter().flat_map(|sensor| sensor.variance.clone()).collect())
+    }
+
+    fn sensor_kinds() -> &'static [&'static str] {
+        sensor::KINDS
+    }
+
+    fn add_sensor(
+        &mut self,
+        kind: &str,
+        document: &Document,
+        parameters: &Parameters,
+        at: &[Place],
+    ) -> Result<Vec<Value>, FileError> {
+        let sensor = file::catalogue_sensor(self, kind, (document, at), parameters)?;
+        let variances = sensor.variance.clone();
+        self.sensors.push(sensor);
+        Ok(variances)
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -72,7 +72,7 @@ pub fn total_gradient_errors(
         state.total_gradient(task, phi, functional, &mut found).unwrap();
         errors.push((name, relative_error(&scaled(&found), &scaled(expected))));
     }
-    state.nominal_gradient(task, phi, &mut found);
+    state.nominal_gradient(task, phi, &mut found).unwrap();
     errors.push(("nominal cost", relative_error(&scaled(&found), &scaled(&expected[FUNCTIONALS.len()]))));
     errors
 }

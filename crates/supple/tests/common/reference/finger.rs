@@ -186,6 +186,7 @@ pub fn task(steps: usize) -> Task {
         initial: diagonal(numbers(&[0.02, 0.03, 0.01, 0.0]), 3, parameter::INITIAL_VARIANCE),
         process: diagonal(numbers(&[1e-4, 0.0, 2e-3, 0.0]), 1, parameter::PROCESS_VARIANCE),
         measurement: Covariance::Full(vec![vec![variance, covariance], vec![covariance, variance]]),
+        varying: Vec::new(),
     };
     let start = vec![named(parameter::INITIAL_ANGLE), Value::Number(0.2), Value::Number(-0.1), Value::Number(0.4)];
     Task { time_step: named(parameter::TIME_STEP), ..super::task(system(), steps, start, &[0.3, -0.2], noise) }

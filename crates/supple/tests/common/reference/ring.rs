@@ -57,6 +57,7 @@ pub fn task(states: usize, controls: usize, measurements: usize, steps: usize) -
         initial: super::diagonal(&vec![0.05; states]),
         process: Covariance::Diagonal(vec![Value::Parameter(3); states]),
         measurement: Covariance::Diagonal(vec![Value::Parameter(4); measurements]),
+        varying: Vec::new(),
     };
     let system = Authored::new(model, costs, Value::Number(0.1), DESIGN.len());
     let start: Vec<f64> = (0..states).map(|i| 0.5 - 0.7 * (i % 3) as f64).collect();

@@ -81,7 +81,7 @@ impl TimeVarying {
 
     pub fn task(&self) -> Task {
         let [process, measurement] = [&self.w, &self.v].map(|list| Covariance::Sequence(sequence(list)));
-        let noise = NoiseModel { initial: full(&self.x0), process, measurement };
+        let noise = NoiseModel { initial: full(&self.x0), process, measurement, varying: Vec::new() };
         self.task_with(noise)
     }
 

@@ -66,7 +66,7 @@ pub(super) type Variance = OneOrMore;
 
 impl OneOrMore {
     /// The variance of each of `len` entries.
-    fn each(self, len: usize) -> Result<Vec<Value>, Unfit> {
+    pub(crate) fn each(self, len: usize) -> Result<Vec<Value>, Unfit> {
         match self.0 {
             list if list.len() == len => Ok(list),
             list if list.len() == 1 => Ok(vec![list[0]; len]),
@@ -135,7 +135,7 @@ macro_rules! sensor_kinds {
         }
 
         /// The schema of each kind's table, by name.
-        pub(super) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
             vec![$(($name, <<$kind as SensorFile>::File as schemars::JsonSchema>::json_schema(generator)),)*]
         }
     };

@@ -4,6 +4,13 @@ use supple_kernels::{Matrices, rows};
 
 use crate::{Error, Value};
 
+mod named;
+mod varying;
+
+pub use named::{NamedVariance, WrongName};
+pub(crate) use varying::VaryingNoise;
+pub use varying::VaryingVariance;
+
 /// A covariance matrix whose entries are values: its diagonal, or all of it; or one matrix of numbers per step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Covariance {
@@ -61,11 +68,28 @@ impl Covariance {
         }
     }
 
-    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`, summed over all steps.
+    /// Writes the matrix at given parameters for each of `count` steps, also where it is the same at all of them. Allocates
+    /// nothing where `out` has held it before.
+    fn resolve_each(&self, phi: &[f64], count: usize, out: &mut Matrices) {
+        if let Self::Sequence(_) = self {
+            return self.resolve(phi, out);
+        }
+        if out.is_constant() || (out.count(), out.rows()) != (count, self.order()) {
+            *out = Matrices::zeros(count, self.order(), self.order());
+        }
+        out.clear();
+        for (i, j, value) in self.entries() {
+            let value = value.resolve(phi);
+            (0..count).for_each(|step| out.set(step, i, j, value));
+        }
+    }
+
+    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`: of each step, or summed over
+    /// all of them.
     pub fn add_gradient(&self, adjoint: &Matrices, parameters: &mut [f64]) {
         for (i, j, value) in self.entries() {
             if let Some(parameter) = value.parameter() {
-                parameters[parameter] += adjoint.get(0, i, j);
+                parameters[parameter] += (0..adjoint.count()).map(|step| adjoint.get(step, i, j)).sum::<f64>();
             }
         }
     }
@@ -80,6 +104,8 @@ pub struct NoiseModel {
     pub process: Covariance,
     /// `V`, p x p: of the measurement at each step 0..N; positive definite.
     pub measurement: Covariance,
+    /// What is added to the variances of measurements where they depend on the state; nothing in most tasks.
+    pub varying: Vec<VaryingVariance>,
 }
 
 /// The noise of a task at given parameters: covariance matrices of each step, or constant ones that hold at every step.
@@ -109,21 +135,54 @@ impl Noise {
         self.process.clear();
         self.measurement.clear();
     }
+
+    /// Clears this for adjoints by the noise of a model along `steps` steps: a matrix for each step where the noise varies with
+    /// the state, and as it was elsewhere.
+    pub fn clear_for(&mut self, model: &NoiseModel, steps: usize) {
+        if !model.varying.is_empty() && (self.measurement.is_constant() || self.measurement.count() != steps + 1) {
+            self.measurement = Matrices::zeros(steps + 1, self.measurement.rows(), self.measurement.rows());
+        }
+        self.clear();
+    }
 }
 
 impl NoiseModel {
-    /// Writes the covariances at given parameters.
+    /// Writes the covariances at given parameters, without what varies with the state.
     ///
     /// # Errors
     /// Where a variance is negative or not finite.
     pub fn resolve(&self, phi: &[f64], out: &mut Noise) -> Result<(), Error> {
+        self.measurement.resolve(phi, &mut out.measurement);
+        self.resolve_states(phi, out)
+    }
+
+    /// Writes the covariances at given parameters along `states`, N + 1 vectors of length n. Where none varies with the state,
+    /// this is [`resolve`](Self::resolve).
+    ///
+    /// # Errors
+    /// Where a variance, or what is added to it, is negative or not finite.
+    pub fn resolve_along(&self, phi: &[f64], states: &Matrices, out: &mut Noise) -> Result<(), Error> {
+        if self.varying.is_empty() {
+            return self.resolve(phi, out);
+        }
+        self.measurement.resolve_each(phi, states.count(), &mut out.measurement);
+        self.resolve_states(phi, out)?;
+        for varying in &self.varying {
+            varying.add_along(phi, states, &mut out.measurement)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the covariances of the states, and checks these and that of the measurement.
+    fn resolve_states(&self, phi: &[f64], out: &mut Noise) -> Result<(), Error> {
+        self.initial.resolve(phi, &mut out.initial);
+        self.process.resolve(phi, &mut out.process);
         let parts = [
-            (&self.initial, &mut out.initial, "the covariance of the first state"),
-            (&self.process, &mut out.process, "the process covariance"),
-            (&self.measurement, &mut out.measurement, "the measurement covariance"),
+            (&out.initial, "the covariance of the first state"),
+            (&out.process, "the process covariance"),
+            (&out.measurement, "the measurement covariance"),
         ];
-        for (covariance, out, what) in parts {
-            covariance.resolve(phi, out);
+        for (out, what) in parts {
             for (step, i) in (0..out.count()).flat_map(|step| (0..out.rows()).map(move |i| (step, i))) {
                 let variance = out.get(step, i, i);
                 if !variance.is_finite() {
@@ -137,11 +196,25 @@ impl NoiseModel {
         Ok(())
     }
 
-    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint`.
-    pub fn add_gradient(&self, adjoint: &Noise, parameters: &mut [f64]) {
+    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint` by the covariances along `states`, N + 1 vectors
+    /// of length n, which are held fixed.
+    ///
+    /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`Noise::clear_for`].
+    pub fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Noise, parameters: &mut [f64]) {
         self.initial.add_gradient(&adjoint.initial, parameters);
         self.process.add_gradient(&adjoint.process, parameters);
         self.measurement.add_gradient(&adjoint.measurement, parameters);
+        for varying in &self.varying {
+            varying.add_gradient((phi, states), &adjoint.measurement, parameters);
+        }
+    }
+
+    /// Adds the gradient of a number with the adjoints `adjoint` by the states themselves to the linear terms of `joint`: its last
+    /// column, rows 0..n, at each of the N + 1 steps. Adds nothing where no variance varies.
+    pub fn add_state_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Noise, joint: &mut Matrices) {
+        for varying in &self.varying {
+            varying.add_state_gradient(phi, states, &adjoint.measurement, joint);
+        }
     }
 }
 

@@ -1,4 +1,6 @@
-//! Directed information from state to measurements.
+//! Directed information from state to measurements and to controls.
+
+mod control;
 
 use serde::Serialize;
 use supple_kernels::{Matrices, rows};
@@ -6,6 +8,8 @@ use supple_kernels::{Matrices, rows};
 use crate::Error;
 use crate::belief::Belief;
 use crate::noise::Noise;
+
+pub use control::control_information;
 
 /// Directed information from the state to the measurements, `DI(x^N -> y^N)`, in nats.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -1,0 +1,77 @@
+//! What was chosen from catalogues, as text.
+
+use std::fmt::Write;
+
+use supple::design::CatalogueMethod;
+use supple_study::design::CatalogueReport;
+
+use crate::tables::{align_right, number, table};
+
+/// The chosen entries, and how far they are from the design without catalogues.
+pub(crate) fn page(report: &CatalogueReport) -> String {
+    let mut page = String::new();
+    let mut rows = table(&["catalogue", "chosen", "name", "price", "without catalogues"]);
+    for entry in &report.chosen {
+        let price = entry.price.map_or_else(String::new, number);
+        let name = entry.name.clone().unwrap_or_default();
+        rows.add_row([entry.parameter.clone(), number(entry.value), name, price, number(entry.continuous)]);
+    }
+    if let Some(price) = report.price.filter(|_| report.chosen.len() > 1) {
+        rows.add_row(["together".into(), String::new(), String::new(), number(price), String::new()]);
+    }
+    align_right(&mut rows, 1..2);
+    align_right(&mut rows, 3..5);
+    let _ = writeln!(page, "{rows}\n");
+    let _ = writeln!(page, "{} {}", how(report), distance(report));
+    if let Some(error) = &report.error {
+        let _ = writeln!(page, "{} of them could not be designed; the first: {error}.", report.failed);
+    }
+    page
+}
+
+/// How the entries were chosen.
+fn how(report: &CatalogueReport) -> String {
+    let CatalogueReport { method, designed, feasible, complete, .. } = report;
+    let combinations = match report.combinations {
+        u64::MAX => "more than 1e19".to_owned(),
+        count => count.to_string(),
+    };
+    let meet = match feasible {
+        0 => "none of them meets every bound; this is the closest.".to_owned(),
+        1 => "1 meets every bound.".to_owned(),
+        count => format!("{count} meet every bound."),
+    };
+    match (method, complete) {
+        (CatalogueMethod::AllCombinations, true) => {
+            format!("Chosen from all {combinations} combinations of entries; {meet}")
+        }
+        (CatalogueMethod::AllCombinations, false) => {
+            format!("Stopped after {designed} of {combinations} combinations of entries; {meet}")
+        }
+        (CatalogueMethod::Neighbourhood, true) => format!(
+            "Rounded, and exchanged for neighbours until none was better: {designed} of {combinations} combinations of \
+             entries designed; {meet}"
+        ),
+        (CatalogueMethod::Neighbourhood, false) => format!(
+            "Rounded, and exchanged for better neighbours until {designed} of {combinations} combinations of entries were \
+             designed, with better ones perhaps left ([design] max_combinations); {meet}"
+        ),
+    }
+}
+
+/// How far the chosen design is from that without catalogues.
+fn distance(report: &CatalogueReport) -> String {
+    let free = report.continuous.information_bits;
+    match report.gap_bits {
+        Some(gap) => format!(
+            "Without catalogues {} bits would do: {} less, {:.2} %.",
+            number(free),
+            number(gap),
+            100.0 * gap / (free + gap).abs().max(1e-300)
+        ),
+        None if report.continuous.violation > supple::FEASIBILITY => {
+            "Without catalogues no design that meets every bound was found either.".to_owned()
+        }
+        None => format!("Without catalogues {} bits would do.", number(free)),
+    }
+}

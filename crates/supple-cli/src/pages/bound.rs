@@ -1,0 +1,150 @@
+use std::fmt::Write;
+
+use supple::bound::{SensorWindow, TaskBound};
+use supple_study::About;
+use supple_study::bound::{BoundStudy, Curve};
+
+use crate::tables::{align_right, heading, number, table};
+
+/// Directions of the virtual sensor that are shown of each part of the time.
+const SHOWN: usize = 2;
+
+/// The page of `supple bound`.
+pub fn bound_page(about: &About, study: &BoundStudy) -> String {
+    let mut page = heading(about);
+    for (index, task) in study.report.tasks.iter().enumerate() {
+        page.push_str(&task_page(task));
+        if let Some(curve) = study.curves.get(index) {
+            page.push_str(&curve_page(task, curve));
+        }
+    }
+    page
+}
+
+fn task_page(task: &TaskBound) -> String {
+    let mut page = String::new();
+    let over = match task.stationary {
+        true => "in the steady state, per step".to_owned(),
+        false => format!("over {} decisions of {} s", task.steps, number(task.time_step_s)),
+    };
+    let _ = writeln!(page, "{}: {over}\n", task.name);
+    let mut costs = table(&["expected cost", "", ""]);
+    costs.add_row(["kept, D", &number(task.cost), ""]);
+    let known = |cost: Option<f64>, else_: &str| cost.map_or_else(|| else_.to_owned(), number);
+    costs.add_row(["of the design", &known(task.own_cost, "none"), ""]);
+    costs.add_row(["least, the state known exactly", &number(task.minimum_cost), ""]);
+    costs.add_row(["nothing measured", &known(task.open_loop_cost, "without limit"), ""]);
+    align_right(&mut costs, 1..2);
+    let _ = writeln!(page, "{costs}\n");
+    let mut rows = table(&["information", "bits per step", "bits", "for"]);
+    for line in &task.order {
+        let rate = line.bits_per_step;
+        let total = rate.filter(|_| !task.stationary).map(|rate| rate * task.steps as f64);
+        let shown = |bits: Option<f64>, else_: &str| bits.map_or_else(|| else_.to_owned(), number);
+        rows.add_row([line.what.clone(), shown(rate, "not known"), shown(total, ""), line.assumption.clone()]);
+    }
+    align_right(&mut rows, 1..3);
+    let _ = writeln!(page, "{rows}\n");
+    summary(&mut page, task);
+    sensor(&mut page, task);
+    for remark in &task.remarks {
+        let _ = writeln!(page, "Note: {remark}.");
+    }
+    page
+}
+
+fn summary(page: &mut String, task: &TaskBound) {
+    if let Some(efficiency) = task.efficiency {
+        let of_controls = task.control_efficiency.map_or_else(String::new, |share| {
+            format!(", and {} % of what reaches the controls", number(100.0 * share))
+        });
+        let _ = writeln!(
+            page,
+            "Efficiency: the minimum is {} % of what the measurements give{of_controls}.",
+            number(100.0 * efficiency)
+        );
+    }
+    let gap = format!(
+        "certified to {:.1e} bits by a point of the dual, after {} Newton steps",
+        task.duality_gap_bits, task.newton_steps
+    );
+    let _ = writeln!(page, "The minimum is {gap}.");
+    let _ = writeln!(page, "One more of cost would save {} bits.", number(task.price_bits_per_cost));
+    let _ = writeln!(
+        page,
+        "Prefix-free codes with scalar quantisers need at most {} bits per step for the virtual sensor.",
+        number(task.quantiser_bits_per_step)
+    );
+    if let Some(last) = task.last_measurement_bits {
+        let _ =
+            writeln!(page, "The measurement at the end, which no decision follows, gives {} bits more.", number(last));
+    }
+    page.push('\n');
+}
+
+fn sensor(page: &mut String, task: &TaskBound) {
+    let sensor = &task.virtual_sensor;
+    if sensor.rank == 0 {
+        let _ = writeln!(page, "Virtual sensor: none; the cost is kept with nothing measured.\n");
+        return;
+    }
+    let numbers = if sensor.rank == 1 { "number" } else { "numbers" };
+    let _ = writeln!(page, "Virtual sensor: at most {} {numbers} at a decision.", sensor.rank);
+    let total: f64 = sensor.measured.iter().map(|one| one.bits).sum();
+    let shares = sensor.measured.iter().filter(|one| one.bits >= 0.005 * total);
+    let shares: Vec<_> = shares.map(|one| format!("{} {:.0} %", one.state, 100.0 * one.bits / total)).collect();
+    let _ = writeln!(page, "Its information is about {}.\n", shares.join(", "));
+    let mut rows = table(&["time, s", "bits", "at", "bits there", "measures", "with deviation"]);
+    for window in &sensor.windows {
+        window_rows(&mut rows, window, task);
+    }
+    align_right(&mut rows, 1..4);
+    let _ = writeln!(page, "{rows}\n");
+}
+
+fn window_rows(rows: &mut comfy_table::Table, window: &SensorWindow, task: &TaskBound) {
+    let span = match task.stationary {
+        true => "any".to_owned(),
+        false => format!("{} to {}", number(window.from_s), number(window.until_s)),
+    };
+    let at = if task.stationary { String::new() } else { number(window.strongest as f64 * task.time_step_s) };
+    if window.directions.is_empty() {
+        rows.add_row([
+            span.clone(),
+            number(window.bits),
+            String::new(),
+            String::new(),
+            "nothing".to_owned(),
+            String::new(),
+        ]);
+    }
+    for (place, direction) in window.directions.iter().take(SHOWN).enumerate() {
+        let first = |text: String| if place == 0 { text } else { String::new() };
+        rows.add_row([
+            first(span.clone()),
+            first(number(window.bits)),
+            first(at.clone()),
+            number(direction.bits),
+            direction.text.clone(),
+            format!("{} {}", number(direction.deviation), direction.unit).trim_end().to_owned(),
+        ]);
+    }
+}
+
+fn curve_page(task: &TaskBound, curve: &Curve) -> String {
+    let mut page = String::new();
+    let mut rows = table(&["cost", "minimum, bits per step", "certified from", ""]);
+    for point in &curve.points {
+        let own = if point.cost == task.cost { "D" } else { "" };
+        let note = point.error.as_deref().unwrap_or(own);
+        rows.add_row([
+            number(point.cost),
+            number(point.minimum_bits_per_step),
+            number(point.minimum_lower_bits_per_step),
+            note.to_owned(),
+        ]);
+    }
+    align_right(&mut rows, 0..3);
+    let _ = writeln!(page, "{rows}\n");
+    page
+}

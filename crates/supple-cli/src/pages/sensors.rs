@@ -1,0 +1,132 @@
+use std::fmt::Write;
+
+use supple_study::About;
+use supple_study::sensors::{Certificate, Search, SensorGoal, SensorSet, Sensors, SetBy};
+
+use crate::tables::{align_right, heading, number, table};
+
+/// The page of `supple sensors`.
+pub fn sensors_page(about: &About, study: &Sensors) -> String {
+    let mut page = heading(about) + &asked(study) + &sets(study);
+    page.push_str(&values(study));
+    page.push_str(&certificate(study));
+    page
+}
+
+/// What was asked for, in a sentence.
+fn asked(study: &Sensors) -> String {
+    let options = &study.options;
+    let what = match (options.cost, options.goal) {
+        (Some(cost), _) => format!("The cheapest sensors with an expected cost of at most {}", number(cost)),
+        (None, SensorGoal::Cost) => "The sensors of the least expected cost".to_owned(),
+        (None, SensorGoal::Information) => "The sensors of the most information".to_owned(),
+    };
+    let mut limits = Vec::new();
+    limits.extend(options.budget.map(|budget| format!("a budget of {}", number(budget))));
+    limits.extend(options.count.map(|count| format!("a count of {count}")));
+    let within = if limits.is_empty() { String::new() } else { format!(" within {}", limits.join(" and ")) };
+    let from = if study.catalogue { "the catalogue" } else { "the task's own measurements" };
+    let tasks =
+        if study.tasks.len() > 1 { format!(", all of {} together", study.tasks.join(", ")) } else { String::new() };
+    format!("{what}{within}, from {from}{tasks}:\n\n")
+}
+
+fn sets(study: &Sensors) -> String {
+    let mut rows = table(&["", "expected cost", "information, bits", "price", "sensors"]);
+    let mut row = |name: &str, set: &SensorSet, sensors: String| {
+        let numbers = [set.expected_cost, set.information_bits, set.price].map(number);
+        rows.add_row([name.to_owned()].into_iter().chain(numbers).chain([sensors]));
+    };
+    let names = |set: &SensorSet| if set.sensors.is_empty() { "none".to_owned() } else { set.sensors.join(", ") };
+    row("none of them", &study.none, String::new());
+    if let Some(greedy) = &study.greedy {
+        let by = if greedy.by == SetBy::GainPerPrice { "greedy, by gain per price" } else { "greedy, by gain" };
+        row(by, greedy, names(greedy));
+    }
+    if let Some(best) = &study.best {
+        row(if study.certificate.proved { "the best" } else { "the best found" }, best, names(best));
+    }
+    row("all of them", &study.all, String::new());
+    align_right(&mut rows, 1..4);
+    format!("{rows}\n\n")
+}
+
+/// What every sensor is worth, the most valuable one alone first.
+fn values(study: &Sensors) -> String {
+    let header = [
+        "sensor",
+        "price",
+        "saves alone",
+        "per price",
+        "in the set",
+        "beyond all",
+        "bits alone",
+        "bits beyond all",
+        "",
+    ];
+    let mut rows = table(&header);
+    let mut sensors: Vec<_> = study.sensors.iter().collect();
+    sensors.sort_by(|a, b| b.saved_alone.total_cmp(&a.saved_alone));
+    for sensor in sensors {
+        let numbers = [sensor.saved_in_set, sensor.saved_beyond_others, sensor.bits_alone, sensor.bits_beyond_others];
+        let per_price = sensor.saved_alone_per_price.map(number).unwrap_or_default();
+        let first = [sensor.name.clone(), number(sensor.price), number(sensor.saved_alone), per_price];
+        let last = if sensor.chosen { "chosen" } else { "" };
+        rows.add_row(first.into_iter().chain(numbers.map(number)).chain([last.to_owned()]));
+    }
+    align_right(&mut rows, 1..8);
+    let note = "Cost and bits that each sensor saves and gives: as the only candidate, in the chosen set, and beyond all others.";
+    format!("{rows}\n\n{note}\n")
+}
+
+fn certificate(study: &Sensors) -> String {
+    let Certificate { bound, certified_ratio, search, searched_bound, proved, ratio, tried } = study.certificate;
+    let (better, unit) = match (study.options.cost, study.options.goal) {
+        (Some(_), _) => ("cheaper than", "a price of "),
+        (None, SensorGoal::Cost) => ("better than", "an expected cost of "),
+        (None, SensorGoal::Information) => ("better than", "an information, bits, of "),
+    };
+    let mut text = format!("No set within the limits can be {better} {unit}{}.\n", number(bound));
+    if study.options.cost.is_some() {
+        let _ = writeln!(text, "{}", of_prices(study));
+        return text;
+    }
+    // Rounded down: a share is certified.
+    let share = |ratio: f64| format!("{:.2} %", (1e4 * ratio).floor() / 100.0);
+    if let Some(certified) = certified_ratio {
+        let _ = writeln!(
+            text,
+            "Greedy choice is certified to have at least {} of the best possible gain.",
+            share(certified)
+        );
+    }
+    if let (Some(search), Some(searched), Some(ratio)) = (search, searched_bound, ratio) {
+        let _ = match (search, proved) {
+            (Search::Exhaustive, _) => writeln!(text, "A search of all sets shows that it has {}.", share(ratio)),
+            (_, true) => writeln!(text, "Branch and bound proves that it has {}.", share(ratio)),
+            (_, false) => writeln!(
+                text,
+                "Branch and bound was not finished. It shows that no set can be {better} {unit}{}, so that greedy choice has at \
+                 least {}.",
+                number(searched),
+                share(ratio)
+            ),
+        };
+    }
+    let _ = writeln!(text, "{tried} sets and regions were tried.");
+    text
+}
+
+/// How far from the least price the greedy one can be.
+fn of_prices(study: &Sensors) -> String {
+    let Certificate { bound, searched_bound, proved, tried, .. } = study.certificate;
+    let price = study.greedy.as_ref().map_or(study.chosen.price, |greedy| greedy.price);
+    let above =
+        |bound: f64| if bound > 0.0 { format!("{:.4} times", price / bound) } else { "any multiple of".to_owned() };
+    let mut text = format!("Greedy choice is certified to cost at most {} the least price.", above(bound));
+    if let Some(searched) = searched_bound {
+        let how = if proved { "The search proves" } else { "The search, which was not finished, shows" };
+        let _ = write!(text, " {how} at most {}.", above(searched));
+    }
+    text + &format!("\n{tried} sets and regions were tried.")
+}

@@ -1,0 +1,219 @@
+//! Bounds on information: how little would do at a design, and over a range of costs.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use supple::bound::{BoundReport, Bounding, TaskBound};
+
+use crate::{Cell, Column, LoadedTask, StudyError, Table, Watch, write_text};
+
+/// What a study of bounds does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoundOptions {
+    /// The task; all of them where left out.
+    pub task: Option<String>,
+    /// The expected cost to keep; the design's own where left out.
+    pub cost: Option<f64>,
+    /// Bounds by step of the steady state instead of those over the horizon.
+    pub stationary: bool,
+    /// Points of a curve of the minimum over the cost; none where left out.
+    pub curve: Option<usize>,
+}
+
+/// Bounds on information, and curves of the minimum over the cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BoundStudy {
+    /// What was asked for.
+    pub options: BoundOptions,
+    /// The bounds of each task.
+    #[serde(flatten)]
+    pub report: BoundReport,
+    /// The curve of each task, in the same order; none where they were not asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curves: Vec<Curve>,
+}
+
+/// The least information of a task over the cost to keep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// The task.
+    pub task: String,
+    /// Points by increasing cost.
+    pub points: Vec<CurvePoint>,
+}
+
+/// A point of a curve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// The expected cost: over the task, or per step where it is stationary.
+    pub cost: f64,
+    /// The least information, bits by decision; NaN where it could not be found.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub minimum_bits_per_step: f64,
+    /// What it is certainly not below.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub minimum_lower_bits_per_step: f64,
+    /// The best bound in closed form; 0 over a horizon, which has none.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub closed_form_bits_per_step: f64,
+    /// Why it could not be found, where it could not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+/// The file with the points of all curves.
+pub const CURVE_CSV: &str = "curve.csv";
+
+/// The first point of a curve costs this share of the cost asked for more than the least there is, both above that least.
+const NEAREST: f64 = 0.02;
+
+/// Its last one costs so many times as much more, or as much as with nothing measured, where that is less.
+const FARTHEST: f64 = 50.0;
+
+/// Finds the bounds of each task, and the curves where they are asked for: their points all at once.
+///
+/// A curve has the cost of the bounds as one of its points; the others' distances to the least cost grow by equal ratios.
+///
+/// # Errors
+/// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 points, or it is
+/// told to stop.
+pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<BoundStudy, StudyError> {
+    if let Some(points @ 0..=1) = options.curve {
+        return Err(StudyError::usage(format!("{points} points are no curve; ask for at least 2")));
+    }
+    let wanted = supple::bound::BoundOptions {
+        task: options.task.clone(),
+        cost: options.cost,
+        stationary: options.stationary,
+        ..Default::default()
+    };
+    let LoadedTask { problem, phi, .. } = task;
+    let bounding = problem.bounding(phi, &wanted)?;
+    let count = bounding.len() * (1 + options.curve.unwrap_or(0));
+    watch.progress.begin("bounds on information", 0, count as u64);
+    let reports = bounding.par_iter().map(|one| {
+        let report = stoppable(watch, || Ok(one.report(options.cost)?));
+        watch.progress.advance(1);
+        report
+    });
+    let tasks = reports.collect::<Result<Vec<_>, _>>()?;
+    let curves = match options.curve {
+        None => Vec::new(),
+        Some(points) => {
+            let both = bounding.iter().zip(&tasks);
+            both.map(|(one, report)| curve(one, report, points, watch)).collect::<Result<_, _>>()?
+        }
+    };
+    let report = BoundReport { parameters: task.parameters(), tasks };
+    Ok(BoundStudy { options: options.clone(), report, curves })
+}
+
+/// Does work unless it is told to stop.
+fn stoppable<T>(watch: Watch, work: impl FnOnce() -> Result<T, StudyError>) -> Result<T, StudyError> {
+    if watch.is_stopped() { Err(StudyError::Stopped) } else { work() }
+}
+
+fn curve(bounding: &Bounding, report: &TaskBound, points: usize, watch: Watch) -> Result<Curve, StudyError> {
+    let costs = costs(bounding, report, points);
+    let point = |&cost: &f64| {
+        stoppable(watch, || {
+            let found = bounding.point(cost);
+            watch.progress.advance(1);
+            Ok(match found {
+                Ok(found) => CurvePoint {
+                    cost,
+                    minimum_bits_per_step: found.minimum_bits_per_step,
+                    minimum_lower_bits_per_step: found.minimum_lower_bits_per_step,
+                    closed_form_bits_per_step: found.closed_form_bits_per_step,
+                    error: None,
+                },
+                Err(error) => CurvePoint {
+                    cost,
+                    minimum_bits_per_step: f64::NAN,
+                    minimum_lower_bits_per_step: f64::NAN,
+                    closed_form_bits_per_step: f64::NAN,
+                    error: Some(error.to_string()),
+                },
+            })
+        })
+    };
+    let points = costs.par_iter().map(point).collect::<Result<Vec<_>, _>>()?;
+    Ok(Curve { task: bounding.name().to_owned(), points })
+}
+
+/// Costs of a curve: their distances to the least there is by equal ratios, that of the bounds among them.
+fn costs(bounding: &Bounding, report: &TaskBound, points: usize) -> Vec<f64> {
+    let least = bounding.minimum_cost();
+    let own = report.cost - least;
+    let open = report.open_loop_cost.map_or(f64::INFINITY, |cost| cost - least);
+    let (near, far) = (NEAREST * own, (FARTHEST * own).min(open).max(own));
+    let last = (points - 1) as f64;
+    let mut costs: Vec<f64> = (0..points).map(|i| least + near * (far / near).powf(i as f64 / last)).collect();
+    let distance = |i: &usize| ((costs[*i] - least) / own).ln().abs();
+    if let Some(nearest) = (0..points).min_by(|a, b| distance(a).total_cmp(&distance(b))) {
+        costs[nearest] = report.cost;
+    }
+    costs
+}
+
+impl BoundStudy {
+    /// The study as programs read it: of one task all that is known of it at the top level.
+    ///
+    /// # Errors
+    /// Where it cannot be told in JSON.
+    pub fn json(&self) -> Result<String, StudyError> {
+        let told = |error: serde_json::Error| StudyError::Usage(error.to_string());
+        let (Value::Object(mut all), [task]) = (serde_json::to_value(self).map_err(told)?, &self.report.tasks[..])
+        else {
+            return serde_json::to_string_pretty(self).map_err(told);
+        };
+        all.remove("tasks");
+        if let Some(curve) = self.curves.first() {
+            all.remove("curves");
+            all.insert("curve".to_owned(), serde_json::to_value(&curve.points).map_err(told)?);
+        }
+        if let Value::Object(of_task) = serde_json::to_value(task).map_err(told)? {
+            all.extend(of_task);
+        }
+        serde_json::to_string_pretty(&Value::Object(all)).map_err(told)
+    }
+
+    /// The points of all curves.
+    pub fn table(&self) -> Table {
+        let column = |name: &str, unit: &str, description: &str| Column {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            description: description.to_owned(),
+        };
+        let columns = vec![
+            column("task", "", "the task"),
+            column("cost", "", "expected cost: over the task, or per step where it is stationary"),
+            column("minimum_bits_per_step", "bit", "least directed information by decision"),
+            column("minimum_lower_bits_per_step", "bit", "what it is certainly not below"),
+            column("closed_form_bits_per_step", "bit", "best bound in closed form; 0 over a horizon, which has none"),
+            column("error", "", "why the point could not be found"),
+        ];
+        let row = |task: &str, point: &CurvePoint| {
+            vec![
+                Cell::Text(task.to_owned()),
+                Cell::number(point.cost),
+                Cell::number(point.minimum_bits_per_step),
+                Cell::number(point.minimum_lower_bits_per_step),
+                Cell::number(point.closed_form_bits_per_step),
+                point.error.as_ref().map_or(Cell::Missing, |error| Cell::Text(error.clone())),
+            ]
+        };
+        let rows = self.curves.iter().flat_map(|curve| curve.points.iter().map(|point| row(&curve.task, point)));
+        Table { columns, rows: rows.collect() }
+    }
+
+    /// Writes the points of all curves as CSV, where there are any.
+    pub(crate) fn save_table(&self, folder: &Path) -> Result<(), StudyError> {
+        if self.curves.is_empty() {
+            return Ok(());
+        }
+        write_text(&folder.join(CURVE_CSV), self.table().to_csv().as_bytes())
+    }
+}

@@ -1,0 +1,139 @@
+//! Choices from catalogues, as reports tell them.
+
+use serde::{Deserialize, Serialize};
+use supple::design::{CatalogueDesign, CatalogueMethod, Combination, Design, DesignStatus, Searcher};
+use supple::{Named, Problem};
+
+/// How many of the best combinations are told.
+const BEST: usize = 10;
+
+/// The entries of catalogues that were chosen.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CatalogueReport {
+    /// How they were chosen.
+    pub method: CatalogueMethod,
+    /// How many combinations of entries there are.
+    pub combinations: u64,
+    /// How many of them were designed, or could not be.
+    pub designed: usize,
+    /// How many of them meet every bound.
+    pub feasible: usize,
+    /// How many could not be designed.
+    pub failed: usize,
+    /// Why the first of these could not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Whether the choice came to its end: all combinations were tried, or no neighbour of the chosen one is better.
+    pub complete: bool,
+    /// The chosen entry of each catalogue.
+    pub chosen: Vec<ChosenEntry>,
+    /// What the chosen entries cost together, in the currency of the catalogues; none where an entry has no price.
+    pub price: Option<f64>,
+    /// The best design without catalogues.
+    pub continuous: ContinuousOptimum,
+    /// Bits that the chosen design needs more than that; none where one of both misses a bound.
+    pub gap_bits: Option<f64>,
+    /// The best combinations of entries, the chosen one first: at most 10.
+    pub best: Vec<CombinationReport>,
+}
+
+/// An entry of a catalogue that was chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChosenEntry {
+    /// The parameter.
+    pub parameter: String,
+    /// The value, in the unit of the parameter.
+    pub value: f64,
+    /// What its maker calls it.
+    pub name: Option<String>,
+    /// What it costs to buy.
+    pub price: Option<f64>,
+    /// The value of the best design without catalogues.
+    pub continuous: f64,
+}
+
+/// The best design without catalogues.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ContinuousOptimum {
+    /// How its search ended.
+    pub status: DesignStatus,
+    /// All parameters.
+    pub parameters: Named,
+    /// Its objective, bits.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub information_bits: f64,
+    /// Expected cost of each task.
+    pub expected_costs: Vec<f64>,
+    /// How far the worst task is above its bound, relative to it.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub violation: f64,
+}
+
+/// A combination of entries, with the other parameters optimised.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CombinationReport {
+    /// How its search ended; where nothing but catalogues is designed, whether it meets every bound.
+    pub status: DesignStatus,
+    /// All parameters.
+    pub parameters: Named,
+    /// Its objective, bits.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub information_bits: f64,
+    /// How far the worst task is above its bound, relative to it.
+    #[serde(deserialize_with = "supple::or_nan")]
+    pub violation: f64,
+}
+
+impl CatalogueReport {
+    /// Of a design, where it has catalogues.
+    pub(crate) fn of(searcher: &Searcher, found: &Design) -> Option<Self> {
+        let design = found.catalogue.as_ref()?;
+        let problem = searcher.problem;
+        let chosen = chosen(problem, design);
+        let bits = |nats: f64| nats / std::f64::consts::LN_2;
+        let named = |phi: &[f64]| Named::new(&problem.parameters, phi);
+        let free = &design.continuous;
+        let combination = |Combination { summary, .. }: &Combination| CombinationReport {
+            status: summary.status,
+            parameters: named(&summary.to),
+            information_bits: bits(summary.information),
+            violation: summary.violation,
+        };
+        Some(Self {
+            method: design.method,
+            combinations: design.combinations,
+            designed: design.designed.len() + design.failed,
+            feasible: design.feasible(searcher),
+            failed: design.failed,
+            error: design.first_error.as_ref().map(ToString::to_string),
+            complete: design.complete,
+            price: chosen.iter().map(|entry| entry.price).sum(),
+            chosen,
+            continuous: ContinuousOptimum {
+                status: free.status,
+                parameters: named(&free.to),
+                information_bits: bits(free.information),
+                expected_costs: free.costs.clone(),
+                violation: free.violation,
+            },
+            gap_bits: design.gap(searcher).map(bits),
+            best: design.designed.iter().take(BEST).map(combination).collect(),
+        })
+    }
+}
+
+fn chosen(problem: &Problem, design: &CatalogueDesign) -> Vec<ChosenEntry> {
+    let places = problem.parameters.catalogued().into_iter();
+    let entry = |(place, &entry): (usize, &usize)| {
+        let parameter = problem.parameters.get(place);
+        let entry = &parameter.catalogue[entry];
+        ChosenEntry {
+            parameter: parameter.name.clone(),
+            value: entry.value,
+            name: entry.name.clone(),
+            price: entry.price,
+            continuous: design.continuous.to[place],
+        }
+    };
+    places.zip(&design.chosen().entries).map(entry).collect()
+}

@@ -1,0 +1,329 @@
+//! Bounds on the information of a problem's tasks at one design.
+
+use supple_kernels::Matrices;
+
+use super::dense::{congruence, dense};
+use super::floors::{data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
+use super::horizon::{Horizon, Stationary};
+use super::minimum::minimum_information;
+use super::own::Own;
+use super::report::{BoundReport, TaskBound, order};
+use super::sensor::virtual_sensors;
+use super::sensor_report::sensor_report;
+use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
+use super::stationary::stationary_minimum;
+use super::steady::stationary;
+use crate::design::plan_at;
+use crate::pipeline::TaskState;
+use crate::problem::{Problem, Task};
+use crate::{Channel, Error, Named};
+
+const LN_2: f64 = std::f64::consts::LN_2;
+
+/// What bounds are asked for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BoundOptions {
+    /// The task; all of them where left out.
+    pub task: Option<String>,
+    /// D, the expected cost to keep: over the task, or per step where stationary; the design's own where left out.
+    pub cost: Option<f64>,
+    /// Bounds by step of the steady state instead of those over the horizon; for linear models that do not change over time.
+    pub stationary: bool,
+    /// How the minimum is searched for.
+    pub settings: BoundSettings,
+}
+
+impl Problem {
+    /// How little information would do at a design, for each task that is asked for: all parameters in the order of
+    /// declaration.
+    ///
+    /// # Errors
+    /// Where `phi` has the wrong length, no task has the name, one cost is given for several tasks, a plan cannot be
+    /// computed, the cost is below the least there is, or a stationary bound is asked for of a task that has none.
+    pub fn bound(&self, phi: &[f64], options: &BoundOptions) -> Result<BoundReport, Error> {
+        let tasks = self.bounding(phi, options)?;
+        let tasks = tasks.iter().map(|bounding| bounding.report(options.cost)).collect::<Result<_, _>>()?;
+        Ok(BoundReport { parameters: Named::new(&self.parameters, phi), tasks })
+    }
+
+    /// The first half of [`bound`](Self::bound): what all bounds of each task have in common, whatever the cost.
+    ///
+    /// # Errors
+    /// As of [`bound`](Self::bound).
+    pub fn bounding(&self, phi: &[f64], options: &BoundOptions) -> Result<Vec<Bounding>, Error> {
+        self.check_design(phi)?;
+        let names = || self.tasks.iter().map(|task| format!("`{}`", task.name)).collect::<Vec<_>>().join(", ");
+        let wanted = |task: &&Task| options.task.as_ref().is_none_or(|name| *name == task.name);
+        let tasks: Vec<&Task> = self.tasks.iter().filter(wanted).collect();
+        if let (Some(name), []) = (&options.task, &tasks[..]) {
+            return Err(Error::Unknown { what: "task", name: name.clone(), valid: names() });
+        }
+        if options.cost.is_some() && tasks.len() > 1 {
+            return Err(Error::NoBound {
+                what: format!("one cost is asked for, and there are several tasks: {}", names()),
+                advice: "say which task the cost is of",
+            });
+        }
+        tasks.into_iter().map(|task| Bounding::new((self, task), phi, options)).collect()
+    }
+}
+
+/// What the bounds of one task at one design are found from.
+pub struct Bounding {
+    kind: Kind,
+    settings: BoundSettings,
+    own: Own,
+    channels: Vec<Channel>,
+    floor_nats: f64,
+    name: String,
+    time_step: f64,
+}
+
+enum Kind {
+    Horizon(Horizon),
+    Stationary(Stationary),
+}
+
+/// The minimum at one cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundPoint {
+    /// D, the expected cost: over the task, or per step where it is stationary.
+    pub cost: f64,
+    /// The least information, bits by decision.
+    pub minimum_bits_per_step: f64,
+    /// What it is certainly not below.
+    pub minimum_lower_bits_per_step: f64,
+    /// The best bound in closed form, bits by decision.
+    pub closed_form_bits_per_step: f64,
+}
+
+/// The minimum of either kind.
+struct Minimum {
+    nats: f64,
+    lower_nats: f64,
+    slope: f64,
+    per_step_nats: Vec<f64>,
+    sensors: Vec<VirtualSensor>,
+    predicted: Matrices,
+    iterations: usize,
+    status: BoundStatus,
+}
+
+impl Bounding {
+    fn new((problem, task): (&Problem, &Task), phi: &[f64], options: &BoundOptions) -> Result<Self, Error> {
+        let mut state = TaskState::new(task);
+        plan_at((problem, task), phi, None, (0, 0), &mut state)?;
+        let (kind, own, floor_nats) = if options.stationary {
+            let problem = stationary(task, phi, &state)?;
+            let own = Own::steady(&problem, &state)?;
+            let floor = data_rate_floor(&problem.dynamics)?;
+            (Kind::Stationary(problem), own, floor)
+        } else {
+            let horizon = Horizon::of_plan(&state.plan, &state.noise);
+            let floor = product_growth(&horizon.dynamics, task.steps)?;
+            (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, floor)
+        };
+        Ok(Self {
+            kind,
+            settings: options.settings,
+            own,
+            channels: task.system.channels().states,
+            floor_nats,
+            name: task.name.clone(),
+            time_step: task.time_step.resolve(phi),
+        })
+    }
+
+    /// The task.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// T: decisions that rates are over; 1 where it is stationary.
+    pub fn steps(&self) -> usize {
+        match &self.kind {
+            Kind::Horizon(horizon) => horizon.prices.count(),
+            Kind::Stationary(_) => 1,
+        }
+    }
+
+    /// The expected cost of the design with its own sensors; none where its filter has no steady state.
+    pub fn own_cost(&self) -> Option<f64> {
+        self.own.cost
+    }
+
+    /// The expected cost with the state known exactly.
+    pub fn minimum_cost(&self) -> f64 {
+        match &self.kind {
+            Kind::Horizon(horizon) => horizon.base_cost,
+            Kind::Stationary(problem) => problem.base_cost,
+        }
+    }
+
+    /// The expected cost with nothing measured; none where it is infinite.
+    pub fn open_loop_cost(&self) -> Option<f64> {
+        let cost = match &self.kind {
+            Kind::Horizon(horizon) => {
+                let (mut covariance, mut cost) = (dense(&horizon.initial, 0), horizon.base_cost);
+                for t in 0..horizon.prices.count() {
+                    cost += dense(&horizon.prices, t).dot(&covariance);
+                    let noise = dense(&horizon.process, t);
+                    covariance = congruence(&dense(&horizon.dynamics, t), &covariance) + noise;
+                }
+                cost
+            }
+            // Powers of A by squaring: sum of A^k W A'^k.
+            Kind::Stationary(problem) => {
+                let (mut a, mut covariance) = (dense(&problem.dynamics, 0), dense(&problem.process, 0));
+                for _ in 0..60 {
+                    covariance += congruence(&a, &covariance);
+                    a = &a * &a;
+                }
+                let settled = a.iter().all(|entry| entry.abs() < 1e-9);
+                let cost = problem.base_cost + dense(&problem.price, 0).dot(&covariance);
+                if settled { cost } else { f64::INFINITY }
+            }
+        };
+        cost.is_finite().then_some(cost)
+    }
+
+    /// The minimum at a cost.
+    ///
+    /// # Errors
+    /// Where the cost is not above the least there is, or nothing can be certified.
+    pub fn point(&self, cost: f64) -> Result<BoundPoint, Error> {
+        let minimum = self.minimum(cost)?;
+        let bits = |nats: f64| nats / LN_2 / self.steps() as f64;
+        Ok(BoundPoint {
+            cost,
+            minimum_bits_per_step: bits(minimum.nats),
+            minimum_lower_bits_per_step: bits(minimum.lower_nats),
+            closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
+        })
+    }
+
+    /// The best bound in closed form: nats per step.
+    fn closed_form_nats(&self, cost: f64) -> f64 {
+        match &self.kind {
+            Kind::Horizon(_) => 0.0,
+            Kind::Stationary(problem) => kostina_hassibi(problem, cost, self.floor_nats).nats.max(self.floor_nats),
+        }
+    }
+
+    fn minimum(&self, cost: f64) -> Result<Minimum, Error> {
+        match &self.kind {
+            Kind::Horizon(horizon) => {
+                let found = minimum_information(horizon, cost, &self.settings)?;
+                Ok(Minimum {
+                    nats: found.nats,
+                    lower_nats: found.lower_nats,
+                    slope: found.slope,
+                    sensors: virtual_sensors(&found),
+                    per_step_nats: found.per_step_nats,
+                    predicted: found.predicted,
+                    iterations: found.iterations,
+                    status: found.status,
+                })
+            }
+            Kind::Stationary(problem) => {
+                let found = stationary_minimum(problem, cost, &self.settings)?;
+                Ok(Minimum {
+                    nats: found.nats,
+                    lower_nats: found.lower_nats,
+                    slope: found.slope,
+                    per_step_nats: vec![found.nats],
+                    sensors: vec![found.virtual_sensor()],
+                    predicted: found.predicted,
+                    iterations: found.iterations,
+                    status: found.status,
+                })
+            }
+        }
+    }
+
+    /// All bounds at a cost, or at the design's own.
+    ///
+    /// # Errors
+    /// As of [`point`](Self::point), or where the design has no cost of its own and none is given.
+    pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
+        let cost = cost.or(self.own.cost).ok_or_else(|| Error::NoBound {
+            what: format!("the filter of task `{}` has no steady state, and so no expected cost per step", self.name),
+            advice: "give the cost to keep, or sensors that see every unstable state",
+        })?;
+        let minimum = self.minimum(cost)?;
+        let steps = self.steps();
+        let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
+        let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
+        let sum = |nats: &Option<Vec<f64>>| nats.as_ref().map(|nats| bits(nats.iter().sum()));
+        let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
+        let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
+        let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
+        let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
+        let (kh, vacuous) = self.kostina_hassibi(cost);
+        let mut report = TaskBound {
+            name: self.name.clone(),
+            stationary: matches!(self.kind, Kind::Stationary(_)),
+            status: self.own.status,
+            steps,
+            time_step_s: self.time_step,
+            cost,
+            own_cost: self.own.cost,
+            minimum_cost: self.minimum_cost(),
+            open_loop_cost: self.open_loop_cost(),
+            floor_bits_per_step: bits(self.floor_nats),
+            floor_is_bound: matches!(self.kind, Kind::Stationary(_)),
+            kostina_hassibi_bits_per_step: kh,
+            kostina_hassibi_vacuous: vacuous,
+            closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
+            minimum_bits_per_step: bits(minimum.nats),
+            minimum_lower_bits_per_step: bits(minimum.lower_nats),
+            minimum_bits: total(minimum.nats),
+            duality_gap_bits: total(minimum.nats - minimum.lower_nats),
+            price_bits_per_cost: (-total(minimum.slope)).max(0.0),
+            newton_steps: minimum.iterations,
+            minimum_per_step_bits: list(&minimum.per_step_nats),
+            quantiser_bits_per_step: quantiser_bound(total(minimum.nats), &sensor.rank_per_step) / steps as f64,
+            control_bits_per_step: control,
+            control_per_step_bits: list(self.own.control.as_deref().unwrap_or_default()),
+            measurement_bits_per_step: measurement,
+            measurement_per_step_bits: list(self.own.measurement.as_deref().unwrap_or_default()),
+            last_measurement_bits: self.own.last_measurement.map(total),
+            efficiency: share(measurement),
+            control_efficiency: share(control),
+            order: Vec::new(),
+            remarks: self.own.remarks.clone(),
+            virtual_sensor: sensor,
+        };
+        report.order = order(&report);
+        report.remarks.extend(remarks(&report, minimum.status, at_own));
+        Ok(report)
+    }
+
+    fn kostina_hassibi(&self, cost: f64) -> (Option<f64>, Option<super::Vacuous>) {
+        match &self.kind {
+            Kind::Horizon(_) => (None, None),
+            Kind::Stationary(problem) => {
+                let found = kostina_hassibi(problem, cost, self.floor_nats);
+                let silent =
+                    matches!(found.vacuous, Some(super::Vacuous::SingularProcess | super::Vacuous::SingularPrice));
+                ((!silent).then_some(found.nats / LN_2), found.vacuous)
+            }
+        }
+    }
+}
+
+/// What to know of a result beside its numbers.
+fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if status != BoundStatus::Converged {
+        let end = if status == BoundStatus::MaxIterations { "its steps were used up" } else { "of rounding" };
+        remarks.push(format!(
+            "the search for the minimum ended early, because {end}: it is certain to lie within {:.3e} bits below what is shown",
+            report.duality_gap_bits
+        ));
+    }
+    if !at_own {
+        remarks.push("the efficiency is that at the design's own cost: leave the cost out to see it".to_owned());
+    }
+    remarks
+}

@@ -1,0 +1,155 @@
+//! What is known of the minimum without searching for it: bounds in closed form, and what codes cost beside them.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{DMatrix, DVector, Schur};
+use supple_kernels::Matrices;
+
+use super::horizon::Stationary;
+use super::product::log_singular_values;
+use crate::Error;
+
+/// Iterations for eigenvalues at most.
+const EIGENVALUE_ITERATIONS: usize = 10_000;
+
+/// A matrix counts as singular when, with its diagonal scaled to 1, its least eigenvalue is at most this times its order.
+const SINGULAR: f64 = 1e-13;
+
+/// The data-rate theorem: `sum log |lambda|` over the eigenvalues of `A` outside the unit circle (theory, equation L.20),
+/// nats per step. No controller that keeps the state bounded needs less.
+///
+/// `dynamics`: one matrix, n x n.
+///
+/// # Errors
+/// Where an entry is not finite, or the eigenvalues cannot be found.
+pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
+    let a = square(dynamics, 0);
+    if a.iter().any(|entry| !entry.is_finite()) {
+        return Err(Error::NotFinite { what: "the dynamics", step: 0 });
+    }
+    let mut balanced = a;
+    balance_parlett_reinsch(&mut balanced);
+    // The iteration stalls at matrices such as cyclic permutations, and no longer once they are turned.
+    let turned = std::iter::successors(Some(balanced), |matrix| Some(turn(matrix)));
+    let schur = turned.take(4).find_map(|matrix| Schur::try_new(matrix, f64::EPSILON, EIGENVALUE_ITERATIONS));
+    let schur = schur.ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
+    Ok(schur.complex_eigenvalues().iter().map(|value| value.norm().ln().max(0.0)).sum())
+}
+
+/// A matrix in other orthonormal coordinates: it keeps its eigenvalues.
+fn turn(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = matrix.nrows();
+    let axis = DVector::from_fn(n, |i, _| 1.0 + (i as f64 + 1.0).sqrt()).normalize();
+    let reflection = DMatrix::identity(n, n) - 2.0 * &axis * axis.transpose();
+    &reflection * matrix * &reflection
+}
+
+/// `sum log sigma` over the singular values above 1 of `A_{T-1} ... A_0` (theory, equation L.21), nats over `steps` steps.
+///
+/// How much the open loop spreads what is not known. Over T this tends to the data-rate floor as a system that does not
+/// change goes on, but at a finite horizon it is no bound: it depends on the units of the states, and where the cost allows
+/// the spread, no information is needed at all.
+///
+/// `dynamics`: n x n, one for each step or one that holds at every step.
+///
+/// # Errors
+/// Where an entry is not finite.
+pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
+    let bad = (0..dynamics.count()).find(|&t| dynamics.at(t).iter().any(|entry| !entry.is_finite()));
+    if let Some(step) = bad {
+        return Err(Error::NotFinite { what: "the dynamics", step });
+    }
+    let matrices = (0..steps).map(|t| square(dynamics, t));
+    Ok(log_singular_values(matrices, dynamics.rows()).into_iter().map(|log| log.max(0.0)).sum())
+}
+
+/// The lower bound of Kostina and Hassibi at one cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KostinaHassibi {
+    /// Nats per step; negative or minus infinity where it says nothing.
+    pub nats: f64,
+    /// Why it says nothing beyond the data-rate floor; none where it does.
+    pub vacuous: Option<Vacuous>,
+}
+
+/// Why the bound of Kostina and Hassibi says nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Vacuous {
+    /// The process noise does not drive every state, so that its entropy power is 0.
+    SingularProcess,
+    /// Some direction of the state costs nothing while it is not known, as where controls are fewer than states.
+    SingularPrice,
+    /// At so great a cost it is below the data-rate floor.
+    LooseCost,
+}
+
+impl std::fmt::Display for Vacuous {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::SingularProcess => "says nothing: the process noise does not drive every state",
+            Self::SingularPrice => {
+                "says nothing: not knowing some direction of the state costs nothing, as where controls are fewer than states"
+            }
+            Self::LooseCost => "is below the data-rate floor at so loose a cost",
+        })
+    }
+}
+
+/// The bound of Kostina and Hassibi (theory, equation L.22): nats per step that the cost `cost` per step takes at least,
+/// `n/2 log(|det A|^(2/n) + N(W) |det Theta|^(1/n) / ((D - D_min)/n))`, with the entropy power `N(W) = |det W|^(1/n)` of
+/// Gaussian noise. `floor` is the data-rate floor in nats per step.
+///
+/// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it holds
+/// for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
+pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
+    let n = stationary.dynamics.rows() as f64;
+    let own = 2.0 / n * log_determinant(&square(&stationary.dynamics, 0));
+    let noise = log_determinant_semidefinite(&square(&stationary.process, 0));
+    let price = log_determinant_semidefinite(&square(&stationary.price, 0));
+    let (Some(noise), Some(price)) = (noise, price) else {
+        let vacuous = if noise.is_none() { Vacuous::SingularProcess } else { Vacuous::SingularPrice };
+        return KostinaHassibi { nats: 0.5 * n * own, vacuous: Some(vacuous) };
+    };
+    let driven = (noise + price) / n - ((cost - stationary.base_cost) / n).ln();
+    let (greater, less) = (own.max(driven), own.min(driven));
+    let nats = 0.5 * n * (greater + (less - greater).exp().ln_1p());
+    KostinaHassibi { nats, vacuous: (nats < floor).then_some(Vacuous::LooseCost) }
+}
+
+/// Bits that a prefix-free code with scalar quantisers needs at most where `bits` would do:
+/// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, `ranks` being how many numbers
+/// the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg, Skoglund
+/// 2016).
+pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
+    let loss = 0.5 * (4.0 * std::f64::consts::PI * std::f64::consts::E / 12.0).log2();
+    let sent = ranks.iter().filter(|&&rank| rank > 0);
+    bits + sent.map(|&rank| loss * rank as f64 + 1.0).sum::<f64>()
+}
+
+/// Square matrix `index` as one of another library.
+fn square(matrices: &Matrices, index: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(matrices.rows(), matrices.rows(), |i, j| matrices.get(index, i, j))
+}
+
+/// `log |det A|`: minus infinity where it is singular. Rows and columns are balanced, so that it does not overflow.
+fn log_determinant(matrix: &DMatrix<f64>) -> f64 {
+    let mut balanced = matrix.clone();
+    balance_parlett_reinsch(&mut balanced);
+    balanced.singular_values().iter().map(|value| value.ln()).sum()
+}
+
+/// `log det` of a positive semidefinite matrix; none where it is singular, whatever the units of its rows.
+fn log_determinant_semidefinite(matrix: &DMatrix<f64>) -> Option<f64> {
+    let n = matrix.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt()).collect();
+    if scale.iter().any(|&scale| scale.is_nan() || scale <= 0.0) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / scale[i] / scale[j]);
+    let eigenvalues = scaled.symmetric_eigenvalues();
+    let regular = eigenvalues.min() > SINGULAR * n as f64;
+    regular.then(|| {
+        eigenvalues.iter().map(|value| value.ln()).sum::<f64>()
+            + 2.0 * scale.iter().map(|scale| scale.ln()).sum::<f64>()
+    })
+}

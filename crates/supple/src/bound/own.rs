@@ -1,0 +1,103 @@
+//! What a design's own sensors and controller use.
+
+use super::horizon::Stationary;
+use super::steady::steady;
+use crate::Error;
+use crate::information::control_information;
+use crate::pipeline::TaskState;
+use crate::plan::{PlanMode, PlanStatus};
+use crate::problem::Task;
+
+/// The design itself, with its own sensors.
+pub(super) struct Own {
+    /// How its plan ended.
+    pub status: PlanStatus,
+    /// Its expected cost; none where its filter has no steady state.
+    pub cost: Option<f64>,
+    /// Nats at each control.
+    pub control: Option<Vec<f64>>,
+    /// Nats at each measurement that a control follows.
+    pub measurement: Option<Vec<f64>>,
+    /// Nats of the measurement at the end.
+    pub last_measurement: Option<f64>,
+    /// What to know about its plan, for people.
+    pub remarks: Vec<String>,
+}
+
+impl Own {
+    /// Along its plan.
+    ///
+    /// # Errors
+    /// Where `V` is not positive definite.
+    pub fn over_horizon(task: &Task, state: &TaskState) -> Result<Self, Error> {
+        let control = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
+        let (last, before) =
+            state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
+        let mut remarks = plan_remarks(state);
+        let held = state.plan.policy.clamped.iter().filter(|&&held| held).count();
+        if held > 0 {
+            let all = task.steps * state.plan.knots.dimensions.controls;
+            remarks.push(format!(
+                "{held} of {all} controls are at a limit of theirs along the plan: all bounds are over controllers that leave \
+                 them there"
+            ));
+        }
+        Ok(Self {
+            status: state.plan.status,
+            cost: Some(state.cost.expected()),
+            control: Some(control),
+            measurement: Some(before.to_vec()),
+            last_measurement: last,
+            remarks,
+        })
+    }
+
+    /// In the steady state.
+    ///
+    /// # Errors
+    /// Where `V` is not positive definite.
+    pub fn steady(problem: &Stationary, state: &TaskState) -> Result<Self, Error> {
+        let steady = steady(problem, state)?;
+        let mut remarks = Vec::new();
+        match &steady {
+            None => {
+                remarks.push("the design's own filter has no steady state: its sensors do not see enough".to_owned())
+            }
+            Some(steady) if steady.control_nats.is_none() => {
+                remarks.push("the information of the controls does not settle to a steady value".to_owned());
+            }
+            Some(_) => {}
+        }
+        Ok(Self {
+            status: state.plan.status,
+            cost: steady.as_ref().map(|steady| problem.base_cost + steady.price),
+            control: steady.as_ref().and_then(|steady| steady.control_nats).map(|nats| vec![nats]),
+            measurement: steady.as_ref().map(|steady| vec![steady.measurement_nats]),
+            last_measurement: None,
+            remarks,
+        })
+    }
+}
+
+/// Where the linearisation along a plan is not all there is to it.
+fn plan_remarks(state: &TaskState) -> Vec<String> {
+    let plan = &state.plan;
+    if plan.status == PlanStatus::Indefinite {
+        let what = "the control's curvature along the plan is indefinite, and the law regularised: the bounds are those of \
+                    this law's prices, and no bounds of the task";
+        return vec![what.to_owned()];
+    }
+    if plan.mode == PlanMode::Belief {
+        let what = "the plan is one of least expected cost with this design's sensors: the bounds are for fluctuations about it, \
+                    and leave out what other sensors would save by another plan";
+        return vec![what.to_owned()];
+    }
+    if !plan.status.is_converged() || plan.relative_stationarity > crate::VALID_STATIONARITY {
+        return vec![format!(
+            "the plan is not stationary ({:.1e}): the bounds hold for fluctuations about it, whose expected cost leaves out what \
+             a better plan would save",
+            plan.relative_stationarity
+        )];
+    }
+    Vec::new()
+}

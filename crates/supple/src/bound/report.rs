@@ -1,0 +1,147 @@
+//! What is reported of bounds on information.
+
+use serde::{Deserialize, Serialize};
+
+use super::floors::Vacuous;
+use super::sensor_report::SensorReport;
+use crate::Named;
+use crate::plan::PlanStatus;
+
+/// How little information would do for each task at one design.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BoundReport {
+    /// All parameters.
+    pub parameters: Named,
+    /// Each task that was asked for.
+    pub tasks: Vec<TaskBound>,
+}
+
+/// How little information would do for one task.
+///
+/// All rates are bits by decision: of T = N controls of a task of N steps, or of one step where it is stationary.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TaskBound {
+    /// The task.
+    pub name: String,
+    /// Whether all of it is about the steady state of a system that does not change, per step.
+    pub stationary: bool,
+    /// How its plan ended.
+    pub status: PlanStatus,
+    /// T, decisions that costs and totals are over; 1 where it is stationary.
+    pub steps: usize,
+    /// Time step, s.
+    pub time_step_s: f64,
+    /// D, the expected cost that is kept: over the task, or per step where it is stationary.
+    pub cost: f64,
+    /// The expected cost of the design with its own sensors; none where its filter has no steady state.
+    pub own_cost: Option<f64>,
+    /// The expected cost with the state known exactly: no information keeps less.
+    pub minimum_cost: f64,
+    /// The expected cost with nothing measured; none where it is infinite.
+    pub open_loop_cost: Option<f64>,
+    /// Stationary: the data-rate theorem. Else the growth of the open-loop product, which is no bound.
+    pub floor_bits_per_step: f64,
+    /// Whether the floor is a bound.
+    pub floor_is_bound: bool,
+    /// The bound of Kostina and Hassibi by itself, for stationary tasks; none where a singular matrix leaves it nothing to say.
+    pub kostina_hassibi_bits_per_step: Option<f64>,
+    /// Why it says nothing; none where it does, or does not apply.
+    pub kostina_hassibi_vacuous: Option<Vacuous>,
+    /// The greater of both where they are bounds, and at least 0.
+    pub closed_form_bits_per_step: f64,
+    /// The least directed information at the cost D over all sensors and controllers.
+    pub minimum_bits_per_step: f64,
+    /// What it is certainly not below.
+    pub minimum_lower_bits_per_step: f64,
+    /// The same over all T decisions.
+    pub minimum_bits: f64,
+    /// Between both, over all T decisions, bits.
+    pub duality_gap_bits: f64,
+    /// Bits over all T decisions that a unit more of cost would save, at least 0.
+    pub price_bits_per_cost: f64,
+    /// Newton steps of the search.
+    pub newton_steps: usize,
+    /// At each decision, bits, T of them.
+    pub minimum_per_step_bits: Vec<f64>,
+    /// What a prefix-free code with scalar quantisers for the virtual sensor needs at most.
+    pub quantiser_bits_per_step: f64,
+    /// `DI(x -> u)` of the design; none where it is not known.
+    pub control_bits_per_step: Option<f64>,
+    /// At each decision, bits, T of them.
+    pub control_per_step_bits: Vec<f64>,
+    /// `DI(x -> y)` of the design, of the T measurements that a decision follows; none where there is no steady state.
+    pub measurement_bits_per_step: Option<f64>,
+    /// At each of them, bits, T of them.
+    pub measurement_per_step_bits: Vec<f64>,
+    /// Of the measurement at the end, which no decision follows, bits; none where it is stationary.
+    pub last_measurement_bits: Option<f64>,
+    /// The minimum over `DI(x -> y)`, at the design's own cost; none at another cost.
+    pub efficiency: Option<f64>,
+    /// The minimum over `DI(x -> u)`, at the design's own cost; none at another cost.
+    pub control_efficiency: Option<f64>,
+    /// The bounds from the least to the greatest, each with what it assumes.
+    pub order: Vec<OrderLine>,
+    /// What to know about these numbers, for people.
+    pub remarks: Vec<String>,
+    /// A sensor that needs no more than the minimum.
+    pub virtual_sensor: SensorReport,
+}
+
+/// A line of the order of bounds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrderLine {
+    /// Which number.
+    pub what: String,
+    /// Bits by decision; none where it is not known.
+    pub bits_per_step: Option<f64>,
+    /// What it holds for.
+    pub assumption: String,
+    /// Whether it takes part in the order here: each line that does is at most the next that does.
+    pub ordered: bool,
+}
+
+impl TaskBound {
+    /// Whether the numbers are in the order that they must have, up to the duality gap and rounding.
+    pub fn is_ordered(&self) -> bool {
+        let gap = self.minimum_bits_per_step - self.minimum_lower_bits_per_step;
+        let rates = self.order.iter().filter(|line| line.ordered).filter_map(|line| line.bits_per_step);
+        let rates: Vec<f64> = rates.collect();
+        rates.windows(2).all(|pair| pair[0] <= pair[1] + gap + 1e-9 * (1.0 + pair[1].abs()))
+    }
+}
+
+pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
+    let line = |what: &str, bits_per_step: Option<f64>, ordered: bool, assumption: &str| OrderLine {
+        what: what.to_owned(),
+        bits_per_step,
+        assumption: assumption.to_owned(),
+        ordered: ordered && bits_per_step.is_some(),
+    };
+    let floor = if bound.floor_is_bound {
+        line("data-rate floor", Some(bound.floor_bits_per_step), true, "any controller that keeps the state bounded")
+    } else {
+        let what = "growth of A_{T-1} ... A_0";
+        line(what, Some(bound.floor_bits_per_step), false, "for comparison: no bound at a finite horizon")
+    };
+    let mut lines = vec![floor];
+    if bound.stationary {
+        let says = match bound.kostina_hassibi_vacuous {
+            Some(vacuous) => format!("{vacuous}; shown is the floor"),
+            None => "any sensors and any controller at the cost D".to_owned(),
+        };
+        lines.push(line("Kostina and Hassibi, or the floor", Some(bound.closed_form_bits_per_step), true, &says));
+    }
+    let along = if bound.stationary { "" } else { ", linearised along the plan" };
+    let any = format!("any sensors and any controller at the cost D{along}");
+    lines.push(line("minimum", Some(bound.minimum_bits_per_step), true, &any));
+    // The design keeps the cost D only where D is not below its own.
+    let keeps = bound.own_cost.is_some_and(|own| bound.cost >= own * (1.0 - 1e-12) - f64::MIN_POSITIVE);
+    let whose = if keeps {
+        format!("this design's sensors and controller{along}")
+    } else {
+        "this design, whose cost is greater than D: not in the order".to_owned()
+    };
+    lines.push(line("DI(x -> u)", bound.control_bits_per_step, keeps, &whose));
+    lines.push(line("DI(x -> y)", bound.measurement_bits_per_step, keeps, &whose));
+    lines
+}

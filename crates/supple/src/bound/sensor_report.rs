@@ -1,0 +1,217 @@
+//! The virtual sensor as people see it: which states it measures, how well and when.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use supple_kernels::Matrices;
+
+use super::solution::VirtualSensor;
+use crate::Channel;
+
+/// A sensor that attains the minimum with a Kalman filter and the optimal regulator.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SensorReport {
+    /// How many numbers it measures, at most.
+    pub rank: usize,
+    /// How many at each decision, T of them.
+    pub rank_per_step: Vec<usize>,
+    /// Names of the states, n.
+    pub states: Vec<String>,
+    /// Their units, n; empty where they are not known.
+    pub units: Vec<String>,
+    /// Each state that it measures, that with the most bits first.
+    pub measured: Vec<MeasuredState>,
+    /// What it measures in each part of the time.
+    pub windows: Vec<SensorWindow>,
+    /// `C` at each decision, rank x n, T of them.
+    pub measurement: Vec<Vec<Vec<f64>>>,
+    /// The diagonal of `V` at each decision, rank, T of them.
+    pub variances: Vec<Vec<f64>>,
+    /// The Kalman gain at each decision, n x rank, T of them.
+    pub gain: Vec<Vec<Vec<f64>>>,
+}
+
+/// How much of the information is about one state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredState {
+    /// The state.
+    pub state: String,
+    /// Its unit.
+    pub unit: String,
+    /// Bits over all decisions: those of each direction, shared out by `c_i^2` times the variance of the state.
+    pub bits: f64,
+}
+
+/// What the sensor measures in a part of the time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorWindow {
+    /// Its first decision.
+    pub first: usize,
+    /// Its last one.
+    pub last: usize,
+    /// Time of the first one, s.
+    pub from_s: f64,
+    /// Time of the last one, s.
+    pub until_s: f64,
+    /// Bits over the window.
+    pub bits: f64,
+    /// How many numbers are measured at a decision, at most.
+    pub rank: usize,
+    /// The decision with the most bits.
+    pub strongest: usize,
+    /// What is measured there, that with the most bits first.
+    pub directions: Vec<Direction>,
+}
+
+/// A combination of states that is measured, apart from the others: what they give adds up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Direction {
+    /// What it gives, bits.
+    pub bits: f64,
+    /// Coefficients of the states, n; that of the state which counts most is 1.
+    pub coefficients: Vec<f64>,
+    /// The unit of the combination: that of this state.
+    pub unit: String,
+    /// The standard deviation of the noise, in this unit.
+    pub deviation: f64,
+    /// The same in words, with the states that count.
+    pub text: String,
+}
+
+/// Parts of the time that are told apart.
+const WINDOWS: usize = 5;
+
+/// A state counts in words when its part deviates by at least this share of the greatest one.
+const COUNTS: f64 = 0.05;
+
+/// The report of virtual sensors, `predicted` being the covariances before each.
+pub(super) fn sensor_report(
+    sensors: &[VirtualSensor],
+    predicted: &Matrices,
+    channels: &[Channel],
+    time_step: f64,
+) -> SensorReport {
+    let steps = sensors.len();
+    let directions: Vec<Vec<Direction>> =
+        sensors.iter().enumerate().map(|(t, sensor)| directions(sensor, &square(predicted, t), channels)).collect();
+    let ranks: Vec<usize> = sensors.iter().map(|sensor| sensor.rank).collect();
+    let count = WINDOWS.min(steps);
+    let window = |w: usize| window(&directions, &ranks, (w * steps / count, (w + 1) * steps / count), time_step);
+    SensorReport {
+        rank: ranks.iter().copied().max().unwrap_or(0),
+        states: channels.iter().map(|channel| channel.name.clone()).collect(),
+        units: channels.iter().map(|channel| channel.unit.clone()).collect(),
+        measured: measured(&directions, predicted, channels),
+        windows: (0..count).map(window).collect(),
+        measurement: sensors.iter().map(|sensor| entries(&sensor.measurement, sensor.rank)).collect(),
+        variances: sensors.iter().map(|sensor| sensor.variances.clone()).collect(),
+        gain: sensors.iter().map(|sensor| entries(&sensor.gain, channels.len())).collect(),
+        rank_per_step: ranks,
+    }
+}
+
+fn square(matrices: &Matrices, index: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(matrices.rows(), matrices.rows(), |i, j| matrices.get(index, i, j))
+}
+
+/// The first `rows` rows of a matrix as lists; none where there are no columns.
+fn entries(matrix: &Matrices, rows: usize) -> Vec<Vec<f64>> {
+    (0..rows).map(|i| (0..matrix.cols()).map(|j| matrix.get(0, i, j)).collect()).collect()
+}
+
+/// What a sensor measures, turned so that what each number gives adds up: with noise of variance 1, `C P C'` is diagonal.
+fn directions(sensor: &VirtualSensor, predicted: &DMatrix<f64>, channels: &[Channel]) -> Vec<Direction> {
+    let (rank, n) = (sensor.rank, predicted.nrows());
+    if rank == 0 {
+        return Vec::new();
+    }
+    let scaled = DMatrix::from_fn(rank, n, |i, j| sensor.measurement.get(0, i, j) / sensor.variances[i].sqrt());
+    let eigen = (&scaled * predicted * scaled.transpose()).symmetric_eigen();
+    let turned = eigen.eigenvectors.transpose() * scaled;
+    let direction = |i: usize| {
+        let bits = 0.5 * eigen.eigenvalues[i].max(0.0).ln_1p() / std::f64::consts::LN_2;
+        describe(bits, &turned.row(i).iter().copied().collect::<Vec<_>>(), predicted, channels)
+    };
+    // What tells nothing has no deviation.
+    let mut found: Vec<Direction> = (0..rank).map(direction).filter(|one| one.deviation.is_finite()).collect();
+    found.sort_by(|a, b| b.bits.total_cmp(&a.bits));
+    found
+}
+
+/// How much each state adds to the deviation of a combination.
+fn parts(row: &[f64], predicted: &DMatrix<f64>) -> Vec<f64> {
+    row.iter().enumerate().map(|(i, c)| c.abs() * predicted[(i, i)].max(0.0).sqrt()).collect()
+}
+
+fn describe(bits: f64, row: &[f64], predicted: &DMatrix<f64>, channels: &[Channel]) -> Direction {
+    let parts = parts(row, predicted);
+    let main = (0..row.len()).max_by(|&a, &b| parts[a].total_cmp(&parts[b])).unwrap_or(0);
+    let coefficients: Vec<f64> = row.iter().map(|c| c / row[main]).collect();
+    let mut counting: Vec<usize> = (0..row.len()).filter(|&i| parts[i] >= COUNTS * parts[main]).collect();
+    counting.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]));
+    let unit = channels.get(main).map(|channel| channel.unit.clone()).unwrap_or_default();
+    let deviation = row[main].abs().recip();
+    let mut text = String::new();
+    for (place, &i) in counting.iter().enumerate() {
+        let name = channels.get(i).map_or("", |channel| channel.name.as_str());
+        let sign = if coefficients[i] < 0.0 { " - " } else { " + " };
+        match place {
+            0 => text.push_str(name),
+            _ => text.push_str(&format!("{sign}{} {name}", short(coefficients[i].abs()))),
+        }
+    }
+    Direction { bits, coefficients, unit, deviation, text }
+}
+
+/// A number with three digits that count.
+fn short(value: f64) -> String {
+    let digits = value.abs().log10().floor();
+    if (-3.0..3.0).contains(&digits) {
+        let decimals = (2.0 - digits).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// Bits by state, shared out by `c_i^2 P_ii`.
+fn measured(directions: &[Vec<Direction>], predicted: &Matrices, channels: &[Channel]) -> Vec<MeasuredState> {
+    let mut bits = vec![0.0; channels.len()];
+    for (t, of_step) in directions.iter().enumerate() {
+        for direction in of_step {
+            let squares = direction.coefficients.iter().enumerate();
+            let squares: Vec<f64> = squares.map(|(i, c)| c * c * predicted.get(t, i, i).max(0.0)).collect();
+            let total: f64 = squares.iter().sum();
+            for (bits, square) in bits.iter_mut().zip(&squares).filter(|_| total > 0.0) {
+                *bits += direction.bits * square / total;
+            }
+        }
+    }
+    let state = |(channel, &bits): (&Channel, &f64)| MeasuredState {
+        state: channel.name.clone(),
+        unit: channel.unit.clone(),
+        bits,
+    };
+    let mut found: Vec<MeasuredState> = channels.iter().zip(&bits).map(state).filter(|one| one.bits > 0.0).collect();
+    found.sort_by(|a, b| b.bits.total_cmp(&a.bits));
+    found
+}
+
+fn window(
+    directions: &[Vec<Direction>],
+    ranks: &[usize],
+    (first, end): (usize, usize),
+    time_step: f64,
+) -> SensorWindow {
+    let bits_at = |t: usize| directions[t].iter().map(|direction| direction.bits).sum::<f64>();
+    let strongest = (first..end).max_by(|&a, &b| bits_at(a).total_cmp(&bits_at(b)).then(b.cmp(&a))).unwrap_or(first);
+    SensorWindow {
+        first,
+        last: end - 1,
+        from_s: first as f64 * time_step,
+        until_s: (end - 1) as f64 * time_step,
+        bits: (first..end).map(bits_at).sum(),
+        rank: ranks[first..end].iter().copied().max().unwrap_or(0),
+        strongest,
+        directions: directions[strongest].clone(),
+    }
+}

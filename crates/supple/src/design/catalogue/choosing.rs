@@ -1,0 +1,182 @@
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering as Atomic};
+
+use rayon::prelude::*;
+
+use super::{CatalogueDesign, CatalogueMethod, Combination, neighbours};
+use crate::Error;
+use crate::design::visit::Scaling;
+use crate::design::{Control, Event, NoObserver, Searcher, StartSummary, best_plan, search_branches};
+use crate::pipeline::TaskState;
+use crate::problem::Problem;
+
+/// What is known of combinations: a place in each catalogue, and how its design ended.
+type Known = BTreeMap<Vec<usize>, Result<StartSummary, Error>>;
+
+/// A choice from catalogues on its way.
+pub(super) struct Choosing<'a> {
+    searcher: Searcher<'a>,
+    /// The problem with the parameters that have catalogues no longer to be designed.
+    held: Problem,
+    /// These parameters.
+    pub places: Vec<usize>,
+    /// The design without catalogues.
+    continuous: &'a StartSummary,
+    done: AtomicUsize,
+    known: Known,
+}
+
+impl<'a> Choosing<'a> {
+    pub fn new(searcher: Searcher<'a>, continuous: &'a StartSummary) -> Self {
+        let places = searcher.problem.parameters.catalogued();
+        let parameters = searcher.problem.parameters.held(&places);
+        let held = Problem { parameters, ..searcher.problem.clone() };
+        Self { searcher, held, places, continuous, done: AtomicUsize::new(0), known: Known::new() }
+    }
+
+    /// How many entries each catalogue has.
+    pub fn lengths(&self) -> Vec<usize> {
+        self.places.iter().map(|&place| self.searcher.problem.parameters.get(place).catalogue.len()).collect()
+    }
+
+    /// Designs combinations as the settings say, and takes the best.
+    pub fn choose(mut self) -> Result<CatalogueDesign, Error> {
+        let lengths = self.lengths();
+        let combinations = lengths.iter().fold(1, |count: u64, &length| count.saturating_mul(length as u64));
+        let most = self.searcher.settings.max_combinations;
+        let (method, complete) = if combinations <= most as u64 {
+            let all = all_combinations(&lengths);
+            self.design_all(all, combinations as usize);
+            (CatalogueMethod::AllCombinations, self.known.len() as u64 == combinations)
+        } else {
+            (CatalogueMethod::Neighbourhood, neighbours::descend(&mut self, most))
+        };
+        self.finish((method, complete), combinations)
+    }
+
+    /// The entries around the design without catalogues: of each catalogue the one next below and the one next above, the nearer of
+    /// both first; the same twice at the ends. Near is meant as the search moves the parameter.
+    pub fn around(&self) -> Vec<[usize; 2]> {
+        let parameters = &self.searcher.problem.parameters;
+        let scaling = Scaling::of(parameters);
+        let around = |&place: &usize| {
+            let catalogue = &parameters.get(place).catalogue;
+            let at = scaling.indices.iter().position(|&index| index == place).unwrap_or(0);
+            let scaled = |value: f64| {
+                let mut phi = self.continuous.to.clone();
+                phi[place] = value;
+                scaling.scaled(&phi)[at]
+            };
+            let value = self.continuous.to[place];
+            let above = catalogue.partition_point(|entry| entry.value < value).min(catalogue.len() - 1);
+            let below = if catalogue[above].value > value { above.saturating_sub(1) } else { above };
+            let distance = |entry: usize| (scaled(catalogue[entry].value) - scaled(value)).abs();
+            if distance(above) < distance(below) { [above, below] } else { [below, above] }
+        };
+        self.places.iter().map(around).collect()
+    }
+
+    /// The best combination so far.
+    pub fn best(&self) -> Option<Vec<usize>> {
+        self.ranked().into_iter().next().map(|(entries, _)| entries.clone())
+    }
+
+    /// How many combinations were tried.
+    pub fn tried(&self) -> usize {
+        self.known.len()
+    }
+
+    pub fn is_known(&self, entries: &[usize]) -> bool {
+        self.known.contains_key(entries)
+    }
+
+    pub fn is_stopped(&self) -> bool {
+        self.searcher.control.is_stopped()
+    }
+
+    /// Designs combinations in parallel, until it is told to stop; the nearest to the design without catalogues in any case, as there
+    /// has to be something to show. `of` is how many there are to be, for the observer.
+    pub fn design_all(&mut self, combinations: Vec<Vec<usize>>, of: usize) {
+        let nearest: Vec<usize> = self.around().into_iter().map(|[nearer, _]| nearer).collect();
+        let Self { searcher, done, .. } = &*self;
+        let run = |entries: Vec<usize>| {
+            if entries != nearest && searcher.control.is_stopped() {
+                return None;
+            }
+            let designed = self.design(&entries);
+            let done = done.fetch_add(1, Atomic::Relaxed) + 1;
+            searcher.control.observer.observe(Event::Combination { done, of });
+            Some((entries, designed))
+        };
+        let found: Vec<_> = combinations.into_par_iter().filter_map(run).collect();
+        self.known.extend(found);
+    }
+
+    /// Designs one combination: plans from the first guesses and from the design without catalogues, then on the cheapest branch seen;
+    /// from there the parameters without catalogues are optimised.
+    fn design(&self, entries: &[usize]) -> Result<StartSummary, Error> {
+        let Searcher { problem, settings, control, .. } = self.searcher;
+        let mut phi = self.continuous.to.clone();
+        for (&place, &entry) in self.places.iter().zip(entries) {
+            phi[place] = problem.parameters.get(place).catalogue[entry].value;
+        }
+        let plan = |(index, task)| {
+            let mut state = TaskState::new(task);
+            best_plan((problem, task), &phi, self.continuous.controls.get(index), &mut state)?;
+            let given = (&state.plan.trajectory.controls, state.cost.expected());
+            let stream = (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let search = (settings.seed ^ stream, settings.branch_attempts);
+            Ok(search_branches((problem, task), &phi, given, search).controls)
+        };
+        let controls = problem.tasks.iter().enumerate().map(plan).collect::<Result<Vec<_>, Error>>()?;
+        let control = Control { observer: &NoObserver, ..control };
+        let searcher = Searcher { problem: &self.held, control, ..self.searcher };
+        match self.held.parameters.design().is_empty() {
+            true => searcher.assess(&phi, &controls),
+            false => searcher.search_from(&phi, &controls, 0),
+        }
+    }
+
+    /// Combinations that could be designed, the best first; of equal ones the first in order of their entries.
+    fn ranked(&self) -> Vec<(&Vec<usize>, &StartSummary)> {
+        let known = self.known.iter().filter_map(|(entries, designed)| Some((entries, designed.as_ref().ok()?)));
+        let mut ranked: Vec<_> = known.collect();
+        let rank = |summary: &StartSummary| self.searcher.rank(summary);
+        ranked.sort_by(|(_, a), (_, b)| rank(a).partial_cmp(&rank(b)).unwrap_or(Ordering::Equal));
+        ranked
+    }
+
+    fn finish(self, (method, complete): (CatalogueMethod, bool), combinations: u64) -> Result<CatalogueDesign, Error> {
+        let ranked = self.ranked().into_iter();
+        let designed: Vec<Combination> = ranked
+            .map(|(entries, summary)| Combination { entries: entries.clone(), summary: summary.clone() })
+            .collect();
+        let failed = self.known.len() - designed.len();
+        let first_error = self.known.into_values().find_map(Result::err);
+        match (designed.is_empty(), first_error) {
+            (true, Some(error)) => Err(error),
+            (true, None) => Err(Error::NotFinite { what: "every combination of entries", step: 0 }),
+            (false, first_error) => Ok(CatalogueDesign {
+                method,
+                combinations,
+                complete,
+                designed,
+                failed,
+                first_error,
+                continuous: self.continuous.clone(),
+            }),
+        }
+    }
+}
+
+/// All combinations of a place in each of some lists, the last changing first.
+fn all_combinations(lengths: &[usize]) -> Vec<Vec<usize>> {
+    lengths.iter().fold(vec![Vec::new()], |begun, &length| {
+        let extend = |begun: &Vec<usize>| {
+            let begun = begun.clone();
+            (0..length).map(move |place| begun.iter().copied().chain([place]).collect())
+        };
+        begun.iter().flat_map(extend).collect()
+    })
+}

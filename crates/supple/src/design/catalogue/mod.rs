@@ -1,0 +1,110 @@
+//! Choices from catalogues: parameters that can only have some values (theory, section D).
+
+mod choosing;
+mod neighbours;
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Design, DesignStatus, Searcher, StartSummary};
+use crate::Error;
+use choosing::Choosing;
+
+/// How the entries of catalogues were chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CatalogueMethod {
+    /// All combinations of entries were designed, and the best was taken.
+    AllCombinations,
+    /// The design without catalogues was rounded, and exchanged for better combinations of neighbouring entries for as long as
+    /// there were any.
+    Neighbourhood,
+}
+
+/// One entry of each catalogue, and the design with these values.
+#[derive(Clone, Debug)]
+pub struct Combination {
+    /// Places of the entries in the catalogues, in the order of [`catalogued`](crate::parameters::Parameters::catalogued).
+    pub entries: Vec<usize>,
+    /// The design: the other parameters optimised, on the cheapest branches seen.
+    pub summary: StartSummary,
+}
+
+/// A choice from catalogues.
+#[derive(Clone, Debug)]
+pub struct CatalogueDesign {
+    /// How the entries were chosen.
+    pub method: CatalogueMethod,
+    /// How many combinations there are; the greatest number that there is where there are more.
+    pub combinations: u64,
+    /// Whether the choice was made to its end: all combinations designed, or no neighbour better. It is not where it was stopped, or
+    /// took more combinations than are allowed.
+    pub complete: bool,
+    /// The combinations that were designed, the best first. At least one.
+    pub designed: Vec<Combination>,
+    /// How many could not be designed, and why the first of them could not.
+    pub failed: usize,
+    /// Why the first of them could not.
+    pub first_error: Option<Error>,
+    /// The best design without catalogues: of the starts, or found from the chosen entries where these were better.
+    pub continuous: StartSummary,
+}
+
+impl CatalogueDesign {
+    /// The best combination.
+    pub fn chosen(&self) -> &Combination {
+        &self.designed[0]
+    }
+
+    /// How many nats more the chosen design needs than that without catalogues, where both meet every bound.
+    pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
+        let (chosen, free) = (&self.chosen().summary, &self.continuous);
+        let met = [chosen, free].iter().all(|summary| !searcher.rank(summary).0);
+        met.then(|| chosen.information - free.information)
+    }
+
+    /// How many of the designed combinations meet every bound.
+    pub fn feasible(&self, searcher: &Searcher) -> usize {
+        self.designed.iter().filter(|combination| !searcher.rank(&combination.summary).0).count()
+    }
+}
+
+impl Searcher<'_> {
+    /// Chooses from the catalogues of the parameters that have any, given a design that took no notice of them (theory, equation D.7):
+    /// designs every combination of entries where there are at most as many as the settings allow, and otherwise the neighbours of
+    /// ever better ones. For each combination the other parameters are optimised anew. Without catalogues the design stays as it is.
+    ///
+    /// # Errors
+    /// Where no combination can be evaluated.
+    pub fn choose(&self, design: Design) -> Result<Design, Error> {
+        if self.problem.parameters.catalogued().is_empty() || design.catalogue.is_some() {
+            return Ok(design);
+        }
+        let clock = Instant::now();
+        let mut catalogue = Choosing::new(*self, &design.starts[design.best]).choose()?;
+        let mut evaluations: usize = catalogue.designed.iter().map(|combination| combination.summary.evaluations).sum();
+        let chosen = &catalogue.chosen().summary;
+        if self.rank(chosen) < self.rank(&catalogue.continuous) && !self.control.is_stopped() {
+            // The search without catalogues missed this: it goes on from here.
+            let further = self.search_from(&chosen.to, &chosen.controls, 0)?;
+            evaluations += further.evaluations;
+            let better = if self.rank(&further) < self.rank(chosen) { further } else { chosen.clone() };
+            catalogue.continuous = better;
+        }
+        let stopped = design.status == DesignStatus::Stopped || self.control.is_stopped();
+        let best = catalogue.chosen().summary.status;
+        let status = match (stopped, best, catalogue.complete) {
+            (true, ..) => DesignStatus::Stopped,
+            (false, DesignStatus::Converged, false) => DesignStatus::NotConverged,
+            (false, status, _) => status,
+        };
+        Ok(Design {
+            status,
+            evaluations: design.evaluations + evaluations,
+            seconds: design.seconds + clock.elapsed().as_secs_f64(),
+            catalogue: Some(catalogue),
+            ..design
+        })
+    }
+}

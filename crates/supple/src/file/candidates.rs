@@ -1,0 +1,356 @@
+//! `[catalogue]`: sensors that a robot may have or not, in the task file or in a table of comma-separated values.
+
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use supple_files::{FileError, nearest, quoted, read_text};
+use toml::de::DeValue;
+
+use super::document::{Document, Place};
+use crate::Channel;
+use crate::model::{AnyModel, Entry, Equipment};
+use crate::parameters::Parameters;
+use crate::value::{OneOrMore, Value};
+
+/// Which sensors of a catalogue a problem is read with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WithSensors {
+    /// Those that the file says are chosen: what a robot has.
+    Chosen,
+    /// All of them: what it may have.
+    All,
+}
+
+/// A sensor of a catalogue.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CatalogueSensor {
+    /// Its name.
+    pub name: String,
+    /// What kind of sensor it is.
+    pub kind: String,
+    /// Its price, in the units of budgets.
+    pub price: f64,
+    /// Whether the task file says that it is chosen.
+    pub chosen: bool,
+    /// Which entries of the measurement are its; none where the problem was read without it.
+    pub rows: Vec<usize>,
+}
+
+/// `[catalogue]`: sensors to choose from.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CatalogueFile {
+    /// Measurements of the model that are there whatever is chosen, by name; all of them where left out.
+    base: Option<Vec<String>>,
+    /// Names of the sensors that the robot has; none where left out.
+    #[serde(default)]
+    chosen: Vec<String>,
+    /// The sensors: a list of tables, each with a `kind`, or the name of a file with one line for each.
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    sensors: IgnoredAny,
+}
+
+/// What every sensor of a catalogue has.
+#[derive(Debug, Deserialize)]
+struct CommonFile {
+    name: String,
+    #[serde(default)]
+    price: f64,
+    #[serde(flatten)]
+    _rest: std::collections::BTreeMap<String, IgnoredAny>,
+}
+
+/// Kinds of sensors that any model may have.
+pub(super) const KINDS: [&str; 4] = ["measurement", "state", "signal", "sum"];
+
+/// A sensor of numbers that have names: measurements of the model itself, states, or signals.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NamedFile {
+    /// Names of what is measured.
+    select: Vec<String>,
+    /// Variance of the noise, one for all or one each, in squares of the unit; above 0.
+    variance: OneOrMore,
+}
+
+/// A sensor of sums of states.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case)]
+pub(super) struct SumFile {
+    /// Factors of the states, one row per measurement.
+    C: Vec<Vec<Value>>,
+    /// Variance of the noise, one for all or one each; above 0.
+    variance: OneOrMore,
+}
+
+/// The schema of each of these kinds, by name.
+pub(super) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+    let mut schema = |kind: &'static str| match kind {
+        "sum" => (kind, SumFile::json_schema(generator)),
+        _ => (kind, NamedFile::json_schema(generator)),
+    };
+    KINDS.into_iter().map(&mut schema).collect()
+}
+
+/// What a catalogue is and which files it is in.
+pub(super) type Read = (Option<Vec<CatalogueSensor>>, Vec<PathBuf>);
+
+/// Reads `[catalogue]` where there is one, and gives the model the sensors that it says.
+pub(super) fn equip(
+    document: &Document,
+    parameters: &Parameters,
+    folder: &Path,
+    model: Box<dyn AnyModel>,
+    which: WithSensors,
+) -> Result<(Box<dyn AnyModel>, Read), FileError> {
+    let at = ["catalogue".into()];
+    if document.get(&at).is_none() {
+        return Ok((model, (None, Vec::new())));
+    }
+    let file: CatalogueFile = document.read(&at)?;
+    let place = ["catalogue".into(), "sensors".into()];
+    let Some(DeValue::String(name)) = document.get(&place).map(|value| value.get_ref()) else {
+        let building = Building { document, top: document, at: place.to_vec(), parameters, which };
+        let (model, sensors) = building.build(&file, model)?;
+        return Ok((model, (Some(sensors), Vec::new())));
+    };
+    let path = folder.join(name.as_ref());
+    let shown = path.display().to_string();
+    let text = read_text(&path)?;
+    let lines = as_toml(&text, &shown)?;
+    let table = Document::parse(&lines, &shown)?;
+    let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, which };
+    let (model, sensors) = building.build(&file, model)?;
+    Ok((model, (Some(sensors), vec![path])))
+}
+
+/// A table of comma-separated values as TOML whose lines are those of the table: one sensor on each, its columns being
+/// keys, `;` between the entries of lists, empty cells left out.
+fn as_toml(text: &str, name: &str) -> Result<String, FileError> {
+    let wrong = |line: u64, message: String| {
+        let start: usize = text.lines().take(line.saturating_sub(1) as usize).map(|line| line.len() + 1).sum();
+        FileError::at(name, text, start..start, String::new(), message)
+    };
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let failed = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        match error.kind() {
+            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                wrong(line, format!("must have {expected_len} cells, as its first line has; found {len}"))
+            }
+            _ => wrong(line, format!("is no table of comma-separated values: {error}")),
+        }
+    };
+    let header = reader.headers().map_err(failed)?.clone();
+    let mut toml = String::from("sensors = [");
+    let mut line = 1;
+    for record in reader.records() {
+        let record = record.map_err(failed)?;
+        let here = record.position().map_or(line, |position| line_of(text, position.byte() as usize));
+        (line..here).for_each(|_| toml.push('\n'));
+        line = here;
+        let cells = header.iter().zip(&record).filter(|(_, cell)| !cell.is_empty());
+        let cells: Vec<String> =
+            cells.map(|(key, cell)| format!("{} = {}", crate::value::as_key(key), cell_as_toml(key, cell))).collect();
+        toml.push_str(&format!("{{ {} }}, ", cells.join(", ")));
+    }
+    toml.push(']');
+    Ok(toml)
+}
+
+/// The line, from 1, of the first entry of a table at or after a byte: empty lines and comments are none.
+fn line_of(text: &str, byte: usize) -> u64 {
+    let (before, rest) = text.split_at_checked(byte).unwrap_or((text, ""));
+    let is_none = |line: &&str| line.trim().is_empty() || line.starts_with('#');
+    let skipped = rest.lines().take_while(is_none).count();
+    (before.matches('\n').count() + skipped + 1) as u64
+}
+
+/// One cell: numbers where the key has numbers, lists where it has lists.
+fn cell_as_toml(key: &str, cell: &str) -> String {
+    let is_number = matches!(key, "price" | "variance" | "C" | "reference");
+    let one = |word: &str| match word.parse::<f64>() {
+        Ok(number) if is_number && number.is_finite() => format!("{number:?}"),
+        _ => serde_json::Value::from(word).to_string(),
+    };
+    let list = |cell: &str| {
+        let words = cell.split(';').map(str::trim).filter(|word| !word.is_empty());
+        format!("[{}]", words.map(one).collect::<Vec<_>>().join(", "))
+    };
+    match key {
+        "C" => format!("[{}]", list(cell)),
+        "select" | "reference" => list(cell),
+        "variance" if cell.contains(';') => list(cell),
+        _ => one(cell),
+    }
+}
+
+/// Reads the sensors of a catalogue.
+struct Building<'a> {
+    /// What they are in.
+    document: &'a Document<'a>,
+    /// The task file.
+    top: &'a Document<'a>,
+    /// Where they are in it.
+    at: Vec<Place<'a>>,
+    parameters: &'a Parameters,
+    which: WithSensors,
+}
+
+impl Building<'_> {
+    fn error(&self, index: usize, key: &str, message: impl Into<String>) -> FileError {
+        let at: Vec<Place> = self.at.iter().copied().chain([index.into(), Place::Key(key)]).collect();
+        self.document.error(&at, message)
+    }
+
+    fn build(
+        &self,
+        file: &CatalogueFile,
+        mut model: Box<dyn AnyModel>,
+    ) -> Result<(Box<dyn AnyModel>, Vec<CatalogueSensor>), FileError> {
+        let count = self.document.tables(&self.at)?;
+        if count == 0 {
+            return Err(self.document.error(&self.at, "must have one or more sensors: [[catalogue.sensors]]"));
+        }
+        let own = model.channels().measurements;
+        let kept = self.kept(file, &own)?;
+        let mut equipment = Equipment { own: own.len(), kept, added: Vec::new() };
+        let mut sensors: Vec<CatalogueSensor> = Vec::with_capacity(count);
+        for index in 0..count {
+            let (common, kind) = self.common(index, &sensors, &*model)?;
+            let entries = self.entries(index, &kind, &common.name, (&mut *model, &own))?;
+            let chosen = file.chosen.contains(&common.name);
+            let mut rows = Vec::new();
+            if chosen || self.which == WithSensors::All {
+                let first = equipment.kept.len() + equipment.added.len();
+                rows = (first..first + entries.len()).collect();
+                equipment.added.extend(entries);
+            }
+            sensors.push(CatalogueSensor { name: common.name, kind, price: common.price, chosen, rows });
+        }
+        for (place, name) in file.chosen.iter().enumerate() {
+            if !sensors.iter().any(|sensor| sensor.name == *name) {
+                let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+                let at = ["catalogue".into(), "chosen".into(), place.into()];
+                let message = format!("no sensor of the catalogue is `{name}`: there are {}", quoted(&names));
+                return Err(FileError { help: nearest(name, &names), ..self.top.error(&at, message) });
+            }
+        }
+        Ok((model.equipped(equipment), sensors))
+    }
+
+    /// Own measurements that are kept.
+    fn kept(&self, file: &CatalogueFile, own: &[Channel]) -> Result<Vec<usize>, FileError> {
+        let Some(base) = &file.base else { return Ok((0..own.len()).collect()) };
+        let names: Vec<&str> = own.iter().map(|channel| channel.name.as_str()).collect();
+        let find = |(place, name): (usize, &String)| {
+            names.iter().position(|other| other == name).ok_or_else(|| {
+                let at = ["catalogue".into(), "base".into(), place.into()];
+                let message = format!("the model has no measurement `{name}`: it has {}", quoted(&names));
+                FileError { help: nearest(name, &names), ..self.top.error(&at, message) }
+            })
+        };
+        let mut kept = base.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
+        kept.sort_unstable();
+        kept.dedup();
+        Ok(kept)
+    }
+
+    /// What every sensor has, and its kind.
+    fn common(
+        &self,
+        index: usize,
+        before: &[CatalogueSensor],
+        model: &dyn AnyModel,
+    ) -> Result<(CommonFile, String), FileError> {
+        let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
+        let kinds: Vec<&str> = KINDS.iter().chain(model.sensor_kinds()).copied().collect();
+        let (kind, _) = self.document.table_with_kind(&at, &kinds)?;
+        if !kinds.contains(&kind) {
+            return Err(self.document.unknown_kind(&at, kind, &kinds));
+        }
+        let common: CommonFile = self.document.read(&at)?;
+        if common.name.is_empty() {
+            return Err(self.error(index, "name", "must not be empty"));
+        }
+        if before.iter().any(|other| other.name == common.name) {
+            return Err(self.error(index, "name", format!("`{}` names two sensors", common.name)));
+        }
+        if !(common.price >= 0.0 && common.price.is_finite()) {
+            return Err(self.error(index, "price", format!("must be at least 0; found {}", common.price)));
+        }
+        Ok((common, kind.to_owned()))
+    }
+
+    /// What a sensor measures, with its noise.
+    fn entries(
+        &self,
+        index: usize,
+        kind: &str,
+        name: &str,
+        (model, own): (&mut dyn AnyModel, &[Channel]),
+    ) -> Result<Vec<(Entry, Channel, Value)>, FileError> {
+        let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
+        if model.sensor_kinds().contains(&kind) {
+            let first = model.channels().measurements.len();
+            let variances = model.add_sensor(kind, self.document, self.parameters, &at)?;
+            let channels = model.channels().measurements.into_iter().enumerate().skip(first).zip(variances);
+            return Ok(channels.map(|((row, channel), v)| (Entry::Own(row), channel, v)).collect());
+        }
+        let (_, table) = self.document.table_with_kind(&at, &[])?;
+        let table = table.without("name").without("price");
+        let channel = |number: usize| Channel::new(format!("{name} {}", number + 1), "");
+        let (entries, variance): (Vec<(Entry, Channel)>, OneOrMore) = if kind == "sum" {
+            let file = SumFile::deserialize(table).map_err(|error| self.document.read_error(&at, error))?;
+            let states = model.vocabulary().states.len();
+            if let Some(row) = file.C.iter().find(|row| row.len() != states) {
+                let message = format!("must have one factor per state: {states}; found {}", row.len());
+                return Err(self.error(index, "C", message));
+            }
+            let entries = file.C.into_iter().enumerate().map(|(number, row)| (Entry::Sum(row), channel(number)));
+            (entries.collect(), file.variance)
+        } else {
+            let file = NamedFile::deserialize(table).map_err(|error| self.document.read_error(&at, error))?;
+            (self.selected(index, kind, &file.select, (model, own))?, file.variance)
+        };
+        if entries.is_empty() {
+            return Err(self.error(index, if kind == "sum" { "C" } else { "select" }, "name at least one"));
+        }
+        let variances = variance.each(entries.len());
+        let variances = variances.map_err(|(key, message, _)| self.error(index, key, message))?;
+        for &variance in &variances {
+            if let Some(least) = self.parameters.least(variance).filter(|&least| least <= 0.0) {
+                let message = format!("must be above 0, as every sensor has some noise; {}", variance.found(least));
+                return Err(self.error(index, "variance", message));
+            }
+        }
+        Ok(entries.into_iter().zip(variances).map(|((entry, channel), v)| (entry, channel, v)).collect())
+    }
+
+    /// Measurements, states or signals by name.
+    fn selected(
+        &self,
+        index: usize,
+        kind: &str,
+        select: &[String],
+        (model, own): (&dyn AnyModel, &[Channel]),
+    ) -> Result<Vec<(Entry, Channel)>, FileError> {
+        let (names, entry): (Vec<String>, fn(usize) -> Entry) = match kind {
+            "measurement" => (own.iter().map(|channel| channel.name.clone()).collect(), Entry::Own),
+            "state" => (model.vocabulary().states, Entry::State),
+            _ => (model.vocabulary().signals, Entry::Signal),
+        };
+        let find = |name: &String| match names.iter().position(|other| other == name) {
+            Some(place) => Ok((entry(place), Channel::new(name.clone(), ""))),
+            None => {
+                let message = format!("no {kind} is `{name}`: there are {}", quoted(&names));
+                Err(FileError { help: nearest(name, &names), ..self.error(index, "select", message) })
+            }
+        };
+        select.iter().map(find).collect()
+    }
+}

@@ -1,0 +1,152 @@
+use rayon::prelude::*;
+
+use super::relax::Region;
+use super::{Chosen, Goal, Limits, Selection};
+use crate::Error;
+
+/// The best set that branch and bound found, and how good any set could be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Searched {
+    /// The best set found.
+    pub chosen: Chosen,
+    /// No set within the limits does better: expected cost, information in nats, or price, by the goal.
+    pub bound: f64,
+    /// Whether the set is the best one, to 1e-7 of what sensors change.
+    pub proved: bool,
+}
+
+/// A region that may hold a better set.
+struct Node {
+    region: Region,
+    bound: f64,
+    weights: Vec<f64>,
+}
+
+/// Regions looked at at once.
+const BATCH: usize = 8;
+
+/// How much better a set must be to be looked for, relative to what all sensors together change.
+const TOLERANCE: f64 = 1e-7;
+
+impl Selection {
+    /// The best set within the limits by branch and bound: regions are bounded by [`bound`](Self::bound), the most
+    /// promising ones divided first, at the candidate whose weight is most undecided. It ends when no region is left that
+    /// could hold a better set, or with what is known when `most` regions were looked at or `going` says no before one
+    /// of its rounds. Deterministic, whatever the number of threads.
+    ///
+    /// # Errors
+    /// Where no set reaches the bound of [`Goal::LeastPrice`].
+    pub fn branch_and_bound(
+        &self,
+        goal: Goal,
+        limits: Limits,
+        most: usize,
+        going: &mut dyn FnMut() -> bool,
+    ) -> Result<Searched, Error> {
+        let count = self.candidates.len();
+        let Some(mut best) = self.greedy(goal, limits) else { return Err(self.insufficient(goal)) };
+        best.rule = None;
+        let span = match goal {
+            Goal::LeastPrice { .. } => best.price,
+            _ => goal.merit(self.worth(&vec![false; count])) - goal.merit(self.worth(&vec![true; count])),
+        };
+        let slack = TOLERANCE * span.abs();
+        let mut open = vec![self.node(goal, Region::whole(count, limits))];
+        let mut closed = f64::INFINITY;
+        let mut looked = 1;
+        loop {
+            let reach = self.reach(goal, &best) - slack;
+            let (left, pruned): (Vec<Node>, Vec<Node>) = open.into_iter().partition(|node| node.bound < reach);
+            closed = pruned.iter().map(|node| node.bound).fold(closed, f64::min);
+            open = left;
+            if open.is_empty() || looked >= most || !going() {
+                break;
+            }
+            // Stable: equal bounds stay in the order in which they came up.
+            open.sort_by(|a, b| a.bound.total_cmp(&b.bound));
+            let batch: Vec<Node> = open.drain(..open.len().min(BATCH)).collect();
+            let parts = batch.iter().flat_map(|node| self.divide(node).into_iter().map(|part| (part, node.bound)));
+            let parts: Vec<(Region, f64)> = parts.collect();
+            looked += parts.len();
+            let divided = parts.into_par_iter().map(|(region, bound)| {
+                // What bounds the whole bounds its parts.
+                let node = self.node(goal, region);
+                let node = Node { bound: node.bound.max(bound), ..node };
+                let rounded = self.rounded(goal, &node);
+                (node, rounded)
+            });
+            for (node, rounded) in divided.collect::<Vec<_>>() {
+                if let Some(found) = rounded.filter(|found| self.order(goal, found, &best).is_lt()) {
+                    best = found;
+                }
+                // Where nothing is free the rounded set is the region.
+                if !node.region.free().is_empty() {
+                    open.push(node);
+                }
+            }
+        }
+        let proved = open.is_empty();
+        let bound = open.iter().map(|node| node.bound).fold(closed.min(self.reach(goal, &best)), f64::min);
+        let bound = if goal == Goal::MostInformation { -bound } else { bound };
+        let chosen = Chosen { tried: looked, ..self.pruned(goal, best) };
+        Ok(Searched { chosen, bound, proved })
+    }
+
+    /// What a better set must be below.
+    fn reach(&self, goal: Goal, best: &Chosen) -> f64 {
+        match goal {
+            Goal::LeastPrice { .. } => best.price,
+            _ => goal.merit(best.worth),
+        }
+    }
+
+    fn node(&self, goal: Goal, region: Region) -> Node {
+        let relaxation = self.relax(goal, &region);
+        Node { region, bound: relaxation.bound, weights: relaxation.weights }
+    }
+
+    /// Two regions: with and without the candidate that is most undecided, where the limits let it be there.
+    fn divide(&self, node: &Node) -> Vec<Region> {
+        let undecided = |one: usize| (node.weights[one] - 0.5).abs();
+        let free = node.region.free();
+        let Some(&one) = free.iter().min_by(|&&a, &&b| undecided(a).total_cmp(&undecided(b))) else {
+            return Vec::new();
+        };
+        let held: Vec<usize> = node.region.held().collect();
+        let fits = node.region.limits.fits((self.price(&held), held.len()), self.candidates[one].price);
+        let with = [true, false].into_iter().filter(|&with| fits || !with);
+        let region = |with| {
+            let mut region = node.region.clone();
+            region.fixed[one] = Some(with);
+            region
+        };
+        with.map(region).collect()
+    }
+
+    /// A set of a region: what it must have, then the free ones by their weights as long as they fit. `None` where it
+    /// does not reach the bound of the goal.
+    fn rounded(&self, goal: Goal, node: &Node) -> Option<Chosen> {
+        let mut sensors: Vec<usize> = node.region.held().collect();
+        let mut free = node.region.free();
+        free.sort_by(|&a, &b| node.weights[b].total_cmp(&node.weights[a]).then(a.cmp(&b)));
+        let mut memory = self.memory(false);
+        let mut worth = self.worth_with(&self.weights_of(&sensors), &mut memory);
+        for one in free {
+            if goal.is_met(worth) {
+                break;
+            }
+            let held = (self.price(&sensors), sensors.len());
+            if node.region.limits.fits(held, self.candidates[one].price) {
+                sensors.push(one);
+                if matches!(goal, Goal::LeastPrice { .. }) {
+                    worth = self.worth_with(&self.weights_of(&sensors), &mut memory);
+                }
+            }
+        }
+        worth = self.worth_with(&self.weights_of(&sensors), &mut memory);
+        let usable = !matches!(goal, Goal::LeastPrice { .. }) || goal.is_met(worth);
+        let price = self.price(&sensors);
+        sensors.sort_unstable();
+        usable.then_some(Chosen { sensors, worth, price, rule: None, tried: 0 })
+    }
+}

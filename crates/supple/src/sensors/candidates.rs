@@ -1,0 +1,33 @@
+use supple_kernels::Matrices;
+
+/// A sensor that one may have or not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Its name.
+    pub name: String,
+    /// Its price, in the units of budgets; at least 0.
+    pub price: f64,
+    /// Which entries of the measurement are its.
+    pub rows: Vec<usize>,
+}
+
+/// Joins candidates whose noises are correlated at any step: whoever has one has both.
+pub(super) fn join_correlated(candidates: &mut Vec<Candidate>, v: &Matrices) {
+    let shares = |a: &Candidate, b: &Candidate| {
+        let entry = |t: usize| a.rows.iter().any(|&i| b.rows.iter().any(|&j| v.get(t, i, j) != 0.0));
+        (0..v.count()).any(entry)
+    };
+    let mut at = 0;
+    while at < candidates.len() {
+        match (at + 1..candidates.len()).find(|&other| shares(&candidates[at], &candidates[other])) {
+            Some(other) => {
+                let joined = candidates.remove(other);
+                let one = &mut candidates[at];
+                one.name = format!("{}, {}", one.name, joined.name);
+                one.price += joined.price;
+                one.rows.extend(joined.rows);
+            }
+            None => at += 1,
+        }
+    }
+}

@@ -1,0 +1,259 @@
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{Memory, Selection, Worth};
+use crate::Error;
+
+/// What a set of sensors is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// The least expected cost within the limits.
+    LeastCost,
+    /// The most information within the limits.
+    MostInformation,
+    /// The least price, and among equal prices the fewest sensors, with which the expected cost is at most this.
+    LeastPrice {
+        /// The bound on the expected cost.
+        cost: f64,
+    },
+}
+
+/// What a set of sensors may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// Prices of all together at most.
+    pub budget: Option<f64>,
+    /// Sensors at most.
+    pub count: Option<usize>,
+}
+
+/// In which order greedy choice takes sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// The one that gains most.
+    Gain,
+    /// The one that gains most per unit of price.
+    GainPerPrice,
+}
+
+/// A chosen set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    /// Its candidates, by index in [`Selection::candidates`]: in the order in which they were taken, or rising.
+    pub sensors: Vec<usize>,
+    /// What it is worth.
+    pub worth: Worth,
+    /// Prices of all together.
+    pub price: f64,
+    /// The order that found it, where it was greedy.
+    pub rule: Option<Rule>,
+    /// Sets that were tried.
+    pub tried: usize,
+}
+
+/// Whatever is relatively closer than this is equal.
+pub(super) const SAME: f64 = 1e-12;
+
+impl Limits {
+    /// Whether one more sensor of a given price fits.
+    pub(super) fn fits(&self, (price, count): (f64, usize), more: f64) -> bool {
+        let room = |budget: f64| price + more <= budget + SAME * budget.abs();
+        self.budget.is_none_or(room) && self.count.is_none_or(|most| count < most)
+    }
+}
+
+impl Goal {
+    /// What is to be small: the expected cost, or the information with its sign changed.
+    pub(super) fn merit(self, worth: Worth) -> f64 {
+        match self {
+            Self::LeastCost | Self::LeastPrice { .. } => worth.cost,
+            Self::MostInformation => -worth.information,
+        }
+    }
+
+    pub(super) fn is_met(self, worth: Worth) -> bool {
+        match self {
+            Self::LeastPrice { cost } => worth.cost <= cost + SAME * cost.abs(),
+            Self::LeastCost | Self::MostInformation => false,
+        }
+    }
+}
+
+impl Selection {
+    /// Takes one sensor after the other, by gain and by gain per unit of price, and keeps the better of the two sets.
+    /// Sensors without which the set is as good are left out. `None` where not even all that fit reach the bound of
+    /// [`Goal::LeastPrice`].
+    pub fn greedy(&self, goal: Goal, limits: Limits) -> Option<Chosen> {
+        let both = [Rule::Gain, Rule::GainPerPrice].map(|rule| self.greedy_by(goal, limits, rule));
+        let tried = both.iter().flatten().map(|chosen| chosen.tried).sum();
+        let better = |a: &Chosen, b: &Chosen| self.order(goal, a, b);
+        both.into_iter().flatten().min_by(better).map(|chosen| Chosen { tried, ..chosen })
+    }
+
+    /// Which of two sets is better: the lesser comes first.
+    pub(super) fn order(&self, goal: Goal, a: &Chosen, b: &Chosen) -> std::cmp::Ordering {
+        let key = |chosen: &Chosen| match goal {
+            Goal::LeastPrice { .. } => (chosen.price, chosen.sensors.len() as f64, chosen.worth.cost),
+            _ => (goal.merit(chosen.worth), chosen.price, chosen.sensors.len() as f64),
+        };
+        let (a, b) = (key(a), key(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
+    }
+
+    fn greedy_by(&self, goal: Goal, limits: Limits, rule: Rule) -> Option<Chosen> {
+        let count = self.candidates.len();
+        let mut z = vec![0.0; count];
+        let (mut sensors, mut price, mut tried) = (Vec::new(), 0.0, 1);
+        let mut worth = self.worth_with(&z, &mut self.memory(false));
+        while !goal.is_met(worth) {
+            let fits = |one: &usize| z[*one] == 0.0 && limits.fits((price, sensors.len()), self.candidates[*one].price);
+            let open: Vec<usize> = (0..count).filter(fits).collect();
+            let with = |memory: &mut Vec<Memory>, &one: &usize| {
+                let mut with = z.clone();
+                with[one] = 1.0;
+                (one, self.worth_with(&with, memory))
+            };
+            let found: Vec<(usize, Worth)> = open.par_iter().map_init(|| self.memory(false), with).collect();
+            tried += found.len();
+            let score = |&(one, with): &(usize, Worth)| {
+                let gain = goal.merit(worth) - goal.merit(with);
+                match rule {
+                    Rule::Gain => gain,
+                    Rule::GainPerPrice => gain / self.candidates[one].price.max(f64::MIN_POSITIVE),
+                }
+            };
+            let best = found.iter().rev().max_by(|a, b| score(a).total_cmp(&score(b)));
+            let Some(&(one, with)) = best.filter(|best| score(best) > 0.0) else { break };
+            z[one] = 1.0;
+            sensors.push(one);
+            price += self.candidates[one].price;
+            worth = with;
+        }
+        if matches!(goal, Goal::LeastPrice { .. }) && !goal.is_met(worth) {
+            return None;
+        }
+        let chosen = Chosen { sensors, worth, price, rule: Some(rule), tried };
+        Some(self.pruned(goal, chosen))
+    }
+
+    /// Leaves out what the set does as well without, the dearest first.
+    pub(super) fn pruned(&self, goal: Goal, mut chosen: Chosen) -> Chosen {
+        let mut memory = self.memory(false);
+        let mut by_price = chosen.sensors.clone();
+        by_price.sort_by(|&a, &b| self.candidates[b].price.total_cmp(&self.candidates[a].price).then(b.cmp(&a)));
+        for one in by_price {
+            let rest: Vec<usize> = chosen.sensors.iter().copied().filter(|&other| other != one).collect();
+            let worth = self.worth_with(&self.weights_of(&rest), &mut memory);
+            chosen.tried += 1;
+            let (before, after) = (goal.merit(chosen.worth), goal.merit(worth));
+            let as_good = match goal {
+                Goal::LeastPrice { .. } => goal.is_met(worth),
+                _ => after - before <= SAME * before.abs(),
+            };
+            if as_good {
+                chosen.sensors = rest;
+                chosen.worth = worth;
+            }
+        }
+        chosen.price = self.price(&chosen.sensors);
+        chosen
+    }
+
+    /// Weights of a set: 1 and 0.
+    pub(super) fn weights_of(&self, sensors: &[usize]) -> Vec<f64> {
+        let mut z = vec![0.0; self.candidates.len()];
+        sensors.iter().for_each(|&one| z[one] = 1.0);
+        z
+    }
+
+    /// The best of all sets within the limits, in parallel; the result does not depend on the number of threads.
+    /// `going` is asked before each of [`exhaustive_rounds`](Self::exhaustive_rounds) rounds whether to go on; `None`
+    /// where it is not to.
+    ///
+    /// A set that another sensor fits into is skipped, as it cannot be better than with that one. With more than 15
+    /// candidates there are many sets: [`branch_and_bound`](Self::branch_and_bound) need not try all of them.
+    ///
+    /// # Errors
+    /// Where there are more than 20 candidates, or no set reaches the bound of [`Goal::LeastPrice`].
+    pub fn exhaustive(
+        &self,
+        goal: Goal,
+        limits: Limits,
+        going: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<Chosen>, Error> {
+        let count = self.candidates.len();
+        if count > MOST_EXHAUSTIVE {
+            let what = "the list of candidates of an exhaustive search, at most".to_owned();
+            return Err(Error::Shape { what, found: count, expected: MOST_EXHAUSTIVE });
+        }
+        let sets = self.sets(goal, limits);
+        let mut best: Option<Chosen> = None;
+        for round in sets.chunks(ROUND) {
+            if !going() {
+                return Ok(None);
+            }
+            let one = |memory: &mut Vec<Memory>, set: &Vec<usize>| Chosen {
+                worth: self.worth_with(&self.weights_of(set), memory),
+                price: self.price(set),
+                sensors: set.clone(),
+                rule: None,
+                tried: sets.len(),
+            };
+            let found: Vec<Chosen> = round.par_iter().map_init(|| self.memory(false), one).collect();
+            let usable = |chosen: &Chosen| !matches!(goal, Goal::LeastPrice { .. }) || goal.is_met(chosen.worth);
+            for chosen in found.into_iter().filter(usable) {
+                if best.as_ref().is_none_or(|best| self.order(goal, &chosen, best).is_lt()) {
+                    best = Some(chosen);
+                }
+            }
+            // Sets come by rising price: none that is cheaper is left.
+            if best.is_some() && matches!(goal, Goal::LeastPrice { .. }) {
+                break;
+            }
+        }
+        match best {
+            Some(best) => Ok(Some(self.pruned(goal, best))),
+            None => Err(self.insufficient(goal)),
+        }
+    }
+
+    /// That no set within the limits reaches the bound of [`Goal::LeastPrice`].
+    pub(super) fn insufficient(&self, goal: Goal) -> Error {
+        let bound = if let Goal::LeastPrice { cost } = goal { cost } else { f64::NEG_INFINITY };
+        Error::NoSensorsSuffice { bound, least: self.worth(&vec![true; self.candidates.len()]).cost }
+    }
+
+    /// How many rounds [`exhaustive`](Self::exhaustive) has at most.
+    pub fn exhaustive_rounds(&self, goal: Goal, limits: Limits) -> usize {
+        self.sets(goal, limits).len().div_ceil(ROUND)
+    }
+
+    /// Sets to try, each rising.
+    fn sets(&self, goal: Goal, limits: Limits) -> Vec<Vec<usize>> {
+        let count = self.candidates.len().min(MOST_EXHAUSTIVE);
+        let set = |mask: usize| -> Vec<usize> { (0..count).filter(|one| mask >> one & 1 == 1).collect() };
+        let within = |set: &Vec<usize>| {
+            let price = self.price(set);
+            let fits = Limits { count: None, ..limits }.fits((price, 0), 0.0);
+            fits && limits.count.is_none_or(|most| set.len() <= most)
+        };
+        let is_full = |set: &Vec<usize>| {
+            let held = (self.price(set), set.len());
+            !(0..count).any(|one| !set.contains(&one) && limits.fits(held, self.candidates[one].price))
+        };
+        let by_price = matches!(goal, Goal::LeastPrice { .. });
+        let sets = (0..1_usize << count).map(set).filter(within);
+        let mut sets: Vec<Vec<usize>> = sets.filter(|set| by_price || is_full(set)).collect();
+        if by_price {
+            sets.sort_by(|a, b| self.price(a).total_cmp(&self.price(b)).then(a.len().cmp(&b.len())));
+        }
+        sets
+    }
+}
+
+/// Candidates of an exhaustive search at most.
+const MOST_EXHAUSTIVE: usize = 20;
+
+/// Sets of a round.
+const ROUND: usize = 256;

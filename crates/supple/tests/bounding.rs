@@ -1,0 +1,122 @@
+//! Bounds of tasks at a design: their order, on every shipped task that is quick, and what the steady state is.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use supple::bound::{BoundOptions, TaskBound};
+use supple::{EvaluateOptions, Problem};
+
+fn load(name: &str) -> Problem {
+    Problem::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
+}
+
+fn assert_ordered(bound: &TaskBound) {
+    assert!(bound.is_ordered(), "{}: {:#?}", bound.name, bound.order);
+    // All but the growth of the open loop, which is no bound over a horizon.
+    let ordered = bound.order.iter().filter(|line| line.ordered).count();
+    assert_eq!(ordered, if bound.stationary { 5 } else { 3 }, "{}: {:#?}", bound.name, bound.order);
+    assert!(bound.minimum_lower_bits_per_step <= bound.minimum_bits_per_step);
+    assert!((0.0..=1.0 + 1e-9).contains(&bound.efficiency.unwrap()), "{:?}", bound.efficiency);
+    assert!(bound.efficiency.unwrap() <= bound.control_efficiency.unwrap() * (1.0 + 1e-9));
+    assert!(bound.quantiser_bits_per_step >= bound.minimum_bits_per_step);
+}
+
+/// All but the door, whose two tasks take minutes: its numbers are in docs/bounds.md.
+#[test]
+fn bounds_of_shipped_tasks_are_in_order() {
+    let folder = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks")).unwrap();
+    let files = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let files: Vec<String> = files.filter(|name| name.ends_with(".toml") && name != "iiwa_door.toml").collect();
+    assert!(files.len() >= 7, "{files:?}");
+    files.par_iter().for_each(|name| {
+        let problem = load(name);
+        let phi = problem.parameters.initial();
+        let found = problem.bound(&phi, &BoundOptions::default()).unwrap();
+        let evaluated = problem.evaluate(&phi, &EvaluateOptions::default()).unwrap();
+        for (bound, task) in found.tasks.iter().zip(&evaluated.tasks) {
+            assert_ordered(bound);
+            assert_eq!(bound.cost, task.cost.expected, "{name}: at the design's own cost");
+            let (before, last) =
+                (bound.measurement_per_step_bits.iter().sum::<f64>(), bound.last_measurement_bits.unwrap());
+            let total = task.information.total_bits;
+            assert!((before + last - total).abs() < 1e-9 * total, "{name}: {before} and {last} of {total}");
+            let sum: f64 = bound.minimum_per_step_bits.iter().sum();
+            assert!((sum - bound.minimum_bits).abs() < 1e-9 * sum.max(1.0), "{name}");
+        }
+    });
+}
+
+#[test]
+fn what_the_virtual_sensor_tells_adds_up_to_the_minimum() {
+    let problem = load("two_mass.toml");
+    let found = problem.bound(&problem.parameters.initial(), &BoundOptions::default()).unwrap();
+    let (bound, sensor) = (&found.tasks[0], &found.tasks[0].virtual_sensor);
+    let windows: f64 = sensor.windows.iter().map(|window| window.bits).sum();
+    let states: f64 = sensor.measured.iter().map(|state| state.bits).sum();
+    // But for directions that the rank leaves out.
+    for sum in [windows, states] {
+        assert!((sum - bound.minimum_bits).abs() < 1e-2 * bound.minimum_bits, "{sum} and {}", bound.minimum_bits);
+    }
+    assert_eq!(sensor.states, ["x1", "v1", "x2", "v2", "xw"]);
+    assert_eq!(sensor.rank_per_step.len(), bound.steps);
+    for (rank, (c, (v, l))) in
+        sensor.rank_per_step.iter().zip(sensor.measurement.iter().zip(sensor.variances.iter().zip(&sensor.gain)))
+    {
+        assert_eq!((c.len(), v.len(), l.len()), (*rank, *rank, 5));
+    }
+}
+
+#[test]
+fn the_steady_state_is_what_long_horizons_tend_to() {
+    let mut problem = load("tanaka_plant.toml");
+    problem.tasks[0].steps = 400;
+    let stationary = BoundOptions { stationary: true, ..Default::default() };
+    let steady = problem.bound(&[], &stationary).unwrap().tasks.remove(0);
+    assert_ordered(&steady);
+    let evaluated = problem.evaluate(&[], &EvaluateOptions::default()).unwrap();
+    let task = &evaluated.tasks[0];
+    let nats = task.information.per_step_nats[300];
+    let bits = steady.measurement_bits_per_step.unwrap() * std::f64::consts::LN_2;
+    assert!((bits - nats).abs() < 1e-9, "{bits} and {nats}");
+    let nats = task.information.control.as_ref().unwrap().per_step_nats[300];
+    let bits = steady.control_bits_per_step.unwrap() * std::f64::consts::LN_2;
+    assert!((bits - nats).abs() < 1e-7, "{bits} and {nats}");
+    // The ends of the horizon cost a little.
+    let per_step = task.cost.expected / 400.0;
+    assert!((steady.cost - per_step).abs() < 2e-2 * per_step, "{} and {per_step}", steady.cost);
+}
+
+#[test]
+fn a_looser_cost_needs_less_and_says_that_there_is_no_efficiency() {
+    let problem = load("two_mass_small.toml");
+    let phi = problem.parameters.initial();
+    let own = problem.bound(&phi, &BoundOptions::default()).unwrap().tasks.remove(0);
+    let at = |cost: f64| {
+        let options = BoundOptions { cost: Some(cost), ..Default::default() };
+        problem.bound(&phi, &options).unwrap().tasks.remove(0)
+    };
+    let (tight, loose) = (at(0.5 * (own.cost + own.minimum_cost)), at(1.5 * own.cost));
+    assert!(loose.minimum_bits < own.minimum_bits && own.minimum_bits < tight.minimum_bits);
+    assert_eq!((loose.efficiency, tight.efficiency), (None, None));
+    assert!(loose.is_ordered() && tight.is_ordered());
+    // The design keeps the loose cost, and not the tight one.
+    let of_design = |bound: &TaskBound| bound.order.iter().filter(|line| line.ordered).count();
+    assert_eq!((of_design(&loose), of_design(&tight)), (3, 1));
+    // With the price of cost on one side and on the other.
+    let slope = (tight.minimum_bits - own.minimum_bits) / (own.cost - tight.cost);
+    assert!(own.price_bits_per_cost < slope && loose.price_bits_per_cost < own.price_bits_per_cost);
+    let free = at(own.open_loop_cost.unwrap() * 1.001);
+    assert_eq!((free.minimum_bits, free.virtual_sensor.rank), (0.0, 0));
+}
+
+#[test]
+fn without_noise_the_least_cost_needs_no_information() {
+    let mut problem = load("tanaka_plant.toml");
+    let zeros = || supple::noise::Covariance::Diagonal(vec![supple::Value::Number(0.0); 4]);
+    problem.tasks[0].noise.initial = zeros();
+    problem.tasks[0].noise.process = zeros();
+    let bound = problem.bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
+    assert_eq!((bound.minimum_bits, bound.virtual_sensor.rank, bound.efficiency), (0.0, 0, None));
+    assert_eq!(bound.cost, bound.minimum_cost);
+}
