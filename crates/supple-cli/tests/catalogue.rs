@@ -50,8 +50,8 @@ fn chosen_entries_are_shown() {
 /// Where no combination meets the bound, the page and the exit code say so.
 #[test]
 fn no_combination_will_do() {
-    let folder = folder("[3.0, 3.5]");
-    std::fs::write(folder.path("springs.csv"), "value\n20\n21\n").unwrap();
+    let folder = folder("[49.5, 50.0]");
+    std::fs::write(folder.path("springs.csv"), "value\n20\n20.1\n").unwrap();
     let run = folder.run(&["design", "task.toml", "--starts", "1"]);
     let (code, page) = run.quiet();
     assert_eq!(code, Some(1));
