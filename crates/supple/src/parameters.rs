@@ -86,7 +86,7 @@ impl Parameter {
             let CatalogueEntry { value, price, .. } = entry;
             let twice = self.catalogue[..index].iter().any(|other| other.value == *value);
             match price {
-                _ if !(lower..=upper).contains(&value) => {
+                _ if !(lower..=upper).contains(value) => {
                     Some((index, format!("must be within the bounds [{lower}, {upper}]; found {value}")))
                 }
                 _ if twice => Some((index, format!("the value {value} is there already"))),

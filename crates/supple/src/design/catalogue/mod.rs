@@ -61,7 +61,7 @@ impl CatalogueDesign {
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);
         let met = [chosen, free].iter().all(|summary| !searcher.rank(summary).0);
-        met.then(|| chosen.information - free.information)
+        met.then_some(chosen.information - free.information)
     }
 
     /// How many of the designed combinations meet every bound.
