@@ -171,8 +171,7 @@ fn the_light_is_sought_and_pays() {
     assert!(mean > 5.0 * error, "saves {mean} +- {error}");
 }
 
-/// With a hundredth of all variances the plan is the same, as every part of the noise's price is a hundredth, and the filter
-/// knows well enough where it is for the prediction to hold.
+/// With a thousandth of all variances the filter knows well enough where it is for the prediction to hold.
 #[test]
 fn the_expected_cost_of_the_light_is_that_of_the_closed_loop_where_noise_is_small() {
     let small = [
