@@ -14,7 +14,7 @@ from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, 
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Result
-from .sensors import SensorSet, Sensors, SensorsCertificate, SensorValue
+from .sensors import Sensors, SensorsCertificate, SensorSet, SensorValue
 from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
 from .task import CatalogueEntry, Grid, Parameter, Task

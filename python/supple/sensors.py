@@ -145,7 +145,9 @@ class Sensors(Result):
             ("price", f"{self.chosen.price:.6g}"),
         ]
         for name, sensor in self.sensors.items():
-            rows.append((name, f"saves {sensor.saved_alone:.6g} alone, {sensor.saved_beyond_others:.6g} beyond all others"))
+            rows.append(
+                (name, f"saves {sensor.saved_alone:.6g} alone, {sensor.saved_beyond_others:.6g} beyond all others")
+            )
         return rows
 
 

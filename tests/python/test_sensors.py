@@ -20,12 +20,15 @@ def run(program: Path, *words: str) -> str:
 def without_time(text: str) -> str:
     return re.sub(r'"seconds": [^,\n]+', '"seconds": 0', text)
 
+
 FILE = "tasks/wiping_arm_sensors.toml"
 
 
 def test_sets_of_sensors_are_the_same_text(program: Path) -> None:
     task = supple.load(FILE)
-    assert task.sensors(budget=5.0).to_json().strip() == run(program, "sensors", FILE, "--budget", "5", "--json").strip()
+    assert (
+        task.sensors(budget=5.0).to_json().strip() == run(program, "sensors", FILE, "--budget", "5", "--json").strip()
+    )
     found = task.sensors(count=2, goal="information", method="greedy", task="wipe")
     words = ("--count", "2", "--for", "information", "--method", "greedy", "--task", "wipe", "--json")
     assert found.to_json().strip() == run(program, "sensors", FILE, *words).strip()
