@@ -93,10 +93,10 @@ def test_own_measurements_are_candidates() -> None:
 def test_prices_of_parameters(program: Path) -> None:
     path = "tasks/two_mass_sensors.toml"
     task = supple.load(path)
-    assert task.parameters["force_variance"].price == {"inverse": 0.01}
+    assert task.parameters["force_variance"].price == {"inverse": 0.5}
     price = task.evaluate(trajectories=False).price
-    assert price is not None and price.budget == 4.0
-    assert price.parameters == pytest.approx({"position_variance": 1.0, "force_variance": 1.0})
+    assert price is not None and price.budget == 200.0
+    assert price.parameters == pytest.approx({"position_variance": 50.0, "force_variance": 50.0})
     found = task.design(starts=1)
     assert found.status == "converged" and found.price is not None
     assert found.price.total < 2.0

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use supple::design::{Control, DesignSettings, DesignStatus, NoObserver};
 use supple_study::sensors::{Search, SensorGoal, SensorMethod, SensorValue, Sensors, SensorsOptions, SetBy, run};
 use supple_study::{Folder, LoadedTask, Made, Silent, StudyError, StudyResult, Watch};
 
@@ -38,7 +39,8 @@ fn the_values_of_shipped_sensors_are_as_shown() {
     let door = study("iiwa_door.toml", SensorsOptions { method: SensorMethod::Greedy, ..Default::default() }).unwrap();
     let mut sensors = door.sensors.clone();
     sensors.sort_by(|a, b| b.saved_alone.total_cmp(&a.saved_alone));
-    let row = |sensor: &SensorValue| format!("| {} | {:.3} | {:.1} |", sensor.name, sensor.saved_alone, sensor.bits_alone);
+    let row =
+        |sensor: &SensorValue| format!("| {} | {:.3} | {:.1} |", sensor.name, sensor.saved_alone, sensor.bits_alone);
     assert_rows(&sensors[..3].iter().map(row).collect::<Vec<_>>());
     let costs = [door.none.expected_cost, door.all.expected_cost].map(|cost| format!("{cost:.2}"));
     assert_eq!(costs, ["182.17", "178.75"]);
@@ -125,4 +127,28 @@ fn what_cannot_be_is_refused() {
     let stopped = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
     let error = run(&task("wiping_arm_sensors.toml"), &default(), stopped).unwrap_err();
     assert!(matches!(error, StudyError::Stopped), "{error}");
+}
+
+#[test]
+fn designs_at_a_price_are_as_shown() {
+    let mut task = task("two_mass_sensors.toml");
+    let short = |number: f64| if number < 0.1 { format!("{number:.2e}") } else { format!("{:.3}", number) };
+    let mut multipliers = Vec::new();
+    let rows = [(200.0, 0.0), (10.0, 0.0), (200.0, 2.0)].map(|(budget, price_weight)| {
+        task.problem.design =
+            DesignSettings { budget: Some(budget), price_weight, starts: 1, ..task.problem.design.clone() };
+        let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+        let found = supple_study::design::run(&task, &task.problem.design, control).unwrap();
+        assert_eq!(found.status, DesignStatus::Converged);
+        assert!(found.optimum.feasible);
+        multipliers.push(found.budget_nats_per_unit / std::f64::consts::LN_2);
+        let optimum = &found.optimum;
+        let of = |name: &str| optimum.parameters.get(name).unwrap();
+        let position = if of("position_variance") > 9.99 { "10".to_owned() } else { short(of("position_variance")) };
+        let (force, price) = (of("force_variance"), optimum.price.as_ref().unwrap().total);
+        let bits = optimum.objective.information_bits;
+        format!("| {budget} | {price_weight} | {position} | {force:.2} | {price:.2} | {bits:.2} |")
+    });
+    assert_rows(&rows);
+    assert_eq!(multipliers.iter().map(|bits| format!("{bits:.2}")).collect::<Vec<_>>(), ["0.00", "0.10", "0.00"]);
 }

@@ -271,7 +271,7 @@ fn the_certificate_holds_on_random_catalogues() {
         report(what, &shown);
         assert_eq!(shown.instances, 240);
         // A little of a very exact sensor is nearly as good as all of it: then the certificate says little.
-        assert!(shown.worst_greedy > 0.9 && shown.worst_certified > 0.03, "{what}");
+        assert!(shown.worst_greedy > 0.9 && shown.worst_certified > 0.005, "{what}");
         assert!(shown.worst_gap < 1e-3, "{what}: the relaxed problem was not solved");
         assert!(shown.mean_certified > 0.9, "{what}");
     }
