@@ -65,7 +65,7 @@ fn summary(page: &mut String, task: &TaskBound) {
         );
     }
     let gap = format!(
-        "certified to {:.1e} bits by a point of the dual, after {} Newton steps",
+        "certified to {:.1e} bits per step by a point of the dual, after {} Newton steps",
         task.duality_gap_bits, task.newton_steps
     );
     let _ = writeln!(page, "The minimum is {gap}.");

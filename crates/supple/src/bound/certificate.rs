@@ -5,7 +5,7 @@ use super::local::{Local, Place, slack_of_budget};
 use super::reduce::Chain;
 
 /// The gap between the information of a place and the dual value of its multipliers, nats: infinite where they are not
-/// feasible (theory, equation L.14). Never below the distance to the minimum.
+/// feasible (theory, equation L.12). Never below the distance to the minimum.
 pub(super) fn gap(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
     let mut gap = place.price * slack_of_budget(local);
     for (t, at) in local.iter().enumerate() {
@@ -26,7 +26,7 @@ pub(super) fn gap(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
 }
 
 /// By how much `1/2 log |A p A' + W| - 1/2 log |p| + Tr(M p)` at the identity is above its infimum over all `p`, at
-/// most (theory, equation L.13). `known` is `A' Pbar^-1 A`, and `size` what `M` was summed from.
+/// most (theory, equation L.11). `known` is `A' Pbar^-1 A`, and `size` what `M` was summed from.
 fn excess(slope: &Dense, known: Dense, size: f64) -> f64 {
     let n = slope.nrows();
     let Some(found) = eigen(known) else { return f64::INFINITY };
@@ -43,7 +43,7 @@ fn excess(slope: &Dense, known: Dense, size: f64) -> f64 {
 
 /// The infimum over `q > 0` of `1/2 log(1 - c + c / q) + m q`, for `c` in `[0, 1]`.
 fn infimum(c: f64, m: f64) -> f64 {
-    if !(m > 0.0) {
+    if m.is_nan() || m <= 0.0 {
         return f64::NEG_INFINITY;
     }
     if c == 0.0 {

@@ -1,5 +1,6 @@
 use supple_kernels::{Matrices, rows};
 
+use super::dense::{dense, semidefinite_root};
 use crate::Error;
 use crate::noise::Noise;
 use crate::plan::Plan;
@@ -91,6 +92,23 @@ impl Horizon {
         }
         if !self.base_cost.is_finite() {
             return Err(Error::NotFinite { what: "the least expected cost", step: 0 });
+        }
+        Ok(())
+    }
+}
+
+impl Horizon {
+    /// Whether covariances and prices are positive semidefinite.
+    pub(super) fn check_covariances(&self) -> Result<(), Error> {
+        let arrays = [
+            ("the covariance of the first state", &self.initial, 1),
+            ("the process covariance", &self.process, self.steps().saturating_sub(1)),
+            ("the price of not knowing the state", &self.prices, self.steps()),
+        ];
+        for (what, array, count) in arrays {
+            for t in 0..count.min(array.count()) {
+                semidefinite_root(&dense(array, t)).ok_or(Error::NotPositiveSemidefinite { what, step: t })?;
+            }
         }
         Ok(())
     }

@@ -33,8 +33,6 @@ struct Step {
     /// Lengths taken for covariances and multipliers, at most 1.
     primal: f64,
     dual: f64,
-    /// The square of the Newton decrement over the barrier's weight.
-    decrement: f64,
     /// The new place in its own coordinates.
     local: Vec<Local>,
 }
@@ -75,7 +73,7 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
             return Some(best);
         };
         local = step.local;
-        let far = step.decrement / count as f64;
+        let far = residual(chain, &place, &local) / barrier;
         best.iterations = iteration + 1;
         let now = gap(chain, &place, &local);
         barrier = (barrier * reduction(step.primal.min(step.dual), far)).max(least);
@@ -89,17 +87,35 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
     Some(best)
 }
 
-/// By how much the barrier is lowered after a step of this length that was so far from the centre.
+/// By how much the barrier is lowered after a step of this length that leaves a residual of `far` times its weight.
 fn reduction(length: f64, far: f64) -> f64 {
     match far {
         _ if length < 0.5 => 1.0,
-        ..0.003 => 0.05,
-        ..0.03 => 0.1,
-        ..0.1 => 0.2,
-        ..0.3 => 0.4,
-        ..1.0 => 0.7,
+        ..0.1 => 0.05,
+        ..0.3 => 0.1,
+        ..0.7 => 0.2,
+        ..1.5 => 0.4,
+        ..4.0 => 0.7,
         _ => 1.0,
     }
+}
+
+/// How far the multipliers are from making the covariances stationary: the root of the mean square, per coordinate in
+/// which `p_t` is the identity.
+fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
+    let (mut squares, mut count) = (0.0, 0);
+    for (t, at) in local.iter().enumerate() {
+        let n = at.price.nrows();
+        let mut sum = &at.price * place.price + &place.multipliers[t] - Dense::identity(n, n) * (0.5 + place.barrier);
+        if let Some(next) = chain.next(t) {
+            let half = solve_lower(&local[next].predicted_factor, at.dynamics.clone());
+            sum += half.transpose() * half * 0.5;
+            sum -= at.dynamics.transpose() * &place.multipliers[next] * &at.dynamics;
+        }
+        squares += sum.norm_squared();
+        count += n;
+    }
+    (squares / count.max(1) as f64).sqrt()
 }
 
 /// Multipliers that make every complementarity the same.
@@ -115,13 +131,6 @@ fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
     (left > 0.0).then_some(place)
 }
 
-/// The mean of the products of slacks and multipliers, nats.
-fn complementarity(place: &Place, local: &[Local]) -> f64 {
-    let products: f64 = local.iter().zip(&place.multipliers).map(|(at, l)| at.slack.dot(l)).sum();
-    let count: usize = local.iter().map(|at| at.slack.nrows()).sum();
-    (products + place.price * slack_of_budget(local)) / (count + 1) as f64
-}
-
 /// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none.
 fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newton, barrier: f64) -> Option<Step> {
     let scalings: Vec<Scaling> =
@@ -131,7 +140,7 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
     let solved = newton.solve(chain, local, &scalings, &gradients, (barrier, place.price / left));
     let (covariances, cost) = solved.ok()?;
     let direction = complete(chain, (place, local, &scalings), covariances, cost, barrier);
-    let (primal, dual) = longest_steps(local, &scalings, &direction, (left, place.price));
+    let (primal, dual) = longest_steps(&scalings, &direction, (left, place.price));
     let slope = slope(&gradients, &direction.covariances);
     let before = merit(place, local, barrier)?;
     let mut length = primal;
@@ -144,14 +153,14 @@ fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newto
         {
             *place = candidate;
             place.barrier = barrier;
-            return Some(Step { primal: length, dual, decrement: -slope / barrier, local: next });
+            return Some(Step { primal: length, dual, local: next });
         }
         length *= 0.5;
     }
     None
 }
 
-/// Gradients by `p_t` of the information with the barriers (theory, equation L.8).
+/// Gradients by `p_t` of the information with the barriers (theory, equation L.5).
 fn gradients(chain: &Chain, local: &[Local], scalings: &[Scaling], (barrier, left): (f64, f64)) -> Vec<Dense> {
     let of = |t: usize| {
         let at = &local[t];
@@ -187,15 +196,9 @@ fn complete(
 }
 
 /// The longest steps, at most 1, that stay inside.
-fn longest_steps(
-    local: &[Local],
-    scalings: &[Scaling],
-    direction: &Direction,
-    (left, price): (f64, f64),
-) -> (f64, f64) {
+fn longest_steps(scalings: &[Scaling], direction: &Direction, (left, price): (f64, f64)) -> (f64, f64) {
     let (mut primal, mut dual) = (-direction.budget / left, -direction.price / price);
-    for t in 0..local.len() {
-        let s = &scalings[t];
+    for (t, s) in scalings.iter().enumerate() {
         let by = |m: Dense| {
             let n = m.nrows();
             least_eigenvalue(symmetric(Dense::from_fn(n, n, |i, j| m[(i, j)] / (s.values[i] * s.values[j]).sqrt())))
@@ -212,7 +215,7 @@ fn slope(gradients: &[Dense], covariances: &[Dense]) -> f64 {
     gradients.iter().zip(covariances).map(|(g, d)| g.dot(d)).sum()
 }
 
-/// The information with the barriers on slacks, covariances and budget: what a step must lower (theory, equation L.8).
+/// The information with the barriers on slacks, covariances and budget: what a step must lower (theory, equation L.5).
 fn merit(place: &Place, local: &[Local], barrier: f64) -> Option<f64> {
     let left = slack_of_budget(local);
     // Slacks are in coordinates where p_t is the identity: log |Z_t| = log |local slack| + log |p_t|.

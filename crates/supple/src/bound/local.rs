@@ -82,7 +82,7 @@ pub(super) fn nats(local: &Local) -> f64 {
     0.5 * log_determinant(&local.predicted_factor).max(0.0)
 }
 
-/// The Nesterov-Todd scaling of `Z_t` and `L_t` (theory, equation L.9).
+/// The Nesterov-Todd scaling of `Z_t` and `L_t` (theory, equation L.6).
 pub(super) struct Scaling {
     /// `R^-1`, with `R^-1 Z R^-T = R' L R = diag(v)`.
     pub inverse_root: Dense,
@@ -98,15 +98,14 @@ pub(super) struct Scaling {
 
 /// The scaling of a slack, given by its lower factor, and its multiplier.
 pub(super) fn scaling(factor: &Dense, multiplier: &Dense) -> Option<Scaling> {
-    let n = factor.nrows();
     let inverse = inverse_lower(factor);
     let found = eigen(symmetric(factor.transpose() * multiplier * factor))?;
     let floor = found.eigenvalues.iter().fold(0.0f64, |a, v| a.max(v.abs())) * 1e-14;
     let values: Vec<f64> = found.eigenvalues.iter().map(|v| v.max(floor).sqrt()).collect();
     let (mut inverse_root, mut root) = (found.eigenvectors.transpose() * &inverse, factor * &found.eigenvectors);
-    for k in 0..n {
-        let scale = values[k].sqrt();
-        if !(scale > 0.0) {
+    for (k, value) in values.iter().enumerate() {
+        let scale = value.sqrt();
+        if scale.is_nan() || scale <= 0.0 {
             return None;
         }
         inverse_root.row_mut(k).scale_mut(scale);

@@ -27,6 +27,7 @@ pub fn minimum_information(
     settings: &BoundSettings,
 ) -> Result<MinimumInformation, Error> {
     horizon.check()?;
+    horizon.check_covariances()?;
     // Without noise, nothing need be known for the least cost itself.
     if let Some(open) = open_loop(horizon, cost).filter(|_| cost.is_finite()) {
         return Ok(open);
@@ -68,7 +69,11 @@ fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
     let (mut covariance, mut total) = (dense(&horizon.initial, 0), horizon.base_cost);
     for t in 0..steps {
         store(&mut predicted, t, &covariance);
-        total += dense(&horizon.prices, t).dot(&covariance);
+        let price = dense(&horizon.prices, t);
+        // What grows without a price may have overflown.
+        if price.iter().any(|v| *v != 0.0) {
+            total += price.dot(&covariance);
+        }
         if t + 1 < steps {
             covariance = congruence(&dense(&horizon.dynamics, t), &covariance) + dense(&horizon.process, t);
         }

@@ -40,7 +40,7 @@ fn unpack(v: &[f64], n: usize) -> Dense {
     out
 }
 
-/// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.11), from the packed
+/// Adds `factor` times row `(i, j)` of the symmetric Kronecker product of `u` (theory, equation L.8), from the packed
 /// row `from` of columns on: the row that takes `d` to entry `(i, j)` of `u d u'`. `u` is given by its rows.
 #[inline(always)]
 fn add_kronecker_row(out: &mut [f64], factor: f64, (left, right): (&[f64], &[f64]), from: usize) {
@@ -106,7 +106,7 @@ impl Newton {
         Ok((steps.collect(), of_free - share * of_priced))
     }
 
-    /// Writes block row `t` (theory, equation L.10).
+    /// Writes block row `t` (theory, equation L.7).
     fn assemble(&mut self, chain: &Chain, t: usize, (local, scalings): (&[Local], &[Scaling]), barrier: f64) {
         let n = self.orders[t];
         let here = &scalings[t].metric;
@@ -147,9 +147,9 @@ impl Newton {
         let mut sides = [vec![0.0; length], vec![0.0; length]];
         pack(gradient, &mut sides[0]);
         pack(price, &mut sides[1]);
-        for k in 0..length {
+        for (k, (descent, price)) in sides[0].iter().zip(&sides[1]).enumerate() {
             let row = self.band.row_mut(t, k);
-            (row.right[0], row.right[1]) = (-sides[0][k], sides[1][k]);
+            (row.right[0], row.right[1]) = (-descent, *price);
         }
     }
 }

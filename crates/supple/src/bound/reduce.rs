@@ -53,7 +53,6 @@ impl Chain {
         let mut process_root = root(&horizon.process, 0, "the process covariance")?;
         for t in 0..steps {
             let price = dense(&horizon.prices, t);
-            root(&horizon.prices, t, "the price of not knowing the state")?;
             let price = symmetric(basis.transpose() * (price / budget) * &basis);
             if t + 1 == steps {
                 let none = Dense::zeros(0, basis.ncols());

@@ -15,7 +15,7 @@ impl Stationary {
     /// `dynamics` is `[A, B]`, n x (n + m), and `cost` is `L`, (n + m) x (n + m), cross terms included.
     ///
     /// Where several regulators keep the cost finite it is that of least cost, which need not keep states bounded that
-    /// cost nothing (theory, equation L.16).
+    /// cost nothing (theory, equation L.14).
     ///
     /// # Errors
     /// Where shapes do not fit, numbers are not finite, `L` is not positive semidefinite, or no regulator keeps the
@@ -55,7 +55,7 @@ impl Stationary {
     }
 }
 
-/// `S` of the least-cost regulator and `Xi = K' Q_uu K` (theory, equation L.16).
+/// `S` of the least-cost regulator and `Xi = K' Q_uu K` (theory, equation L.14).
 pub(super) fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense), Error> {
     let n = a.nrows();
     let m = b.ncols();

@@ -8,7 +8,7 @@ use super::solution::{MinimumInformation, StationaryMinimum, VirtualSensor};
 /// Signal-to-noise ratios below this share of the largest, or below it as such, are not measured.
 const RANK_TOLERANCE: f64 = 1e-4;
 
-/// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.7).
+/// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
 pub fn virtual_sensors(minimum: &MinimumInformation) -> Vec<VirtualSensor> {
     (0..minimum.posterior.count()).map(|t| sensor(&minimum.predicted, &minimum.posterior, t)).collect()
 }

@@ -71,7 +71,7 @@ pub struct StationaryMinimum {
 }
 
 /// A sensor that, with the Kalman filter and the optimal regulator, needs no more than the minimum:
-/// `y = C x + v`, one at each step (theory, equation L.7).
+/// `y = C x + v`, one at each step (theory, equation L.13).
 #[derive(Clone, Debug)]
 pub struct VirtualSensor {
     /// How many numbers it measures: the rank of `P^-1 - (A P A' + W)^-1 = C' V^-1 C`.

@@ -14,7 +14,7 @@ use super::subspace::{invariant_hull, observed, unstable};
 use crate::Error;
 
 /// The least directed information per step that any sensors and any controller need to keep an expected cost per step
-/// of `cost` (theory, equation L.17), with a bound from below that no rounding is above.
+/// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
 ///
 /// States that cost nothing, now or later, are left out: their covariances in the result are those without a sensor
 /// where these exist, and 0 otherwise.
@@ -56,7 +56,7 @@ pub fn stationary_minimum(
     })
 }
 
-/// The system in coordinates of what costs something and stays uncertain (theory, equation L.18).
+/// The system in coordinates of what costs something and stays uncertain (theory, equation L.16).
 fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let n = system.dynamics.rows();
     let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
