@@ -14,6 +14,7 @@ from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, 
 from .plots import Figure
 from .progress import Progress
 from .results import Design, Evaluation, Result
+from .sensors import Sensors, SensorsCertificate, SensorSet, SensorValue
 from .studies import Pareto, Robustness, Sweep, Trace, load_result
 from .table import Table
 from .task import CatalogueEntry, Grid, Parameter, Task
@@ -43,6 +44,10 @@ __all__ = [
     "Robustness",
     "StorageError",
     "SuppleError",
+    "SensorSet",
+    "SensorValue",
+    "Sensors",
+    "SensorsCertificate",
     "Sweep",
     "Table",
     "Task",

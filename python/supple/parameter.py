@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 __all__ = ["CatalogueEntry", "Parameter"]
 
@@ -35,6 +35,8 @@ class Parameter:
         unit: Its unit, for people.
         role: Who may change it: the ``design`` search, or only the user, for a ``study``.
         catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
+        price: What a value costs, in units of the budget: ``{"inverse": c}``, ``{"linear": c}``, ``{"log": {..}}`` or
+            ``{"power": {..}}``, as in task files; nothing where left out.
     """
 
     initial: float
@@ -43,3 +45,4 @@ class Parameter:
     unit: str = ""
     role: Literal["design", "study"] = "design"
     catalogue: Sequence[CatalogueEntry | float] = ()
+    price: Mapping[str, Any] | None = None

@@ -122,12 +122,32 @@ class Information(Record):
     bits_per_second: float
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Prices(Record):
+    """What the parameters of a design cost.
+
+    Attributes:
+        total: The sum, in units of the budget.
+        budget: What the sum may be at most; ``None`` where there is no budget.
+        weight_nats_per_unit: Nats that a unit of price counts as in what designs minimise.
+        objective_nats: What designs minimise: information, and price with its weight, nats.
+        parameters: The price of each parameter that has one.
+    """
+
+    total: float
+    budget: float | None
+    weight_nats_per_unit: float
+    objective_nats: float
+    parameters: dict[str, float]
+
+
 class _Evaluated:
     """The attributes of one evaluated design, from the dict of an evaluation."""
 
     def __init__(self, data: Mapping[str, Any], about: Mapping[str, Any]) -> None:
         self.parameters: dict[str, float] = dict(data["parameters"])
         self.feasible: bool = data["feasible"]
+        self.price: Prices | None = build(Prices, data["price"]) if data.get("price") else None
         self.tasks: dict[str, TaskReport] = {task["name"]: build(TaskReport, task) for task in data["tasks"]}
         objective = data["objective"]
         nats, bits = objective["information_nats"], objective["information_bits"]
@@ -176,8 +196,13 @@ class _OfDesign(Result):
 
     @property
     def feasible(self) -> bool:
-        """Whether every plan converged and every task meets its bound."""
+        """Whether every plan converged, every task meets its bound and the price the budget."""
         return self._evaluated.feasible
+
+    @property
+    def price(self) -> Prices | None:
+        """What the parameters cost; ``None`` where none has a price."""
+        return self._evaluated.price
 
     @property
     def tasks(self) -> dict[str, TaskReport]:
@@ -201,6 +226,7 @@ class Start(Record):
     status: str
     to: dict[str, float]
     information_nats: float
+    price: float
     expected_costs: Array
     violation: float
     optimality: float
@@ -320,6 +346,11 @@ class Design(_OfDesign):
     def bound_prices(self) -> dict[str, float]:
         """Nats that a unit more of each task's bound would save."""
         return {price["task"]: price["nats_per_unit"] for price in self._data["bound_prices"]}
+
+    @property
+    def budget_nats_per_unit(self) -> float:
+        """Nats that a unit more of budget would save; 0 where there is none or it is not used up."""
+        return float(self._data["budget_nats_per_unit"])
 
     @property
     def evaluations(self) -> int:

@@ -12,6 +12,7 @@ from ._records import Array, Record, build
 from ._supple import Kept
 from .bounds import Bounds
 from .results import Design, Evaluation, Result
+from .sensors import Sensors
 from .table import Table
 
 __all__ = ["Comparison", "Pareto", "ParetoPoint", "RobustDesign", "Robustness", "RobustnessCell"]
@@ -211,7 +212,7 @@ class Trace(Result):
         ]
 
 
-_ALL: tuple[type[Result], ...] = (Bounds, Design, Evaluation, Pareto, Robustness, Sweep, Trace)
+_ALL: tuple[type[Result], ...] = (Bounds, Design, Evaluation, Pareto, Robustness, Sensors, Sweep, Trace)
 _KINDS = {kind.kind: kind for kind in _ALL}
 
 

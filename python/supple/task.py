@@ -28,6 +28,7 @@ from .errors import UsageError
 from .parameter import CatalogueEntry, Parameter
 from .progress import Progress, watching
 from .results import Design, Evaluation
+from .sensors import Sensors, sensors_words
 from .studies import Pareto, Robustness, Sweep, Trace
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ class Task:
                 unit=entry["unit"],
                 role=entry["role"],
                 catalogue=tuple(CatalogueEntry(**listed) for listed in entry.get("catalogue", ())),
+                price=entry.get("price"),
             )
             for entry in about["parameters"]
         }
@@ -324,6 +326,45 @@ class Task:
         made = found._made("bound", bound_words(task, cost, points, stationary))
         with watching(progress) as seer, logged("bound"):
             return Bounds(found._native.bound(made, (task, cost, stationary), curve=points, progress=seer), found)
+
+    def sensors(
+        self,
+        *,
+        budget: float | None = None,
+        count: int | None = None,
+        cost: float | None = None,
+        goal: Literal["cost", "information"] = "cost",
+        method: Literal["greedy", "exhaustive", "both"] = "both",
+        task: str | None = None,
+        progress: bool | Progress | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Sensors:
+        """The best set of sensors of the task's catalogue, what every sensor is worth, and how good any set could be.
+
+        Without a catalogue the candidates are the task's own measurements, without prices.
+
+        Args:
+            budget: Prices of all chosen sensors together at most.
+            count: Chosen sensors at most.
+            cost: Choose the cheapest set with an expected cost of at most this.
+            goal: What the set is to be best in: the least expected cost, or the most information.
+            method: One sensor after the other, all sets (beyond 15 candidates by branch and bound until the best one is
+                proved), or both (branch and bound gives up after 2,000 regions).
+            task: The only task to look at, where there are several; the sum of all where left out.
+            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
+        if count is not None:
+            check_counts(count=count)
+        options: dict[str, Any] = {"budget": budget, "count": count, "cost": cost}
+        options = {name: None if value is None else float(value) for name, value in options.items()}
+        options |= {"count": count, "goal": goal, "method": method, "task": task}
+        found = self.at(at, **parameters)
+        made = found._made("sensors", sensors_words(options))
+        with watching(progress) as seer, logged("sensors"):
+            return Sensors(found._native.sensors(made, json.dumps(options), seer), found)
 
     def trace(
         self,

@@ -37,13 +37,13 @@ fn how(report: &CatalogueReport) -> String {
         count => count.to_string(),
     };
     let meet = match feasible {
-        0 => "none of them meets every bound.".to_owned(),
+        0 => "none of them meets every bound; this is the closest.".to_owned(),
         1 => "1 meets every bound.".to_owned(),
         count => format!("{count} meet every bound."),
     };
     match (method, complete) {
         (CatalogueMethod::AllCombinations, true) => {
-            format!("Best of all {combinations} combinations of entries; {meet}")
+            format!("Chosen from all {combinations} combinations of entries; {meet}")
         }
         (CatalogueMethod::AllCombinations, false) => {
             format!("Stopped after {designed} of {combinations} combinations of entries; {meet}")

@@ -97,6 +97,8 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
         let _ = writeln!(page, "{}", catalogue::page(chosen));
     }
 
+    page.push_str(&prices(optimum, Some(report)));
+
     let at_box: Vec<String> = about
         .parameters
         .iter()
@@ -228,10 +230,39 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         }
         page.push_str(&gradient_tables(task));
     }
+    page.push_str(&prices(at, None));
     if at.tasks.len() > 1 {
         let _ = writeln!(page, "all tasks: {} bits", number(at.objective.information_bits));
     }
     page
+}
+
+/// What a design costs: a line for all prices, with the budget and what more of it would save.
+fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
+    let Some(price) = &at.price else { return String::new() };
+    let parts: Vec<String> =
+        price.parameters.0.iter().map(|(name, price)| format!("{name} {}", number(*price))).collect();
+    let before = report
+        .and_then(|report| report.start.price.as_ref())
+        .map_or_else(String::new, |start| format!(", {} at the start", number(start.total)));
+    let within = match price.budget {
+        Some(budget) if price.total > budget * (1.0 + supple::FEASIBILITY) => {
+            format!(", above the budget {}", number(budget))
+        }
+        Some(budget) => format!(" of the budget {}", number(budget)),
+        None => String::new(),
+    };
+    let mut text = format!("price: {}{within}{before} ({})\n", number(price.total), parts.join(", "));
+    if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {
+        let bits = number(saved / std::f64::consts::LN_2);
+        let _ = writeln!(text, "The budget is used up: one more would save {bits} bits.");
+    }
+    if price.weight_nats_per_unit > 0.0 {
+        let [weight, sum] =
+            [price.weight_nats_per_unit, price.objective_nats].map(|nats| nats / std::f64::consts::LN_2);
+        let _ = writeln!(text, "With {} bits per unit of price, {} bits are minimised.", number(weight), number(sum));
+    }
+    text + "\n"
 }
 
 /// A line for each limit that the plan of a task violates.

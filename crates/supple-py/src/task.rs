@@ -11,6 +11,7 @@ use supple::{EvaluateOptions, Named};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
+use supple_study::sensors::SensorsOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
 use supple_study::{About, LoadedTask, Made, Source, StudyError, StudyResult, Watch, check_writable};
@@ -228,6 +229,20 @@ impl NativeTask {
         let options = BoundOptions { task, cost, stationary, curve };
         self.study(py, ("bound", made, 0), progress, |task, watch| {
             Ok(StudyResult::Bound(Box::new(supple_study::bound::run(task, &options, watch)?)))
+        })
+    }
+
+    /// Sets of sensors, and what each is worth; `options` as JSON.
+    fn sensors(
+        &self,
+        py: Python<'_>,
+        made: Vec<String>,
+        options: &str,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Kept> {
+        let options: SensorsOptions = from_json(py, options)?;
+        self.study(py, ("sensors", made, 0), progress, |task, watch| {
+            Ok(StudyResult::Sensors(Box::new(supple_study::sensors::run(task, &options, watch)?)))
         })
     }
 

@@ -116,7 +116,7 @@ impl CatalogueReport {
                 expected_costs: free.costs.clone(),
                 violation: free.violation,
             },
-            gap_bits: design.gap(searcher.settings.feasibility).map(bits),
+            gap_bits: design.gap(searcher).map(bits),
             best: design.designed.iter().take(BEST).map(combination).collect(),
         })
     }

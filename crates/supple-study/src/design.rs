@@ -31,6 +31,9 @@ pub struct DesignReport {
     pub active_bounds: Vec<String>,
     /// Nats that a unit more of bound would save, by task.
     pub bound_prices: Vec<TaskPrice>,
+    /// Nats that a unit more of budget would save; 0 where there is none or it is not used up.
+    #[serde(default)]
+    pub budget_nats_per_unit: f64,
     /// Different local minima of the plans seen at the best design.
     pub branches: usize,
     /// The entries of catalogues that were chosen, where parameters have catalogues.
@@ -62,9 +65,12 @@ pub struct StartReport {
     pub from: Named,
     /// Where it ended.
     pub to: Named,
-    /// The objective there, nats; NaN where nothing could be evaluated.
+    /// The information there, nats; NaN where nothing could be evaluated.
     #[serde(deserialize_with = "supple::or_nan")]
     pub information_nats: f64,
+    /// The sum of the parameters' prices there; 0 where none has one.
+    #[serde(default, deserialize_with = "supple::or_nan")]
+    pub price: f64,
     /// Expected cost of each task there.
     pub expected_costs: Vec<f64>,
     /// How far the worst task is above its bound, relative to it.
@@ -174,6 +180,7 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
         optimum,
         active_bounds: problem.tasks.iter().zip(&best.multipliers).filter_map(active).collect(),
         bound_prices: problem.tasks.iter().zip(&best.multipliers).map(price).collect(),
+        budget_nats_per_unit: best.budget_multiplier,
         branches: best.branches,
         catalogue: CatalogueReport::of(searcher, found),
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
@@ -188,6 +195,7 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         from: Named::new(&problem.parameters, &summary.from),
         to: Named::new(&problem.parameters, &summary.to),
         information_nats: summary.information,
+        price: summary.price,
         expected_costs: summary.costs.clone(),
         violation: summary.violation,
         optimality: summary.optimality,

@@ -75,6 +75,7 @@ fn problem() -> Problem {
         bounds,
         scale: Scale::Log,
         unit: unit.to_owned(),
+        price: None,
         role: Role::Design,
     };
     let parameters = vec![

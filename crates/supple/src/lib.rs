@@ -18,6 +18,7 @@ pub mod noise;
 pub mod parameters;
 pub mod pipeline;
 pub mod plan;
+mod price;
 mod problem;
 pub mod scene;
 pub mod sensors;
@@ -42,6 +43,7 @@ pub use model::{
     Channel, Channels, Dimensions, Instruction, Limit, Limited, Linear, Model, OwnCost, Point, Recorded, RecordedParts,
     Tape, TapeError, TapeParts, TwoMass,
 };
+pub use price::{Price, PriceReport};
 pub use problem::{Problem, Task};
 pub use stability::{Stability, stability};
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Value, is_name};
+use crate::{Error, Price, Value, is_name};
 use supple_files::quoted;
 
 /// A named number that tasks and designs may change.
@@ -20,6 +20,9 @@ pub struct Parameter {
     pub unit: String,
     /// Who may change it.
     pub role: Role,
+    /// What its value costs, where it has a price.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<Price>,
     /// The values that can be had, from the least to the greatest; empty where every value within the bounds can.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub catalogue: Vec<CatalogueEntry>,
@@ -45,7 +48,7 @@ impl Parameter {
     /// # Errors
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let Self { name, initial, bounds: [lower, upper], scale, .. } = self;
+        let Self { name, initial, bounds: [lower, upper], scale, price, .. } = self;
         if !is_name(name) {
             let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
             return Err(("name", message));
@@ -62,6 +65,9 @@ impl Parameter {
         }
         if !(lower..=upper).contains(&initial) {
             return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
+        }
+        if let Some(Err(message)) = price.map(|price| price.check([*lower, *upper])) {
+            return Err(("price", message));
         }
         if !self.catalogue.is_empty() && self.role == Role::Study {
             let message = "is for parameters that are designed; this one has role = \"study\"";

@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 
 use supple::Problem;
 use supple::design::{
-    Aim, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, NoObserver, Observer, Searcher,
-    best_plan, design,
+    Aim, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, NoObserver, Observer, Searcher, design,
+    plan_at,
 };
 use supple::pipeline::TaskState;
 
@@ -36,12 +36,13 @@ fn designed(problem: &Problem) -> Design {
 const FIRST: [f64; 4] = [80.0, 150.0, 320.0, 480.0];
 const SECOND: [f64; 4] = [110.0, 210.0, 330.0, 560.0];
 
-/// Information and cost of a design without any search but for the plan's first guesses: what a user would do by hand.
+/// Information and cost of a design that is only evaluated, on the cheapest branch: what a user would do by hand.
 fn by_hand(problem: &Problem, springs: [f64; 2]) -> (f64, f64) {
     let (task, mut phi) = (&problem.tasks[0], problem.parameters.initial());
     phi[..2].copy_from_slice(&springs);
     let mut state = TaskState::new(task);
-    best_plan((problem, task), &phi, None, &mut state).unwrap();
+    let search = (problem.design.seed, problem.design.branch_attempts);
+    plan_at((problem, task), &phi, None, search, &mut state).unwrap();
     (state.information.total, state.cost.expected())
 }
 
@@ -74,10 +75,10 @@ fn chooses_what_a_grid_by_hand_does() {
     let chosen = found.found();
     assert_eq!(chosen.to[..2], springs);
     assert!((chosen.information - nats).abs() < 1e-6 * nats, "{} {nats}", chosen.information);
-    let searcher = searcher(&problem, &problem.design);
-    assert!(catalogue.feasible(&searcher) >= met, "cheaper branches may meet the bound where first guesses do not");
+    let asked = searcher(&problem, &problem.design);
+    assert_eq!(catalogue.feasible(&asked), met);
 
-    let gap = catalogue.gap(1e-6).unwrap();
+    let gap = catalogue.gap(&asked).unwrap();
     assert!(gap > 0.0 && (catalogue.continuous.information + gap - chosen.information).abs() < 1e-9, "{gap}");
     let ranks: Vec<f64> =
         catalogue.designed.iter().filter(|c| c.summary.violation <= 1e-6).map(|c| c.summary.information).collect();
@@ -124,10 +125,56 @@ fn says_where_no_combination_will_do() {
     let catalogue = found.catalogue.as_ref().unwrap();
     assert!(catalogue.continuous.violation <= 1e-6, "without catalogues the bound is met");
     assert_eq!(found.status, DesignStatus::BoundViolated);
-    assert_eq!((catalogue.feasible(&searcher(&problem, &problem.design)), catalogue.gap(1e-6)), (0, None));
+    assert_eq!(
+        (catalogue.feasible(&searcher(&problem, &problem.design)), catalogue.gap(&searcher(&problem, &problem.design))),
+        (0, None)
+    );
     let least =
         catalogue.designed.iter().map(|combination| combination.summary.violation).fold(f64::INFINITY, f64::min);
     assert_eq!(found.found().violation, least);
+}
+
+/// Prices of entries count: within a budget the best combination that can be paid is chosen, and with a weight the best of
+/// information and price together; both as found by hand over the grid.
+#[test]
+fn entries_are_paid_from_the_budget() {
+    let priced = |values: [f64; 4], prices: [f64; 4]| {
+        let entry = |(value, price)| format!("{{ value = {value}, price = {price} }}");
+        format!("[{}]", values.into_iter().zip(prices).map(entry).collect::<Vec<_>>().join(", "))
+    };
+    let (first, second) = ([9.0, 7.0, 4.0, 2.0], [8.0, 3.0, 2.5, 1.0]);
+    let mut problem = two_masses(&priced(FIRST, first), &priced(SECOND, second));
+    // Springs, nats and price of what meets the bound.
+    let grid: Vec<([f64; 2], f64, f64)> = (0..16)
+        .filter_map(|place| {
+            let springs = [FIRST[place / 4], SECOND[place % 4]];
+            let (nats, cost) = by_hand(&problem, springs);
+            (cost <= 250.0 * (1.0 + 1e-6)).then(|| (springs, nats, first[place / 4] + second[place % 4]))
+        })
+        .collect();
+    let best = |budget: f64, weight: f64| {
+        let objective = |nats: f64, price: f64| nats + weight * price;
+        let paid = grid.iter().filter(|(.., price)| *price <= budget);
+        let found = paid.map(|&(springs, nats, price)| (springs, objective(nats, price)));
+        found.min_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap()
+    };
+    let (free, _) = best(f64::INFINITY, 0.0);
+    for (budget, weight) in [(7.5, 0.0), (5.0, 0.0), (f64::INFINITY, 40.0)] {
+        problem.design.budget = budget.is_finite().then_some(budget);
+        problem.design.price_weight = weight;
+        let found = designed(&problem);
+        let chosen = found.found();
+        let (springs, expected) = best(budget, weight);
+        assert_eq!(chosen.to[..2], springs, "{budget} {weight}");
+        assert_ne!(springs, free, "prices make a difference");
+        // The design may find cheaper local minima of the plan, from that without catalogues.
+        assert!((chosen.objective / expected - 1.0).abs() < 1e-3, "{} {expected}", chosen.objective);
+        assert!(chosen.price <= budget && chosen.price == problem.parameters.price(&chosen.to));
+        assert_eq!(found.status, DesignStatus::Converged);
+    }
+    // Less than the cheapest combination that meets the bound costs.
+    problem.design.budget = Some(2.0);
+    assert_eq!(designed(&problem).status, DesignStatus::BoundViolated);
 }
 
 /// A search among neighbours on a grid of 36, of which it may design 30, ends where no neighbour is better; here at the best of all.

@@ -137,6 +137,7 @@ fn defaults_of_settings_are_those_of_the_code() {
                 }),
                 Value::Number(number) => shown.parse::<f64>().ok() == number.as_f64(),
                 Value::Bool(choice) => shown == choice.to_string(),
+                Value::Null => shown == "none",
                 value => value.as_str() == Some(shown),
             };
             assert!(same, "{key} is {} and not {shown}", settings[key]);

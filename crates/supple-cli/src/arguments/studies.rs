@@ -97,7 +97,7 @@ pub struct SensorsOptions {
     pub method: SensorMethodArgument,
     /// The only task to look at, where there are several; the sum of all where left out
     #[arg(long = "task", value_name = "NAME")]
-    pub only: Option<String>,
+    pub name: Option<String>,
     #[command(flatten)]
     pub output: Output,
 }

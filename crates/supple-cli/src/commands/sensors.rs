@@ -23,7 +23,7 @@ pub fn sensors(options: &SensorsOptions) -> Result<Outcome, Failure> {
             SensorMethodArgument::Exhaustive => SensorMethod::Exhaustive,
             SensorMethodArgument::Both => SensorMethod::Both,
         },
-        task: options.only.clone(),
+        task: options.name.clone(),
     };
     options.output.check()?;
     let study = watched(|watch| supple_study::sensors::run(&loaded, &wanted, watch))?;

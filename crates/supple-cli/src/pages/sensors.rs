@@ -84,29 +84,49 @@ fn certificate(study: &Sensors) -> String {
     let (better, unit) = match (study.options.cost, study.options.goal) {
         (Some(_), _) => ("cheaper than", "a price of "),
         (None, SensorGoal::Cost) => ("better than", "an expected cost of "),
-        (None, SensorGoal::Information) => ("better than", "bits: "),
+        (None, SensorGoal::Information) => ("better than", "an information, bits, of "),
     };
     let mut text = format!("No set within the limits can be {better} {unit}{}.\n", number(bound));
-    let share = |ratio: f64| format!("{:.1} %", 100.0 * ratio);
-    let gain = if study.options.cost.is_some() { "the least price over the greedy price" } else { "of the best gain" };
-    if let Some(certified) = certified_ratio {
-        let _ = writeln!(text, "Greedy choice is certified to have at least {} {gain}.", share(certified));
+    if study.options.cost.is_some() {
+        let _ = writeln!(text, "{}", of_prices(study));
+        return text;
     }
-    if let (Some(search), Some(searched)) = (search, searched_bound) {
-        let how = if search == Search::Exhaustive { "A search of all sets" } else { "Branch and bound" };
-        let _ = match (proved, ratio) {
-            (true, Some(ratio)) => {
-                writeln!(text, "{how} shows that it has {}; {tried} sets or regions tried.", share(ratio))
-            }
-            (false, Some(ratio)) => writeln!(
+    // Rounded down: a share is certified.
+    let share = |ratio: f64| format!("{:.2} %", (1e4 * ratio).floor() / 100.0);
+    if let Some(certified) = certified_ratio {
+        let _ = writeln!(
+            text,
+            "Greedy choice is certified to have at least {} of the best possible gain.",
+            share(certified)
+        );
+    }
+    if let (Some(search), Some(searched), Some(ratio)) = (search, searched_bound, ratio) {
+        let _ = match (search, proved) {
+            (Search::Exhaustive, _) => writeln!(text, "A search of all sets shows that it has {}.", share(ratio)),
+            (_, true) => writeln!(text, "Branch and bound proves that it has {}.", share(ratio)),
+            (_, false) => writeln!(
                 text,
-                "{how} was not finished: no set can be {better} {unit}{}, so that greedy choice has at least {}; {tried} sets \
-                 or regions tried.",
+                "Branch and bound was not finished. It shows that no set can be {better} {unit}{}, so that greedy choice has at \
+                 least {}.",
                 number(searched),
                 share(ratio)
             ),
-            (_, None) => writeln!(text, "{how} found what greedy choice did not; {tried} sets or regions tried."),
         };
     }
+    let _ = writeln!(text, "{tried} sets and regions were tried.");
     text
+}
+
+/// How far from the least price the greedy one can be.
+fn of_prices(study: &Sensors) -> String {
+    let Certificate { bound, searched_bound, proved, tried, .. } = study.certificate;
+    let price = study.greedy.as_ref().map_or(study.chosen.price, |greedy| greedy.price);
+    let above =
+        |bound: f64| if bound > 0.0 { format!("{:.4} times", price / bound) } else { "any multiple of".to_owned() };
+    let mut text = format!("Greedy choice is certified to cost at most {} the least price.", above(bound));
+    if let Some(searched) = searched_bound {
+        let how = if proved { "The search proves" } else { "The search, which was not finished, shows" };
+        let _ = write!(text, " {how} at most {}.", above(searched));
+    }
+    text + &format!("\n{tried} sets and regions were tried.")
 }

@@ -121,7 +121,7 @@ fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     Ok(bounds.into_iter().map(|bound| bound.unwrap_or(f64::INFINITY)).collect())
 }
 
-/// The task's settings, for the one method that knows all aims; by total gradients, along sampled plans by frozen ones.
+/// The task's settings, for the one method that knows all aims; by total gradients, along plans that have none by frozen ones.
 fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings, StudyError> {
     let gradient = match task.problem.planning.plan.has_total_gradient() {
         true => GradientKind::Total,

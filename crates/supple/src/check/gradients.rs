@@ -19,7 +19,9 @@ pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], state: &mut Task
         return Ok(Vec::new());
     }
     let mut rows = frozen(problem, task, phi, state)?;
-    rows.extend(total(problem, task, phi, state)?);
+    if state.plan.mode.has_total_gradient() {
+        rows.extend(total(problem, task, phi, state)?);
+    }
     Ok(rows)
 }
 

@@ -30,19 +30,19 @@ impl Aim {
         }
     }
 
-    /// Whether a visit is of use: its plans converged and, where bounds limit the aim, it meets them within a share
-    /// `feasibility` of them.
+    /// Whether a visit is of use: its plans converged, it meets the budget and, where bounds limit the aim, those too,
+    /// within a share `feasibility` of them.
     pub(crate) fn is_met(self, visit: &Visit, feasibility: f64) -> bool {
         match self {
             Self::Information { .. } => visit.is_feasible(feasibility),
-            Self::Cost => visit.is_planned(),
+            Self::Cost => visit.is_planned() && visit.is_affordable(feasibility),
         }
     }
 
     /// What is minimised among visits that are of use.
     pub(crate) fn objective(self, visit: &Visit, problem: &Problem) -> f64 {
         match self {
-            Self::Information { .. } => visit.information(problem),
+            Self::Information { .. } => visit.objective(problem),
             Self::Cost => visit.violation(),
         }
     }

@@ -7,7 +7,7 @@ use crate::Error;
 /// phi <- phi - h (dDI/dphi + sum_i beta / (D_i - J_i) dJ_i/dphi)      h = tanh(min_i (D_i - J_i) + gamma)
 /// ```
 ///
-/// projected on the box. A step is at most a twentieth of the box long, which the paper leaves open; the search ends
+/// projected on the box; a budget of prices is one more `D_i`, with the prices' sum as its `J_i`. A step is at most a twentieth of the box long, which the paper leaves open; the search ends
 /// when steps fall below the tolerance, or when it has used up ten times the evaluations of the other optimisers.
 pub(super) fn descend(search: &mut Search) -> Result<Ending, Error> {
     let settings = search.settings();
@@ -19,7 +19,7 @@ pub(super) fn descend(search: &mut Search) -> Result<Ending, Error> {
             return Ok(Ending::Stopped);
         }
         search.step_to(&visit, false);
-        let mut direction = visit.information_gradient(problem);
+        let mut direction = visit.objective_gradient(problem);
         let mut least = f64::INFINITY;
         for task in &visit.tasks {
             let Some(bound) = task.bound else { continue };
@@ -27,6 +27,14 @@ pub(super) fn descend(search: &mut Search) -> Result<Ending, Error> {
             // The barrier is infinite where the bound is met exactly.
             let factor = settings.barrier_weight / if room.abs() < 1e-9 { 1e-9_f64.copysign(room) } else { room };
             for (direction, gradient) in direction.iter_mut().zip(task.excess_gradient(1.0)) {
+                *direction += factor * gradient;
+            }
+            least = least.min(room);
+        }
+        if let Some(budget) = visit.price.budget {
+            let room = budget - visit.price.total;
+            let factor = settings.barrier_weight / if room.abs() < 1e-9 { 1e-9_f64.copysign(room) } else { room };
+            for (direction, gradient) in direction.iter_mut().zip(&visit.price.gradient) {
                 *direction += factor * gradient;
             }
             least = least.min(room);

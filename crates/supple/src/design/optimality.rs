@@ -6,40 +6,50 @@ use super::visit::{Visit, Visitor};
 /// First-order optimality up to which a design counts as an optimum.
 pub(crate) const OPTIMAL: f64 = 1e-4;
 
-/// First-order optimality of a visited design, and the multipliers of the tasks' bounds.
+/// First-order optimality of a visited design, and the multipliers of the tasks' bounds and, last, of the budget.
 ///
-/// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradient of the
-/// information. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the tasks where it
+/// Of least information: the largest entry of the projected gradient of the Lagrangian, relative to the gradients of
+/// information and weighted price. Of least cost: that of the convex combination of the gradients of `J_i / D_i` over the tasks where it
 /// is greatest, relative to `J_i / D_i`; there are no multipliers of bounds.
 pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
     let Visitor { problem, settings, aim, scaling, .. } = visitor;
     let near = 100.0 * settings.feasibility;
     let scaled = |gradient: &[f64]| scaling.gradient(&at.phi, gradient);
     let violations: Vec<Option<f64>> = at.tasks.iter().map(|task| task.violation()).collect();
+    // The budget is one more constraint, after those of the tasks.
+    let budget = at.tasks.len();
+    let is_tight = at.price.violation().is_some_and(|violation| violation > -near);
     match aim {
         Aim::Information { .. } => {
-            let objective = scaled(&at.information_gradient(problem));
-            let constraints: Vec<_> = at.tasks.iter().map(|task| scaled(&task.excess_gradient(1.0))).collect();
+            let objective = scaled(&at.objective_gradient(problem));
+            let of_tasks = at.tasks.iter().map(|task| scaled(&task.excess_gradient(1.0)));
+            let constraints: Vec<_> = of_tasks.chain([scaled(&at.price.gradient)]).collect();
             let is_active = |task: usize| violations[task].is_some_and(|violation| violation > -near);
-            let active: Vec<usize> = (0..at.tasks.len()).filter(|&task| is_active(task)).collect();
+            let active = (0..at.tasks.len()).filter(|&task| is_active(task));
+            let active: Vec<usize> = active.chain(is_tight.then_some(budget)).collect();
             let (worst, multipliers) = project(&objective, &constraints, &active, &at.scaled);
-            let size = objective.iter().fold(1e-300, |size: f64, g| size.max(g.abs()));
+            // Where information and price are in balance, the gradient of their sum is no measure.
+            let parts = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
+            let parts = parts.map(|(information, price)| information.abs() + (at.price.weight * price).abs());
+            let size = parts.fold(1e-300, f64::max);
             (worst / size, multipliers)
         }
         Aim::Cost => {
             let most = at.violation();
             let none = || vec![0.0; at.phi.len()];
             let gradients = at.tasks.iter().map(|task| task.violation_gradient().unwrap_or_else(none));
-            let gradients: Vec<_> = gradients.map(|gradient| scaled(&gradient)).collect();
+            let gradients = gradients.map(|gradient| scaled(&gradient)).chain([scaled(&at.price.gradient)]);
+            let gradients: Vec<_> = gradients.collect();
             let is_worst = |task: &usize| violations[*task] == Some(most);
             let Some(first) = (0..at.tasks.len()).find(is_worst) else {
-                return (0.0, vec![0.0; at.tasks.len()]);
+                return (0.0, vec![0.0; budget + 1]);
             };
             let is_active = |task: &usize| *task != first && violations[*task].is_some_and(|v| v > most - near);
-            let active: Vec<usize> = (0..at.tasks.len()).filter(is_active).collect();
+            let active = (0..at.tasks.len()).filter(is_active).chain(is_tight.then_some(budget));
+            let active: Vec<usize> = active.collect();
             let (worst, weights) = project(&gradients[first], &gradients, &active, &at.scaled);
-            let weight = 1.0 + weights.iter().sum::<f64>();
-            (worst / (weight * (1.0 + most).max(1e-300)), vec![0.0; at.tasks.len()])
+            let weight = 1.0 + weights[..budget].iter().sum::<f64>();
+            (worst / (weight * (1.0 + most).max(1e-300)), vec![0.0; budget + 1])
         }
     }
 }

@@ -43,8 +43,16 @@ pub struct StartSummary {
     pub to: Vec<f64>,
     /// How it ended.
     pub status: DesignStatus,
-    /// The objective there, nats.
+    /// The information there, nats.
     pub information: f64,
+    /// The objective there: information, and price with its weight, nats.
+    pub objective: f64,
+    /// The sum of the parameters' prices there.
+    pub price: f64,
+    /// How far that is above the budget, relative to it; negative infinity where there is none.
+    pub overspent: f64,
+    /// What a unit more of budget would save in nats (its Lagrange multiplier); 0 where some bound is not met.
+    pub budget_multiplier: f64,
     /// Expected cost of each task there.
     pub costs: Vec<f64>,
     /// How far the worst task is above its bound, relative to it; negative below.
@@ -97,6 +105,10 @@ impl StartSummary {
             from,
             status: DesignStatus::BoundViolated,
             information: f64::NAN,
+            objective: f64::NAN,
+            price: f64::NAN,
+            overspent: f64::NEG_INFINITY,
+            budget_multiplier: 0.0,
             costs: Vec::new(),
             violation: f64::INFINITY,
             optimality: f64::NAN,
@@ -111,7 +123,8 @@ impl StartSummary {
     /// Notes where a search ended.
     pub(crate) fn record(&mut self, at: &Visit, visitor: &Visitor, ending: Ending) {
         let met = visitor.aim.is_met(at, visitor.settings.feasibility);
-        let (optimality, multipliers) = optimality(at, visitor);
+        let (optimality, mut multipliers) = optimality(at, visitor);
+        let of_budget = multipliers.pop().unwrap_or(0.0);
         self.status = match (met, ending) {
             (false, _) => DesignStatus::BoundViolated,
             (true, Ending::Stopped) => DesignStatus::Stopped,
@@ -121,6 +134,10 @@ impl StartSummary {
         };
         self.to = at.phi.clone();
         self.information = at.information(visitor.problem);
+        self.objective = at.objective(visitor.problem);
+        self.price = at.price.total;
+        self.overspent = at.price.violation().unwrap_or(f64::NEG_INFINITY);
+        self.budget_multiplier = if met { of_budget } else { 0.0 };
         self.costs = at.tasks.iter().map(|task| task.cost).collect();
         self.violation = at.violation();
         self.optimality = optimality;

@@ -22,11 +22,11 @@ pub enum Event<'a> {
         start: usize,
         /// All its parameters.
         design: &'a [f64],
-        /// The objective, nats.
+        /// The information, nats.
         information: f64,
         /// Expected cost of each task.
         costs: &'a [f64],
-        /// How far the worst task is above its bound, relative to it.
+        /// How far the worst task is above its bound, or the price above the budget, relative to it.
         violation: f64,
     },
     /// The optimiser stepped to a design that it evaluated; other designs are trials of its line searches.
@@ -162,7 +162,7 @@ impl<'a> Search<'a, '_> {
             design: &visit.phi,
             information: visit.information(self.visitor.problem),
             costs: &costs,
-            violation: visit.violation(),
+            violation: visit.excess(),
         });
     }
 }

@@ -30,6 +30,10 @@ pub struct DesignSettings {
     pub barrier_weight: f64,
     /// The barrier's margin gamma, in units of cost.
     pub barrier_margin: f64,
+    /// The sum of the parameters' prices may be at most this; above 0.
+    pub budget: Option<f64>,
+    /// Nats that a unit of price counts as: what is minimised is the information plus this times the sum of prices.
+    pub price_weight: f64,
 }
 
 impl Default for DesignSettings {
@@ -47,6 +51,8 @@ impl Default for DesignSettings {
             max_combinations: 500,
             barrier_weight: 1e4,
             barrier_margin: 0.01,
+            budget: None,
+            price_weight: 0.0,
         }
     }
 }
@@ -74,6 +80,12 @@ impl DesignSettings {
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
             return Err((key, format!("must be between 0 and 1; found {found}")));
+        }
+        if !(self.price_weight >= 0.0 && self.price_weight.is_finite()) {
+            return Err(("price_weight", format!("must be at least 0; found {}", self.price_weight)));
+        }
+        if let Some(found) = self.budget.filter(|budget| !(*budget > 0.0 && budget.is_finite())) {
+            return Err(("budget", format!("must be above 0; found {found}")));
         }
         let positive = [("barrier_weight", self.barrier_weight), ("barrier_margin", self.barrier_margin)];
         match positive.into_iter().find(|&(_, value)| !(value > 0.0 && value.is_finite())) {

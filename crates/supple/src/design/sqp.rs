@@ -58,8 +58,8 @@ impl Shared<'_, '_, '_> {
         if gradient.is_some() {
             self.search.step_to(&visit, self.search.evaluations > known);
         }
-        self.gradient(&visit, &visit.information_gradient(problem), (self.scale, 0.0), gradient);
-        visit.information(problem) / self.scale
+        self.gradient(&visit, &visit.objective_gradient(problem), (self.scale, 0.0), gradient);
+        visit.objective(problem) / self.scale
     }
 
     /// What may be at most 0 for one task: `J - D` over the size of its bound at the start; of least cost, `J / D` over
@@ -75,6 +75,14 @@ impl Shared<'_, '_, '_> {
         let scale = self.bounds[task];
         self.gradient(&visit, &at.excess_gradient(1.0), (scale, 0.0), gradient);
         at.bound.map_or(-1.0, |bound| (at.cost - bound) / scale)
+    }
+
+    /// What may be at most 0 for the budget: how far the price is above it, relative to it.
+    fn budget(&mut self, variables: &[f64], gradient: Option<&mut [f64]>) -> f64 {
+        let Some(visit) = self.visit(variables) else { return f64::NAN };
+        let budget = visit.price.budget.unwrap_or(f64::INFINITY);
+        self.gradient(&visit, &visit.price.gradient, (budget, 0.0), gradient);
+        visit.price.violation().unwrap_or(-1.0)
     }
 }
 
@@ -106,7 +114,7 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
     let (problem, settings, aim) = (search.problem(), search.settings(), search.aim());
     let bounded: Vec<usize> = (0..first.tasks.len()).filter(|&i| first.tasks[i].bound.is_some()).collect();
     let scale = match aim {
-        Aim::Information { .. } => first.information(problem).abs().max(1e-12),
+        Aim::Information { .. } => first.objective(problem).abs().max(1e-12),
         Aim::Cost => (1.0 + first.violation()).max(1e-12),
     };
     let bounds = first.tasks.iter().map(|task| task.bound.map_or(1.0, |bound| bound.abs().max(1e-12)));
@@ -128,7 +136,12 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
             move |x: &[f64], g: Option<&mut [f64]>, _: &mut ()| shared.borrow_mut().constraint(task, x, g)
         })
         .collect();
-    let constraints: Vec<&dyn Func<()>> = constraints.iter().map(|constraint| constraint as &dyn Func<()>).collect();
+    let mut constraints: Vec<&dyn Func<()>> =
+        constraints.iter().map(|constraint| constraint as &dyn Func<()>).collect();
+    let budget = |x: &[f64], g: Option<&mut [f64]>, _: &mut ()| shared.borrow_mut().budget(x, g);
+    if settings.budget.is_some() {
+        constraints.push(&budget);
+    }
     let tolerances = StopTols {
         ftol_rel: settings.tolerance,
         xtol_abs: vec![settings.tolerance; variables.len()],
@@ -164,7 +177,7 @@ fn choose(search: &mut Search) -> Option<Visit> {
     let merit = |visit: &Visit| match tolerance {
         Some(tolerance) if aim.is_met(visit, tolerance) => aim.objective(visit, problem),
         Some(_) => f64::INFINITY,
-        None => visit.violation(),
+        None => visit.excess(),
     };
     let best = (0..visits.len()).min_by(|&a, &b| merit(&visits[a]).total_cmp(&merit(&visits[b])))?;
     let best = visits.remove(best);

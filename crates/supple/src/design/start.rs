@@ -129,11 +129,18 @@ impl<'a> Searcher<'a> {
     /// How good an end of a search is: first whether it is of no use, then what is minimised. The lesser is the better.
     pub fn rank(&self, summary: &StartSummary) -> (bool, f64) {
         let met = match self.aim {
-            Aim::Information { .. } => summary.violation <= self.settings.feasibility,
+            Aim::Information { .. } => summary.violation.max(summary.overspent) <= self.settings.feasibility,
             Aim::Cost => summary.status != DesignStatus::BoundViolated,
         };
         let is_cost = self.aim == Aim::Cost;
-        (!met, if met && !is_cost { summary.information } else { summary.violation })
+        (
+            !met,
+            if met && !is_cost {
+                summary.objective
+            } else {
+                summary.violation.max(if is_cost && met { f64::NEG_INFINITY } else { summary.overspent })
+            },
+        )
     }
 
     fn check(&self) -> Result<(), Error> {

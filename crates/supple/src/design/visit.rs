@@ -76,6 +76,31 @@ pub(crate) struct TaskVisit {
     pub converged: bool,
 }
 
+/// What the parameters of a visited design cost.
+#[derive(Clone, Debug)]
+pub(crate) struct PriceVisit {
+    /// The sum of their prices, and gradient by all parameters.
+    pub total: f64,
+    pub gradient: Vec<f64>,
+    /// Nats that a unit counts as.
+    pub weight: f64,
+    /// What the sum may be at most.
+    pub budget: Option<f64>,
+}
+
+impl PriceVisit {
+    fn of(problem: &Problem, settings: &DesignSettings, phi: &[f64]) -> Self {
+        let Problem { parameters, .. } = problem;
+        let (total, gradient) = (parameters.price_in_search(phi), parameters.price_gradient(phi));
+        Self { total, gradient, weight: settings.price_weight, budget: settings.budget }
+    }
+
+    /// How far the sum is above the budget, relative to it.
+    pub fn violation(&self) -> Option<f64> {
+        self.budget.map(|budget| (self.total - budget) / budget)
+    }
+}
+
 /// A visited design.
 #[derive(Clone, Debug)]
 pub(crate) struct Visit {
@@ -84,15 +109,16 @@ pub(crate) struct Visit {
     /// All parameters.
     pub phi: Vec<f64>,
     pub tasks: Vec<TaskVisit>,
+    pub price: PriceVisit,
 }
 
 impl Visit {
-    /// The objective: the weighted sum of the tasks' information, nats.
+    /// The weighted sum of the tasks' information, nats.
     pub fn information(&self, problem: &Problem) -> f64 {
         self.tasks.iter().zip(&problem.tasks).map(|(visit, task)| task.information_weight * visit.information).sum()
     }
 
-    /// The objective's gradient by all parameters.
+    /// The gradient of the weighted sum of the tasks' information by all parameters.
     pub fn information_gradient(&self, problem: &Problem) -> Vec<f64> {
         let mut sum = vec![0.0; self.phi.len()];
         for (visit, task) in self.tasks.iter().zip(&problem.tasks) {
@@ -103,14 +129,38 @@ impl Visit {
         sum
     }
 
+    /// The objective: information, and price with its weight, nats.
+    pub fn objective(&self, problem: &Problem) -> f64 {
+        self.information(problem) + self.price.weight * self.price.total
+    }
+
+    /// The objective's gradient by all parameters.
+    pub fn objective_gradient(&self, problem: &Problem) -> Vec<f64> {
+        let mut sum = self.information_gradient(problem);
+        for (sum, slope) in sum.iter_mut().zip(&self.price.gradient) {
+            *sum += self.price.weight * slope;
+        }
+        sum
+    }
+
     /// How far the worst task is above its bound, relative to the bound; negative where all are below.
     pub fn violation(&self) -> f64 {
         self.tasks.iter().filter_map(TaskVisit::violation).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Whether every task meets its bound within `feasibility`, and every plan converged.
+    /// How far the design is above the worst bound of a task or the budget, relative to that.
+    pub fn excess(&self) -> f64 {
+        self.violation().max(self.price.violation().unwrap_or(f64::NEG_INFINITY))
+    }
+
+    /// Whether every task meets its bound and the design the budget within `feasibility`, and every plan converged.
     pub fn is_feasible(&self, feasibility: f64) -> bool {
-        self.violation() <= feasibility && self.is_planned()
+        self.excess() <= feasibility && self.is_planned()
+    }
+
+    /// Whether the design meets the budget within `feasibility`.
+    pub fn is_affordable(&self, feasibility: f64) -> bool {
+        self.price.violation().is_none_or(|violation| violation <= feasibility)
     }
 
     /// Whether every plan converged.
@@ -292,7 +342,8 @@ impl<'a> Visitor<'a> {
                 .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
         });
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
-        self.visits.push(Visit { scaled: self.scaling.scaled(&phi), phi, tasks });
+        let price = PriceVisit::of(problem, settings, &phi);
+        self.visits.push(Visit { scaled: self.scaling.scaled(&phi), phi, tasks, price });
         Ok(&self.visits[self.visits.len() - 1])
     }
 }

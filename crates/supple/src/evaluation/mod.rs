@@ -1,6 +1,5 @@
 //! One design, evaluated: what `supple evaluate` prints and files hold.
 
-use crate::Error;
 use crate::design::plan_at;
 use crate::gradient::{FrozenGradient, Functional, recursion_radius};
 use crate::limits::limits_violated;
@@ -8,6 +7,7 @@ use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 use crate::simulate::monte_carlo;
 use crate::stability::stability;
+use crate::{Error, PriceReport};
 use supple_kernels::Matrices;
 
 mod assemble;
@@ -65,10 +65,23 @@ impl Problem {
             let bound = task.cost.bound.unwrap_or(f64::INFINITY);
             task.status.is_converged() && task.cost.expected <= bound + FEASIBILITY * bound.abs()
         };
+        let price = self.parameters.have_prices().then(|| {
+            let (total, weight) = (self.parameters.price(phi), self.design.price_weight);
+            PriceReport {
+                total,
+                budget: self.design.budget,
+                weight_nats_per_unit: weight,
+                objective_nats: nats + weight * total,
+                parameters: self.parameters.prices(phi),
+            }
+        });
+        let affordable =
+            self.design.budget.is_none_or(|budget| self.parameters.price(phi) <= budget * (1.0 + FEASIBILITY));
         Ok(Evaluation {
             parameters: Named::new(&self.parameters, phi),
             objective: Objective { information_nats: nats, information_bits: nats / std::f64::consts::LN_2 },
-            feasible: tasks.iter().all(meets),
+            feasible: affordable && tasks.iter().all(meets),
+            price,
             tasks,
         })
     }

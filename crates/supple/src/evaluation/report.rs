@@ -6,13 +6,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::controller::ControllerReport;
 use super::sensing::MeasurementReport;
-use crate::CostParts;
 use crate::limits::LimitViolation;
 use crate::parameters::Parameters;
 use crate::plan::PlanStatus;
 use crate::scene::Scene;
 use crate::simulate::{MonteCarlo, Sample};
 use crate::stability::Stability;
+use crate::{CostParts, PriceReport};
 
 /// Values by parameter name, in the order of declaration.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -72,13 +72,16 @@ pub struct Evaluation {
     pub parameters: Named,
     /// What designs minimise.
     pub objective: Objective,
-    /// Whether every plan converged and every task meets its bound, to 1e-6 of it.
+    /// Whether every plan converged, every task meets its bound and the price the budget, to 1e-6 of it.
     pub feasible: bool,
+    /// What the parameters cost; none where none has a price.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<PriceReport>,
     /// Each task.
     pub tasks: Vec<TaskEvaluation>,
 }
 
-/// What designs minimise: the weighted sum of the tasks' information.
+/// What designs minimise: the weighted sum of the tasks' information; prices are beside it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Objective {
     /// In nats.

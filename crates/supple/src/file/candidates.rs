@@ -150,7 +150,7 @@ fn as_toml(text: &str, name: &str) -> Result<String, FileError> {
     let mut line = 1;
     for record in reader.records() {
         let record = record.map_err(failed)?;
-        let here = record.position().map_or(line, csv::Position::line);
+        let here = record.position().map_or(line, |position| line_of(text, position.byte() as usize));
         (line..here).for_each(|_| toml.push('\n'));
         line = here;
         let cells = header.iter().zip(&record).filter(|(_, cell)| !cell.is_empty());
@@ -160,6 +160,14 @@ fn as_toml(text: &str, name: &str) -> Result<String, FileError> {
     }
     toml.push(']');
     Ok(toml)
+}
+
+/// The line, from 1, of the first entry of a table at or after a byte: empty lines and comments are none.
+fn line_of(text: &str, byte: usize) -> u64 {
+    let (before, rest) = text.split_at_checked(byte).unwrap_or((text, ""));
+    let is_none = |line: &&str| line.trim().is_empty() || line.starts_with('#');
+    let skipped = rest.lines().take_while(is_none).count();
+    (before.matches('\n').count() + skipped + 1) as u64
 }
 
 /// One cell: numbers where the key has numbers, lists where it has lists.

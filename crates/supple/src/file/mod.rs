@@ -78,6 +78,11 @@ impl Problem {
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         let mut catalogues = Vec::new();
         let parameters = parameters::read(&document, folder, &mut catalogues)?;
+        if (top.design.budget.is_some() || top.design.price_weight > 0.0) && !parameters.have_prices() {
+            let key = if top.design.budget.is_some() { "budget" } else { "price_weight" };
+            let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
+            return Err(document.error(&["design".into(), key.into()], message));
+        }
         let (read, used) = with_names(&parameters.names(), || {
             let model = read_model(&document, &parameters, folder)?;
             let (model, (catalogue, tables)) = candidates::equip(&document, &parameters, folder, model, sensors)?;

@@ -7,6 +7,7 @@ use supple_files::FileError;
 
 use super::catalogue::CatalogueFile;
 use super::document::{Document, Place};
+use crate::Price;
 use crate::parameters::{Parameter, Parameters, Role, Scale};
 
 /// A parameter, by its name: `[parameters.NAME]`.
@@ -26,6 +27,8 @@ pub(super) struct ParameterFile {
     /// Who may change it: the design search, or only the user.
     #[serde(default)]
     role: Role,
+    /// What its value costs, in units of the budget of `[design]`; nothing where left out.
+    price: Option<Price>,
     /// The values that can be had: a list of them, with or without prices and names, or a CSV file.
     catalogue: Option<CatalogueFile>,
 }
@@ -52,9 +55,9 @@ fn read_one(
     (folder, files): (&Path, &mut Vec<PathBuf>),
 ) -> Result<Parameter, FileError> {
     let at = ["parameters".into(), Place::Key(name)];
-    let ParameterFile { initial, bounds, scale, unit, role, catalogue } = document.read(&at)?;
+    let ParameterFile { initial, bounds, scale, unit, role, price, catalogue } = document.read(&at)?;
     let name_of = name.to_owned();
-    let mut parameter = Parameter { name: name_of, initial, bounds, scale, unit, role, catalogue: Vec::new() };
+    let mut parameter = Parameter { name: name_of, initial, bounds, scale, unit, role, price, catalogue: Vec::new() };
     let checked = parameter.check();
     if let (Ok(()), Some(catalogue)) = (&checked, catalogue) {
         let at = ["parameters".into(), Place::Key(name), "catalogue".into()];

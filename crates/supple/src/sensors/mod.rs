@@ -1,8 +1,8 @@
 //! Which sensors to buy: sets of candidates, what they are worth, and how far from the best set one can be (theory,
 //! section N).
 //!
-//! The plan of a task does not depend on its sensors, so that one linearisation serves every set: sensors are rows of
-//! `C` with their noise.
+//! A plan without noise does not depend on the sensors, so that one linearisation serves every set: sensors are rows of
+//! `C` with their noise. A plan that takes noise into account is made with all candidates, and kept.
 
 mod branch;
 mod candidates;

@@ -170,9 +170,31 @@ impl Selection {
     pub fn bound(&self, goal: Goal, limits: Limits) -> Relaxation {
         let found = self.relax(goal, &Region::whole(self.candidates.len(), limits));
         match goal {
-            Goal::MostInformation => Relaxation { bound: -found.bound, ..found },
+            Goal::MostInformation => Relaxation { bound: self.most_added(limits).min(-found.bound), ..found },
             _ => found,
         }
+    }
+
+    /// The most information that a set within the limits can have, from above: what greedy choice has after some of its
+    /// sensors, and beside that no more than what each other sensor adds to it (theory, equation N.9).
+    fn most_added(&self, limits: Limits) -> f64 {
+        let prices: Vec<f64> = self.candidates.iter().map(|candidate| candidate.price).collect();
+        let region = Region::whole(prices.len(), limits);
+        let order = self.greedy(Goal::MostInformation, limits).map_or_else(Vec::new, |chosen| chosen.sensors);
+        let mut memory = self.memory(false);
+        let mut after = |held: &[usize]| {
+            let mut z = self.weights_of(held);
+            let here = self.worth_with(&z, &mut memory).information;
+            let mut losses = vec![0.0; prices.len()];
+            for one in (0..prices.len()).filter(|one| !held.contains(one)) {
+                z[one] = 1.0;
+                losses[one] = here - self.worth_with(&z, &mut memory).information;
+                z[one] = 0.0;
+            }
+            here - region.least(&losses, &prices)
+        };
+        let least = (0..=order.len()).map(|count| after(&order[..count])).fold(f64::INFINITY, f64::min);
+        least + ROUNDING * least.abs()
     }
 
     /// The same of a region, as merit: of the information with its sign changed.
@@ -194,11 +216,22 @@ impl Selection {
         };
         relaxing.visit(&first);
         if !relaxing.free.is_empty() && relaxing.best.bound < f64::INFINITY {
-            minimise(&mut relaxing, &first, by_price);
+            let mut from = first;
+            for _ in 0..RUNS {
+                let before = relaxing.best.bound;
+                minimise(&mut relaxing, &from, by_price);
+                if relaxing.best.bound - before <= 1e-6 * relaxing.best.bound.abs() {
+                    break;
+                }
+                from = relaxing.free.iter().map(|&one| relaxing.best.weights[one]).collect();
+            }
         }
         relaxing.best
     }
 }
+
+/// Runs of SLSQP at most, each from where the best bound until then was found.
+const RUNS: usize = 5;
 
 /// SLSQP from the first point; how it ends does not matter to the bound.
 fn minimise(relaxing: &mut Relaxing, first: &[f64], by_price: bool) {

@@ -58,9 +58,9 @@ impl CatalogueDesign {
     }
 
     /// How many nats more the chosen design needs than that without catalogues, where both meet every bound.
-    pub fn gap(&self, feasibility: f64) -> Option<f64> {
+    pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);
-        let met = [chosen, free].iter().all(|summary| summary.violation <= feasibility);
+        let met = [chosen, free].iter().all(|summary| !searcher.rank(summary).0);
         met.then(|| chosen.information - free.information)
     }
 

@@ -1,0 +1,128 @@
+//! Studies of sensors: what docs/sensors.md says of the shipped tasks, and what is refused.
+#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use supple_study::sensors::{Search, SensorGoal, SensorMethod, SensorValue, Sensors, SensorsOptions, SetBy, run};
+use supple_study::{Folder, LoadedTask, Made, Silent, StudyError, StudyResult, Watch};
+
+fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+}
+
+fn task(name: &str) -> LoadedTask {
+    LoadedTask::load(&repository("tasks").join(name), &[]).unwrap()
+}
+
+fn study(name: &str, options: SensorsOptions) -> Result<Sensors, StudyError> {
+    run(&task(name), &options, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+}
+
+/// Asserts that the page has the rows, side by side.
+fn assert_rows(rows: &[String]) {
+    let page = std::fs::read_to_string(repository("docs/sensors.md")).unwrap();
+    assert!(page.contains(&rows.join("\n")), "docs/sensors.md lacks\n{}", rows.join("\n"));
+}
+
+#[test]
+fn the_values_of_shipped_sensors_are_as_shown() {
+    let found = study("two_mass.toml", SensorsOptions::default()).unwrap();
+    let row = |sensor: &SensorValue| {
+        let SensorValue { name, saved_alone, saved_beyond_others, bits_alone, bits_beyond_others, .. } = sensor;
+        format!("| {name} | {saved_alone:.2} | {saved_beyond_others:.2} | {bits_alone:.2} | {bits_beyond_others:.2} |")
+    };
+    assert_rows(&found.sensors.iter().map(row).collect::<Vec<_>>());
+    assert!(!found.catalogue && found.chosen.sensors.len() == 2 && found.tasks == ["press"]);
+
+    let door = study("iiwa_door.toml", SensorsOptions { method: SensorMethod::Greedy, ..Default::default() }).unwrap();
+    let mut sensors = door.sensors.clone();
+    sensors.sort_by(|a, b| b.saved_alone.total_cmp(&a.saved_alone));
+    let row = |sensor: &SensorValue| format!("| {} | {:.3} | {:.1} |", sensor.name, sensor.saved_alone, sensor.bits_alone);
+    assert_rows(&sensors[..3].iter().map(row).collect::<Vec<_>>());
+    let costs = [door.none.expected_cost, door.all.expected_cost].map(|cost| format!("{cost:.2}"));
+    assert_eq!(costs, ["182.17", "178.75"]);
+    assert!(door.best.is_none() && door.certificate.search.is_none());
+}
+
+#[test]
+fn sets_of_the_catalogue_are_as_shown() {
+    let file = "wiping_arm_sensors.toml";
+    let of_budget = study(file, SensorsOptions { budget: Some(5.0), ..Default::default() }).unwrap();
+    let of_cost = study(file, SensorsOptions { cost: Some(127.5), ..Default::default() }).unwrap();
+    let row = |asked: &str, set: &supple_study::sensors::SensorSet, names: bool| {
+        let mut sensors = if names { set.sensors.clone() } else { Vec::new() };
+        sensors.sort();
+        let (names, price) = (sensors.join(", "), set.price);
+        format!("| {asked} | {names} | {price} | {:.3} | {:.2} |", set.expected_cost, set.information_bits)
+    };
+    assert_rows(&[
+        row("budget 5", &of_budget.chosen, true),
+        row("cost 127.5", &of_cost.chosen, true),
+        row("all of them", &of_budget.all, false),
+    ]);
+    assert_eq!(format!("{:.3}", of_budget.certificate.bound), "126.978");
+    let ratio = of_budget.certificate.certified_ratio.unwrap();
+    assert!((0.995..0.997).contains(&ratio), "{ratio}");
+    assert_eq!(of_budget.certificate.search, Some(Search::Exhaustive));
+    assert!(of_budget.certificate.proved && of_budget.certificate.ratio == Some(1.0));
+    assert!(of_cost.certificate.bound <= of_cost.chosen.price);
+    // What is chosen is worth what the tables of its sensors say.
+    let best = of_budget.best.as_ref().unwrap();
+    assert_eq!(best.expected_cost, of_budget.chosen.expected_cost);
+    for sensor in of_budget.sensors.iter().filter(|sensor| sensor.chosen) {
+        assert!(sensor.saved_in_set > 0.0 && sensor.saved_alone >= sensor.saved_beyond_others, "{sensor:?}");
+    }
+}
+
+#[test]
+fn a_task_is_worth_the_same_with_its_chosen_sensors() {
+    let task = task("wiping_arm_sensors.toml");
+    let evaluated = task.problem.evaluate(&task.phi, &Default::default()).unwrap();
+    let found = study("wiping_arm_sensors.toml", SensorsOptions { count: Some(10), ..Default::default() }).unwrap();
+    assert!(found.chosen.expected_cost < evaluated.tasks[0].cost.expected);
+    let own = study("wiping_arm.toml", SensorsOptions::default()).unwrap();
+    assert!((own.all.expected_cost - evaluated.tasks[0].cost.expected).abs() < 1e-9 * own.all.expected_cost);
+}
+
+#[test]
+fn a_result_survives_its_folder() {
+    let task = task("wiping_arm_sensors.toml");
+    let options = SensorsOptions { budget: Some(8.0), goal: SensorGoal::Information, ..Default::default() };
+    let found = study("wiping_arm_sensors.toml", options).unwrap();
+    assert!(found.certificate.bound >= found.chosen.information_bits * (1.0 - 1e-9));
+    assert_ne!(found.greedy.as_ref().unwrap().by, SetBy::Search);
+    let folder = std::env::temp_dir().join(format!("supple-sensors-{}", std::process::id()));
+    let made = Made::here("sensors", 0, &task);
+    Folder::save(&folder, &made, &StudyResult::Sensors(Box::new(found.clone()))).unwrap();
+    let read = Folder::load(&folder).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let StudyResult::Sensors(read) = read.result else { panic!("{:?}", read.result.kind()) };
+    assert_eq!(*read, found);
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let refused = |options| study("wiping_arm_sensors.toml", options).unwrap_err().to_string();
+    let default = SensorsOptions::default;
+    let found = [
+        refused(SensorsOptions { budget: Some(-1.0), ..default() }),
+        refused(SensorsOptions { cost: Some(f64::NAN), ..default() }),
+        refused(SensorsOptions { cost: Some(130.0), goal: SensorGoal::Information, ..default() }),
+        refused(SensorsOptions { task: Some("wash".into()), ..default() }),
+    ];
+    let expected = [
+        "the budget must be at least 0; found -1",
+        "the bound on the expected cost must be at least 0; found NaN",
+        "a bound on the expected cost asks for the cheapest set, not for the most information: leave one out",
+        "no task `wash`: there is `wipe`",
+    ];
+    assert_eq!(found, expected);
+    for method in [SensorMethod::Greedy, SensorMethod::Both] {
+        let error = refused(SensorsOptions { cost: Some(100.0), method, ..default() });
+        assert!(error.contains("an expected cost of at most 100; with all of them it is 126.96"), "{error}");
+    }
+    let stopped = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
+    let error = run(&task("wiping_arm_sensors.toml"), &default(), stopped).unwrap_err();
+    assert!(matches!(error, StudyError::Stopped), "{error}");
+}

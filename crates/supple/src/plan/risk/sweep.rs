@@ -1,0 +1,152 @@
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+use supple_kernels::Matrices;
+
+use crate::belief::Belief;
+use crate::knots::Knots;
+use crate::plan::Policy;
+
+/// What the sweep starts from.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a> {
+    pub knots: &'a Knots,
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    pub cost: &'a Matrices,
+    pub belief: &'a Belief,
+    /// sigma, 1 over the unit of cost.
+    pub sensitivity: f64,
+    /// Added to the diagonal of `Q_uu` in the gains.
+    pub shift: f64,
+}
+
+/// Why there is no law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Failure {
+    /// The exponential of the cost has no finite mean from this step on, whatever the controls.
+    Breakdown(usize),
+    /// The control's curvature is not positive definite.
+    Indefinite(usize),
+}
+
+/// What the sweep finds beside the law.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Found {
+    /// The risk-sensitive cost, less the nominal cost and what the covariance of the belief costs at any controls.
+    pub value: f64,
+    /// The largest `|Q_u|`: 0 where the trajectory is stationary.
+    pub residual: f64,
+    /// The largest `|l_u|`, its scale.
+    pub scale: f64,
+}
+
+/// The risk-sensitive Riccati sweep (theory, equation P.17), with the covariance of the change of the estimate
+/// `G_{t+1} = P_{t+1} - Sigma_{t+1} = Gamma Gamma'` as its noise:
+///
+/// ```text
+/// M = I - sigma Gamma' S+ Gamma > 0           S~ = S+ + sigma S+ Gamma M^-1 Gamma' S+
+/// J~_x = J_x+ + sigma S+ Gamma M^-1 Gamma' J_x+
+/// Q = l_zz + F' S~ F     Q_z = l_z + F' J~_x    k = -Q_uu^-1 Q_u     K = -Q_uu^-1 Q_ux
+/// S = [I K'] Q [I; K]    J_x = Q_x + K' Q_u
+/// ```
+///
+/// Writes `K`, `k` and `J_x` to `policy`, and the costates `J~_x` of the steps 1 to N to `costates`; curvature and value of
+/// information are left as they are.
+pub(super) fn risk_sweep(given: Given, policy: &mut Policy, costates: &mut Matrices) -> Result<Found, Failure> {
+    let Given { knots, cost, belief, sensitivity, shift } = given;
+    let (steps, n) = (knots.steps(), knots.dynamics.rows());
+    let joint = knots.dynamics.cols();
+    let m = joint - n;
+    let end = dense(cost, steps);
+    let mut s = end.view((0, 0), (n, n)).into_owned();
+    let mut slope = DVector::from_fn(n, |i, _| end[(i, joint)]);
+    let mut found = Found::default();
+    for t in (0..=steps).rev() {
+        policy.slope.vector_mut(t).copy_from_slice(slope.as_slice());
+        let change = dense(&belief.predicted, t) - dense(&belief.corrected, t);
+        let value = inflate(&mut s, &mut slope, &change, sensitivity).ok_or(Failure::Breakdown(t))?;
+        found.value += value;
+        costates.vector_mut(t).copy_from_slice(slope.as_slice());
+        if t == 0 {
+            break;
+        }
+        let (now, f) = (dense(cost, t - 1), dense(&knots.dynamics, t - 1));
+        let q = now.columns(0, joint) + f.transpose() * &s * &f;
+        let q_z = now.column(joint) + f.transpose() * &slope;
+        let (q_ux, mut q_uu) = (q.view((n, 0), (m, n)).into_owned(), q.view((n, n), (m, m)).into_owned());
+        let q_u = q_z.rows(n, m).into_owned();
+        found.residual = if q_u.amax() > found.residual || q_u.amax().is_nan() { q_u.amax() } else { found.residual };
+        found.scale = found.scale.max((0..m).map(|a| now[(n + a, joint)].abs()).fold(0.0, f64::max));
+        (0..m).for_each(|a| q_uu[(a, a)] += shift);
+        let factor = Cholesky::new(q_uu).ok_or(Failure::Indefinite(t - 1))?;
+        let (gain, forward) = (-factor.solve(&q_ux), -factor.solve(&q_u));
+        for a in 0..m {
+            (0..n).for_each(|i| policy.feedback.set(t - 1, a, i, gain[(a, i)]));
+            policy.feedforward.vector_mut(t - 1)[a] = forward[a];
+        }
+        let closed = closed(&gain);
+        s = closed.transpose() * &q * &closed;
+        s = (&s + s.transpose()) * 0.5;
+        slope = q_z.rows(0, n) + gain.transpose() * q_u;
+    }
+    Ok(found)
+}
+
+/// `S~` and `J~_x` from `S` and `J_x` where a random change of covariance `change` comes in between, and what it adds to the
+/// value; none where the exponential has no finite mean.
+fn inflate(s: &mut DMatrix<f64>, slope: &mut DVector<f64>, change: &DMatrix<f64>, sensitivity: f64) -> Option<f64> {
+    if sensitivity == 0.0 {
+        return Some(0.5 * s.dot(change));
+    }
+    let eigen = SymmetricEigen::new((change + change.transpose()) * 0.5);
+    let mut gamma = eigen.eigenvectors;
+    for (mut column, value) in gamma.column_iter_mut().zip(eigen.eigenvalues.iter()) {
+        column *= value.max(0.0).sqrt();
+    }
+    let s_gamma = &*s * &gamma;
+    let m = DMatrix::identity(s.nrows(), s.nrows()) - gamma.transpose() * &s_gamma * sensitivity;
+    let factor = Cholesky::new((&m + m.transpose()) * 0.5)?;
+    let seen = gamma.transpose() * &*slope;
+    let solved = factor.solve(&seen);
+    let log_determinant: f64 = 2.0 * (0..m.nrows()).map(|i| factor.l_dirty()[(i, i)].ln()).sum::<f64>();
+    let value = 0.5 * sensitivity * seen.dot(&solved) - 0.5 * log_determinant / sensitivity;
+    *slope += &s_gamma * solved * sensitivity;
+    let added = &s_gamma * factor.solve(&s_gamma.transpose()) * sensitivity;
+    *s += (&added + added.transpose()) * 0.5;
+    value.is_finite().then_some(value)
+}
+
+/// The cost-to-go `S` and the price of uncertain belief `Xi` of a law with any gains `K`, for the expected cost (theory,
+/// equation P.19), into its `curvature` and `value_of_information`:
+///
+/// ```text
+/// Q = l_zz + F' S+ F      S = [I K'] Q [I; K]      Xi = -(K' Q_uu K + Q_ux' K + K' Q_ux) = Q_xx - S
+/// ```
+pub(super) fn price(knots: &Knots, policy: &mut Policy) {
+    let (steps, n, joint) = (knots.steps(), knots.dynamics.rows(), knots.dynamics.cols());
+    let mut s = dense(&knots.cost, steps).view((0, 0), (n, n)).into_owned();
+    write(&s, &mut policy.curvature, steps);
+    for t in (0..steps).rev() {
+        let (cost, f) = (dense(&knots.cost, t), dense(&knots.dynamics, t));
+        let q = cost.columns(0, joint) + f.transpose() * &s * &f;
+        let closed = closed(&dense(&policy.feedback, t));
+        s = closed.transpose() * &q * &closed;
+        s = (&s + s.transpose()) * 0.5;
+        write(&s, &mut policy.curvature, t);
+        write(&(q.view((0, 0), (n, n)) - &s), &mut policy.value_of_information, t);
+    }
+}
+
+/// `[I; K]`
+fn closed(gain: &DMatrix<f64>) -> DMatrix<f64> {
+    let (m, n) = gain.shape();
+    DMatrix::from_fn(n + m, n, |i, j| if i >= n { gain[(i - n, j)] } else { f64::from(u8::from(i == j)) })
+}
+
+fn dense(matrices: &Matrices, t: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(t, i, j))
+}
+
+fn write(from: &DMatrix<f64>, to: &mut Matrices, t: usize) {
+    for i in 0..from.nrows() {
+        (0..from.ncols()).for_each(|j| to.set(t, i, j, from[(i, j)]));
+    }
+}

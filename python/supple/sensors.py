@@ -1,0 +1,161 @@
+"""Which sensors to buy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ._records import Record, build
+from .results import Result
+
+__all__ = ["SensorSet", "SensorValue", "Sensors", "SensorsCertificate", "sensors_words"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorSet(Record):
+    """A set of sensors.
+
+    Attributes:
+        sensors: Names, in the order in which they were taken.
+        expected_cost: Expected cost, of all tasks that were looked at.
+        information_bits: Directed information, bits.
+        price: Prices of all together.
+        by: How it came about: ``given``, ``gain`` or ``gain_per_price`` (greedy), or ``search``.
+    """
+
+    sensors: list[str]
+    expected_cost: float
+    information_bits: float
+    price: float
+    by: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorsCertificate(Record):
+    """How good any set within the limits could be. Bounds are in units of the goal: expected cost from below, bits from
+    above, or price from below.
+
+    Attributes:
+        bound: No set does better, by the relaxed problem alone.
+        certified_ratio: The least share of the best possible gain that the greedy set has; of prices, the bound over its
+            price. ``None`` without a greedy set.
+        search: How all sets were searched, ``exhaustive`` or ``branch_and_bound``; ``None`` where they were not.
+        searched_bound: No set does better, by the search.
+        proved: Whether the search proved its set to be the best one.
+        ratio: The greedy set's share of the gain that the search says is possible: exact where that is proved.
+        tried: Sets that were tried, and regions.
+    """
+
+    bound: float
+    certified_ratio: float | None
+    search: str | None
+    searched_bound: float | None
+    proved: bool
+    ratio: float | None
+    tried: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorValue(Record):
+    """What one sensor is worth.
+
+    Attributes:
+        name: Its name.
+        kind: What kind it is.
+        price: Its price.
+        chosen: Whether it is in the chosen set.
+        saved_alone: Expected cost that it saves as the only candidate.
+        saved_beyond_others: Expected cost that it saves where all other candidates are there.
+        saved_in_set: Expected cost that it saves, or would save, in the chosen set.
+        bits_alone: Bits that it gives as the only candidate.
+        bits_beyond_others: Bits that it gives beyond all other candidates.
+        saved_alone_per_price: Expected cost that it saves alone, per unit of price; ``None`` without a price.
+        weight: Its weight in the relaxed problem where the certificate was found, 0 to 1.
+    """
+
+    name: str
+    kind: str
+    price: float
+    chosen: bool
+    saved_alone: float
+    saved_beyond_others: float
+    saved_in_set: float
+    bits_alone: float
+    bits_beyond_others: float
+    saved_alone_per_price: float | None
+    weight: float
+
+
+class Sensors(Result):
+    """The best set of sensors, what every one is worth, and how good any set could be."""
+
+    kind = "sensors"
+
+    @cached_property
+    def chosen(self) -> SensorSet:
+        """The chosen set: the better of the greedy one and that of the search."""
+        return build(SensorSet, self._data["chosen"])
+
+    @cached_property
+    def greedy(self) -> SensorSet | None:
+        """The greedy set; ``None`` where it does not reach a bound on the cost."""
+        return self._set("greedy")
+
+    @cached_property
+    def best(self) -> SensorSet | None:
+        """The best set of the search; ``None`` where there was none."""
+        return self._set("best")
+
+    @cached_property
+    def none(self) -> SensorSet:
+        """With no candidate, but the measurements that are always there."""
+        return build(SensorSet, self._data["none"])
+
+    @cached_property
+    def all(self) -> SensorSet:
+        """With all candidates, whatever the limits."""
+        return build(SensorSet, self._data["all"])
+
+    @cached_property
+    def certificate(self) -> SensorsCertificate:
+        """How good any set could be."""
+        return build(SensorsCertificate, self._data["certificate"])
+
+    @cached_property
+    def sensors(self) -> dict[str, SensorValue]:
+        """What every candidate is worth, by name."""
+        return {sensor["name"]: build(SensorValue, sensor) for sensor in self._data["sensors"]}
+
+    @property
+    def tasks(self) -> list[str]:
+        """The tasks that were looked at."""
+        return list(self._data["tasks"])
+
+    def _set(self, name: str) -> SensorSet | None:
+        found = self._data[name]
+        return None if found is None else build(SensorSet, found)
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [
+            ("chosen", ", ".join(self.chosen.sensors) or "none"),
+            ("expected cost", f"{self.chosen.expected_cost:.6g}, {self.none.expected_cost:.6g} without"),
+            ("information", f"{self.chosen.information_bits:.6g} bits"),
+            ("price", f"{self.chosen.price:.6g}"),
+        ]
+        for name, sensor in self.sensors.items():
+            rows.append(
+                (name, f"saves {sensor.saved_alone:.6g} alone, {sensor.saved_beyond_others:.6g} beyond all others")
+            )
+        return rows
+
+
+def sensors_words(options: Mapping[str, Any]) -> list[str]:
+    """The options of the command line that ask for the same."""
+    names = {"goal": "for"}
+    words: list[str] = []
+    for name, value in options.items():
+        if value is not None:
+            words.append(f"--{names.get(name, name)}={value if isinstance(value, (str, int)) else repr(value)}")
+    return words

@@ -1,0 +1,106 @@
+"""Sets of sensors, and prices of parameters, from Python."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import supple
+
+
+def run(program: Path, *words: str) -> str:
+    found = subprocess.run([program, *words], check=False, capture_output=True, text=True)
+    assert found.returncode in (0, 1), found.stderr
+    return found.stdout
+
+
+def without_time(text: str) -> str:
+    return re.sub(r'"seconds": [^,\n]+', '"seconds": 0', text)
+
+
+FILE = "tasks/wiping_arm_sensors.toml"
+
+
+def test_sets_of_sensors_are_the_same_text(program: Path) -> None:
+    task = supple.load(FILE)
+    assert (
+        task.sensors(budget=5.0).to_json().strip() == run(program, "sensors", FILE, "--budget", "5", "--json").strip()
+    )
+    found = task.sensors(count=2, goal="information", method="greedy", task="wipe")
+    words = ("--count", "2", "--for", "information", "--method", "greedy", "--task", "wipe", "--json")
+    assert found.to_json().strip() == run(program, "sensors", FILE, *words).strip()
+    assert found.made["arguments"] == [
+        "sensors",
+        FILE,
+        "--count=2",
+        "--for=information",
+        "--method=greedy",
+        "--task=wipe",
+    ]
+
+
+def test_a_set_has_a_certificate(tmp_path: Path) -> None:
+    found = supple.load(FILE).sensors(budget=5.0)
+    assert sorted(found.chosen.sensors) == ["fine shoulder encoder", "tachometers"]
+    assert found.chosen.price == pytest.approx(5.0)
+    assert found.none.expected_cost > found.chosen.expected_cost > found.all.expected_cost
+    certificate = found.certificate
+    assert certificate.bound <= found.chosen.expected_cost
+    assert certificate.proved and certificate.ratio == 1.0
+    assert certificate.certified_ratio is not None and 0.99 < certificate.certified_ratio <= 1.0
+    assert len(found.sensors) == 10
+    encoder = found.sensors["shoulder encoder"]
+    assert encoder.saved_alone_per_price == pytest.approx(encoder.saved_alone / encoder.price)
+    read = supple.load_result(found.save(tmp_path / "sensors"))
+    assert isinstance(read, supple.Sensors)
+    assert read.chosen.sensors == found.chosen.sensors
+    assert "tachometers" in repr(found)
+
+
+def test_the_cheapest_set_and_what_is_refused() -> None:
+    task = supple.load(FILE)
+    found = task.sensors(cost=127.5)
+    assert found.chosen.sensors == ["tachometers"] and found.tasks == ["wipe"]
+    assert task.sensors(method="greedy").best is None
+    with pytest.raises(supple.SuppleError, match="with all of them"):
+        task.sensors(cost=100.0)
+    with pytest.raises(supple.UsageError, match="at least 0"):
+        task.sensors(budget=-1.0)
+    with pytest.raises(supple.UsageError, match="whole number"):
+        task.sensors(count=1.5)  # type: ignore[arg-type]
+
+
+def test_own_measurements_are_candidates() -> None:
+    found = supple.load("tasks/two_mass.toml").sensors(count=1)
+    assert found.chosen.sensors == ["position of m1"]
+    linear = supple.linear(
+        A=[[1.0, 0.1], [0.0, 1.0]],
+        B=[[0.0], [0.1]],
+        C=[[1.0, 0.0], [0.0, 1.0]],
+        Q=[[1.0, 0.0], [0.0, 1.0]],
+        R=[[1.0]],
+        W=[[0.1, 0.0], [0.0, 0.1]],
+        V=[[0.1, 0.0], [0.0, 0.1]],
+        X0=[[1.0, 0.0], [0.0, 1.0]],
+        N=5,
+    )
+    assert len(linear.sensors().sensors) == 2
+
+
+def test_prices_of_parameters(program: Path) -> None:
+    path = "tasks/two_mass_sensors.toml"
+    task = supple.load(path)
+    assert task.parameters["force_variance"].price == {"inverse": 0.01}
+    price = task.evaluate(trajectories=False).price
+    assert price is not None and price.budget == 4.0
+    assert price.parameters == pytest.approx({"position_variance": 1.0, "force_variance": 1.0})
+    found = task.design(starts=1)
+    assert found.status == "converged" and found.price is not None
+    assert found.price.total < 2.0
+    assert found.budget_nats_per_unit == 0.0
+    printed = run(program, "design", path, "--starts", "1", "--json")
+    assert without_time(found.to_json()).strip() == without_time(printed).strip()
+    assert supple.load("tasks/two_mass.toml").evaluate(trajectories=False).price is None
