@@ -38,7 +38,8 @@ fn the_values_of_shipped_sensors_are_as_shown() {
     let door = study("iiwa_door.toml", SensorsOptions { method: SensorMethod::Greedy, ..Default::default() }).unwrap();
     let mut sensors = door.sensors.clone();
     sensors.sort_by(|a, b| b.saved_alone.total_cmp(&a.saved_alone));
-    let row = |sensor: &SensorValue| format!("| {} | {:.3} | {:.1} |", sensor.name, sensor.saved_alone, sensor.bits_alone);
+    let row =
+        |sensor: &SensorValue| format!("| {} | {:.3} | {:.1} |", sensor.name, sensor.saved_alone, sensor.bits_alone);
     assert_rows(&sensors[..3].iter().map(row).collect::<Vec<_>>());
     let costs = [door.none.expected_cost, door.all.expected_cost].map(|cost| format!("{cost:.2}"));
     assert_eq!(costs, ["182.17", "178.75"]);
