@@ -143,7 +143,7 @@ class BoundReport(Record):
         minimum_bits_per_step: The least directed information at the cost D over all sensors and controllers.
         minimum_lower_bits_per_step: What it is certainly not below.
         minimum_bits: The same over all T decisions.
-        duality_gap_bits: Between both, over all T decisions.
+        duality_gap_bits: Between ``minimum_bits_per_step`` and its lower bound, bits by decision.
         price_bits_per_cost: Bits over all decisions that a unit more of cost would save.
         newton_steps: Newton steps of the search.
         minimum_per_step_bits: Bits at each decision, T.

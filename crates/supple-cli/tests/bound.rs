@@ -94,10 +94,26 @@ fn a_steady_state_needs_a_linear_model_that_does_not_change() {
         error.error().contains("has no steady state to ask about") && error.error().contains("linear"),
         "{error:?}"
     );
-    // A target other than 0: the cost is no longer x'Qx.
+    // A norm that is not quadratic.
     let folder = Folder::with_task(LINEAR);
     let error = folder.run(&["bound", "task.toml", "--stationary", "--task", "hold"]);
+    assert!(error.error().contains("the curvature of its costs differs"), "{error:?}");
+    // A target other than 0, and a number that drifts: the cost is not x'Qx about 0.
+    let plant = edited(
+        PLANT,
+        "[[tasks.costs]]",
+        "[[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\"]\ntarget = [0.5]\nweight = 1.0\n\n[[tasks.costs]]",
+    );
+    let error = Folder::with_task(plant).run(&["bound", "task.toml", "--stationary"]);
     assert!(error.error().contains("its costs are not"), "{error:?}");
+    // A state that grows and costs nothing needs no information: the floor is that of keeping it bounded, and no bound.
+    let unseen = edited(
+        PLANT,
+        "Q = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]",
+        "Q = [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]",
+    );
+    let found = Folder::with_task(unseen).run(&["bound", "task.toml", "--stationary", "--cost", "1", "--json"]).json(0);
+    assert_eq!((found["floor_is_bound"].clone(), found["minimum_bits_per_step"].clone()), (false.into(), 0.0.into()));
     folder.run(&["bound", "task.toml", "--stationary", "--task", "reach", "--json"]).json(0);
 }
 

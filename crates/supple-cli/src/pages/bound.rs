@@ -65,7 +65,7 @@ fn summary(page: &mut String, task: &TaskBound) {
         );
     }
     let gap = format!(
-        "certified to {:.1e} bits by a point of the dual, after {} Newton steps",
+        "certified to {:.1e} bits per step by a point of the dual, after {} Newton steps",
         task.duality_gap_bits, task.newton_steps
     );
     let _ = writeln!(page, "The minimum is {gap}.");
@@ -91,7 +91,7 @@ fn sensor(page: &mut String, task: &TaskBound) {
     let numbers = if sensor.rank == 1 { "number" } else { "numbers" };
     let _ = writeln!(page, "Virtual sensor: at most {} {numbers} at a decision.", sensor.rank);
     let total: f64 = sensor.measured.iter().map(|one| one.bits).sum();
-    let shares = sensor.measured.iter().filter(|one| one.bits >= 0.005 * total);
+    let shares = sensor.measured.iter().filter(|one| one.bits >= 0.05 * total);
     let shares: Vec<_> = shares.map(|one| format!("{} {:.0} %", one.state, 100.0 * one.bits / total)).collect();
     let _ = writeln!(page, "Its information is about {}.\n", shares.join(", "));
     let mut rows = table(&["time, s", "bits", "at", "bits there", "measures", "with deviation"]);

@@ -53,7 +53,7 @@ fn bounds(task: &TaskBound, name: &str) -> Markup {
         (table(&format!("Bounds for {name}"), &words(["information", "bits per step", "for"]), &rows))
         p {
             "Expected cost kept: " (number(task.cost)) "; least, with the state known exactly: " (number(task.minimum_cost)) ". "
-            "The minimum is certified to " (number(task.duality_gap_bits)) " bits"
+            "The minimum is certified to " (number(task.duality_gap_bits)) " bits per step"
             @if let Some(efficiency) = task.efficiency {
                 ", and is " (share(efficiency)) " of what the measurements of this design give"
             }

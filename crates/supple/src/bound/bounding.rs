@@ -2,7 +2,7 @@
 
 use supple_kernels::Matrices;
 
-use super::dense::{congruence, dense};
+use super::dense::{congruence, dense, store};
 use super::floors::{data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
 use super::horizon::{Horizon, Stationary};
 use super::minimum::minimum_information;
@@ -13,6 +13,7 @@ use super::sensor_report::sensor_report;
 use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
 use super::stationary::stationary_minimum;
 use super::steady::stationary;
+use super::subspace::observed;
 use crate::design::plan_at;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -74,7 +75,10 @@ pub struct Bounding {
     settings: BoundSettings,
     own: Own,
     channels: Vec<Channel>,
+    /// The floor, which is a bound where it is that of all that the cost sees.
     floor_nats: f64,
+    /// The part of it that is a bound: over a horizon 0.
+    certain_nats: f64,
     name: String,
     time_step: f64,
 }
@@ -113,15 +117,15 @@ impl Bounding {
     fn new((problem, task): (&Problem, &Task), phi: &[f64], options: &BoundOptions) -> Result<Self, Error> {
         let mut state = TaskState::new(task);
         plan_at((problem, task), phi, None, (0, 0), &mut state)?;
-        let (kind, own, floor_nats) = if options.stationary {
+        let (kind, own, (floor_nats, certain_nats)) = if options.stationary {
             let problem = stationary(task, phi, &state)?;
             let own = Own::steady(&problem, &state)?;
-            let floor = data_rate_floor(&problem.dynamics)?;
-            (Kind::Stationary(problem), own, floor)
+            let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
+            (Kind::Stationary(problem), own, floors)
         } else {
             let horizon = Horizon::of_plan(&state.plan, &state.noise);
             let floor = product_growth(&horizon.dynamics, task.steps)?;
-            (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, floor)
+            (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, (floor, 0.0))
         };
         Ok(Self {
             kind,
@@ -129,6 +133,7 @@ impl Bounding {
             own,
             channels: task.system.channels().states,
             floor_nats,
+            certain_nats,
             name: task.name.clone(),
             time_step: task.time_step.resolve(phi),
         })
@@ -206,7 +211,7 @@ impl Bounding {
     fn closed_form_nats(&self, cost: f64) -> f64 {
         match &self.kind {
             Kind::Horizon(_) => 0.0,
-            Kind::Stationary(problem) => kostina_hassibi(problem, cost, self.floor_nats).nats.max(self.floor_nats),
+            Kind::Stationary(problem) => kostina_hassibi(problem, cost, self.certain_nats).nats.max(self.certain_nats),
         }
     }
 
@@ -271,14 +276,14 @@ impl Bounding {
             minimum_cost: self.minimum_cost(),
             open_loop_cost: self.open_loop_cost(),
             floor_bits_per_step: bits(self.floor_nats),
-            floor_is_bound: matches!(self.kind, Kind::Stationary(_)),
+            floor_is_bound: matches!(self.kind, Kind::Stationary(_)) && self.floor_nats - self.certain_nats <= 1e-9,
             kostina_hassibi_bits_per_step: kh,
             kostina_hassibi_vacuous: vacuous,
             closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
             minimum_bits_per_step: bits(minimum.nats),
             minimum_lower_bits_per_step: bits(minimum.lower_nats),
             minimum_bits: total(minimum.nats),
-            duality_gap_bits: total(minimum.nats - minimum.lower_nats),
+            duality_gap_bits: bits(minimum.nats - minimum.lower_nats),
             price_bits_per_cost: (-total(minimum.slope)).max(0.0),
             newton_steps: minimum.iterations,
             minimum_per_step_bits: list(&minimum.per_step_nats),
@@ -303,7 +308,7 @@ impl Bounding {
         match &self.kind {
             Kind::Horizon(_) => (None, None),
             Kind::Stationary(problem) => {
-                let found = kostina_hassibi(problem, cost, self.floor_nats);
+                let found = kostina_hassibi(problem, cost, self.certain_nats);
                 let silent =
                     matches!(found.vacuous, Some(super::Vacuous::SingularProcess | super::Vacuous::SingularPrice));
                 ((!silent).then_some(found.nats / LN_2), found.vacuous)
@@ -312,13 +317,22 @@ impl Bounding {
     }
 }
 
+/// `A` of what the cost sees, now or later: what grows unseen needs no information.
+fn priced(problem: &Stationary) -> Matrices {
+    let a = dense(&problem.dynamics, 0);
+    let seen = observed(&a, &dense(&problem.price, 0));
+    let mut out = Matrices::constant(seen.ncols(), seen.ncols());
+    store(&mut out, 0, &(seen.transpose() * a * seen));
+    out
+}
+
 /// What to know of a result beside its numbers.
 fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
     let mut remarks = Vec::new();
     if status != BoundStatus::Converged {
         let end = if status == BoundStatus::MaxIterations { "its steps were used up" } else { "of rounding" };
         remarks.push(format!(
-            "the search for the minimum ended early, because {end}: it is certain to lie within {:.3e} bits below what is shown",
+            "the search for the minimum ended early, because {end}: it is certain to lie within {:.3e} bits per step below what is shown",
             report.duality_gap_bits
         ));
     }

@@ -22,6 +22,9 @@ const SINGULAR: f64 = 1e-13;
 /// # Errors
 /// Where an entry is not finite, or the eigenvalues cannot be found.
 pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
+    if dynamics.rows() == 0 {
+        return Ok(0.0);
+    }
     let a = square(dynamics, 0);
     if a.iter().any(|entry| !entry.is_finite()) {
         return Err(Error::NotFinite { what: "the dynamics", step: 0 });

@@ -55,7 +55,7 @@ pub struct TaskBound {
     pub minimum_lower_bits_per_step: f64,
     /// The same over all T decisions.
     pub minimum_bits: f64,
-    /// Between both, over all T decisions, bits.
+    /// Between `minimum_bits_per_step` and what it is certainly not below, bits by decision.
     pub duality_gap_bits: f64,
     /// Bits over all T decisions that a unit more of cost would save, at least 0.
     pub price_bits_per_cost: f64,
@@ -117,8 +117,10 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
         assumption: assumption.to_owned(),
         ordered: ordered && bits_per_step.is_some(),
     };
-    let floor = if bound.floor_is_bound {
-        line("data-rate floor", Some(bound.floor_bits_per_step), true, "any controller that keeps the state bounded")
+    let floor = if bound.stationary {
+        let unseen = "any controller that keeps all states bounded; some that grow cost nothing: not in the order";
+        let says = if bound.floor_is_bound { "any controller that keeps the state bounded" } else { unseen };
+        line("data-rate floor", Some(bound.floor_bits_per_step), bound.floor_is_bound, says)
     } else {
         let what = "growth of A_{T-1} ... A_0";
         line(what, Some(bound.floor_bits_per_step), false, "for comparison: no bound at a finite horizon")

@@ -73,7 +73,7 @@ pub struct Direction {
     pub unit: String,
     /// The standard deviation of the noise, in this unit.
     pub deviation: f64,
-    /// The same in words, with the states that count.
+    /// The same in words, with the states that count, the five that count most at most.
     pub text: String,
 }
 
@@ -82,6 +82,9 @@ const WINDOWS: usize = 5;
 
 /// A state counts in words when its part deviates by at least this share of the greatest one.
 const COUNTS: f64 = 0.05;
+
+/// The most states that are named of a combination.
+const NAMED: usize = 5;
 
 /// The report of virtual sensors, `predicted` being the covariances before each.
 pub(super) fn sensor_report(
@@ -151,13 +154,16 @@ fn describe(bits: f64, row: &[f64], predicted: &DMatrix<f64>, channels: &[Channe
     let unit = channels.get(main).map(|channel| channel.unit.clone()).unwrap_or_default();
     let deviation = row[main].abs().recip();
     let mut text = String::new();
-    for (place, &i) in counting.iter().enumerate() {
+    for (place, &i) in counting.iter().take(NAMED).enumerate() {
         let name = channels.get(i).map_or("", |channel| channel.name.as_str());
         let sign = if coefficients[i] < 0.0 { " - " } else { " + " };
         match place {
             0 => text.push_str(name),
             _ => text.push_str(&format!("{sign}{} {name}", short(coefficients[i].abs()))),
         }
+    }
+    if counting.len() > NAMED {
+        text.push_str(" + ...");
     }
     Direction { bits, coefficients, unit, deviation, text }
 }
