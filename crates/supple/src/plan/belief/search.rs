@@ -145,7 +145,7 @@ impl Descent<'_> {
             return Outcome::Rejected;
         }
         let slope_along = rows::dot(&slope, &step);
-        if !(slope_along < 0.0) {
+        if slope_along >= 0.0 || slope_along.is_nan() {
             return Outcome::Rejected;
         }
         hessian.set(&step, 1.0);
