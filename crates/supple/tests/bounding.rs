@@ -1,10 +1,12 @@
-//! Bounds of tasks at a design: their order, on every shipped task that is quick, and what the steady state is.
+//! Bounds of tasks at a design: their order, on every shipped task, and what the steady state is.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 
 use rayon::prelude::*;
-use supple::bound::{BoundOptions, TaskBound};
+use supple::bound::{BoundOptions, Horizon, TaskBound};
+use supple::pipeline::TaskState;
+use supple::plan::PlanMode;
 use supple::{EvaluateOptions, Problem};
 
 fn load(name: &str) -> Problem {
@@ -22,13 +24,12 @@ fn assert_ordered(bound: &TaskBound) {
     assert!(bound.quantiser_bits_per_step >= bound.minimum_bits_per_step);
 }
 
-/// All but the door, whose two tasks take minutes: its numbers are in docs/bounds.md.
 #[test]
 fn bounds_of_shipped_tasks_are_in_order() {
     let folder = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks")).unwrap();
     let files = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let files: Vec<String> = files.filter(|name| name.ends_with(".toml") && name != "iiwa_door.toml").collect();
-    assert!(files.len() >= 7, "{files:?}");
+    let files: Vec<String> = files.filter(|name| name.ends_with(".toml")).collect();
+    assert!(files.len() >= 10, "{files:?}");
     files.par_iter().for_each(|name| {
         let problem = load(name);
         let phi = problem.parameters.initial();
@@ -119,4 +120,32 @@ fn without_noise_the_least_cost_needs_no_information() {
     let bound = problem.bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
     assert_eq!((bound.minimum_bits, bound.virtual_sensor.rank, bound.efficiency), (0.0, 0, None));
     assert_eq!(bound.cost, bound.minimum_cost);
+}
+
+#[test]
+fn a_plan_that_weighs_risk_is_bounded_by_the_law_of_least_expected_cost_along_it() {
+    let mut problem = load("two_mass_small.toml");
+    problem.planning.plan = PlanMode::Risk;
+    let bounds = [0.0, 2.0].map(|sensitivity| {
+        problem.planning.risk_sensitivity = sensitivity;
+        problem.bound(&problem.parameters.initial(), &BoundOptions::default()).unwrap().tasks.remove(0)
+    });
+    let [neutral, averse] = &bounds;
+    assert_ordered(neutral);
+    assert_ordered(averse);
+    assert!(averse.cost > neutral.cost, "{} and {}", averse.cost, neutral.cost);
+    assert!(averse.remarks.iter().any(|remark| remark.contains("risk")));
+    // Along the trajectory of the averse plan: the expected cost of the averse law is above the least one there.
+    let mut state = TaskState::new(&problem.tasks[0]);
+    let phi = problem.parameters.initial();
+    state.evaluate(&problem.tasks[0], &phi, &problem.planning, None).unwrap();
+    let horizon = Horizon::of_plan(&state.plan, &state.noise).unwrap();
+    let belief: f64 = (0..horizon.steps())
+        .map(|t| {
+            let (price, sigma) = (horizon.prices.at(t), state.belief.corrected.at(t));
+            price.iter().zip(sigma).map(|(price, sigma)| price * sigma).sum::<f64>()
+        })
+        .sum();
+    let least = horizon.base_cost + belief;
+    assert!(least < state.cost.expected() - 1e-9, "{least} and {}", state.cost.expected());
 }

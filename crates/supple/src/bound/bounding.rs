@@ -123,7 +123,7 @@ impl Bounding {
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
             (Kind::Stationary(problem), own, floors)
         } else {
-            let horizon = Horizon::of_plan(&state.plan, &state.noise);
+            let horizon = Horizon::of_plan(&state.plan, &state.noise)?;
             let floor = product_growth(&horizon.dynamics, task.steps)?;
             (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, (floor, 0.0))
         };

@@ -92,6 +92,11 @@ fn plan_remarks(state: &TaskState) -> Vec<String> {
                     and leave out what other sensors would save by another plan";
         return vec![what.to_owned()];
     }
+    if plan.mode == PlanMode::Risk {
+        let what = "the plan weighs risk: the minimum is over all laws along its trajectory, and this design's own law does not aim \
+                    at the least expected cost";
+        return vec![what.to_owned()];
+    }
     if !plan.status.is_converged() || plan.relative_stationarity > crate::VALID_STATIONARITY {
         return vec![format!(
             "the plan is not stationary ({:.1e}): the bounds hold for fluctuations about it, whose expected cost leaves out what \
