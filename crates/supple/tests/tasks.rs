@@ -25,10 +25,13 @@ fn files() -> Vec<String> {
     names
 }
 
+/// Plants with nothing to design, there to be bounded.
+const PLANTS: [&str; 1] = ["tanaka_plant.toml"];
+
 #[test]
 fn every_task_plans_from_its_file() {
     assert!(files().len() >= 7);
-    for file in files() {
+    for file in files().into_iter().filter(|file| !PLANTS.contains(&file.as_str())) {
         let problem = shipped(&file);
         let found = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
         for task in &found.tasks {
@@ -42,7 +45,7 @@ fn every_task_plans_from_its_file() {
 
 #[test]
 fn total_gradients_are_those_of_tasks_planned_anew() {
-    for file in files() {
+    for file in files().into_iter().filter(|file| !PLANTS.contains(&file.as_str())) {
         let problem = shipped(&file);
         let phi = problem.parameters.initial();
         let scales: Vec<f64> = phi.iter().map(|value| value.abs()).collect();

@@ -53,11 +53,14 @@ impl Product {
             let direction = column / norm;
             for (other, other_scale, other_row) in &mut left {
                 // Twice, so that rounding leaves nothing along the direction.
-                let mut along = 0.0;
+                let (mut along, whole) = (0.0, other.norm());
                 for _ in 0..2 {
                     let part = direction.dot(other);
                     other.axpy(-part, &direction, 1.0);
                     along += part;
+                }
+                if other.norm() <= 4.0 * f64::EPSILON * whole {
+                    other.fill(0.0);
                 }
                 row.axpy(along / norm * (*other_scale - scale).exp(), other_row, 1.0);
             }

@@ -34,7 +34,7 @@ use crate::problem::{Problem, Task};
 /// let selection = Selection::of_measurements(&problem, &phi, None)?;
 /// let one = Limits { count: Some(1), ..Limits::default() };
 /// let best = selection.exhaustive(Goal::LeastCost, one, &mut || true)?.ok_or("stopped")?;
-/// assert_eq!(selection.candidates[best.sensors[0]].name, "force in the spring");
+/// assert_eq!(selection.candidates[best.sensors[0]].name, "position of m1");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Selection {

@@ -104,10 +104,13 @@ pub fn of_numbers() -> Vec<Description> {
     let poses = sensor("frame_pose", "frame = \"tool\"\nvariance = 1e-3");
     let mut task =
         arm().where_(&[("dt", 0.02), ("q", 0.3), ("u", 0.5), ("x0", 1e-3), ("w", 1e-4), ("y", 2e-3), ("d", 1e4)]);
+    task = task.where_(&[("light", 0.05), ("dark", 0.2)]);
     task.time_step = "\"dt\"\nbound = \"d\"\ninitial_control = [\"u\", 0.0, 0.2]".into();
     task.start = task.start.replace("= 0.3\n", "= \"q\"\n");
-    task.noise =
-        "initial = { \"*\" = \"x0\" }\nprocess = { \"v.*\" = \"w\" }\nmeasurement = [1e-3, \"y\", 1e-3]\n".into();
+    task.noise = "initial = { \"*\" = \"x0\" }\nprocess = { \"v.*\" = \"w\" }\nmeasurement = [1e-3, \"y\", 1e-3]\n\
+                  [[tasks.noise.varying]]\nmeasurement = [\"q.elbow\"]\nstate = \"q.slide\"\ncenter = \"light\"\n\
+                  coefficient = \"dark\"\n"
+        .into();
     vec![
         arm().with(links).sensing(&poses).where_(&weight).where_(&inertia),
         arm().with(joints).sensing(&poses).where_(&passive).where_(&place).where_(&drive),

@@ -370,7 +370,9 @@ impl Build<'_> {
         let context = Context { names: self.names(), compliance };
         let count = self.document.tables(&at)?;
         if count == 0 && self.document.get(&["catalogue".into()]).is_none() {
-            return Err(self.error(&["sensors".into()], "must be a list of one or more tables: [[model.sensors]]"));
+            let missing = self.document.get(&at).is_none();
+            let what = if missing { "is missing" } else { "must be a list of one or more tables: [[model.sensors]]" };
+            return Err(self.error(&["sensors".into()], what));
         }
         let read = |index: usize| {
             let at = ["model".into(), "sensors".into(), index.into()];

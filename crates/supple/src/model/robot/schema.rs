@@ -19,9 +19,8 @@ pub(super) fn complete(schema: &mut Json, generator: &mut SchemaGenerator) {
     let sensors = one_of(plain(sensor::schemas(generator)));
     schema["properties"]["compliance"] =
         json!({ "description": "Springs, dampers and contacts", "type": "array", "items": elements });
-    schema["properties"]["sensors"] =
-        json!({ "description": "What is measured", "type": "array", "minItems": 1, "items": sensors });
-    if let Some(required) = schema["required"].as_array_mut().filter(|list| !list.contains(&json!("sensors"))) {
-        required.push(json!("sensors"));
-    }
+    schema["properties"]["sensors"] = json!({
+        "description": "What is measured; required but for tasks with a catalogue of sensors",
+        "type": "array", "minItems": 1, "items": sensors
+    });
 }
