@@ -22,6 +22,9 @@ fn plot_writes_a_file_of_each_format() {
         assert_eq!(run.quiet(), (Some(0), format!("wrote belief.{format}\n").as_str()));
         assert!(std::fs::read(folder.path(&format!("belief.{format}"))).unwrap().starts_with(start));
     }
+    let run = folder.run(&["plot", "out", "--figure", "belief", "--out", "by_its_ending.PNG"]);
+    assert_eq!(run.quiet().0, Some(0));
+    assert!(std::fs::read(folder.path("by_its_ending.PNG")).unwrap().starts_with(b"\x89PNG"));
     let run = folder.run(&["plot", "out", "--figure", "gains", "--width", "page", "--out", "figures/k.svg"]);
     assert_eq!(run.quiet().0, Some(0));
     assert!(std::fs::read_to_string(folder.path("figures/k.svg")).unwrap().contains("width=\"180.000mm\""));

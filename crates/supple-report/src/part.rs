@@ -6,6 +6,7 @@ use supple_study::bound::BoundStudy;
 use supple_study::design::DesignReport;
 use supple_study::pareto::Pareto;
 use supple_study::robustness::Robustness;
+use supple_study::sensors::Sensors;
 use supple_study::sweep::Sweep;
 use supple_study::trace::Trace;
 use supple_study::{About, Folder, Source, StudyResult};
@@ -95,6 +96,11 @@ impl<'a> Part<'a> {
     /// Bounds on information.
     pub fn bounds(&self) -> Vec<(&str, &'a BoundStudy)> {
         self.results(|result| if let StudyResult::Bound(study) = result { Some(&**study) } else { None })
+    }
+
+    /// Studies of sensors.
+    pub fn sensors(&self) -> Vec<(&str, &'a Sensors)> {
+        self.results(|result| if let StudyResult::Sensors(study) = result { Some(&**study) } else { None })
     }
 
     /// Traces of searches.

@@ -11,10 +11,11 @@ use supple_report::{ReportError, page};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
+use supple_study::sensors::SensorsOptions;
 use supple_study::study::Study;
 use supple_study::sweep::{Axis, Sweep, SweepOptions};
 use supple_study::trace::{Trace, TraceOptions, TracePoint, TraceRun};
-use supple_study::{Cell, Column, Folder, LoadedTask, Made, Silent, StudyResult, Table, Watch};
+use supple_study::{Cell, Column, Folder, LoadedTask, Made, Silent, Source, StudyResult, Table, Watch};
 
 fn task(name: &str) -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
@@ -106,6 +107,36 @@ fn bound(task: &LoadedTask) -> StudyResult {
     let options = BoundOptions { curve: Some(4), ..Default::default() };
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
     StudyResult::Bound(Box::new(supple_study::bound::run(task, &options, watch).unwrap()))
+}
+
+fn sensors(task: &LoadedTask) -> StudyResult {
+    let options = SensorsOptions { count: Some(1), ..Default::default() };
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    StudyResult::Sensors(Box::new(supple_study::sensors::run(task, &options, watch).unwrap()))
+}
+
+/// A shipped task, its two springs from a catalogue.
+fn with_catalogue(name: &str) -> LoadedTask {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let [first, second] = ["initial = 60.0\n", "initial = 30.0\n"];
+    let text = text
+        .replace(first, &format!("{first}catalogue = [{{ value = 30.0, price = 2.0, name = \"S30\" }}, 90.0]\n"))
+        .replace(second, &format!("{second}catalogue = [20.0, 40.0]\n"));
+    LoadedTask::restore(&[Source { path: path.display().to_string(), text }], &[]).unwrap()
+}
+
+#[test]
+fn what_was_chosen_from_catalogues_and_of_sensors_is_told() {
+    let task = with_catalogue("two_mass_small.toml");
+    let text = text(
+        &page(&[folder("design", &task, design(&task, 1, 20)), folder("sensors", &task, sensors(&task))]).unwrap(),
+    );
+    for told in ["Chosen from catalogues", "S30", "4 of 4 combinations were designed", "What each sensor is worth"] {
+        assert!(text.contains(told), "nothing of `{told}`");
+    }
+    assert!(text.contains("A search of all sets proves its set to be the best one."));
+    assert_eq!(text.matches("<td>chosen</td>").count(), 1, "one sensor is chosen");
 }
 
 /// The text of a page without its scripts and styles.

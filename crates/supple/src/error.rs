@@ -21,7 +21,7 @@ pub enum Error {
     },
     /// An expected cost that no controller reaches.
     #[error(
-        "no sensors and no controller keep an expected cost of {cost:e}: with the state known exactly it is {least:e}, so ask \
+        "no sensors and no controller keep an expected cost of {cost:?}: with the state known exactly it is {least:?}, so ask \
          for more than that"
     )]
     CostBelowLeast {

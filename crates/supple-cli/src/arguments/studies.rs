@@ -190,9 +190,9 @@ pub struct PlotOptions {
     /// Task to draw, where there are several; the first one where left out
     #[arg(long, value_name = "NAME")]
     pub task: Option<String>,
-    /// Format
-    #[arg(long, value_enum, default_value_t = Format::Svg)]
-    pub format: Format,
+    /// Format; that of the ending of --out where left out, or else svg
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
     /// Width
     #[arg(long, value_enum, default_value_t = Width::Column)]
     pub width: Width,

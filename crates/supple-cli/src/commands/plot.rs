@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use supple_figures::{FigureError, Kind, draw, render};
 use supple_study::{Folder, check_writable, write_text};
 
@@ -10,7 +11,7 @@ use crate::output::print_text;
 
 /// `supple plot`
 pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
-    let (kind, format) = (kind(options.figure), format(options.format));
+    let (kind, format) = (kind(options.figure), format(options));
     let standard = || PathBuf::from(format!("{}.{}", kind.name(), format.extension()));
     let out = options.out.clone().unwrap_or_else(standard);
     let folder = out.parent().map(PathBuf::from).unwrap_or_default();
@@ -49,8 +50,10 @@ fn kind(argument: FigureArgument) -> Kind {
     }
 }
 
-fn format(argument: Format) -> supple_figures::Format {
-    match argument {
+fn format(options: &PlotOptions) -> supple_figures::Format {
+    let ending = options.out.as_ref().and_then(|out| out.extension()).and_then(|ending| ending.to_str());
+    let of_ending = ending.and_then(|ending| Format::from_str(ending, true).ok());
+    match options.format.or(of_ending).unwrap_or(Format::Svg) {
         Format::Svg => supple_figures::Format::Svg,
         Format::Png => supple_figures::Format::Png,
         Format::Pdf => supple_figures::Format::Pdf,

@@ -2,6 +2,7 @@
 
 mod answer;
 mod bound;
+mod catalogue;
 mod controller;
 mod convergence;
 mod information;
@@ -12,6 +13,7 @@ mod origin;
 mod pareto;
 mod robustness;
 mod sensitivities;
+mod sensors;
 mod series;
 mod trajectories;
 mod warnings;
@@ -44,7 +46,7 @@ pub struct Kind {
 }
 
 /// All kinds, in the order of the page.
-pub const KINDS: [Kind; 12] = [
+pub const KINDS: [Kind; 14] = [
     Kind { name: "answer", title: "The answer", make: answer::section },
     Kind { name: "landscape", title: "Landscape", make: landscape::section },
     Kind { name: "motion", title: "The robot in motion", make: motion::section },
@@ -54,6 +56,8 @@ pub const KINDS: [Kind; 12] = [
     Kind { name: "robustness", title: "Robustness", make: robustness::section },
     Kind { name: "pareto", title: "Information against cost", make: pareto::section },
     Kind { name: "bound", title: "How little information would do", make: bound::section },
+    Kind { name: "sensors", title: "Sensors", make: sensors::section },
+    Kind { name: "catalogue", title: "From catalogues", make: catalogue::section },
     Kind { name: "sensitivities", title: "Sensitivities", make: sensitivities::section },
     Kind { name: "convergence", title: "Convergence", make: convergence::section },
     Kind { name: "origin", title: "How it was made", make: origin::section },
