@@ -39,7 +39,7 @@ pub enum Unit {
 
 /// A study made ready for its units.
 enum Study {
-    Sweep(SweepUnits),
+    Sweep(Box<SweepUnits>),
     Design(DesignSettings),
     Robustness(RobustnessUnits),
 }
@@ -59,7 +59,7 @@ impl Units {
         let loaded = &task.get().task;
         let study = py.detach(|| {
             Ok(match shared {
-                Shared::Sweep(options) => Study::Sweep(SweepUnits::new(loaded, &options)?),
+                Shared::Sweep(options) => Study::Sweep(Box::new(SweepUnits::new(loaded, &options)?)),
                 Shared::Design(settings) => Study::Design(settings),
                 Shared::Robustness(options, starts) => {
                     Study::Robustness(RobustnessUnits::new(loaded, &options, starts)?)

@@ -42,7 +42,7 @@ fn door() -> (Horizon, f64) {
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let mut state = TaskState::new(task);
     state.evaluate(task, &phi, &PlanSettings::default(), None).unwrap();
-    (Horizon::of_plan(&state.plan, &state.noise).expect("a law of least expected cost"), state.cost.expected())
+    (Horizon::of_plan(&state.plan, &state.noise).unwrap(), state.cost.expected())
 }
 
 fn bounds(c: &mut Criterion) {

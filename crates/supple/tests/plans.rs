@@ -151,7 +151,6 @@ fn the_light_is_sought_and_pays() {
     let (belief, nominal) = (planned(&problem, PlanMode::Belief), planned(&problem, PlanMode::Nominal));
     let path = |state: &TaskState| state.plan.trajectory.states.to_rows();
     let furthest = |state: &TaskState| path(state).iter().map(|x| x[0]).fold(f64::NEG_INFINITY, f64::max);
-    println!("belief: x1 to {:.4}, cost {:.5}, {:?}", furthest(&belief), belief.cost.expected(), path(&belief));
     assert!((furthest(&nominal) - 2.0).abs() < 1e-9 && path(&nominal).iter().all(|x| (x[0] - x[1]).abs() < 1e-9));
     assert!((3.8..5.5).contains(&furthest(&belief)), "{}", furthest(&belief));
     let end = path(&belief)[25].clone();
@@ -167,7 +166,6 @@ fn the_light_is_sought_and_pays() {
     let mean = saved.iter().sum::<f64>() / saved.len() as f64;
     let variance = saved.iter().map(|saving| (saving - mean).powi(2)).sum::<f64>() / saved.len() as f64;
     let error = (variance / saved.len() as f64).sqrt();
-    println!("saves {mean:.3} +- {error:.3}");
     assert!(mean > 5.0 * error, "saves {mean} +- {error}");
 }
 
@@ -188,7 +186,6 @@ fn the_expected_cost_of_the_light_is_that_of_the_closed_loop_where_noise_is_smal
     let variance = costs.iter().map(|cost| (cost - mean).powi(2)).sum::<f64>() / costs.len() as f64;
     let error = (variance / costs.len() as f64).sqrt();
     let price = state.cost.expected() - state.cost.nominal;
-    println!("predicted {:.6}, sampled {mean:.6} +- {error:.6}, price {price:.6}", state.cost.expected());
     assert!((mean - state.cost.expected()).abs() < 4.0 * error + 0.1 * price, "{mean} for {}", state.cost.expected());
 }
 
@@ -218,7 +215,6 @@ fn designs_are_found_along_belief_plans() {
     let control = Control { observer: &NoObserver, stop: &stop };
     let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
     let best = &found.starts[found.best];
-    println!("noise {:.5}, {:.4} nat, cost {:.5}", best.to[0], best.information, best.costs[0]);
     assert_eq!(found.status, DesignStatus::Converged);
     assert!((best.costs[0] - 3.0).abs() < 1e-5, "the bound is active: {}", best.costs[0]);
     assert!(best.to[0] > 0.1, "a coarser sensor will do: {}", best.to[0]);

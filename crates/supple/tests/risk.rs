@@ -3,7 +3,6 @@
 
 mod common;
 #[path = "common/reference/mod.rs"]
-#[allow(dead_code, reason = "shared with other tests")]
 mod reference;
 
 use common::{repository, shipped};
@@ -57,9 +56,9 @@ fn expected_to_pay(task: &Task, state: &TaskState, law: &Law, innovations: &[f64
     let mut reference = DVector::from_vec(vec![1.0, 0.5]);
     let mut estimate = reference.clone();
     let mut cost = 0.0;
-    for t in 0..=steps {
+    for (t, innovation) in innovations.iter().enumerate() {
         let gain = dense(&state.belief.gain_transposed, t).transpose();
-        estimate += gain.column(0) * innovations[t];
+        estimate += gain.column(0) * *innovation;
         let l_xx = dense(&knots.cost, t).view((0, 0), (2, 2)).into_owned();
         cost += 0.5 * (l_xx * dense(&state.belief.corrected, t)).trace();
         if t == steps {
@@ -223,12 +222,11 @@ fn exact_stiffness(state: &TaskState, sigma: f64) -> f64 {
         laws[t] = (gain, pi.clone());
     }
     let mut p = dense(&noise.initial, 0);
-    for t in 0..steps {
+    for (t, (gain, pi)) in laws.iter().enumerate() {
         let (c, v) = (dense(&knots.measurement, t), dense(&noise.measurement, t));
         let known = &p * c.transpose() * (&c * &p * c.transpose() + v).try_inverse().unwrap() * &c * &p;
         let sigma_t = &p - known;
         if t == PRESSING {
-            let (gain, pi) = &laws[t];
             return -(gain * (&eye - &sigma_t * pi * sigma).try_inverse().unwrap())[0];
         }
         let l_xx = dense(&knots.cost, t).view((0, 0), (n, n)).into_owned();
@@ -293,7 +291,6 @@ fn noise_of_the_process_stiffens_and_noise_of_the_measurement_softens() {
     reference::assert_near("without risk noise has no say", at(2.0, 10.0, 0.0), nominal, 1e-6);
     let process: Vec<f64> = [0.5, 1.0, 2.0].iter().map(|&factor| at(factor, 1.0, 2.0)).collect();
     let measurement: Vec<f64> = [1.0, 10.0, 100.0, 1000.0].iter().map(|&factor| at(1.0, factor, 2.0)).collect();
-    println!("nominal {nominal:.3}, with process noise {process:.3?}, with measurement noise {measurement:.3?}");
     assert!(process.is_sorted_by(|a, b| *b > a + 0.1), "{process:?}");
     assert!(measurement.is_sorted_by(|a, b| *b < a - 0.05), "{measurement:?}");
     assert!(measurement[3] > nominal);
@@ -333,9 +330,7 @@ fn laws_for_the_cost_itself_are_not_softened_by_the_measurement() {
         let problem = leaning(process, measurement);
         let nominal = planned(&problem, &PlanSettings::default());
         let ours = stiffness(&planned(&problem, &settings(many)));
-        let found = [ours, exact_stiffness(&nominal, few), joint_stiffness(&nominal, few)];
-        println!("W {process:e}, V {measurement:e}: nominal {:.3}, {found:.3?}", stiffness(&nominal));
-        found
+        [ours, exact_stiffness(&nominal, few), joint_stiffness(&nominal, few)]
     };
     let (base, driven, noisy) = (table(4e-3, 10.0), table(8e-3, 10.0), table(4e-3, 1000.0));
     let sharp = table(4e-3, 0.01);

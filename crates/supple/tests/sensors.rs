@@ -1,5 +1,11 @@
 //! Sets of sensors: what they are worth, the best ones, and that no certificate is ever violated.
-#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test that reports what it measured"
+)]
 
 mod common;
 
