@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
+use supple::bound::BoundOptions;
 use supple::design::{Control, NoObserver, design};
 use supple::{EvaluateOptions, Problem};
 
@@ -68,6 +69,8 @@ fn numbers_in_the_text_are_computed() -> Result<(), Box<dyn Error>> {
     let bits = |nats: f64| nats / std::f64::consts::LN_2;
     let bound = before.tasks[0].cost.bound.unwrap_or(f64::NAN);
     assert!((best.costs[0] / bound - 1.0).abs() < 1e-6, "the expected cost ends at its bound");
+    let limits = &problem.bound(&best.to, &BoundOptions::default())?.tasks[0];
+    let reaching: f64 = limits.control_per_step_bits.iter().sum();
     let manifest = read("Cargo.toml")?;
     let rust = manifest.split("rust-version = \"").nth(1).and_then(|rest| rest.split('"').next());
     let project = read("pyproject.toml")?;
@@ -78,6 +81,8 @@ fn numbers_in_the_text_are_computed() -> Result<(), Box<dyn Error>> {
         format!("{:.1}", bits(best.information)),
         format!("{bound}"),
         format!("{:.1}", bits(best.multipliers[0])),
+        format!("{reaching:.1}"),
+        format!("{:.1}", limits.minimum_bits),
         rust.unwrap_or_default().to_owned(),
         python.unwrap_or_default().to_owned(),
     ];
