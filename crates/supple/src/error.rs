@@ -131,6 +131,15 @@ pub enum Error {
         /// The expected cost with every candidate.
         least: f64,
     },
+    /// No set of sensors that is good enough was found.
+    #[error(
+        "no set of sensors within the limits with an expected cost of at most {bound} was found, which does not prove that \
+         there is none: ask for the method `exhaustive`, or loosen the limits"
+    )]
+    NoSensorsFound {
+        /// The bound on the expected cost.
+        bound: f64,
+    },
     /// An error of a computation in another process, in its words.
     #[error("{0}")]
     Elsewhere(String),

@@ -4,6 +4,7 @@ pub mod bound;
 pub mod check;
 pub mod cost;
 mod cost_parts;
+mod dense;
 pub mod design;
 mod error;
 mod evaluation;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use supple::bound::{BoundOptions, Horizon, TaskBound};
 use supple::pipeline::TaskState;
 use supple::plan::PlanMode;
-use supple::{EvaluateOptions, Problem};
+use supple::{EvaluateOptions, Problem, Value};
 
 fn load(name: &str) -> Problem {
     Problem::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
@@ -148,4 +148,70 @@ fn a_plan_that_weighs_risk_is_bounded_by_the_law_of_least_expected_cost_along_it
         .sum();
     let least = horizon.base_cost + belief;
     assert!(least < state.cost.expected() - 1e-9, "{least} and {}", state.cost.expected());
+}
+
+/// `A = R diag(growth) R'` with the noise `R diag(noise) R'` and everything else round, turned by an angle.
+fn turned(growth: [f64; 2], noise: [f64; 2], angle: f64, steps: usize) -> TaskBound {
+    let (s, c) = angle.sin_cos();
+    let matrix = |[a, b]: [f64; 2]| {
+        let cross = c * s * (a - b);
+        format!("[[{:?}, {cross:?}], [{cross:?}, {:?}]]", a * c * c + b * s * s, a * s * s + b * c * c)
+    };
+    let text = format!(
+        r#"
+        [model]
+        kind = "linear"
+        A = {}
+        B = [[1.0, 0.0], [0.0, 1.0]]
+        C = [[1.0, 0.0], [0.0, 1.0]]
+        [[tasks]]
+        name = "hold"
+        steps = {steps}
+        time_step = 1.0
+        initial_state = [0.0, 0.0]
+        noise = {{ initial = [1.0, 1.0], process = {}, measurement = [5.0, 5.0] }}
+        [[tasks.costs]]
+        kind = "quadratic"
+        Q = [[1.0, 0.0], [0.0, 1.0]]
+        R = [[1.0, 0.0], [0.0, 1.0]]
+        "#,
+        matrix(growth),
+        matrix(noise)
+    );
+    Problem::parse(&text, "test").unwrap().bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0)
+}
+
+/// Modes that grow at different paces, some without noise: a convex program over two separate modes gives the numbers.
+#[test]
+fn modes_of_different_pace_are_bounded_in_any_coordinates() {
+    for (growth, noise, steps, known) in [
+        ([1.05, 1.0], [1.0, 0.0], 400, Some(0.35072)),
+        ([2.0, 1.0], [1.0, 0.0], 30, Some(0.92097)),
+        ([2.0, 1.0], [1.0, 0.0], 40, Some(0.95097)),
+        ([2.0, 1.0], [1.0, 0.0], 120, Some(1.01359)),
+        ([2.0, 1.2], [0.0, 0.0], 120, None),
+    ] {
+        let [straight, askew] = [0.0, 0.6].map(|angle| turned(growth, noise, angle, steps));
+        for bound in [&straight, &askew] {
+            assert_ordered(bound);
+            let (least, lower) = (bound.minimum_bits_per_step, bound.minimum_lower_bits_per_step);
+            assert!((least - straight.minimum_bits_per_step).abs() < 1e-6, "{growth:?}, {steps} steps: {least}");
+            assert!(known.is_none_or(|known| (least - known).abs() < 2e-5), "{growth:?}, {steps} steps: {least}");
+            assert!(least - lower < 1e-6, "{growth:?}, {steps} steps: {lower} to {least}");
+        }
+    }
+}
+
+/// Where the state begins has no part in what need be known, however dear it is.
+#[test]
+fn a_dear_start_does_not_blur_the_minimum() {
+    let at = |start: f64| {
+        let mut problem = load("tanaka_plant.toml");
+        problem.tasks[0].initial_state[0] = Value::from(start);
+        problem.bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0).minimum_bits
+    };
+    let here = at(0.0);
+    for start in [1e3, 1e6] {
+        assert!((at(start) - here).abs() < 1e-6, "{start}: {} and {here}", at(start));
+    }
 }

@@ -105,9 +105,7 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
     let all: Vec<usize> = (0..selection.candidates.len()).collect();
     let greedy = selection.greedy(goal, limits);
     if greedy.is_none() && options.method == SensorMethod::Greedy {
-        let least = selection.worth(&vec![true; all.len()]).cost;
-        let bound = options.cost.unwrap_or(f64::NAN);
-        return Err(supple::Error::NoSensorsSuffice { bound, least }.into());
+        return Err(selection.not_found(goal).into());
     }
     let relaxed = selection.bound(goal, limits);
     let searched = search(&selection, options, watch)?;

@@ -179,8 +179,13 @@ fn ratio(goal: Goal, none: Worth, chosen: &Chosen, bound: f64) -> f64 {
         Goal::LeastCost => (gain(goal, none, chosen.worth), none.cost - bound),
         Goal::MostInformation => (gain(goal, none, chosen.worth), bound - none.information),
     };
-    // Nothing to gain, or nothing to pay: the set is the best one.
-    if most > 0.0 { (of_set / most).clamp(0.0, 1.0) } else { 1.0 }
+    // Nothing to gain but rounding, or nothing to pay: the set is the best one.
+    let rounding = match goal {
+        Goal::LeastPrice { .. } => 0.0,
+        Goal::LeastCost => 1e-9 * none.cost.abs(),
+        Goal::MostInformation => 1e-9 * (1.0 + none.information),
+    };
+    if most > rounding { (of_set / most).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 fn worth_of(selection: &Selection, sensors: &[usize]) -> Worth {

@@ -92,6 +92,10 @@ pub(super) fn reverse<L: Lanes>(
     let BeliefAdjoint { sigma, other, cross, .. } = work;
     let adjoint = other.at_mut(0);
     adjoint.copy_from_slice(sigma.at(0));
+    if picks.is_empty() {
+        rows::symmetrise::<L>(adjoint, n, stride);
+        return;
+    }
     let h = &mut cross.at_mut(0)[..stride];
     let (pivots, factor) = (belief.pivots.at(t), belief.innovation_factor.at(t));
     let v = noise_adjoint.measurement.at_mut(t);

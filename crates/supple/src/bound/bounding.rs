@@ -2,7 +2,6 @@
 
 use supple_kernels::Matrices;
 
-use super::dense::{congruence, dense, store};
 use super::floors::{data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
 use super::horizon::{Horizon, Stationary};
 use super::minimum::minimum_information;
@@ -11,9 +10,10 @@ use super::report::{BoundReport, TaskBound, order};
 use super::sensor::virtual_sensors;
 use super::sensor_report::sensor_report;
 use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
-use super::stationary::stationary_minimum;
+use super::stationary::{scales, stationary_minimum};
 use super::steady::stationary;
 use super::subspace::observed;
+use crate::dense::{congruence, dense, store};
 use crate::design::plan_at;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -197,7 +197,7 @@ impl Bounding {
     /// # Errors
     /// Where the cost is not above the least there is, or nothing can be certified.
     pub fn point(&self, cost: f64) -> Result<BoundPoint, Error> {
-        let minimum = self.minimum(cost)?;
+        let minimum = self.minimum(cost, None)?;
         let bits = |nats: f64| nats / LN_2 / self.steps() as f64;
         Ok(BoundPoint {
             cost,
@@ -215,10 +215,16 @@ impl Bounding {
         }
     }
 
-    fn minimum(&self, cost: f64) -> Result<Minimum, Error> {
+    /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of costs.
+    fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         match &self.kind {
             Kind::Horizon(horizon) => {
-                let found = minimum_information(horizon, cost, &self.settings)?;
+                let found = match own_price {
+                    Some(price) => {
+                        minimum_information(&Horizon { base_cost: 0.0, ..horizon.clone() }, price, &self.settings)?
+                    }
+                    None => minimum_information(horizon, cost, &self.settings)?,
+                };
                 Ok(Minimum {
                     nats: found.nats,
                     lower_nats: found.lower_nats,
@@ -231,7 +237,12 @@ impl Bounding {
                 })
             }
             Kind::Stationary(problem) => {
-                let found = stationary_minimum(problem, cost, &self.settings)?;
+                let found = match own_price {
+                    Some(price) => {
+                        stationary_minimum(&Stationary { base_cost: 0.0, ..problem.clone() }, price, &self.settings)?
+                    }
+                    None => stationary_minimum(problem, cost, &self.settings)?,
+                };
                 Ok(Minimum {
                     nats: found.nats,
                     lower_nats: found.lower_nats,
@@ -251,11 +262,12 @@ impl Bounding {
     /// # Errors
     /// As of [`point`](Self::point), or where the design has no cost of its own and none is given.
     pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
+        let own_price = if cost.is_none() { self.own.price } else { None };
         let cost = cost.or(self.own.cost).ok_or_else(|| Error::NoBound {
             what: format!("the filter of task `{}` has no steady state, and so no expected cost per step", self.name),
             advice: "give the cost to keep, or sensors that see every unstable state",
         })?;
-        let minimum = self.minimum(cost)?;
+        let minimum = self.minimum(cost, own_price)?;
         let steps = self.steps();
         let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
         let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
@@ -263,6 +275,15 @@ impl Bounding {
         let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
         let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
         let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
+        if let Some(own) = control.filter(|own| at_own && bits(minimum.lower_nats) > own * (1.0 + 1e-6) + 1e-9) {
+            let lower = bits(minimum.lower_nats);
+            return Err(Error::NoBound {
+                what: format!(
+                    "the bound from below, {lower} bits per step, is above what the design uses, {own}: rounding"
+                ),
+                advice: "scale the states to similar sizes, or shorten the horizon",
+            });
+        }
         let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
         let (kh, vacuous) = self.kostina_hassibi(cost);
         let mut report = TaskBound {
@@ -319,8 +340,12 @@ impl Bounding {
 
 /// `A` of what the cost sees, now or later: what grows unseen needs no information.
 fn priced(problem: &Stationary) -> Matrices {
-    let a = dense(&problem.dynamics, 0);
-    let seen = observed(&a, &dense(&problem.price, 0));
+    let (a, price) = (dense(&problem.dynamics, 0), dense(&problem.price, 0));
+    // In units in which the subspace is well told, whatever those of the states are.
+    let d = scales(&a, &dense(&problem.process, 0));
+    let a = a.map_with_location(|i, j, entry| entry / d[i] * d[j]);
+    let price = price.map_with_location(|i, j, entry| entry * d[i] * d[j]);
+    let seen = observed(&a, &price);
     let mut out = Matrices::constant(seen.ncols(), seen.ncols());
     store(&mut out, 0, &(seen.transpose() * a * seen));
     out

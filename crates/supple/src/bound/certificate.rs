@@ -1,8 +1,8 @@
 //! How far a point can be from the minimum: the gap to a feasible point of the dual.
 
-use super::dense::{Dense, congruence, eigen, solve_lower, symmetric};
 use super::local::{Local, Place, slack_of_budget};
 use super::reduce::Chain;
+use crate::dense::{Dense, congruence, eigen, solve_lower, symmetric};
 
 /// The gap between the information of a place and the dual value of its multipliers, nats: infinite where they are not
 /// feasible (theory, equation L.12). Never below the distance to the minimum.

@@ -1,7 +1,7 @@
 use supple_kernels::{Matrices, rows};
 
-use super::dense::{dense, semidefinite_root};
 use crate::Error;
+use crate::dense::{dense, semidefinite_root};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::plan::{Plan, PlanMode, Policy, Regularisation, solve_riccati};

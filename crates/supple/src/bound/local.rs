@@ -1,7 +1,7 @@
 //! A point of the search in its own coordinates, in which every posterior covariance is the identity.
 
-use super::dense::{Dense, cholesky, congruence, eigen, inverse_lower, log_determinant, solve_lower, symmetric};
 use super::reduce::Chain;
+use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, log_determinant, solve_lower, symmetric};
 
 /// Where the search is: covariances and multipliers.
 #[derive(Clone, Debug)]

@@ -2,16 +2,16 @@
 
 use supple_kernels::Matrices;
 
-use super::dense::{Dense, congruence, dense, store};
 use super::horizon::Horizon;
 use super::interior::{Found, search};
 use super::local::nats;
 use super::reduce::{Chain, start};
 use super::solution::{BoundSettings, BoundStatus, MinimumInformation};
 use crate::Error;
+use crate::dense::{Dense, congruence, dense, store};
 
 /// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
-const LEAST_MARGIN: f64 = 1e-12;
+pub(super) const LEAST_MARGIN: f64 = 1e-12;
 
 /// The least directed information from state to control that any sensors and any controller need over `horizon` to
 /// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
@@ -45,7 +45,8 @@ pub fn minimum_information(
 /// What the covariances may cost.
 pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
     if !cost.is_finite() {
-        return Err(Error::NotFinite { what: "the expected cost asked for", step: 0 });
+        let what = format!("the expected cost asked for, {cost}, is not finite");
+        return Err(Error::NoBound { what, advice: "give a finite number" });
     }
     let budget = cost - least;
     if budget <= LEAST_MARGIN * least.abs() || budget <= 0.0 {
@@ -104,10 +105,13 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, budget: f64) -> Mini
     }
     let per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
     let nats: f64 = per_step_nats.iter().sum();
+    // The budget is a difference of costs: what rounding in them may be worth.
+    let cost = horizon.base_cost + spent * budget;
+    let rounding = found.place.price / budget * 16.0 * f64::EPSILON * (cost.abs() + horizon.base_cost.abs());
     MinimumInformation {
         nats,
-        lower_nats: (nats - found.gap).max(0.0),
-        cost: horizon.base_cost + spent * budget,
+        lower_nats: (nats - found.gap - rounding).max(0.0),
+        cost,
         slope: -found.place.price / budget,
         predicted,
         posterior,

@@ -3,7 +3,6 @@
 
 mod bounding;
 mod certificate;
-mod dense;
 mod floors;
 mod horizon;
 mod interior;

@@ -14,6 +14,8 @@ pub(super) struct Own {
     pub status: PlanStatus,
     /// Its expected cost; none where its filter has no steady state.
     pub cost: Option<f64>,
+    /// What of it is for not knowing the state; none where the law is not that of the prices.
+    pub price: Option<f64>,
     /// Nats at each control.
     pub control: Option<Vec<f64>>,
     /// Nats at each measurement that a control follows.
@@ -45,6 +47,7 @@ impl Own {
         Ok(Self {
             status: state.plan.status,
             cost: Some(state.cost.expected()),
+            price: (state.plan.mode != PlanMode::Risk).then_some(state.cost.belief),
             control: Some(control),
             measurement: Some(before.to_vec()),
             last_measurement: last,
@@ -71,6 +74,7 @@ impl Own {
         Ok(Self {
             status: state.plan.status,
             cost: steady.as_ref().map(|steady| problem.base_cost + steady.price),
+            price: steady.as_ref().map(|steady| steady.price),
             control: steady.as_ref().and_then(|steady| steady.control_nats).map(|nats| vec![nats]),
             measurement: steady.as_ref().map(|steady| vec![steady.measurement_nats]),
             last_measurement: None,

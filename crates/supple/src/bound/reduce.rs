@@ -1,11 +1,9 @@
 //! A horizon in coordinates of what can be uncertain at each step, scaled by covariances of the problem itself.
 
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
-
-use super::dense::{Dense, cholesky, congruence, dense, semidefinite_root, solve_lower, symmetric};
 use super::horizon::Horizon;
 use super::interior::begin;
 use crate::Error;
+use crate::dense::{Dense, cholesky, congruence, dense, semidefinite_root, solve_lower, symmetric};
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -48,13 +46,16 @@ impl Chain {
         let steps = horizon.prices.count();
         let root =
             |of: &_, t, what| semidefinite_root(&dense(of, t)).ok_or(Error::NotPositiveSemidefinite { what, step: t });
-        let damping = damping(horizon, steps);
         let mut basis = root(&horizon.initial, 0, "the covariance of the first state")?;
         let mut stages = Vec::with_capacity(steps);
         let mut process_root = root(&horizon.process, 0, "the process covariance")?;
         for t in 0..steps {
             let price = dense(&horizon.prices, t);
             let price = symmetric(basis.transpose() * (price / budget) * &basis);
+            let unscaled = || Error::NoBound {
+                what: format!("what is not known at step {t} is too large for numbers of this machine"),
+                advice: "shorten the horizon, or leave out states that grow and cost nothing",
+            };
             if t + 1 == steps {
                 let none = Dense::zeros(0, basis.ncols());
                 stages.push(Stage { dynamics: none, process: Dense::zeros(0, 0), price, basis });
@@ -63,7 +64,11 @@ impl Chain {
             if t > 0 && !horizon.process.is_constant() {
                 process_root = root(&horizon.process, t, "the process covariance")?;
             }
-            let (next, dynamics, process) = reach(&dense(&horizon.dynamics, t), &basis, &process_root, damping);
+            let measured = measured_root(&basis, &price, steps).ok_or_else(unscaled)?;
+            let (next, dynamics, process) = reach(&dense(&horizon.dynamics, t), &basis, &process_root, &measured);
+            if !next.iter().all(|entry| entry.is_finite()) {
+                return Err(unscaled());
+            }
             let basis = std::mem::replace(&mut basis, next);
             stages.push(Stage { dynamics, process, price, basis });
         }
@@ -71,35 +76,23 @@ impl Chain {
     }
 }
 
-/// The root of what share of the covariance is carried from step to step in the reference that scales coordinates:
-/// below 1 for systems that grow, so that it neither overflows nor loses what is driven (theory, below equation L.4).
-fn damping(horizon: &Horizon, steps: usize) -> f64 {
-    let n = horizon.dynamics.rows();
-    let count = if horizon.dynamics.is_constant() { 1 } else { horizon.dynamics.count().min(steps) };
-    let mut sum = Dense::zeros(n, n);
-    for t in 0..count {
-        sum += dense(&horizon.dynamics, t).abs();
-    }
-    let scales = balance_parlett_reinsch(&mut sum);
-    let (mut product, mut log_growth) = (Dense::identity(n, n), 0.0);
-    for t in 0..steps {
-        let a = dense(&horizon.dynamics, t);
-        product = Dense::from_fn(n, n, |i, j| a[(i, j)] / scales[i] * scales[j]) * product;
-        let norm = product.norm();
-        if !(norm > 0.0 && norm.is_finite()) {
-            return 1.0;
-        }
-        product /= norm;
-        log_growth += norm.ln();
-    }
-    (-log_growth / steps as f64).exp().min(1.0)
+/// The lower factor `l` of `I + E' J E`: how much smaller the reference covariance `E E'`, which scales coordinates, is
+/// once it has been measured with the precision `J`, so that `E l'^-1` is a root of it (theory, below equation L.4).
+///
+/// `J` measures what costs, well enough for about its share of the budget at every decision: what noise drives and what
+/// grows keep the size that they have at a cost near that asked for, each at its own pace.
+fn measured_root(basis: &Dense, price: &Dense, steps: usize) -> Option<Dense> {
+    let (n, order) = (basis.nrows(), basis.ncols());
+    let share = (steps * n) as f64;
+    cholesky(&symmetric(Dense::identity(order, order) + price * share))
 }
 
-/// The range of `[A E, W^(1/2)]`: a basis scaled by the covariance `damping^2 A E E' A' + W`, and `A` and `W` in it.
-pub(super) fn reach(a: &Dense, basis: &Dense, process_root: &Dense, damping: f64) -> (Dense, Dense, Dense) {
+/// The range of `[A E, W^(1/2)]`: a basis scaled by the covariance `A E (l l')^-1 E' A' + W`, and `A` and `W` in it.
+fn reach(a: &Dense, basis: &Dense, process_root: &Dense, measured: &Dense) -> (Dense, Dense, Dense) {
     let (n, carried, driven) = (a.nrows(), basis.ncols(), process_root.ncols());
     let mut sources = Dense::zeros(n, carried + driven);
-    sources.columns_mut(0, carried).copy_from(&(a * basis * damping));
+    // A E l'^-1, from the left: (l^-1 (A E)')'.
+    sources.columns_mut(0, carried).copy_from(&solve_lower(measured, (a * basis).transpose()).transpose());
     sources.columns_mut(carried, driven).copy_from(process_root);
     let norms: Vec<f64> = sources.row_iter().map(|row| row.norm()).collect();
     for (mut row, &norm) in sources.row_iter_mut().zip(&norms) {
@@ -115,7 +108,7 @@ pub(super) fn reach(a: &Dense, basis: &Dense, process_root: &Dense, damping: f64
     let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > RANK_TOLERANCE * largest).collect();
     let next = Dense::from_fn(n, kept.len(), |i, k| norms[i] * u[(i, kept[k])] * values[kept[k]]);
     let rows = v.select_rows(&kept);
-    let dynamics = rows.columns(0, carried) / damping;
+    let dynamics = rows.columns(0, carried) * measured.transpose();
     let noise = rows.columns(carried, driven).into_owned();
     (next, dynamics, symmetric(&noise * noise.transpose()))
 }

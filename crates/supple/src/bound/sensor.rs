@@ -2,10 +2,11 @@
 
 use supple_kernels::Matrices;
 
-use super::dense::{Dense, cholesky, dense, eigen, semidefinite_root, solve_lower, store, symmetric};
 use super::solution::{MinimumInformation, StationaryMinimum, VirtualSensor};
+use crate::dense::{Dense, cholesky, dense, eigen, semidefinite_root, solve_lower, store, symmetric};
 
-/// Signal-to-noise ratios below this share of the largest, or below it as such, are not measured.
+/// Signal-to-noise ratios below this, or below this share of the largest where all are below 1, are not measured: at
+/// most 7e-5 bits.
 const RANK_TOLERANCE: f64 = 1e-4;
 
 /// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
@@ -39,7 +40,7 @@ fn sensor(predicted: &Matrices, posterior: &Matrices, t: usize) -> VirtualSensor
     let ratios: Vec<f64> = found.eigenvalues.iter().map(|v| (1.0 / v.max(f64::MIN_POSITIVE) - 1.0).max(0.0)).collect();
     let largest = ratios.iter().fold(0.0f64, |a, &b| a.max(b));
     let mut kept: Vec<usize> =
-        (0..ratios.len()).filter(|&k| ratios[k] > RANK_TOLERANCE * largest && ratios[k] > 1e-6).collect();
+        (0..ratios.len()).filter(|&k| ratios[k] > RANK_TOLERANCE * largest.min(1.0) && ratios[k] > 1e-6).collect();
     kept.sort_by(|&a, &b| ratios[b].total_cmp(&ratios[a]));
     let rank = kept.len();
     let (mut measurement, mut gain) = (Matrices::zeros(1, rank, n), Matrices::zeros(1, n, rank));

@@ -3,15 +3,15 @@
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use supple_kernels::Matrices;
 
-use super::dense::{Dense, cholesky, congruence, dense, semidefinite_root, store, symmetric};
 use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
-use super::minimum::{budget, certified};
+use super::minimum::{LEAST_MARGIN, budget, certified};
 use super::reduce::{Chain, Stage, inside, once_measured};
 use super::solution::{BoundSettings, BoundStatus, StationaryMinimum};
 use super::subspace::{invariant_hull, observed, unstable};
 use crate::Error;
+use crate::dense::{Dense, cholesky, congruence, dense, semidefinite_root, store, symmetric};
 
 /// The least directed information per step that any sensors and any controller need to keep an expected cost per step
 /// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
@@ -27,13 +27,17 @@ pub fn stationary_minimum(
     settings: &BoundSettings,
 ) -> Result<StationaryMinimum, Error> {
     system.check()?;
-    let budget = budget(cost, system.base_cost)?;
     let n = system.dynamics.rows();
-    let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
-    if let Some(covariance) = open_loop(&chain.stages[0]) {
-        let posterior = congruence(&chain.stages[0].basis, &covariance);
-        return Ok(free(&posterior, system.base_cost + budget * chain.stages[0].price.dot(&covariance)));
+    // Where nothing need be known, the least cost itself can be kept.
+    let stage = reduce(system, 1.0)?;
+    if let Some(covariance) = without_sensors(&stage) {
+        let excess = stage.price.dot(&covariance);
+        if excess <= cost - system.base_cost + LEAST_MARGIN * system.base_cost.abs() {
+            return Ok(free(&congruence(&stage.basis, &covariance), system.base_cost + excess));
+        }
     }
+    let budget = budget(cost, system.base_cost)?;
+    let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
     let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
         what: format!("no covariances were found that keep an expected cost per step of {cost:e}"),
         advice: "scale the states to similar sizes, or ask for a larger cost",
@@ -78,7 +82,7 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
 }
 
 /// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
-fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
+pub(super) fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let n = a.nrows();
     let mut balanced = a.abs();
     let s = balance_parlett_reinsch(&mut balanced);
@@ -132,8 +136,8 @@ fn uncertain(a: &Dense, w: &Dense, seen: &Dense) -> Result<Dense, Error> {
     Ok(seen * invariant_hull(a, both))
 }
 
-/// The covariance without a sensor, where it exists and keeps the budget.
-fn open_loop(stage: &Stage) -> Option<Dense> {
+/// The covariance without a sensor, where it exists.
+fn without_sensors(stage: &Stage) -> Option<Dense> {
     let (mut a, mut covariance) = (stage.dynamics.clone(), stage.process.clone());
     for _ in 0..50 {
         covariance = congruence(&a, &covariance) + &covariance;
@@ -143,7 +147,7 @@ fn open_loop(stage: &Stage) -> Option<Dense> {
             return None;
         }
         if size < 1e-20 {
-            return (stage.price.dot(&covariance) <= 1.0).then_some(covariance);
+            return Some(covariance);
         }
     }
     None

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use supple_kernels::{Matrices, Scratch};
 
-use super::dense::{Dense, dense, store, symmetric};
 use super::horizon::Stationary;
 use super::regulator::regulator;
 use crate::Error;
 use crate::belief::{Belief, kalman};
+use crate::dense::{Dense, dense, store, symmetric};
 use crate::information::control_information;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -116,7 +116,12 @@ pub(super) fn steady(problem: &Stationary, state: &TaskState) -> Result<Option<S
     let (c, v) = (dense(&knots.measurement, 0), dense(&noise.measurement, 0));
     let indefinite = Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
     let of_noise = v.clone().cholesky().ok_or_else(|| indefinite.clone())?;
+    // Not from X_0: what is known at first and never driven may still grow.
     let mut predicted = dense(&noise.initial, 0);
+    let mean = (predicted.trace() + w.trace()) / a.nrows() as f64;
+    for i in 0..a.nrows() {
+        predicted[(i, i)] += if mean > 0.0 { mean } else { 1.0 };
+    }
     for _ in 0..MOST_STEPS {
         let innovation =
             symmetric(&c * &predicted * c.transpose() + &v).cholesky().ok_or_else(|| indefinite.clone())?;
@@ -124,7 +129,7 @@ pub(super) fn steady(problem: &Stationary, state: &TaskState) -> Result<Option<S
         let kept = Dense::identity(a.nrows(), a.nrows()) - &gain * &c;
         let corrected = symmetric(&kept * &predicted * kept.transpose() + &gain * &v * gain.transpose());
         let next = symmetric(&a * &corrected * a.transpose() + &w);
-        if !next.iter().all(|entry| entry.is_finite()) {
+        if !next.norm().is_finite() {
             return Ok(None);
         }
         let change = (&next - &predicted).norm();

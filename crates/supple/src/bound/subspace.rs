@@ -1,9 +1,12 @@
 //! What a cost sees of a system that does not change, and what of it is uncertain.
 
-use super::dense::Dense;
+use crate::dense::Dense;
 
 /// Singular values below this share of the largest count as 0.
 const RANK_TOLERANCE: f64 = 1e-10;
+
+/// Growth per step, less 1, below which a mode that no noise drives counts as one that does not grow.
+const GROWTH: f64 = 1e-6;
 
 /// An orthonormal basis of the range, by columns.
 pub(super) fn range(a: Dense) -> Dense {
@@ -55,12 +58,13 @@ pub(super) fn observed(a: &Dense, price: &Dense) -> Dense {
     invariant_hull(&a.transpose(), price.clone())
 }
 
-/// An orthonormal basis of the invariant subspace that belongs to the eigenvalues outside of the unit circle.
+/// An orthonormal basis of the invariant subspace that belongs to the eigenvalues outside of the unit circle, by
+/// more than [`GROWTH`].
 pub(super) fn unstable(a: &Dense) -> Option<Dense> {
     let n = a.nrows();
     let identity = Dense::identity(n, n);
-    // The sign of (A - r)^-1 (A + r): 1 where |lambda| > r.
-    let radius = 1.0 + 1e-9;
+    // The sign of (A - r)^-1 (A + r): 1 where |lambda| > r. The closer to r, the less is known of its place.
+    let radius = 1.0 + GROWTH;
     let mut sign = (a - &identity * radius).lu().solve(&(a + &identity * radius))?;
     for _ in 0..100 {
         let inverse = sign.clone().try_inverse()?;
@@ -72,5 +76,12 @@ pub(super) fn unstable(a: &Dense) -> Option<Dense> {
             break;
         }
     }
-    Some(range((sign + identity) * 0.5))
+    let projector = (sign + identity) * 0.5;
+    // The rank of a projector is its trace; what is beyond it is rounding.
+    let count = projector.trace().round().max(0.0) as usize;
+    let (u, values) = projector.try_svd(true, false, f64::EPSILON, 0).and_then(|f| Some((f.u?, f.singular_values)))?;
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
+    order.truncate(count);
+    Some(u.select_columns(&order))
 }

@@ -1,8 +1,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
-use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::belief::Belief;
+use crate::dense::dense;
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::plan::Policy;
@@ -115,8 +115,4 @@ fn beside(g: DMatrix<f64>, h: &DMatrix<f64>) -> DMatrix<f64> {
     let mut both = g.resize_horizontally(left + h.ncols(), 0.0);
     both.columns_mut(left, h.ncols()).copy_from(h);
     if both.ncols() > n { both.transpose().qr().r().transpose() } else { both }
-}
-
-fn dense(matrices: &Matrices, t: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(t, i, j))
 }

@@ -35,7 +35,7 @@ impl Selection {
     /// of its rounds. Deterministic, whatever the number of threads.
     ///
     /// # Errors
-    /// Where no set reaches the bound of [`Goal::LeastPrice`].
+    /// Where no set reaches the bound of [`Goal::LeastPrice`], or none was found in time.
     pub fn branch_and_bound(
         &self,
         goal: Goal,
@@ -44,10 +44,10 @@ impl Selection {
         going: &mut dyn FnMut() -> bool,
     ) -> Result<Searched, Error> {
         let count = self.candidates.len();
-        let Some(mut best) = self.greedy(goal, limits) else { return Err(self.insufficient(goal)) };
-        best.rule = None;
+        // Where greedy choice found none, every set is better.
+        let mut best = self.greedy(goal, limits).map(|best| Chosen { rule: None, ..best });
         let span = match goal {
-            Goal::LeastPrice { .. } => best.price,
+            Goal::LeastPrice { .. } => self.price(&(0..count).collect::<Vec<_>>()),
             _ => goal.merit(self.worth(&vec![false; count])) - goal.merit(self.worth(&vec![true; count])),
         };
         let slack = TOLERANCE * span.abs();
@@ -55,7 +55,7 @@ impl Selection {
         let mut closed = f64::INFINITY;
         let mut looked = 1;
         loop {
-            let reach = self.reach(goal, &best) - slack;
+            let reach = self.reach(goal, best.as_ref()) - slack;
             let (left, pruned): (Vec<Node>, Vec<Node>) = open.into_iter().partition(|node| node.bound < reach);
             closed = pruned.iter().map(|node| node.bound).fold(closed, f64::min);
             open = left;
@@ -76,8 +76,9 @@ impl Selection {
                 (node, rounded)
             });
             for (node, rounded) in divided.collect::<Vec<_>>() {
-                if let Some(found) = rounded.filter(|found| self.order(goal, found, &best).is_lt()) {
-                    best = found;
+                let better = |found: &Chosen| best.as_ref().is_none_or(|best| self.order(goal, found, best).is_lt());
+                if rounded.as_ref().is_some_and(better) {
+                    best = rounded;
                 }
                 // Where nothing is free the rounded set is the region.
                 if !node.region.free().is_empty() {
@@ -86,18 +87,19 @@ impl Selection {
             }
         }
         let proved = open.is_empty();
-        let bound = open.iter().map(|node| node.bound).fold(closed.min(self.reach(goal, &best)), f64::min);
+        let Some(best) = best else { return Err(if proved { self.insufficient(goal) } else { self.not_found(goal) }) };
+        let bound = open.iter().map(|node| node.bound).fold(closed.min(self.reach(goal, Some(&best))), f64::min);
         let bound = if goal == Goal::MostInformation { -bound } else { bound };
         let chosen = Chosen { tried: looked, ..self.pruned(goal, best) };
         Ok(Searched { chosen, bound, proved })
     }
 
     /// What a better set must be below.
-    fn reach(&self, goal: Goal, best: &Chosen) -> f64 {
-        match goal {
+    fn reach(&self, goal: Goal, best: Option<&Chosen>) -> f64 {
+        best.map_or(f64::INFINITY, |best| match goal {
             Goal::LeastPrice { .. } => best.price,
             _ => goal.merit(best.worth),
-        }
+        })
     }
 
     fn node(&self, goal: Goal, region: Region) -> Node {

@@ -82,8 +82,8 @@ impl Goal {
 
 impl Selection {
     /// Takes one sensor after the other, by gain and by gain per unit of price, and keeps the better of the two sets.
-    /// Sensors without which the set is as good are left out. `None` where not even all that fit reach the bound of
-    /// [`Goal::LeastPrice`].
+    /// Sensors without which the set is as good are left out. `None` where neither set reaches the bound of
+    /// [`Goal::LeastPrice`], which does not prove that none does.
     pub fn greedy(&self, goal: Goal, limits: Limits) -> Option<Chosen> {
         let both = [Rule::Gain, Rule::GainPerPrice].map(|rule| self.greedy_by(goal, limits, rule));
         let tried = both.iter().flatten().map(|chosen| chosen.tried).sum();
@@ -222,6 +222,11 @@ impl Selection {
     pub(super) fn insufficient(&self, goal: Goal) -> Error {
         let bound = if let Goal::LeastPrice { cost } = goal { cost } else { f64::NEG_INFINITY };
         Error::NoSensorsSuffice { bound, least: self.worth(&vec![true; self.candidates.len()]).cost }
+    }
+
+    /// That none was found, which proves nothing.
+    pub fn not_found(&self, goal: Goal) -> Error {
+        Error::NoSensorsFound { bound: if let Goal::LeastPrice { cost } = goal { cost } else { f64::NEG_INFINITY } }
     }
 
     /// How many rounds [`exhaustive`](Self::exhaustive) has at most.

@@ -151,6 +151,6 @@ impl Selection {
 
     /// Prices of all candidates together that a set has.
     pub fn price(&self, sensors: &[usize]) -> f64 {
-        sensors.iter().map(|&one| self.candidates[one].price).sum()
+        sensors.iter().fold(0.0, |sum, &one| sum + self.candidates[one].price)
     }
 }

@@ -2,6 +2,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use supple_kernels::Matrices;
 
 use crate::belief::Belief;
+use crate::dense::{dense, store};
 use crate::knots::Knots;
 use crate::plan::Policy;
 
@@ -123,15 +124,15 @@ fn inflate(s: &mut DMatrix<f64>, slope: &mut DVector<f64>, change: &DMatrix<f64>
 pub(super) fn price(knots: &Knots, policy: &mut Policy) {
     let (steps, n, joint) = (knots.steps(), knots.dynamics.rows(), knots.dynamics.cols());
     let mut s = dense(&knots.cost, steps).view((0, 0), (n, n)).into_owned();
-    write(&s, &mut policy.curvature, steps);
+    store(&mut policy.curvature, steps, &s);
     for t in (0..steps).rev() {
         let (cost, f) = (dense(&knots.cost, t), dense(&knots.dynamics, t));
         let q = cost.columns(0, joint) + f.transpose() * &s * &f;
         let closed = closed(&dense(&policy.feedback, t));
         s = closed.transpose() * &q * &closed;
         s = (&s + s.transpose()) * 0.5;
-        write(&s, &mut policy.curvature, t);
-        write(&(q.view((0, 0), (n, n)) - &s), &mut policy.value_of_information, t);
+        store(&mut policy.curvature, t, &s);
+        store(&mut policy.value_of_information, t, &(q.view((0, 0), (n, n)) - &s));
     }
 }
 
@@ -139,14 +140,4 @@ pub(super) fn price(knots: &Knots, policy: &mut Policy) {
 fn closed(gain: &DMatrix<f64>) -> DMatrix<f64> {
     let (m, n) = gain.shape();
     DMatrix::from_fn(n + m, n, |i, j| if i >= n { gain[(i - n, j)] } else { f64::from(u8::from(i == j)) })
-}
-
-fn dense(matrices: &Matrices, t: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(t, i, j))
-}
-
-fn write(from: &DMatrix<f64>, to: &mut Matrices, t: usize) {
-    for i in 0..from.nrows() {
-        (0..from.ncols()).for_each(|j| to.set(t, i, j, from[(i, j)]));
-    }
 }

@@ -1,25 +1,25 @@
-//! What the bounds need of small dense matrices.
+//! Small dense matrices, where clarity counts for more than speed.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use supple_kernels::Matrices;
 
 /// A small dense matrix.
-pub(super) type Dense = DMatrix<f64>;
+pub(crate) type Dense = DMatrix<f64>;
 
 /// Matrix `index` of a sequence.
-pub(super) fn dense(matrices: &Matrices, index: usize) -> Dense {
+pub(crate) fn dense(matrices: &Matrices, index: usize) -> Dense {
     Dense::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(index, i, j))
 }
 
 /// Writes `from` as matrix `index` of a sequence.
-pub(super) fn store(to: &mut Matrices, index: usize, from: &Dense) {
+pub(crate) fn store(to: &mut Matrices, index: usize, from: &Dense) {
     for (i, j) in (0..from.nrows()).flat_map(|i| (0..from.ncols()).map(move |j| (i, j))) {
         to.set(index, i, j, from[(i, j)]);
     }
 }
 
 /// `(a + a') / 2`.
-pub(super) fn symmetric(mut a: Dense) -> Dense {
+pub(crate) fn symmetric(mut a: Dense) -> Dense {
     for i in 1..a.nrows() {
         for j in 0..i {
             let mean = 0.5 * (a[(i, j)] + a[(j, i)]);
@@ -30,12 +30,12 @@ pub(super) fn symmetric(mut a: Dense) -> Dense {
 }
 
 /// `a p a'`, symmetric.
-pub(super) fn congruence(a: &Dense, p: &Dense) -> Dense {
+pub(crate) fn congruence(a: &Dense, p: &Dense) -> Dense {
     symmetric(a * p * a.transpose())
 }
 
 /// The lower Cholesky factor; `None` where `a` is not positive definite.
-pub(super) fn cholesky(a: &Dense) -> Option<Dense> {
+pub(crate) fn cholesky(a: &Dense) -> Option<Dense> {
     let n = a.nrows();
     let mut g = Dense::zeros(n, n);
     for j in 0..n {
@@ -60,7 +60,7 @@ pub(super) fn cholesky(a: &Dense) -> Option<Dense> {
 }
 
 /// `g^-1 b` for a lower triangular `g` without zeros on its diagonal.
-pub(super) fn solve_lower(g: &Dense, mut b: Dense) -> Dense {
+pub(crate) fn solve_lower(g: &Dense, mut b: Dense) -> Dense {
     let n = g.nrows();
     for mut column in b.column_iter_mut() {
         for i in 0..n {
@@ -75,17 +75,17 @@ pub(super) fn solve_lower(g: &Dense, mut b: Dense) -> Dense {
 }
 
 /// `g^-1` of a lower triangular `g`.
-pub(super) fn inverse_lower(g: &Dense) -> Dense {
+pub(crate) fn inverse_lower(g: &Dense) -> Dense {
     solve_lower(g, Dense::identity(g.nrows(), g.nrows()))
 }
 
 /// `log |g g'|` of a lower triangular `g`.
-pub(super) fn log_determinant(g: &Dense) -> f64 {
+pub(crate) fn log_determinant(g: &Dense) -> f64 {
     2.0 * (0..g.nrows()).map(|i| g[(i, i)].ln()).sum::<f64>()
 }
 
 /// The least eigenvalue of a symmetric matrix; infinite for one of order 0.
-pub(super) fn least_eigenvalue(a: Dense) -> f64 {
+pub(crate) fn least_eigenvalue(a: Dense) -> f64 {
     match a.nrows() {
         0 => f64::INFINITY,
         1 => a[(0, 0)],
@@ -94,7 +94,7 @@ pub(super) fn least_eigenvalue(a: Dense) -> f64 {
 }
 
 /// Eigenvalues and eigenvectors of a symmetric matrix; `None` where it is not finite.
-pub(super) fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
+pub(crate) fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
     }
@@ -108,7 +108,7 @@ pub(super) fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
 /// been scaled to a variance of 1, so that units do not matter. What is below rounding counts as 0.
 ///
 /// `None` where `a` is not positive semidefinite, not symmetric or not finite.
-pub(super) fn semidefinite_root(a: &Dense) -> Option<Dense> {
+pub(crate) fn semidefinite_root(a: &Dense) -> Option<Dense> {
     let n = a.nrows();
     let deviation: Vec<f64> = (0..n).map(|i| a[(i, i)].max(0.0).sqrt()).collect();
     let by = |i: usize| if deviation[i] > 0.0 { 1.0 / deviation[i] } else { 0.0 };
