@@ -151,7 +151,7 @@ fn a_plan_that_weighs_risk_is_bounded_by_the_law_of_least_expected_cost_along_it
 }
 
 /// `A = R diag(growth) R'` with the noise `R diag(noise) R'` and everything else round, turned by an angle.
-fn turned(growth: [f64; 2], noise: [f64; 2], angle: f64, steps: usize) -> TaskBound {
+fn turned(growth: [f64; 2], noise: [f64; 2], angle: f64, steps: usize, options: &BoundOptions) -> TaskBound {
     let (s, c) = angle.sin_cos();
     let matrix = |[a, b]: [f64; 2]| {
         let cross = c * s * (a - b);
@@ -178,7 +178,7 @@ fn turned(growth: [f64; 2], noise: [f64; 2], angle: f64, steps: usize) -> TaskBo
         matrix(growth),
         matrix(noise)
     );
-    Problem::parse(&text, "test").unwrap().bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0)
+    Problem::parse(&text, "test").unwrap().bound(&[], options).unwrap().tasks.remove(0)
 }
 
 /// Modes that grow at different paces, some without noise: a convex program over two separate modes gives the numbers.
@@ -191,7 +191,8 @@ fn modes_of_different_pace_are_bounded_in_any_coordinates() {
         ([2.0, 1.0], [1.0, 0.0], 120, Some(1.01359)),
         ([2.0, 1.2], [0.0, 0.0], 120, None),
     ] {
-        let [straight, askew] = [0.0, 0.6].map(|angle| turned(growth, noise, angle, steps));
+        let whole = BoundOptions::default();
+        let [straight, askew] = [0.0, 0.6].map(|angle| turned(growth, noise, angle, steps, &whole));
         for bound in [&straight, &askew] {
             assert_ordered(bound);
             let (least, lower) = (bound.minimum_bits_per_step, bound.minimum_lower_bits_per_step);
@@ -214,4 +215,13 @@ fn a_dear_start_does_not_blur_the_minimum() {
     for start in [1e3, 1e6] {
         assert!((at(start) - here).abs() < 1e-6, "{start}: {} and {here}", at(start));
     }
+}
+
+/// A wall: it stays where it is, no noise moves it, and in the end it is known.
+#[test]
+fn what_neither_grows_nor_is_driven_needs_no_steady_information() {
+    let options = BoundOptions { stationary: true, cost: Some(30.0), ..Default::default() };
+    let [straight, askew] =
+        [0.0, 0.6].map(|angle| turned([1.5, 1.0], [1.0, 0.0], angle, 20, &options).minimum_bits_per_step);
+    assert!(straight > 0.58 && (straight - askew).abs() < 1e-6, "{straight} and {askew}");
 }

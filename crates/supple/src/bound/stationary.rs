@@ -9,7 +9,7 @@ use super::local::nats;
 use super::minimum::{LEAST_MARGIN, budget, certified};
 use super::reduce::{Chain, Stage, inside, once_measured};
 use super::solution::{BoundSettings, BoundStatus, StationaryMinimum};
-use super::subspace::{invariant_hull, observed, unstable};
+use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
 use crate::Error;
 use crate::dense::{Dense, cholesky, congruence, dense, semidefinite_root, store, symmetric};
 
@@ -125,6 +125,12 @@ fn uncertain(a: &Dense, w: &Dense, seen: &Dense) -> Result<Dense, Error> {
     let driven = invariant_hull(a, root.clone());
     if driven.ncols() == a.nrows() {
         return Ok(seen.clone());
+    }
+    // In the blocks of (driven, the others) A is triangular: these grow as their own block says.
+    let others = complement(&driven);
+    let block = others.transpose() * a * others;
+    if block.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + GROWTH) {
+        return Ok(seen * driven);
     }
     let growing = unstable(a).ok_or_else(|| Error::NoBound {
         what: "the states that no noise drives have eigenvalues too close to the unit circle".into(),

@@ -6,7 +6,7 @@ use crate::dense::Dense;
 const RANK_TOLERANCE: f64 = 1e-10;
 
 /// Growth per step, less 1, below which a mode that no noise drives counts as one that does not grow.
-const GROWTH: f64 = 1e-6;
+pub(super) const GROWTH: f64 = 1e-6;
 
 /// An orthonormal basis of the range, by columns.
 pub(super) fn range(a: Dense) -> Dense {
@@ -21,6 +21,14 @@ pub(super) fn range(a: Dense) -> Dense {
     let largest = values.max();
     let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > RANK_TOLERANCE * largest).collect();
     u.select_columns(&kept)
+}
+
+/// An orthonormal basis of what is orthogonal to orthonormal columns.
+pub(super) fn complement(basis: &Dense) -> Dense {
+    let n = basis.nrows();
+    let found = (Dense::identity(n, n) - basis * basis.transpose()).symmetric_eigen();
+    let kept: Vec<usize> = (0..n).filter(|&k| found.eigenvalues[k] > 0.5).collect();
+    found.eigenvectors.select_columns(&kept)
 }
 
 /// Columns scaled to length 1; those of zeros stay.
