@@ -499,7 +499,7 @@ fn the_schema_accepts_good_files_and_refuses_bad_ones() {
         assert_eq!(violations(&std::fs::read_to_string(&path).unwrap()), [""; 0], "{}", path.display());
     }
     assert_eq!(violations(LINEAR), [""; 0]);
-    let settings = "planning = { mode = \"sampled\", sampled = { iterations = 5, averaging = 0.5 }, newton = false }\n\
+    let settings = "planning = { plan = \"sampled\", sampled = { iterations = 5, averaging = 0.5 }, newton = false }\n\
                     design = { method = \"barrier\", gradient = \"frozen\", starts = 3, seed = 1 }\n";
     assert_eq!(violations(&format!("{settings}{TWO_MASS}")), [""; 0]);
     let edits = [
