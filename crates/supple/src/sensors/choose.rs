@@ -224,9 +224,14 @@ impl Selection {
         Error::NoSensorsSuffice { bound, least: self.worth(&vec![true; self.candidates.len()]).cost }
     }
 
-    /// That none was found, which proves nothing.
+    /// That none was found, which proves nothing unless all candidates together are not good enough either.
     pub fn not_found(&self, goal: Goal) -> Error {
-        Error::NoSensorsFound { bound: if let Goal::LeastPrice { cost } = goal { cost } else { f64::NEG_INFINITY } }
+        match goal {
+            Goal::LeastPrice { cost } if self.worth(&vec![true; self.candidates.len()]).cost <= cost => {
+                Error::NoSensorsFound { bound: cost }
+            }
+            _ => self.insufficient(goal),
+        }
     }
 
     /// How many rounds [`exhaustive`](Self::exhaustive) has at most.
