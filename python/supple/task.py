@@ -319,7 +319,8 @@ class Task:
             stationary: Bounds by step of the steady state, for linear models that do not change over time.
             task: The task, where there are several; all of them where left out.
             progress: ``True`` for a bar of tqdm's, or an object of your own.
-            at, **parameters: Values of parameters.
+            at: Values of parameters whose names are no words of Python.
+            **parameters: Values of parameters.
         """
         points = bound_points(curve)
         found = self.at(at, **parameters)
