@@ -20,6 +20,7 @@ STEPS = {
     "trace": ["trace", "--starts", "2"],
     "robustness": ["robustness", "--vary", "drive_variance=log:1e-3:1e-2:3", "--rollouts", "10"],
     "pareto": ["pareto", "--points", "4", "--starts", "1"],
+    "bound": ["bound", "--curve"],
 }
 SECTIONS = [
     "answer", "landscape", "motion", "trajectories", "information", "controller", "robustness", "pareto", "bound",
@@ -66,14 +67,29 @@ def start(width, height, **media):
 
 
 @pytest.fixture(scope="session")
+def choices(tmp_path_factory):
+    """The page of what is chosen from catalogues: sensors, and springs."""
+    folder = tmp_path_factory.mktemp("choices")
+    supple("sensors", ROOT / "tasks/two_mass_sensors.toml", "--out", folder / "sensors")
+    task, bounds = TASK.read_text(), "bounds = [50.0, 600.0]"
+    assert bounds in task
+    springs = folder / "springs.toml"
+    springs.write_text(task.replace(bounds, bounds + "\ncatalogue = [100, 150, 200]", 1))
+    supple("design", springs, "--starts", "1", "--out", folder / "design")
+    page = folder / "report.html"
+    supple("report", folder / "sensors", folder / "design", "--out", page)
+    return page
+
+
+@pytest.fixture(scope="session")
 def open_page(report):
-    """Opens the report in a browser of its own, and waits until plots can be drawn."""
+    """Opens the report, or another page, in a browser of its own, and waits until plots can be drawn."""
     drivers = []
 
-    def open_at(width=1300, height=1000, **media):
+    def open_at(width=1300, height=1000, page=report, **media):
         driver = start(width, height, **media)
         drivers.append(driver)
-        driver.get(report.as_uri())
+        driver.get(page.as_uri())
         WebDriverWait(driver, 120).until(lambda d: d.execute_script("return document.documentElement.dataset.ready"))
         return driver
 

@@ -48,9 +48,10 @@ def test_headings_are_in_order(wide):
     assert all(after <= before + 1 for before, after in zip(levels, levels[1:]))
 
 
-def test_every_plot_is_drawn_with_its_data_in_every_view(wide):
-    draw_all(wide)
-    counts = wide.execute_script("""
+def drawn(driver):
+    """Title, number of traces, whether they have data, label and number of pictures, of each view of each plot."""
+    draw_all(driver)
+    return driver.execute_script("""
       const filled = (value) => Array.isArray(value) || ArrayBuffer.isView(value)
         ? [...value].some((v) => (Array.isArray(v) ? v.some(Number.isFinite) : v !== null && v !== undefined)) : false;
       const out = [];
@@ -65,10 +66,30 @@ def test_every_plot_is_drawn_with_its_data_in_every_view(wide):
         if (select) { select.value = '0'; select.dispatchEvent(new Event('change')); }
       }
       return out;""")
-    assert len(counts) > 20
-    for title, traces, has_data, label, pictures in counts:
+
+
+def assert_drawn(driver):
+    views = drawn(driver)
+    for title, traces, has_data, label, pictures in views:
         assert traces > 0 and has_data and pictures > 0, title
         assert any(letter.isdigit() for letter in label) and label.endswith("."), (title, label)
+    return [title for title, *_ in views]
+
+
+def test_every_plot_is_drawn_with_its_data_in_every_view(wide):
+    assert len(assert_drawn(wide)) > 20
+
+
+def test_choices_from_catalogues_are_told_and_drawn(open_page, choices):
+    driver = open_page(page=choices)
+    sections = {s.get_attribute("aria-labelledby"): s for s in driver.find_elements(By.CSS_SELECTOR, "main section")}
+    assert len(assert_drawn(driver)) > 10
+    for kind, told in [("sensors", "position of m1"), ("catalogue", "3 of 3 combinations")]:
+        section = next(section for name, section in sections.items() if name.endswith(kind))
+        driver.execute_script("arguments[0].scrollIntoView({behavior: 'instant'})", section)
+        keep(driver, kind)
+        assert told in section.text, section.text
+    assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
 
 
 def test_nothing_fails_and_nothing_is_fetched(wide):
