@@ -1,7 +1,7 @@
 //! Graphs and their programs against the same expressions evaluated directly: values, derivatives, batches, levels.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -138,11 +138,15 @@ fn duals(inputs: [f64; INPUTS]) -> [Dual<f64, INPUTS>; INPUTS] {
     inputs.map(|input| Dual::variable(input, direction.next().unwrap()))
 }
 
-static LEVEL: Mutex<()> = Mutex::new(());
+/// Keeps other tests from choosing other instructions until it is dropped.
+fn hold_level() -> MutexGuard<'static, ()> {
+    static LEVEL: Mutex<()> = Mutex::new(());
+    LEVEL.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
 
 /// Does something at each level of vector instructions that this machine has.
 fn at_every_level(mut action: impl FnMut(Level) -> Result<(), TestCaseError>) -> Result<(), TestCaseError> {
-    let _guard = LEVEL.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _guard = hold_level();
     let before = Level::current();
     let result = Level::ALL.into_iter().filter(|level| level.force()).try_for_each(&mut action);
     before.force();
@@ -322,7 +326,7 @@ impl Number for Dual<Dual<f64, 1>, INPUTS> {}
 
 /// Results of a program of one knot, at the level in use.
 fn results(build: impl FnOnce([Node; INPUTS]) -> Vec<Node>) -> (Setting, Vec<f64>) {
-    let _guard = LEVEL.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _guard = hold_level();
     let setting = Setting::new(1, 7);
     let mut outputs = 0;
     let program = record(|| {
@@ -432,6 +436,7 @@ fn what_is_known_is_folded() {
 /// Long batches are shared by the threads of the pool, in whatever pieces.
 #[test]
 fn threads_do_not_change_a_bit() {
+    let _guard = hold_level();
     let program = record(|| {
         let inputs = nodes();
         let mut x = inputs[0];

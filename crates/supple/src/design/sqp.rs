@@ -167,7 +167,8 @@ fn run(search: &mut Search, first: &Visit) -> Result<Ending, Error> {
 /// Violations up to this, relative to the bound, are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Makes the best visit the last one: the least objective of those that meet the bounds, or else the least violation.
+/// Makes the best visit the last one: the least objective of those that meet the bounds, or else the least violation of
+/// those whose plans converged.
 fn choose(search: &mut Search) -> Option<Visit> {
     let (problem, aim) = (search.problem(), search.aim());
     let feasibility = search.settings().feasibility;
@@ -176,8 +177,8 @@ fn choose(search: &mut Search) -> Option<Visit> {
     let tolerance = [ROUNDING, feasibility].into_iter().find(|&tolerance| met(tolerance));
     let merit = |visit: &Visit| match tolerance {
         Some(tolerance) if aim.is_met(visit, tolerance) => aim.objective(visit, problem),
-        Some(_) => f64::INFINITY,
-        None => visit.excess(),
+        None if visit.is_planned() => visit.excess(),
+        _ => f64::INFINITY,
     };
     let best = (0..visits.len()).min_by(|&a, &b| merit(&visits[a]).total_cmp(&merit(&visits[b])))?;
     let best = visits.remove(best);

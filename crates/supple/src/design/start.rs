@@ -128,19 +128,16 @@ impl<'a> Searcher<'a> {
 
     /// How good an end of a search is: first whether it is of no use, then what is minimised. The lesser is the better.
     pub fn rank(&self, summary: &StartSummary) -> (bool, f64) {
-        let met = match self.aim {
-            Aim::Information { .. } => summary.violation.max(summary.overspent) <= self.settings.feasibility,
-            Aim::Cost => summary.status != DesignStatus::BoundViolated,
+        let met = summary.status != DesignStatus::BoundViolated;
+        let excess = summary.violation.max(summary.overspent);
+        let value = match (met, self.aim) {
+            (true, Aim::Information { .. }) => summary.objective,
+            (true, Aim::Cost) => summary.violation,
+            // Of no use although its costs are low: they are those of plans that did not converge.
+            (false, _) if excess <= self.settings.feasibility => f64::INFINITY,
+            (false, _) => excess,
         };
-        let is_cost = self.aim == Aim::Cost;
-        (
-            !met,
-            if met && !is_cost {
-                summary.objective
-            } else {
-                summary.violation.max(if is_cost && met { f64::NEG_INFINITY } else { summary.overspent })
-            },
-        )
+        (!met, value)
     }
 
     fn check(&self) -> Result<(), Error> {
