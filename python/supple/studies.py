@@ -146,6 +146,7 @@ class ParetoPoint(Record):
     task_nats: Array
     costs: Array
     prices: Array
+    price: float | None
     at_ends: list[str]
 
 

@@ -95,6 +95,7 @@ fn front(task: &LoadedTask) -> StudyResult {
         task_nats: vec![200.0 / factor],
         costs: vec![250.0 * factor],
         prices: vec![1.0],
+        price: None,
         at_ends: Vec::new(),
     };
     let points = vec![at(0.9), at(1.0), at(1.2)];

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use supple::EvaluateOptions;
 use supple::design::{Control, DesignStatus, NoObserver, design};
-use supple_study::pareto::{Pareto, ParetoOptions, run};
+use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint, run};
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
 fn shipped(name: &str) -> String {
@@ -75,6 +75,30 @@ fn the_front_of_two_masses() {
             assert!(at.objective.information_nats >= loose.information_nats * (1.0 - 1e-6), "{k1}, {k2}: {loose:?}");
         }
     }
+}
+
+/// With noisy sensors, plans of one branch end in the midst of the front: no plan that did not converge is taken for a
+/// design, and what is searched for anew goes on from there.
+#[test]
+fn the_front_of_dear_sensors_crosses_branches() {
+    let task = load(&shipped("two_mass_sensors.toml"));
+    let found = front(&task, 10).unwrap();
+    let worth = |point: &ParetoPoint| point.information_nats + task.problem.design.price_weight * point.price.unwrap();
+    for pair in found.points.windows(2) {
+        assert!(worth(&pair[1]) <= worth(&pair[0]) * (1.0 + 1e-9), "{pair:?}");
+    }
+    for point in &found.points {
+        assert!(point.status != DesignStatus::BoundViolated, "{point:?}");
+        assert!(point.costs[0] > 0.0 && point.costs[0] <= point.bounds[0] * (1.0 + 2e-6), "{point:?}");
+        assert!(point.price.unwrap() <= 200.0 * (1.0 + 1e-6), "{point:?}");
+    }
+    let converged = found.points.iter().filter(|point| point.status == DesignStatus::Converged).count();
+    assert!(converged >= 5, "{:?}", found.points);
+    // Prices are inverse to the variances.
+    let tight = &found.points[0];
+    let of = |name: &str| tight.parameters.get(name).unwrap();
+    let price = 0.05 / of("position_variance") + 0.5 / of("force_variance");
+    assert!((tight.price.unwrap() / price - 1.0).abs() < 1e-12, "{tight:?}");
 }
 
 #[test]

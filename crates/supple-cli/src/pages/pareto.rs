@@ -21,6 +21,8 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
         let parameter = about.parameters.get(i);
         title(&parameter.name, &parameter.unit)
     }));
+    let has_prices = about.parameters.have_prices();
+    header.extend(has_prices.then(|| "price".into()));
     header.push("status".into());
     let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
     for point in &front.points {
@@ -32,6 +34,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
             }
         }
         row.extend(design.iter().map(|&i| number(point.parameters.0[i].1)));
+        row.extend(has_prices.then(|| number(point.price.unwrap_or(f64::NAN))));
         row.push(point.status.to_string());
         rows.add_row(row);
     }

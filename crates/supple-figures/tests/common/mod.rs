@@ -88,6 +88,7 @@ pub fn pareto() -> Folder {
             task_nats: vec![80.0 / factor],
             costs: vec![25.0 * factor],
             prices: vec![1.0],
+            price: None,
             at_ends: Vec::new(),
         }
     };

@@ -181,6 +181,8 @@ fn numbers(part: &Part, front: &Pareto, axis: &Axis, caption: &str) -> Markup {
         let parameter = part.about.parameters.get(index);
         labelled(&parameter.name, &parameter.unit)
     }));
+    let has_prices = part.about.parameters.have_prices();
+    head.extend(has_prices.then(|| "price".into()));
     head.extend(words(["search"]));
     let row = |(point, at): (&ParetoPoint, &f64)| {
         let mut row = vec![number(*at), number(bits(point.information_nats))];
@@ -188,6 +190,7 @@ fn numbers(part: &Part, front: &Pareto, axis: &Axis, caption: &str) -> Markup {
         row.extend(point.prices.iter().map(|&price| number(bits(price))));
         let name = |&index: &usize| &part.about.parameters.get(index).name;
         row.extend(design.iter().map(|index| number(point.parameters.get(name(index)).unwrap_or(f64::NAN))));
+        row.extend(has_prices.then(|| number(point.price.unwrap_or(f64::NAN))));
         row.push(ended(point.status).to_owned());
         row
     };

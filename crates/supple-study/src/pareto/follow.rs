@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use supple::design::{Aim, StartSummary};
+use supple::design::{Aim, DesignStatus, StartSummary};
 use supple::pipeline::TaskState;
 
 use super::{Ends, Front, at_ends};
@@ -20,7 +20,8 @@ const SAME: f64 = 1e-9;
 /// A front narrower than this, relative to its factors, is one point.
 const NARROW: f64 = 1e-6;
 
-/// Follows the front from both ends, keeps the better of both at every point, and mends what is not monotone.
+/// Follows the front from both ends, keeps the better of both at every point, searches anew where neither is an optimum,
+/// and mends what is not monotone.
 pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> Result<Vec<Point>, StudyError> {
     let factors = factors(ends, count);
     let last = factors.len() - 1;
@@ -41,7 +42,14 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> 
     points.push(tight_end(front, ends)?);
     for (index, (up, down)) in up.into_iter().zip(down.into_iter().rev()).enumerate() {
         let searcher = front.searcher(Aim::Information { factor: factors[index + 1] });
-        points.push(if searcher.rank(&up) < searcher.rank(&down) { up } else { down });
+        let better = |one: StartSummary, other| if searcher.rank(&one) < searcher.rank(&other) { one } else { other };
+        let mut point = better(up, down);
+        // Branches of plans can end between two points, so that no neighbour leads to the optimum.
+        if point.status != DesignStatus::Converged && !watch.is_stopped() {
+            let mut anew = searcher.search(&front.task.phi)?;
+            point = better(anew.starts.swap_remove(anew.best), point);
+        }
+        points.push(point);
     }
     if last > 0 {
         // No bound matters there, so that none has a price.

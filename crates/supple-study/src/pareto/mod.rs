@@ -2,7 +2,7 @@
 //!
 //! All bounds are one factor times those of the task. At the front's loose end the factor is just so large that no
 //! bound matters; at its tight end it is the least that any design meets. Between them the front is followed from both
-//! ends, each point's search beginning at its neighbour's design and plans.
+//! ends, each point's search beginning at its neighbour's design and plans, and anew where neither leads to an optimum.
 
 mod ends;
 mod follow;
@@ -65,6 +65,9 @@ pub struct ParetoPoint {
     /// design is the only one: there it has no limit.
     #[serde(deserialize_with = "lenient::list")]
     pub prices: Vec<f64>,
+    /// The sum of the prices of its parameters, where any has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<f64>,
     /// Parameters at an end of their range.
     pub at_ends: Vec<String>,
 }
@@ -145,6 +148,7 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
         task_nats: information.clone(),
         costs: summary.costs.clone(),
         prices: summary.multipliers.clone(),
+        price: parameters.have_prices().then(|| parameters.price(&summary.to)),
         at_ends: at_ends(parameters, summary),
     }
 }
