@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::Named;
 use crate::parameters::{Parameter, Parameters, Role};
 
-/// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.8).
+/// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.9).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Price {

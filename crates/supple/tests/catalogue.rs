@@ -240,7 +240,7 @@ fn errors_name_the_entry() {
         ("[{ value = 100, cost = 1 }]", 29, "unknown key `cost`"),
         ("[\"100\"]", 14, "must be a number, or a table with `value`"),
         ("12", 13, "catalogue: must be a list of values, a list of tables"),
-        ("\"no_such.csv\"", 13, "no_such.csv cannot be read"),
+        ("\"no_such.csv\"", 13, "no_such.csv: cannot be read"),
     ] {
         let found = message(catalogue);
         assert!(found.contains(&format!("task.toml:{line}:{column}:")) && found.contains(what), "{found}");

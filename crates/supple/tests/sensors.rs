@@ -529,6 +529,14 @@ sensors = "sensors.csv"
     assert_eq!(error.line, 6, "{error}");
     let error = read(&table.replace("1e-6, 400", "400"), WithSensors::Chosen).err().unwrap();
     assert!(error.line == 7 && error.message.contains("must have 7 cells"), "{error}");
+    let error = read(&table.replace("1e-3, 90", "nan, 90"), WithSensors::Chosen).err().unwrap();
+    assert!(error.line == 5 && error.message.contains("not a finite number"), "{error}");
+    let error = read(&table.replace("1e-6, 400", "1e-6, inf"), WithSensors::Chosen).err().unwrap();
+    assert!(error.line == 7 && error.message.contains("must be at least 0; found inf"), "{error}");
+    // One that is not there is missed where the task names it.
+    let error = Problem::parse_with(&file, &name, WithSensors::Chosen).err().unwrap();
+    assert!(error.file == name && error.key == "catalogue.sensors" && error.line > 0, "{error}");
+    assert!(error.message.contains("sensors.csv: cannot be read"), "{error}");
 }
 
 #[test]
@@ -539,6 +547,7 @@ fn errors_of_catalogues_say_what_is_valid() {
     };
     let found = [
         wrong("[\"camera\"]", "[\"cam\"]"),
+        wrong("[\"camera\"]", "[\"camera\", \"camera\"]"),
         wrong("base = [\"force in the spring\"]", "base = [\"force\"]"),
         wrong("kind = \"signal\"", "kind = \"joint_position\""),
         wrong("price = 2", "price = -2"),
@@ -552,6 +561,7 @@ fn errors_of_catalogues_say_what_is_valid() {
     let words: Vec<String> = found.iter().map(|(key, message)| format!("{key}: {message}")).collect();
     let expected = [
         "catalogue.chosen[0]: no sensor of the catalogue is `cam`: there are `encoder`, `camera`, `foot`, `gap`",
+        "catalogue.chosen[1]: `camera` is there twice",
         "catalogue.base[0]: the model has no measurement `force`: it has `position of m1`, `force in the spring`",
         "catalogue.sensors[2].kind: must be one of `measurement`, `state`, `signal`, `sum`; found `joint_position`",
         "catalogue.sensors[0].price: must be at least 0; found -2",

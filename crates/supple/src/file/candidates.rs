@@ -120,7 +120,7 @@ pub(super) fn equip(
     };
     let path = folder.join(name.as_ref());
     let shown = path.display().to_string();
-    let text = read_text(&path)?;
+    let text = read_text(&path).map_err(|error| document.error_of_file(&place, error))?;
     let lines = as_toml(&text, &shown)?;
     let table = Document::parse(&lines, &shown)?;
     let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, which };
@@ -174,7 +174,8 @@ fn line_of(text: &str, byte: usize) -> u64 {
 fn cell_as_toml(key: &str, cell: &str) -> String {
     let is_number = matches!(key, "price" | "variance" | "C" | "reference");
     let one = |word: &str| match word.parse::<f64>() {
-        Ok(number) if is_number && number.is_finite() => format!("{number:?}"),
+        // What is not finite is so in TOML too, whose readers refuse it.
+        Ok(number) if is_number => format!("{number:?}").to_lowercase(),
         _ => serde_json::Value::from(word).to_string(),
     };
     let list = |cell: &str| {
@@ -233,6 +234,10 @@ impl Building<'_> {
             sensors.push(CatalogueSensor { name: common.name, kind, price: common.price, chosen, rows });
         }
         for (place, name) in file.chosen.iter().enumerate() {
+            if file.chosen[..place].contains(name) {
+                let at = ["catalogue".into(), "chosen".into(), place.into()];
+                return Err(self.top.error(&at, format!("`{name}` is there twice")));
+            }
             if !sensors.iter().any(|sensor| sensor.name == *name) {
                 let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name.as_str()).collect();
                 let at = ["catalogue".into(), "chosen".into(), place.into()];

@@ -42,10 +42,7 @@ impl CatalogueFile {
             }
             Self::Csv(name) => {
                 let path = folder.join(&name);
-                let text = read_text(&path).map_err(|error| match error.line {
-                    0 => document.error(at, format!("{} {}", error.file, error.message)),
-                    _ => error,
-                })?;
+                let text = read_text(&path).map_err(|error| document.error_of_file(at, error))?;
                 let table = CsvText { name: &path.display().to_string(), text: &text };
                 let (entries, lines) = table.entries()?;
                 parameter.catalogue = entries;

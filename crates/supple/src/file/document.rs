@@ -122,6 +122,11 @@ impl<'a> Document<'a> {
         self.error_in(existing.span(), write_path(at), message)
     }
 
+    /// The error of a file that the value at a place names: of a file that cannot be read, at that value.
+    pub(crate) fn error_of_file(&self, at: &[Place], error: FileError) -> FileError {
+        if error.line == 0 { self.error(at, error.to_string()) } else { error }
+    }
+
     /// An error about the key itself at a place.
     pub fn error_at_key(&self, at: &[Place], message: impl Into<String>) -> FileError {
         if let Some((Place::Key(key), table)) = at.split_last()

@@ -51,7 +51,7 @@ impl Selection {
             _ => goal.merit(self.worth(&vec![false; count])) - goal.merit(self.worth(&vec![true; count])),
         };
         let slack = TOLERANCE * span.abs();
-        let mut open = vec![self.node(goal, Region::whole(count, limits))];
+        let mut open = vec![self.node(goal, Region::whole(&self.candidates, limits))];
         let mut closed = f64::INFINITY;
         let mut looked = 1;
         loop {

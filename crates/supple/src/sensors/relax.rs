@@ -2,7 +2,7 @@ use std::cell::RefCell;
 
 use slsqp::{Func, StopTols};
 
-use super::{Goal, Limits, Selection, Weights};
+use super::{Candidate, Goal, Limits, Selection, Weights};
 
 /// The best that any set of sensors could be, from below: of a problem in which sensors may be there in part.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,9 +27,10 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// All sets within the limits.
-    pub fn whole(count: usize, limits: Limits) -> Self {
-        Self { fixed: vec![None; count], limits }
+    /// All sets within the limits; candidates that do not even fit alone are in none of them.
+    pub fn whole(candidates: &[Candidate], limits: Limits) -> Self {
+        let fits = |one: &Candidate| limits.fits((0.0, 0), one.price);
+        Self { fixed: candidates.iter().map(|one| if fits(one) { None } else { Some(false) }).collect(), limits }
     }
 
     /// The candidates that it must have.
@@ -136,7 +137,8 @@ impl Relaxing<'_> {
         let worth = self.selection.gradient(&z, of, &mut self.memory, &mut gradient);
         let merit = self.goal.merit(worth);
         let along: f64 = gradient.iter().zip(&z).map(|(g, z)| g * z).sum();
-        let size: f64 = merit.abs() + gradient.iter().map(|g| g.abs()).sum::<f64>();
+        let used = gradient.iter().zip(&self.region.fixed).filter(|(_, fixed)| **fixed != Some(false));
+        let size: f64 = merit.abs() + used.map(|(g, _)| g.abs()).sum::<f64>();
         let margin = ROUNDING * size;
         let bound = match self.goal {
             Goal::LeastPrice { cost } => {
@@ -168,7 +170,7 @@ impl Selection {
     /// limits lies below all sets (theory, equation N.6). The linearisations are those that SLSQP makes on its way to the
     /// least merit.
     pub fn bound(&self, goal: Goal, limits: Limits) -> Relaxation {
-        let found = self.relax(goal, &Region::whole(self.candidates.len(), limits));
+        let found = self.relax(goal, &Region::whole(&self.candidates, limits));
         match goal {
             Goal::MostInformation => Relaxation { bound: self.most_added(limits).min(-found.bound), ..found },
             _ => found,
@@ -176,10 +178,10 @@ impl Selection {
     }
 
     /// The most information that a set within the limits can have, from above: what greedy choice has after some of its
-    /// sensors, and beside that no more than what each other sensor adds to it (theory, equation N.9).
+    /// sensors, and beside that no more than what each other sensor adds to it (theory, equation N.8).
     fn most_added(&self, limits: Limits) -> f64 {
         let prices: Vec<f64> = self.candidates.iter().map(|candidate| candidate.price).collect();
-        let region = Region::whole(prices.len(), limits);
+        let region = Region::whole(&self.candidates, limits);
         let order = self.greedy(Goal::MostInformation, limits).map_or_else(Vec::new, |chosen| chosen.sensors);
         let mut memory = self.memory(false);
         let mut after = |held: &[usize]| {

@@ -158,10 +158,8 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
         independent_mimic: file.independent_mimic,
     };
     let path: PathBuf = folder.join(&file.file);
-    let robot = load(&path, &options).map_err(|error| match error.line {
-        0 => document.error(&["model".into(), "file".into()], error.to_string()),
-        _ => error,
-    })?;
+    let named = ["model".into(), "file".into()];
+    let robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
     let tree = Tree::new(&robot);
     let joints = tree.joints().to_vec();
     let links = robot.links.iter().map(|link| link.name.clone());
