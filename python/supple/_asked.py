@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Iterable, Mapping
 
@@ -11,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from .errors import UsageError
 
-__all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "bound_points", "bound_words", "check_counts"]
-__all__ += ["design_text", "designs_of", "logged", "option_words", "pairs"]
+__all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "bound_points", "bound_words", "check_choice"]
+__all__ += ["check_counts", "design_text", "designs_of", "finite", "logged", "option_words", "pairs"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -53,6 +54,28 @@ def check_counts(**counts: int) -> None:
             raise UsageError(f"{name}={count!r}: a whole number of at least 0")
 
 
+def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | None]) -> None:
+    """Whether all values are some of those that are valid; ``None`` is told as such."""
+    known = list(valid)
+    for value in values:
+        if value not in known:
+            words = ", ".join("None" if one is None else f'"{one}"' for one in known)
+            raise UsageError(f"{name}={value!r}: there is {words}")
+
+
+def finite(name: str, value: float | None) -> float | None:
+    """A number that is asked for, where it is."""
+    if value is None:
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise UsageError(f"{name}={value!r} is no number") from None
+    if not math.isfinite(number):
+        raise UsageError(f"{name}={value!r}: a finite number")
+    return number
+
+
 def option_words(**options: int) -> list[str]:
     return [word for name, value in options.items() for word in (f"--{name}", str(value))]
 
@@ -68,7 +91,7 @@ def bound_points(curve: bool | int) -> int | None:
 def bound_words(task: str | None, cost: float | None, points: int | None, stationary: bool) -> list[str]:
     words = [] if task is None else [f"--task={task}"]
     if cost is not None:
-        words.append(f"--cost={pairs({'cost': cost})[0][1]!r}")
+        words.append(f"--cost={cost!r}")
     if points is not None:
         words.append(f"--curve={points}")
     return words + (["--stationary"] if stationary else [])

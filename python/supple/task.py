@@ -15,9 +15,11 @@ from ._asked import (
     axis_values,
     bound_points,
     bound_words,
+    check_choice,
     check_counts,
     design_text,
     designs_of,
+    finite,
     logged,
     option_words,
     pairs,
@@ -42,6 +44,9 @@ __all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
 Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
+
+METHODS = ("sqp", "barrier")
+GRADIENTS = ("total", "frozen")
 
 
 class Task:
@@ -131,8 +136,7 @@ class Task:
             at: Values of parameters.
             **parameters: Values of parameters.
         """
-        if gradient not in (None, "total", "frozen", "both"):
-            raise UsageError(f'gradient={gradient!r}: there is "total", "frozen", "both" and None')
+        check_choice("gradient", [gradient], ["total", "frozen", "both", None])
         check_counts(rollouts=rollouts, branches=branches, seed=seed)
         task = self.at(at, **parameters)
         words = ["--gradient", gradient] if gradient else []
@@ -174,6 +178,8 @@ class Task:
             **parameters: Values of parameters to start from.
         """
         task = self.at(at, **parameters)
+        check_choice("method", [method], [*METHODS, None])
+        check_choice("gradient", [gradient], [*GRADIENTS, None])
         wanted = {**task._native.design_settings(), **(settings or {})}
         given = {"starts": starts, "seed": seed, "method": method, "gradient": gradient}
         wanted.update({key: value for key, value in given.items() if value is not None})
@@ -322,7 +328,7 @@ class Task:
             at: Values of parameters whose names are no words of Python.
             **parameters: Values of parameters.
         """
-        points = bound_points(curve)
+        points, cost = bound_points(curve), finite("cost", cost)
         found = self.at(at, **parameters)
         made = found._made("bound", bound_words(task, cost, points, stationary))
         with watching(progress) as seer, logged("bound"):
@@ -359,9 +365,10 @@ class Task:
         """
         if count is not None:
             check_counts(count=count)
-        options: dict[str, Any] = {"budget": budget, "count": count, "cost": cost}
-        options = {name: None if value is None else float(value) for name, value in options.items()}
-        options |= {"count": count, "goal": goal, "method": method, "task": task}
+        check_choice("goal", [goal], ["cost", "information"])
+        check_choice("method", [method], ["greedy", "exhaustive", "both"])
+        options: dict[str, Any] = {"budget": finite("budget", budget), "count": count, "cost": finite("cost", cost)}
+        options |= {"goal": goal, "method": method, "task": task}
         found = self.at(at, **parameters)
         made = found._made("sensors", sensors_words(options))
         with watching(progress) as seer, logged("sensors"):
@@ -380,8 +387,11 @@ class Task:
     ) -> Trace:
         """The paths of searches, by every method and gradient from every start."""
         check_counts(starts=starts, seed=seed)
+        methods, gradients = list(methods), list(gradients)
+        check_choice("methods", methods, METHODS)
+        check_choice("gradients", gradients, GRADIENTS)
         task = self.at(at, **parameters)
-        options = {"starts": starts, "methods": list(methods), "gradients": list(gradients), "seed": seed}
+        options = {"starts": starts, "methods": methods, "gradients": gradients, "seed": seed}
         words = ["--method", ",".join(methods), "--gradient", ",".join(gradients)]
         made = task._made("trace", words + option_words(starts=starts, seed=seed))
         with watching(progress) as seer, logged("trace"):

@@ -125,7 +125,7 @@ def test_misuse_says_what_is_valid(task: supple.Task) -> None:
         (lambda: task.evaluate(gradient="exact"), 'there is "total", "frozen", "both"'),  # type: ignore[arg-type]
         (lambda: task.evaluate(rollouts=-1), "rollouts=-1: a whole number of at least 0"),
         (lambda: task.evaluate(k1=float("nan")), "parameter `k1` = NaN is outside"),
-        (lambda: task.design(method="newton"), "expected `sqp` or `barrier`"),  # type: ignore[arg-type]
+        (lambda: task.design(method="newton"), 'there is "sqp", "barrier", None'),  # type: ignore[arg-type]
         (lambda: task.design(settings={"starst": 2}), "unknown field `starst`"),
         (lambda: task.design(starts=0), "starts: must be at least 1"),
         (lambda: task.sweep({"k1": [[1.0, 2.0]]}), "its values are a list of numbers"),

@@ -288,5 +288,10 @@ pub fn design_settings(py: Python<'_>, json: &str) -> PyResult<DesignSettings> {
 }
 
 fn from_json<T: serde::de::DeserializeOwned>(py: Python<'_>, json: &str) -> PyResult<T> {
-    serde_json::from_str(json).map_err(|error| errors::usage(py, &error.to_string()))
+    serde_json::from_str(json).map_err(|error| {
+        // Where it is in the text between the two languages says nothing to who asked.
+        let message = error.to_string();
+        let what = message.split(" at line ").next().unwrap_or(&message);
+        errors::usage(py, what)
+    })
 }

@@ -72,16 +72,24 @@ const NEAREST: f64 = 0.02;
 /// Its last one costs so many times as much more, or as much as with nothing measured, where that is less.
 const FARTHEST: f64 = 50.0;
 
+/// Points of a curve at most.
+const MOST_POINTS: usize = 10_000;
+
 /// Finds the bounds of each task, and the curves where they are asked for: their points all at once.
 ///
 /// A curve has the cost of the bounds as one of its points; the others' distances to the least cost grow by equal ratios.
 ///
 /// # Errors
-/// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 points, or it is
-/// told to stop.
+/// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 or more than
+/// 10,000 points, or it is told to stop.
 pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<BoundStudy, StudyError> {
-    if let Some(points @ 0..=1) = options.curve {
-        return Err(StudyError::usage(format!("{points} points are no curve; ask for at least 2")));
+    let wrong = |message: String| Err(StudyError::usage(message));
+    match options.curve {
+        Some(points @ 0..2) => return wrong(format!("{points} points are no curve; ask for at least 2")),
+        Some(points) if points > MOST_POINTS => {
+            return wrong(format!("{points} points are too many for a curve; ask for {MOST_POINTS} at most"));
+        }
+        _ => {}
     }
     let wanted = supple::bound::BoundOptions {
         task: options.task.clone(),
