@@ -279,8 +279,9 @@ fn catalogues_from_files() {
         ("value\n100\nx\n", "springs.csv:3:1", "`value` must be a finite number; found `x`"),
         ("value,prize\n100,1\n", "springs.csv:1:1", "the column `prize` is none of"),
         ("name,price\nA,1\n", "springs.csv:1:1", "a catalogue begins with the names of its columns"),
-        ("value,price\n100,1\n200\n", "springs.csv:3:1", "must have 2 columns, as the first line; found 1"),
+        ("value,price\n100,1\n200\n", "springs.csv:3:1", "must have 2 cells, as the first line; found 1"),
         ("value,value\n100,1\n", "springs.csv:1:1", "the column `value` is there twice"),
+        ("# a\nvalue\n\n# b\n100\n# c\n 700\n", "springs.csv:7:2", "found 700"),
         ("value\n", "task.toml", "must have from 1 to 10000 entries; found 0"),
     ] {
         let found = read(csv).map(|_| ()).unwrap_err().to_string();

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use supple_files::{FileError, nearest, quoted, read_text};
 use toml::de::DeValue;
 
+use super::csv_table::CsvTable;
 use super::document::{Document, Place};
 use crate::Channel;
 use crate::model::{AnyModel, Entry, Equipment};
@@ -131,43 +132,20 @@ pub(super) fn equip(
 /// A table of comma-separated values as TOML whose lines are those of the table: one sensor on each, its columns being
 /// keys, `;` between the entries of lists, empty cells left out.
 fn as_toml(text: &str, name: &str) -> Result<String, FileError> {
-    let wrong = |line: u64, message: String| {
-        let start: usize = text.lines().take(line.saturating_sub(1) as usize).map(|line| line.len() + 1).sum();
-        FileError::at(name, text, start..start, String::new(), message)
-    };
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let failed = |error: csv::Error| {
-        let line = error.position().map_or(1, csv::Position::line);
-        match error.kind() {
-            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                wrong(line, format!("must have {expected_len} cells, as its first line has; found {len}"))
-            }
-            _ => wrong(line, format!("is no table of comma-separated values: {error}")),
-        }
-    };
-    let header = reader.headers().map_err(failed)?.clone();
+    let table = CsvTable::parse(text, name)?;
     let mut toml = String::from("sensors = [");
     let mut line = 1;
-    for record in reader.records() {
-        let record = record.map_err(failed)?;
-        let here = record.position().map_or(line, |position| line_of(text, position.byte() as usize));
-        (line..here).for_each(|_| toml.push('\n'));
+    for row in &table.rows {
+        let here = table.line(row);
+        toml.push_str(&"\n".repeat(here - line));
         line = here;
-        let cells = header.iter().zip(&record).filter(|(_, cell)| !cell.is_empty());
+        let cells = table.header.cells.iter().zip(&row.cells).filter(|(_, cell)| !cell.is_empty());
         let cells: Vec<String> =
             cells.map(|(key, cell)| format!("{} = {}", crate::value::as_key(key), cell_as_toml(key, cell))).collect();
         toml.push_str(&format!("{{ {} }}, ", cells.join(", ")));
     }
     toml.push(']');
     Ok(toml)
-}
-
-/// The line, from 1, of the first entry of a table at or after a byte: empty lines and comments are none.
-fn line_of(text: &str, byte: usize) -> u64 {
-    let (before, rest) = text.split_at_checked(byte).unwrap_or((text, ""));
-    let is_none = |line: &&str| line.trim().is_empty() || line.starts_with('#');
-    let skipped = rest.lines().take_while(is_none).count();
-    (before.matches('\n').count() + skipped + 1) as u64
 }
 
 /// One cell: numbers where the key has numbers, lists where it has lists.

@@ -1,10 +1,10 @@
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_files::{FileError, nearest, read_text};
 
+use super::csv_table::{CsvRow, CsvTable};
 use super::document::{Document, Place};
 use crate::parameters::{CatalogueEntry, Parameter};
 
@@ -43,11 +43,11 @@ impl CatalogueFile {
             Self::Csv(name) => {
                 let path = folder.join(&name);
                 let text = read_text(&path).map_err(|error| document.error_of_file(at, error))?;
-                let table = CsvText { name: &path.display().to_string(), text: &text };
-                let (entries, lines) = table.entries()?;
-                parameter.catalogue = entries;
+                let name = path.display().to_string();
+                let table = CsvTable::parse(&text, &name)?;
+                parameter.catalogue = entries(&table)?;
                 if let Some((index, message)) = parameter.wrong_entry() {
-                    return Err(table.error(lines[index].clone(), message));
+                    return Err(table.error(&table.rows[index], message));
                 }
                 files.push(path);
                 parameter.catalogue.len()
@@ -60,80 +60,35 @@ impl CatalogueFile {
     }
 }
 
-/// The text of a CSV file.
-struct CsvText<'a> {
-    name: &'a str,
-    text: &'a str,
-}
-
-impl CsvText<'_> {
-    fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
-        FileError::at(self.name, self.text, span, String::new(), message)
+/// The entries of a table, one on each row.
+fn entries(table: &CsvTable) -> Result<Vec<CatalogueEntry>, FileError> {
+    const COLUMNS: [&str; 3] = ["value", "name", "price"];
+    let header = &table.header.cells;
+    if let Some(column) = header.iter().find(|column| !COLUMNS.contains(column)) {
+        let message = format!("the column `{column}` is none of `value`, `name`, `price`");
+        return Err(FileError { help: nearest(column, &COLUMNS), ..table.error(&table.header, message) });
     }
-
-    /// The entries, each with the bytes of its line.
-    fn entries(&self) -> Result<(Vec<CatalogueEntry>, Vec<Range<usize>>), FileError> {
-        let mut reader = csv::ReaderBuilder::new();
-        let mut reader =
-            reader.trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(self.text.as_bytes());
-        let header = reader.headers().map_err(|error| self.csv_error(&error))?.clone();
-        let start = header.position().map_or(0, |position| position.byte() as usize);
-        const COLUMNS: [&str; 3] = ["value", "name", "price"];
-        for (place, column) in header.iter().enumerate() {
-            let again = header.iter().take(place).any(|other| other == column);
-            if again || !COLUMNS.contains(&column) {
-                let what = if again { "is there twice" } else { "is none of `value`, `name`, `price`" };
-                let help = nearest(column, &COLUMNS).filter(|_| !again);
-                let error = self.error(self.line_at(start), format!("the column `{column}` {what}"));
-                return Err(FileError { help, ..error });
-            }
-        }
-        let column = |name: &str| header.iter().position(|column| column == name);
-        let Some(value) = column("value") else {
-            let message =
-                "a catalogue begins with the names of its columns: `value`, and where there are any `name`, `price`";
-            return Err(self.error(self.line_at(start), message));
+    let [value, name, price] = COLUMNS.map(|name| header.iter().position(|column| column == name));
+    let Some(value) = value else {
+        let message =
+            "a catalogue begins with the names of its columns: `value`, and where there are any `name`, `price`";
+        return Err(table.error(&table.header, message));
+    };
+    let entry = |row: &CsvRow| {
+        let number = |column: usize| {
+            let text = &row.cells[column];
+            let what = &header[column];
+            let wrong = || table.error(row, format!("`{what}` must be a finite number; found `{text}`"));
+            text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(wrong)
         };
-        let (name, price) = (column("name"), column("price"));
-        let (mut entries, mut lines) = (Vec::new(), Vec::new());
-        for record in reader.records() {
-            let record = record.map_err(|error| self.csv_error(&error))?;
-            let line = self.line_at(record.position().map_or(0, |position| position.byte() as usize));
-            if record.len() != header.len() {
-                let message = format!("must have {} columns, as the first line; found {}", header.len(), record.len());
-                return Err(self.error(line, message));
-            }
-            let number = |column: usize, what: &str| {
-                let text = &record[column];
-                let wrong = || self.error(line.clone(), format!("{what} must be a finite number; found `{text}`"));
-                text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(wrong)
-            };
-            entries.push(CatalogueEntry {
-                value: number(value, "`value`")?,
-                price: price.filter(|&column| !record[column].is_empty()).map(|c| number(c, "`price`")).transpose()?,
-                name: name.map(|column| record[column].to_owned()).filter(|name| !name.is_empty()),
-            });
-            lines.push(line);
-            if entries.len() > MOST_ENTRIES {
-                break;
-            }
-        }
-        Ok((entries, lines))
-    }
-
-    /// The line that the byte is in, or the next one that has text.
-    fn line_at(&self, byte: usize) -> Range<usize> {
-        let rest = self.text.get(byte..).unwrap_or("");
-        let skipped = rest.len() - rest.trim_start().len();
-        let start = (byte + skipped).min(self.text.len());
-        let length = self.text[start..].find('\n').unwrap_or(self.text.len() - start);
-        start..start + length
-    }
-
-    fn csv_error(&self, error: &csv::Error) -> FileError {
-        let byte = error.position().map_or(0, |position| position.byte() as usize);
-        self.error(self.line_at(byte), format!("must be CSV: {error}"))
-    }
+        let told = |column: &usize| !row.cells[*column].is_empty();
+        Ok(CatalogueEntry {
+            value: number(value)?,
+            price: price.filter(told).map(number).transpose()?,
+            name: name.filter(told).map(|column| row.cells[column].to_owned()),
+        })
+    };
+    table.rows.iter().map(entry).collect()
 }
 
 impl<'de> Deserialize<'de> for CatalogueFile {

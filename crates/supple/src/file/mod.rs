@@ -2,6 +2,7 @@
 
 mod candidates;
 mod catalogue;
+mod csv_table;
 mod document;
 mod parameters;
 mod reader;
