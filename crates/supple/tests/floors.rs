@@ -153,3 +153,34 @@ fn quantisers_cost_three_quarters_of_a_bit_by_number_and_one_by_message() {
     assert_eq!(quantiser_bound(0.0, &[0, 0]), 0.0);
     assert!((quantiser_bound(3.0, &[2, 0, 2]) - 3.0 - 2.0 * (1.0 + loss)).abs() < 1e-12);
 }
+
+/// A matrix in other, badly scaled coordinates.
+fn disguised(matrix: &DMatrix<f64>, seed: usize) -> Matrices {
+    let n = matrix.nrows();
+    let turn = DMatrix::from_fn(n, n, |i, j| ((seed * 17 + i * 7 + j * 13 + i * j) as f64).sin()).qr().q();
+    let units = DMatrix::from_fn(n, n, |i, j| if i == j { 10f64.powi(((i + seed) % 3) as i32 - 1) } else { 0.0 });
+    let to = &units * turn;
+    matrices(&(&to * matrix * to.clone().try_inverse().unwrap()))
+}
+
+#[test]
+fn integrators_in_a_row_have_no_floor_and_hide_none() {
+    for seed in 0..40 {
+        for orders in [&[2][..], &[3], &[4], &[5], &[2, 2], &[2, 2, 2, 2, 2, 2, 2], &[3, 2, 1]] {
+            let n: usize = orders.iter().sum();
+            let mut rows = DMatrix::identity(n + 1, n + 1);
+            let mut first = 0;
+            for &order in orders {
+                (first..first + order - 1).for_each(|i| rows[(i, i + 1)] = 0.1);
+                first += order;
+            }
+            let floor = data_rate_floor(&disguised(&rows, seed)).unwrap();
+            assert_eq!(floor, 0.0, "{orders:?}, {seed}");
+            // A pendulum beside them.
+            rows[(n, n)] = 1.05;
+            let floor = data_rate_floor(&disguised(&rows, seed)).unwrap();
+            let known = 1.05_f64.ln();
+            assert!(floor <= known && floor > known - 1e-6, "{orders:?}, {seed}: {floor}");
+        }
+    }
+}
