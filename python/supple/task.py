@@ -354,7 +354,7 @@ class Task:
         Args:
             budget: Prices of all chosen sensors together at most.
             count: Chosen sensors at most.
-            cost: Choose the cheapest set with an expected cost of at most this.
+            cost: Choose the cheapest set with an expected cost of at most this; the smallest where nothing has a price.
             goal: What the set is to be best in: the least expected cost, or the most information.
             method: One sensor after the other, all sets (beyond 15 candidates by branch and bound until the best one is
                 proved), or both (branch and bound gives up after 2,000 regions).

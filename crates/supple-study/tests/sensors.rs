@@ -48,6 +48,20 @@ fn the_values_of_shipped_sensors_are_as_shown() {
 }
 
 #[test]
+fn without_prices_the_smallest_set_is_the_cheapest() {
+    let asked = |cost| SensorsOptions { cost: Some(cost), task: Some("open".into()), ..Default::default() };
+    let found = study("iiwa_door.toml", asked(92.5)).unwrap();
+    let mut names = found.chosen.sensors.clone();
+    names.sort();
+    assert_eq!(names, ["v.iiwa_joint_2", "v.iiwa_joint_4"]);
+    assert!(found.chosen.price == 2.0 && found.certificate.proved && found.chosen.expected_cost <= 92.5);
+    // Where none is needed, none is chosen.
+    let found = study("iiwa_door.toml", asked(95.0)).unwrap();
+    assert!(found.chosen.sensors.is_empty() && found.chosen.price == 0.0);
+    assert_eq!(found.certificate.certified_ratio, Some(1.0));
+}
+
+#[test]
 fn sets_of_the_catalogue_are_as_shown() {
     let file = "wiping_arm_sensors.toml";
     let of_budget = study(file, SensorsOptions { budget: Some(5.0), ..Default::default() }).unwrap();

@@ -100,7 +100,7 @@ pub enum Command {
     ///
     /// With --budget or --count, the set of the least expected cost (or of the most information) within them; with --cost,
     /// the cheapest set that keeps the expected cost within it. Without a catalogue in the task file, the candidates are
-    /// the task's own measurements, without prices.
+    /// the task's own measurements, without prices; where nothing has a price, the cheapest set is the smallest.
     Sensors(SensorsOptions),
     /// Record the paths of design searches
     Trace(TraceOptions),

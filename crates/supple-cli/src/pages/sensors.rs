@@ -121,6 +121,9 @@ fn certificate(study: &Sensors) -> String {
 fn of_prices(study: &Sensors) -> String {
     let Certificate { bound, searched_bound, proved, tried, .. } = study.certificate;
     let price = study.greedy.as_ref().map_or(study.chosen.price, |greedy| greedy.price);
+    if price <= 0.0 {
+        return format!("No set costs less than none of them, which will do.\n{tried} sets and regions were tried.");
+    }
     let above =
         |bound: f64| if bound > 0.0 { format!("{:.4} times", price / bound) } else { "any multiple of".to_owned() };
     let mut text = format!("Greedy choice is certified to cost at most {} the least price.", above(bound));

@@ -44,7 +44,7 @@ pub struct SensorsOptions {
     pub budget: Option<f64>,
     /// Sensors at most.
     pub count: Option<usize>,
-    /// The expected cost may be at most this: the cheapest set within it is chosen.
+    /// The expected cost may be at most this: the cheapest set within it is chosen; the smallest where nothing has a price.
     pub cost: Option<f64>,
     /// What is chosen for.
     pub goal: SensorGoal,
@@ -92,14 +92,18 @@ const EXHAUSTIVE: usize = 15;
 const REGIONS: usize = 2000;
 
 /// Chooses sensors from the catalogue of a task; without one, from its own measurements, each of which is a candidate
-/// without a price.
+/// without a price. Where a bound on the cost asks for the cheapest set and nothing has a price, each costs 1.
 ///
 /// # Errors
 /// Where something asked for cannot be, a plan or covariance cannot be computed, no set is good enough, or it is told to
 /// stop.
 pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<Sensors, StudyError> {
     options.check()?;
-    let (selection, kinds) = selection(task, options.task.as_deref())?;
+    let (mut selection, kinds) = selection(task, options.task.as_deref())?;
+    if options.cost.is_some() && selection.candidates.iter().all(|candidate| candidate.price == 0.0) {
+        // The cheapest set is then the smallest.
+        selection.candidates.iter_mut().for_each(|candidate| candidate.price = 1.0);
+    }
     let (goal, limits) = (options.goal(), options.limits());
     let none = selection.worth(&vec![false; selection.candidates.len()]);
     let all: Vec<usize> = (0..selection.candidates.len()).collect();
