@@ -367,8 +367,8 @@ class Task:
             check_counts(count=count)
         check_choice("goal", [goal], ["cost", "information"])
         check_choice("method", [method], ["greedy", "exhaustive", "both"])
-        options: dict[str, Any] = {"budget": finite("budget", budget), "count": count, "cost": finite("cost", cost)}
-        options |= {"goal": goal, "method": method, "task": task}
+        options: dict[str, Any] = {"budget": finite("budget", budget), "cost": finite("cost", cost)}
+        options |= {"count": None if count is None else int(count), "goal": goal, "method": method, "task": task}
         found = self.at(at, **parameters)
         made = found._made("sensors", sensors_words(options))
         with watching(progress) as seer, logged("sensors"):

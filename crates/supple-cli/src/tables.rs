@@ -137,6 +137,10 @@ fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [S
     [format!("{:+.3} bits", bits * value * 0.01), costs.join(", ")]
 }
 
+fn minima(count: usize) -> String {
+    if count == 1 { "1 local minimum".to_owned() } else { format!("{count} local minima") }
+}
+
 fn verdict(about: &About, report: &DesignReport) -> String {
     let best =
         report.starts.iter().map(|start| start.information_nats).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
@@ -145,13 +149,13 @@ fn verdict(about: &About, report: &DesignReport) -> String {
     });
     let how = match report.status {
         DesignStatus::Converged if report.catalogue.is_some() => {
-            format!("Optimum among the catalogues' entries; {} local minima of the plan seen.", report.branches)
+            format!("Optimum among the catalogues' entries; {} of the plan seen.", minima(report.branches))
         }
         DesignStatus::Converged => format!(
-            "Optimum found from {} of {} starts; {} local minima of the plan seen.",
+            "Optimum found from {} of {} starts; {} of the plan seen.",
             same.count(),
             report.starts.len(),
-            report.branches
+            minima(report.branches)
         ),
         DesignStatus::NotOptimal => {
             "Not an optimum: the method came to rest, but the total gradient is not zero.".into()
@@ -168,9 +172,15 @@ fn verdict(about: &About, report: &DesignReport) -> String {
                 (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
             };
             let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
-            let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).collect();
+            let dear = report.optimum.price.as_ref().and_then(|price| {
+                let budget = price.budget.filter(|budget| price.total > budget * (1.0 + supple::FEASIBILITY))?;
+                Some(format!("costs {} of a budget of {}", number(price.total), number(budget)))
+            });
+            let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(dear).collect();
             let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
-            format!("No design{of} that meets every bound was found. The closest {}.", list.join(", and "))
+            let closest =
+                if list.is_empty() { String::new() } else { format!(" The closest {}.", list.join(", and ")) };
+            format!("No design{of} that meets every bound was found.{closest}")
         }
     };
     format!(
@@ -195,7 +205,8 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
             task.name, task.status, task.iterations, task.stationarity
         );
         if let Some(branches) = task.branches {
-            let _ = writeln!(page, "  {branches} local minima of the plan seen; this is the cheapest");
+            let which = if branches == 1 { "no other" } else { "this is the cheapest" };
+            let _ = writeln!(page, "  {} of the plan seen; {which}", minima(branches));
         }
         let mut rows = table(&["", "", ""]);
         rows.add_row(["information", &number(information.total_bits), "bits"]);
@@ -244,7 +255,7 @@ fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
         price.parameters.0.iter().map(|(name, price)| format!("{name} {}", number(*price))).collect();
     let before = report
         .and_then(|report| report.start.price.as_ref())
-        .map_or_else(String::new, |start| format!(", {} at the start", number(start.total)));
+        .map_or_else(String::new, |start| format!("; {} at the start", number(start.total)));
     let within = match price.budget {
         Some(budget) if price.total > budget * (1.0 + supple::FEASIBILITY) => {
             format!(", above the budget {}", number(budget))
@@ -252,7 +263,7 @@ fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
         Some(budget) => format!(" of the budget {}", number(budget)),
         None => String::new(),
     };
-    let mut text = format!("price: {}{within}{before} ({})\n", number(price.total), parts.join(", "));
+    let mut text = format!("price: {} ({}){within}{before}\n", number(price.total), parts.join(", "));
     if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {
         let bits = number(saved / std::f64::consts::LN_2);
         let _ = writeln!(text, "The budget is used up: one more would save {bits} bits.");

@@ -104,6 +104,70 @@ pub(crate) fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     SymmetricEigen::try_new(a, f64::EPSILON, 10_000)
 }
 
+/// A singular value decomposition `a = u diag(values) v'`: as many values as `a` has rows or columns, the greatest first, and
+/// a column of `u` and of `v` for each, which is 0 in one of them where the value is 0.
+pub(crate) struct Svd {
+    pub u: Dense,
+    pub values: Vec<f64>,
+    pub v: Dense,
+}
+
+/// Rounds of rotations at most; some six are enough.
+const SWEEPS: usize = 60;
+
+/// Columns count as orthogonal when the cosine of their angle is at most this.
+const ORTHOGONAL: f64 = 1e-15;
+
+/// By one-sided Jacobi rotations. That of nalgebra returns wrong values and vectors of some matrices that are nearly
+/// singular (its issue 1172).
+pub(crate) fn svd(a: &Dense) -> Svd {
+    if a.ncols() > a.nrows() {
+        let Svd { u, values, v } = svd(&a.transpose());
+        return Svd { u: v, values, v: u };
+    }
+    let n = a.ncols();
+    let size = a.amax();
+    let unit = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+    let (mut columns, mut v) = (a / unit, Dense::identity(n, n));
+    for _ in 0..SWEEPS {
+        let mut rotated = false;
+        for (i, j) in (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))) {
+            let (one, other) = (columns.column(i), columns.column(j));
+            let (p, q, g) = (one.norm_squared(), other.norm_squared(), one.dot(&other));
+            if g.abs() <= ORTHOGONAL * p.sqrt() * q.sqrt() {
+                continue;
+            }
+            rotated = true;
+            let ratio = (q - p) / (2.0 * g);
+            let tangent = ratio.signum() / (ratio.abs() + ratio.hypot(1.0));
+            let cosine = tangent.hypot(1.0).recip();
+            for turned in [&mut columns, &mut v] {
+                turn(turned, (i, j), (cosine, cosine * tangent));
+            }
+        }
+        if !rotated {
+            break;
+        }
+    }
+    let norms: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| norms[j].total_cmp(&norms[i]));
+    let share = |i: usize, k: usize| if norms[k] > 0.0 { columns[(i, k)] / norms[k] } else { 0.0 };
+    Svd {
+        u: Dense::from_fn(a.nrows(), n, |i, k| share(i, order[k])),
+        values: order.iter().map(|&k| norms[k] * unit).collect(),
+        v: v.select_columns(&order),
+    }
+}
+
+/// Turns two columns in their plane.
+fn turn(a: &mut Dense, (i, j): (usize, usize), (cosine, sine): (f64, f64)) {
+    let (mut one, mut other) = a.columns_range_pair_mut(i..i + 1, j..j + 1);
+    for (x, y) in one.iter_mut().zip(other.iter_mut()) {
+        (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
+    }
+}
+
 /// `f` of rank columns with `f f' = a`, for a symmetric positive semidefinite `a`: by eigenvalues once every row has
 /// been scaled to a variance of 1, so that units do not matter. What is below rounding counts as 0.
 ///
@@ -129,4 +193,51 @@ pub(crate) fn semidefinite_root(a: &Dense) -> Option<Dense> {
     Some(Dense::from_fn(n, kept.len(), |i, k| {
         deviation[i] * found.eigenvectors[(i, kept[k])] * found.eigenvalues[kept[k]].sqrt()
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_svd(a: &Dense) {
+        let Svd { u, values, v } = svd(a);
+        let order = values.len();
+        assert_eq!(order, a.nrows().min(a.ncols()));
+        assert!(values.windows(2).all(|pair| pair[0] >= pair[1]), "{values:?}");
+        let back = Dense::from_fn(u.nrows(), order, |i, k| u[(i, k)] * values[k]) * v.transpose();
+        let size = a.norm();
+        assert!((back - a).norm() <= 1e-14 * size, "{a}");
+        let kept = values.iter().filter(|&&value| value > 1e-13 * size).count();
+        for side in [u, v] {
+            let side = side.columns(0, kept).into_owned();
+            assert!((side.transpose() * &side - Dense::identity(kept, kept)).norm() <= 1e-13, "{a}");
+        }
+        let total = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+        assert!((total - size).abs() <= 1e-14 * size, "{a}");
+    }
+
+    /// Matrices of low rank, of which other programs give wrong values; tall, wide, empty, tiny and huge ones.
+    #[test]
+    fn singular_values_are_those_of_the_matrix() {
+        for (rows, cols) in (1..13).flat_map(|rows| (1..13).map(move |cols| (rows, cols))) {
+            assert_svd(&Dense::from_element(rows, cols, 1.0));
+            for rank in 1..4 {
+                let factor = |n: usize, seed: usize| {
+                    Dense::from_fn(n, rank, |i, k| ((seed + 7 * i + 3 * k + i * k) as f64).sin())
+                };
+                for unit in [1.0, 1e-140, 1e140] {
+                    assert_svd(&(factor(rows, 1) * factor(cols, 5).transpose() * unit));
+                }
+            }
+        }
+        assert_svd(&Dense::from_row_slice(3, 3, &[1.0, 2.0, 2.0, 2.0, -1.0, -1.0, 2.0, 1.0, -1.0]));
+        let projector = [
+            [-0.000_199_842_202_671_662_86, -0.102_044_558_250_595_73, 0.067_035_618_297_062_81],
+            [0.001_247_157_883_522_482_6, 0.636_830_827_480_185_7, -0.418_350_071_798_312],
+            [-0.001_083_251_950_671_169_7, -0.553_136_251_015_014_6, 0.363_369_014_722_484_86],
+        ];
+        assert_svd(&Dense::from_row_slice(3, 3, projector.as_flattened()));
+        assert_eq!(svd(&Dense::zeros(3, 0)).values.len(), 0);
+        assert_eq!(svd(&Dense::zeros(2, 3)).values, [0.0, 0.0]);
+    }
 }

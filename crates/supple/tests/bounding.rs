@@ -225,3 +225,70 @@ fn what_neither_grows_nor_is_driven_needs_no_steady_information() {
         [0.0, 0.6].map(|angle| turned([1.5, 1.0], [1.0, 0.0], angle, 20, &options).minimum_bits_per_step);
     assert!(straight > 0.58 && (straight - askew).abs() < 1e-6, "{straight} and {askew}");
 }
+
+/// `x+ = A x + B u + w` with all states measured to `V = 0.1 I` and the cost `x'x + u'u`, without the factor 1/2 each.
+fn steady(a: &[&[f64]], b: &[f64], w: &[&[f64]], cost: Option<f64>) -> TaskBound {
+    let n = a.len();
+    let row = |i: usize, size: f64| (0..n).map(|j| if i == j { size } else { 0.0 }).collect::<Vec<_>>();
+    let identity = [1.0, 0.1].map(|size| (0..n).map(|i| row(i, size)).collect::<Vec<_>>());
+    let b: Vec<[f64; 1]> = b.iter().map(|&b| [b]).collect();
+    let text = format!(
+        "[model]\nkind = \"linear\"\nA = {a:?}\nB = {b:?}\nC = {one:?}\n[[tasks]]\nname = \"hold\"\nsteps = 5\ntime_step = 1.0\n\
+         initial_state = {zeros:?}\nnoise = {{ initial = {one:?}, process = {w:?}, measurement = {tenth:?} }}\n\
+         [[tasks.costs]]\nkind = \"quadratic\"\nQ = {one:?}\nR = [[1.0]]\n",
+        one = identity[0],
+        tenth = identity[1],
+        zeros = vec![0.0; n],
+    );
+    let problem = Problem::parse(&text, "steady.toml").unwrap();
+    let options = BoundOptions { stationary: true, cost, ..BoundOptions::default() };
+    problem.bound(&[], &options).unwrap().tasks.remove(0)
+}
+
+/// Noise of rank 1 that reaches some directions weakly, or hardly matters: the numbers are those of a convex program.
+#[test]
+fn noise_of_one_direction_is_bounded() {
+    let near = |found: &TaskBound, bits: f64| {
+        assert!((found.minimum_bits_per_step - bits).abs() < 1e-5, "{} and {bits}", found.minimum_bits_per_step);
+        assert!(found.duality_gap_bits < 1e-6 && found.is_ordered(), "{found:?}");
+    };
+    let a: &[&[f64]] = &[&[-0.7, -0.1], &[0.7, 0.0]];
+    let w: &[&[f64]] = &[&[1.0, -1.0], &[-1.0, 1.0]];
+    near(&steady(a, &[0.0, 1.0], w, Some(3.1)), 0.617_125);
+    near(&steady(a, &[0.0, 1.0], w, None), 2.208_3);
+    let a: &[&[f64]] = &[&[-0.8, -0.8, 0.3], &[-1.0, -0.6, 0.6], &[0.4, 1.0, -0.2]];
+    let w: &[&[f64]] = &[&[1.0, 0.0, 1.0], &[0.0, 0.0, 0.0], &[1.0, 0.0, 1.0]];
+    near(&steady(a, &[0.0, 0.0, 1.0], w, Some(20.0)), 1.152_16);
+    near(&steady(a, &[0.0, 0.0, 1.0], w, Some(100.0)), 0.996_33);
+    assert!((steady(a, &[0.0, 0.0, 1.0], w, None).cost - 16.566).abs() < 1e-3);
+    // What the noise drives has left before anything can be done about it.
+    let found = steady(&[&[-0.8, 0.8], &[-0.8, 0.8]], &[0.0, 1.0], &[&[1.0, 1.0], &[1.0, 1.0]], None);
+    assert!((found.cost - 2.0).abs() < 1e-9 && found.minimum_bits_per_step == 0.0, "{found:?}");
+}
+
+/// Noise drives nothing, and one mode of three grows: it is what must be told of, whatever the cost.
+#[test]
+fn a_growing_mode_without_noise_needs_its_growth() {
+    let a: &[&[f64]] = &[
+        &[-0.148_339_300_235_401_87, 0.906_291_492_080_341_7, -0.678_671_125_975_548_8],
+        &[0.568_902_891_968_723_3, 1.017_508_465_055_742, -0.037_961_897_543_444_42],
+        &[-0.617_596_214_544_271_3, 0.004_335_384_621_146_489_6, 0.294_434_773_771_404_9],
+    ];
+    let none: &[&[f64]] = &[&[0.0; 3], &[0.0; 3], &[0.0; 3]];
+    for cost in [Some(0.1), Some(1.0), Some(1e4), None] {
+        let found = steady(a, &[0.3, -1.0, 0.5], none, cost);
+        assert!((found.minimum_bits_per_step - 1.448_848_56_f64.log2()).abs() < 1e-6, "{cost:?}: {found:?}");
+    }
+}
+
+/// Filters whose modes are close to the unit circle settle late.
+#[test]
+fn slow_filters_have_a_steady_state() {
+    for (a, w, predicted) in [(0.999, 0.0, 0.0), (1.0001, 0.0, 0.1 * (1.0001_f64.powi(2) - 1.0)), (1.0, 1e-9, 1e-5)] {
+        let found = steady(&[&[a]], &[1.0], &[&[w]], None);
+        // 1/2 log2 (1 + P / V)
+        let bits = 0.5 * (1.0 + predicted / 0.1_f64).log2();
+        let line = found.order.iter().find(|line| line.what.contains("y")).unwrap();
+        assert!((line.bits_per_step.unwrap() - bits).abs() <= 1e-3 * bits, "{a}, {w}: {found:?}");
+    }
+}

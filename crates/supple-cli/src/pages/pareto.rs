@@ -21,7 +21,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
         let parameter = about.parameters.get(i);
         title(&parameter.name, &parameter.unit)
     }));
-    let has_prices = about.parameters.have_prices();
+    let has_prices = front.points.iter().any(|point| point.price.is_some());
     header.extend(has_prices.then(|| "price".into()));
     header.push("status".into());
     let mut rows = table(&header.iter().map(String::as_str).collect::<Vec<_>>());

@@ -84,7 +84,7 @@ fn certificate(study: &Sensors) -> String {
     let (better, unit) = match (study.options.cost, study.options.goal) {
         (Some(_), _) => ("cheaper than", "a price of "),
         (None, SensorGoal::Cost) => ("better than", "an expected cost of "),
-        (None, SensorGoal::Information) => ("better than", "an information, bits, of "),
+        (None, SensorGoal::Information) => ("worth more than", "that many bits: "),
     };
     let mut text = format!("No set within the limits can be {better} {unit}{}.\n", number(bound));
     if study.options.cost.is_some() {

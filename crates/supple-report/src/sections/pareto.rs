@@ -181,7 +181,7 @@ fn numbers(part: &Part, front: &Pareto, axis: &Axis, caption: &str) -> Markup {
         let parameter = part.about.parameters.get(index);
         labelled(&parameter.name, &parameter.unit)
     }));
-    let has_prices = part.about.parameters.have_prices();
+    let has_prices = front.points.iter().any(|point| point.price.is_some());
     head.extend(has_prices.then(|| "price".into()));
     head.extend(words(["search"]));
     let row = |(point, at): (&ParetoPoint, &f64)| {

@@ -65,7 +65,8 @@ pub struct ParetoPoint {
     /// design is the only one: there it has no limit.
     #[serde(deserialize_with = "lenient::list")]
     pub prices: Vec<f64>,
-    /// The sum of the prices of its parameters, where any has one.
+    /// The sum of the prices of its parameters, where any has one; those of catalogues' entries do not count, as no
+    /// value is taken from these.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<f64>,
     /// Parameters at an end of their range.
@@ -148,7 +149,7 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
         task_nats: information.clone(),
         costs: summary.costs.clone(),
         prices: summary.multipliers.clone(),
-        price: parameters.have_prices().then(|| parameters.price(&summary.to)),
+        price: parameters.iter().any(|parameter| parameter.price.is_some()).then_some(summary.price),
         at_ends: at_ends(parameters, summary),
     }
 }

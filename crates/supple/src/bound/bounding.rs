@@ -119,7 +119,7 @@ impl Bounding {
         plan_at((problem, task), phi, None, (0, 0), &mut state)?;
         let (kind, own, (floor_nats, certain_nats)) = if options.stationary {
             let problem = stationary(task, phi, &state)?;
-            let own = Own::steady(&problem, &state)?;
+            let own = Own::steady(&problem, task, &state)?;
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
             (Kind::Stationary(problem), own, floors)
         } else {
@@ -217,6 +217,16 @@ impl Bounding {
 
     /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of costs.
     fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
+        self.search(cost, own_price).map_err(|error| match error {
+            Error::CostBelowLeast { .. } => Error::CostBelowLeast { cost, least: self.minimum_cost() },
+            Error::NoBound { what, advice } if cost.is_finite() => {
+                Error::NoBound { what: format!("at an expected cost of {cost:.7}, {what}"), advice }
+            }
+            other => other,
+        })
+    }
+
+    fn search(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         match &self.kind {
             Kind::Horizon(horizon) => {
                 let found = match own_price {

@@ -7,6 +7,7 @@ use supple_kernels::Matrices;
 use super::horizon::Stationary;
 use super::product::log_singular_values;
 use crate::Error;
+use crate::dense::svd;
 
 /// Iterations for eigenvalues at most.
 const EIGENVALUE_ITERATIONS: usize = 10_000;
@@ -38,7 +39,8 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     let schur = schur.ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
     let values = schur.complex_eigenvalues();
     let outside = values.iter().filter(|value| value.norm() > 1.0);
-    Ok(outside.map(|value| (value.norm() - blur(&balanced, *value)).ln().max(0.0)).sum())
+    // The sum of nothing is -0.
+    Ok(outside.map(|value| (value.norm() - blur(&balanced, *value)).ln().max(0.0)).sum::<f64>() + 0.0)
 }
 
 /// How far rounding may have moved an eigenvalue, and some more: its condition number times the rounding of the matrix.
@@ -162,7 +164,7 @@ fn square(matrices: &Matrices, index: usize) -> DMatrix<f64> {
 fn log_determinant(matrix: &DMatrix<f64>) -> f64 {
     let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
-    balanced.singular_values().iter().map(|value| value.ln()).sum()
+    svd(&balanced).values.iter().map(|value| value.ln()).sum()
 }
 
 /// `log det` of a positive semidefinite matrix; none where it is singular, whatever the units of its rows.

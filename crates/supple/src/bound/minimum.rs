@@ -35,11 +35,11 @@ pub fn minimum_information(
     let budget = budget(cost, horizon.base_cost)?;
     let chain = Chain::of_horizon(horizon, budget)?;
     let factors = start(&chain).ok_or_else(|| Error::NoBound {
-        what: format!("no covariances were found that keep an expected cost of {cost:e}"),
+        what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
     })?;
     let found = search(&chain, factors, settings.gap * chain.stages.len() as f64, settings);
-    Ok(solution(horizon, &chain, certified(found, cost)?, budget))
+    Ok(solution(horizon, &chain, certified(found)?, budget))
 }
 
 /// What the covariances may cost.
@@ -56,10 +56,11 @@ pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
 }
 
 /// A place with a certificate, or why there is none.
-pub(super) fn certified(found: Option<Found>, cost: f64) -> Result<Found, Error> {
+pub(super) fn certified(found: Option<Found>) -> Result<Found, Error> {
     found.filter(|found| found.gap.is_finite()).ok_or_else(|| Error::NoBound {
-        what: format!("rounding is larger than the gap that can be certified at an expected cost of {cost:e}"),
-        advice: "scale the states to similar sizes, shorten the horizon, or ask for a cost further above the least",
+        what: "rounding is larger than the gap that can be certified".into(),
+        advice: "scale the states to similar sizes, shorten the horizon, or ask for a cost that is neither close to the least \
+                 one nor far beyond that of the design",
     })
 }
 

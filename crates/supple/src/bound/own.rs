@@ -59,9 +59,14 @@ impl Own {
     ///
     /// # Errors
     /// Where `V` is not positive definite.
-    pub fn steady(problem: &Stationary, state: &TaskState) -> Result<Self, Error> {
+    pub fn steady(problem: &Stationary, task: &Task, state: &TaskState) -> Result<Self, Error> {
         let steady = steady(problem, state)?;
         let mut remarks = Vec::new();
+        if task.control_bounds.is_some() {
+            remarks.push(
+                "the limits of the controls are not kept: the steady state is that of controls without limits".into(),
+            );
+        }
         match &steady {
             None => {
                 remarks.push("the design's own filter has no steady state: its sensors do not see enough".to_owned())

@@ -3,7 +3,7 @@
 use super::horizon::Horizon;
 use super::interior::begin;
 use crate::Error;
-use crate::dense::{Dense, cholesky, congruence, dense, semidefinite_root, solve_lower, symmetric};
+use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, solve_lower, svd, symmetric};
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -81,14 +81,14 @@ impl Chain {
 ///
 /// `J` measures what costs, well enough for about its share of the budget at every decision: what noise drives and what
 /// grows keep the size that they have at a cost near that asked for, each at its own pace.
-fn measured_root(basis: &Dense, price: &Dense, steps: usize) -> Option<Dense> {
+pub(super) fn measured_root(basis: &Dense, price: &Dense, steps: usize) -> Option<Dense> {
     let (n, order) = (basis.nrows(), basis.ncols());
     let share = (steps * n) as f64;
     cholesky(&symmetric(Dense::identity(order, order) + price * share))
 }
 
 /// The range of `[A E, W^(1/2)]`: a basis scaled by the covariance `A E (l l')^-1 E' A' + W`, and `A` and `W` in it.
-fn reach(a: &Dense, basis: &Dense, process_root: &Dense, measured: &Dense) -> (Dense, Dense, Dense) {
+pub(super) fn reach(a: &Dense, basis: &Dense, process_root: &Dense, measured: &Dense) -> (Dense, Dense, Dense) {
     let (n, carried, driven) = (a.nrows(), basis.ncols(), process_root.ncols());
     let mut sources = Dense::zeros(n, carried + driven);
     // A E l'^-1, from the left: (l^-1 (A E)')'.
@@ -100,14 +100,11 @@ fn reach(a: &Dense, basis: &Dense, process_root: &Dense, measured: &Dense) -> (D
             row /= norm;
         }
     }
-    let found = if sources.is_empty() { None } else { sources.try_svd(true, true, f64::EPSILON, 0) };
-    let Some((u, v, values)) = found.and_then(|f| Some((f.u?, f.v_t?, f.singular_values))) else {
-        return (Dense::zeros(n, 0), Dense::zeros(0, carried), Dense::zeros(0, 0));
-    };
-    let largest = values.max();
+    let Svd { u, values, v } = svd(&sources);
+    let largest = values.first().copied().unwrap_or(0.0);
     let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > RANK_TOLERANCE * largest).collect();
     let next = Dense::from_fn(n, kept.len(), |i, k| norms[i] * u[(i, kept[k])] * values[kept[k]]);
-    let rows = v.select_rows(&kept);
+    let rows = v.select_columns(&kept).transpose();
     let dynamics = rows.columns(0, carried) * measured.transpose();
     let noise = rows.columns(carried, driven).into_owned();
     (next, dynamics, symmetric(&noise * noise.transpose()))

@@ -78,7 +78,8 @@ pub(super) fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense
     let basis = if shift.norm() == 0.0 { observed(&a_free, &q_free) } else { Dense::identity(n, n) };
     let (a_seen, q_seen) = (basis.transpose() * &a_free * &basis, symmetric(basis.transpose() * &q_free * &basis));
     let b_seen = &b_half * &basis;
-    let found = doubling(&a_seen, symmetric(b_seen.transpose() * &b_seen), &q_seen);
+    let none = Dense::zeros(a_seen.nrows(), a_seen.nrows());
+    let found = doubling(&a_seen, symmetric(b_seen.transpose() * &b_seen), &q_seen, &none);
     let unsolved = || Error::NoBound {
         what: "no regulator keeps the expected cost per step finite".into(),
         advice: "let the controls act on every unstable state that costs something",
@@ -93,23 +94,27 @@ pub(super) fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense
     if residual.is_finite() && residual <= 1e-7 * (s.norm() + xi.norm()) { Ok((s, xi)) } else { Err(unsolved()) }
 }
 
-/// The solution `H` of `H = Q + A'H (I + G H)^-1 A` that doubling from `Q` leads to; `None` where there is none.
-fn doubling(a: &Dense, g: Dense, q: &Dense) -> Option<Dense> {
+/// Where `H <- Q + A'H (I + G H)^-1 A` leads to from `start`, by doubling the number of its steps; `None` where it leads
+/// nowhere.
+pub(super) fn doubling(a: &Dense, g: Dense, q: &Dense, start: &Dense) -> Option<Dense> {
     let n = a.nrows();
-    let (mut a, mut g, mut h) = (a.clone(), g, q.clone());
+    // After 2^k steps: `h` from 0, `value` from the start.
+    let (mut a, mut g, mut h, mut value) = (a.clone(), g, q.clone(), None::<Dense>);
     for _ in 0..DOUBLINGS {
-        let lu = (Dense::identity(n, n) + &g * &h).lu();
-        let (a_next, g_next) = (lu.solve(&a)?, lu.solve(&g)?);
-        let change = symmetric(a.transpose() * &h * &a_next);
-        g += symmetric(&a * g_next * a.transpose());
-        a = &a * a_next;
-        h += &change;
-        if !h.iter().all(|v| v.is_finite()) {
+        let from_start = (Dense::identity(n, n) + &g * start).lu().solve(&a)?;
+        let next = &h + symmetric(a.transpose() * start * from_start);
+        if !next.iter().all(|v| v.is_finite()) {
             return None;
         }
-        if change.norm() <= 1e-15 * h.norm() {
-            return Some(h);
+        if value.is_some_and(|value| (&next - value).norm() <= 1e-15 * next.norm()) {
+            return Some(next);
         }
+        value = Some(next);
+        let lu = (Dense::identity(n, n) + &g * &h).lu();
+        let (a_next, g_next) = (lu.solve(&a)?, lu.solve(&g)?);
+        h += symmetric(a.transpose() * &h * &a_next);
+        g += symmetric(&a * g_next * a.transpose());
+        a = &a * a_next;
     }
-    None
+    value.filter(|_| start.norm() > 0.0)
 }

@@ -7,11 +7,14 @@ use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, budget, certified};
-use super::reduce::{Chain, Stage, inside, once_measured};
+use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
 use super::solution::{BoundSettings, BoundStatus, StationaryMinimum};
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
 use crate::Error;
-use crate::dense::{Dense, cholesky, congruence, dense, semidefinite_root, store, symmetric};
+use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
+
+/// Steps of the filter that scales coordinates, beside two for every state.
+const SCALING: usize = 30;
 
 /// The least directed information per step that any sensors and any controller need to keep an expected cost per step
 /// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
@@ -39,10 +42,10 @@ pub fn stationary_minimum(
     let budget = budget(cost, system.base_cost)?;
     let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
     let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
-        what: format!("no covariances were found that keep an expected cost per step of {cost:e}"),
+        what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, or ask for a larger cost",
     })?;
-    let found = certified(search(&chain, vec![factors], settings.gap, settings), cost)?;
+    let found = certified(search(&chain, vec![factors], settings.gap, settings))?;
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
     let root = &chain.stages[0].basis * &found.place.factors[0];
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));
@@ -64,21 +67,64 @@ pub fn stationary_minimum(
 fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let n = system.dynamics.rows();
     let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
-    for (what, of) in [("the process covariance", &w), ("the price of not knowing the state", &price)] {
-        semidefinite_root(of).ok_or(Error::NotPositiveSemidefinite { what, step: 0 })?;
-    }
+    let root = |of, what| semidefinite_root(of).ok_or(Error::NotPositiveSemidefinite { what, step: 0 });
+    root(&price, "the price of not knowing the state")?;
+    let driven = root(&w, "the process covariance")?;
     let d = scales(&a, &w);
     let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / d[i] * d[j]);
-    let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / d[i] / d[j]);
+    let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
     let price = Dense::from_fn(n, n, |i, j| price[(i, j)] / budget * d[i] * d[j]);
     let seen = observed(&a, &price);
-    let kept = uncertain(&(seen.transpose() * &a * &seen), &congruence(&seen.transpose(), &w), &seen)?;
+    let mut root = seen.transpose() * &driven;
+    for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
+        // What is left of noise that the cost does not see is rounding.
+        if seen.norm() <= 1e-13 * whole.norm() {
+            seen.fill(0.0);
+        }
+    }
+    let kept = uncertain(&(seen.transpose() * &a * &seen), root, &seen)?;
+    let (a, driven) = (kept.transpose() * a * &kept, kept.transpose() * driven);
+    let price = congruence(&kept.transpose(), &price);
+    let scaled = scaled(&a, &driven, &price);
+    let (dynamics, driven) = (from_left(&scaled, a * &scaled), from_left(&scaled, driven));
+    let basis = kept * &scaled;
     Ok(Stage {
-        dynamics: kept.transpose() * a * &kept,
-        process: congruence(&kept.transpose(), &w),
-        price: congruence(&kept.transpose(), &price),
-        basis: Dense::from_fn(n, kept.ncols(), |i, k| d[i] * kept[(i, k)]),
+        dynamics,
+        process: symmetric(&driven * driven.transpose()),
+        price: congruence(&scaled.transpose(), &price),
+        basis: Dense::from_fn(n, basis.ncols(), |i, k| d[i] * basis[(i, k)]),
     })
+}
+
+/// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly noise
+/// reaches some of them.
+fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
+    let n = a.nrows();
+    let mut basis = Dense::identity(n, n);
+    for _ in 0..SCALING + 2 * n {
+        let Some(measured) = measured_root(&basis, &congruence(&basis.transpose(), price), 1) else { break };
+        let (next, ..) = reach(a, &basis, driven, &measured);
+        if next.ncols() == 0 || !next.iter().all(|entry| entry.is_finite()) {
+            break;
+        }
+        basis = next;
+    }
+    basis
+}
+
+/// The coordinates of columns in a basis that holds them.
+fn from_left(basis: &Dense, columns: Dense) -> Dense {
+    let sizes: Vec<f64> = basis.column_iter().map(|column| column.norm()).collect();
+    let Svd { u, values, v } = svd(&Dense::from_fn(basis.nrows(), basis.ncols(), |i, k| basis[(i, k)] / sizes[k]));
+    let mut along = u.transpose() * columns;
+    for (mut row, value) in along.row_iter_mut().zip(values) {
+        row /= value;
+    }
+    let mut found = v * along;
+    for (mut row, size) in found.row_iter_mut().zip(sizes) {
+        row /= size;
+    }
+    found
 }
 
 /// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
@@ -119,9 +165,7 @@ fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
 
 /// A basis, by columns in all states, of what is seen and stays uncertain: what noise drives, and what grows by itself.
 /// What is neither driven nor grows is known in the end whatever little is measured.
-fn uncertain(a: &Dense, w: &Dense, seen: &Dense) -> Result<Dense, Error> {
-    let root =
-        semidefinite_root(w).ok_or(Error::NotPositiveSemidefinite { what: "the process covariance", step: 0 })?;
+fn uncertain(a: &Dense, root: Dense, seen: &Dense) -> Result<Dense, Error> {
     let driven = invariant_hull(a, root.clone());
     if driven.ncols() == a.nrows() {
         return Ok(seen.clone());

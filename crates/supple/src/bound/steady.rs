@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
+use nalgebra::{Cholesky, Dyn};
 use supple_kernels::{Matrices, Scratch};
 
 use super::horizon::Stationary;
-use super::regulator::regulator;
+use super::regulator::{doubling, regulator};
 use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::dense::{Dense, dense, store, symmetric};
@@ -21,6 +22,9 @@ const ROUNDING: f64 = 1e-9;
 
 /// Steps of the filter at most until it counts as without a steady state.
 const MOST_STEPS: usize = 100_000;
+
+/// The eigenvalues of a filter that doubling led to are at most so far outside of the unit circle.
+const STABLE: f64 = 1e-9;
 
 /// The filter is steady when a step changes the covariance by less than this, relatively.
 const STEADY: f64 = 1e-14;
@@ -115,35 +119,81 @@ pub(super) fn steady(problem: &Stationary, state: &TaskState) -> Result<Option<S
     let (a, w) = (dense(&problem.dynamics, 0), dense(&problem.process, 0));
     let (c, v) = (dense(&knots.measurement, 0), dense(&noise.measurement, 0));
     let indefinite = Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
-    let of_noise = v.clone().cholesky().ok_or_else(|| indefinite.clone())?;
+    let of_noise = v.clone().cholesky().ok_or(indefinite)?;
     // Not from X_0: what is known at first and never driven may still grow.
     let mut predicted = dense(&noise.initial, 0);
     let mean = (predicted.trace() + w.trace()) / a.nrows() as f64;
     for i in 0..a.nrows() {
         predicted[(i, i)] += if mean > 0.0 { mean } else { 1.0 };
     }
-    for _ in 0..MOST_STEPS {
-        let innovation =
-            symmetric(&c * &predicted * c.transpose() + &v).cholesky().ok_or_else(|| indefinite.clone())?;
-        let gain = innovation.solve(&(&c * &predicted)).transpose();
-        let kept = Dense::identity(a.nrows(), a.nrows()) - &gain * &c;
-        let corrected = symmetric(&kept * &predicted * kept.transpose() + &gain * &v * gain.transpose());
-        let next = symmetric(&a * &corrected * a.transpose() + &w);
-        if !next.norm().is_finite() {
-            return Ok(None);
+    let filter = Filter { a: &a, w: &w, c: &c, v: &v };
+    let settled = match filter.settle(predicted.clone())? {
+        None => {
+            // Modes that are close to the unit circle take their time. Where noise drives nothing, doubling may lose one.
+            let precision = symmetric(c.transpose() * of_noise.solve(&c));
+            let far = doubling(&a.transpose(), precision, &w, &predicted);
+            let found = far.map_or(Ok(None), |far| filter.settle(far))?;
+            found.filter(|step| {
+                let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.gain * &c);
+                closed.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + STABLE)
+            })
         }
-        let change = (&next - &predicted).norm();
-        predicted = next;
-        if change <= STEADY * predicted.norm() {
-            let log = |factor: &Dense| factor.diagonal().iter().map(|pivot| pivot.ln()).sum::<f64>();
-            return Ok(Some(Steady {
-                price: dense(&problem.price, 0).dot(&corrected),
-                measurement_nats: log(innovation.l_dirty()) - log(of_noise.l_dirty()),
-                control_nats: control_nats(problem, state, &predicted)?,
-            }));
+        found => found,
+    };
+    let Some(Step { next, corrected, innovation, .. }) = settled else { return Ok(None) };
+    let log = |factor: &Dense| factor.diagonal().iter().map(|pivot| pivot.ln()).sum::<f64>();
+    Ok(Some(Steady {
+        price: dense(&problem.price, 0).dot(&corrected).max(0.0),
+        measurement_nats: log(innovation.l_dirty()) - log(of_noise.l_dirty()),
+        control_nats: control_nats(problem, state, &next)?,
+    }))
+}
+
+/// A filter of a system that does not change.
+struct Filter<'a> {
+    a: &'a Dense,
+    w: &'a Dense,
+    c: &'a Dense,
+    v: &'a Dense,
+}
+
+/// A step of it.
+struct Step {
+    /// The covariance that is predicted next.
+    next: Dense,
+    /// The covariance once measured.
+    corrected: Dense,
+    gain: Dense,
+    /// The factor of the innovation's covariance.
+    innovation: Cholesky<f64, Dyn>,
+}
+
+impl Filter<'_> {
+    /// The step at which it settles from a predicted covariance; none where it does not within [`MOST_STEPS`].
+    fn settle(&self, mut predicted: Dense) -> Result<Option<Step>, Error> {
+        for _ in 0..MOST_STEPS {
+            let step = self.step(&predicted)?;
+            if !step.next.norm().is_finite() {
+                return Ok(None);
+            }
+            let change = (&step.next - &predicted).norm();
+            if change <= STEADY * step.next.norm() {
+                return Ok(Some(step));
+            }
+            predicted = step.next;
         }
+        Ok(None)
     }
-    Ok(None)
+
+    fn step(&self, predicted: &Dense) -> Result<Step, Error> {
+        let Self { a, w, c, v } = self;
+        let indefinite = || Error::NotPositiveDefinite { what: "the measurement covariance", step: 0 };
+        let innovation = symmetric(*c * predicted * c.transpose() + *v).cholesky().ok_or_else(indefinite)?;
+        let gain = innovation.solve(&(*c * predicted)).transpose();
+        let kept = Dense::identity(a.nrows(), a.nrows()) - &gain * *c;
+        let corrected = symmetric(&kept * predicted * kept.transpose() + &gain * *v * gain.transpose());
+        Ok(Step { next: symmetric(*a * &corrected * a.transpose() + *w), corrected, gain, innovation })
+    }
 }
 
 /// `DI(x -> u)` per step: that of ever longer horizons with the steady filter and regulator, at their end, until it settles.

@@ -1,6 +1,6 @@
 //! What a cost sees of a system that does not change, and what of it is uncertain.
 
-use crate::dense::Dense;
+use crate::dense::{Dense, Svd, svd};
 
 /// Singular values below this share of the largest count as 0.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -10,15 +10,8 @@ pub(super) const GROWTH: f64 = 1e-6;
 
 /// An orthonormal basis of the range, by columns.
 pub(super) fn range(a: Dense) -> Dense {
-    let n = a.nrows();
-    if a.is_empty() {
-        return Dense::zeros(n, 0);
-    }
-    let Some((u, values)) = a.try_svd(true, false, f64::EPSILON, 0).and_then(|f| Some((f.u?, f.singular_values)))
-    else {
-        return Dense::identity(n, n);
-    };
-    let largest = values.max();
+    let Svd { u, values, .. } = svd(&a);
+    let largest = values.first().copied().unwrap_or(0.0);
     let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > RANK_TOLERANCE * largest).collect();
     u.select_columns(&kept)
 }
@@ -87,9 +80,5 @@ pub(super) fn unstable(a: &Dense) -> Option<Dense> {
     let projector = (sign + identity) * 0.5;
     // The rank of a projector is its trace; what is beyond it is rounding.
     let count = projector.trace().round().max(0.0) as usize;
-    let (u, values) = projector.try_svd(true, false, f64::EPSILON, 0).and_then(|f| Some((f.u?, f.singular_values)))?;
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
-    order.truncate(count);
-    Some(u.select_columns(&order))
+    Some(svd(&projector).u.columns(0, count.min(n)).into_owned())
 }
