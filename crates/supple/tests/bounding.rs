@@ -292,3 +292,34 @@ fn slow_filters_have_a_steady_state() {
         assert!((line.bits_per_step.unwrap() - bits).abs() <= 1e-3 * bits, "{a}, {w}: {found:?}");
     }
 }
+
+/// One control that tells all of one measurement, in a loop whose way back from controls to measurements is unstable: what
+/// rounding leaves of the measurements told before must not grow.
+#[test]
+fn a_control_that_tells_all_tells_no_more_however_long() {
+    let text = r#"
+        [model]
+        kind = "linear"
+        A = [[-0.108, -0.133, 0.295], [0.147, 0.033, 0.139], [0.165, -0.283, -0.03]]
+        B = [[0.704], [-1.232], [0.067]]
+        C = [[-0.074, -1.265, -0.015]]
+        [[tasks]]
+        name = "go"
+        steps = 200
+        time_step = 1.0
+        initial_state = [0.0, 0.0, 0.0]
+        [tasks.noise]
+        initial = [0.0, 0.0, 0.0]
+        process = [[0.525625, -0.94395, -0.335675], [-0.94395, 1.695204, 0.602826], [-0.335675, 0.602826, 0.214369]]
+        measurement = [0.1]
+        [[tasks.costs]]
+        kind = "quadratic"
+        Q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        R = [[0.123]]
+    "#;
+    let bound = Problem::parse(text, "test").unwrap().bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
+    for (told, measured) in bound.control_per_step_bits.iter().zip(&bound.measurement_per_step_bits) {
+        assert!((told - measured).abs() < 1e-9, "{told} and {measured}");
+    }
+    assert!(bound.is_ordered());
+}

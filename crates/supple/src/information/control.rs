@@ -74,6 +74,7 @@ impl Means {
     fn tell(&mut self, feedback: &DMatrix<f64>) -> f64 {
         let mut controls: Vec<DVector<f64>> = feedback.row_iter().map(|row| row.transpose()).collect();
         let mut nats = 0.0;
+        let [mut told, mut both] = [Rounding::of(&self.told), Rounding::of(&self.both)];
         while let Some((index, unknown)) =
             controls.iter().map(|row| self.unknown(row)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
         {
@@ -83,7 +84,11 @@ impl Means {
             let row = controls.swap_remove(index);
             let (without, with) = (condition(&mut self.told, &row), condition(&mut self.both, &row));
             nats += (0.5 * (without / with).ln()).max(0.0);
+            told.grow(&row, without);
+            both.grow(&row, with);
         }
+        told.clear(&mut self.told);
+        both.clear(&mut self.both);
         nats
     }
 
@@ -107,6 +112,43 @@ fn condition(factor: &mut DMatrix<f64>, row: &DVector<f64>) -> f64 {
     factor.ger(-2.0 / normal.norm_squared(), &turned, &normal, 1.0);
     *factor = factor.columns(1, factor.ncols() - 1).into_owned();
     norm * norm
+}
+
+/// What rounding can leave of a factor where controls have told all. Told on and on, it would grow where the step from
+/// controls back to measurements is unstable, as behind a loop that is not of minimum phase.
+struct Rounding {
+    /// Size of each row before anything was told.
+    sizes: Vec<f64>,
+    /// In units of these.
+    left: f64,
+}
+
+impl Rounding {
+    fn of(factor: &DMatrix<f64>) -> Self {
+        Self { sizes: factor.row_iter().map(|row| row.norm()).collect(), left: 0.0 }
+    }
+
+    /// Once a row of this variance has been told: the less of the factor it bears on, the more it leaves.
+    fn grow(&mut self, row: &DVector<f64>, variance: f64) {
+        let whole: f64 = row.iter().zip(&self.sizes).map(|(entry, size)| entry.abs() * size).sum();
+        self.left += 16.0 * f64::EPSILON * whole / variance.sqrt();
+    }
+
+    /// Leaves out what is not above it.
+    fn clear(&self, factor: &mut DMatrix<f64>) {
+        if factor.is_empty() || self.left == 0.0 {
+            return;
+        }
+        let scale = |i: usize| if self.sizes[i] > 0.0 { self.sizes[i] } else { 1.0 };
+        let scaled = DMatrix::from_fn(factor.nrows(), factor.ncols(), |i, j| factor[(i, j)] / scale(i));
+        let found = scaled.col_piv_qr();
+        let (q, r) = (found.q(), found.r());
+        let rank = (0..r.nrows()).take_while(|&k| r[(k, k)].abs() > self.left).count();
+        if rank < r.nrows() {
+            let kept = q.columns(0, rank) * r.rows(0, rank);
+            *factor = DMatrix::from_fn(kept.nrows(), kept.ncols(), |i, j| kept[(i, j)] * scale(i));
+        }
+    }
 }
 
 /// A factor of `G G' + H H'`, with at most as many columns as rows.
