@@ -173,8 +173,7 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             };
             let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
             let dear = report.optimum.price.as_ref().and_then(|price| {
-                let budget = price.budget.filter(|budget| price.total > budget * (1.0 + supple::FEASIBILITY))?;
-                Some(format!("costs {} of a budget of {}", number(price.total), number(budget)))
+                Some(format!("costs {} of a budget of {}", number(price.total), number(price.exceeded()?)))
             });
             let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(dear).collect();
             let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
@@ -256,12 +255,10 @@ fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
     let before = report
         .and_then(|report| report.start.price.as_ref())
         .map_or_else(String::new, |start| format!("; {} at the start", number(start.total)));
-    let within = match price.budget {
-        Some(budget) if price.total > budget * (1.0 + supple::FEASIBILITY) => {
-            format!(", above the budget {}", number(budget))
-        }
-        Some(budget) => format!(" of the budget {}", number(budget)),
-        None => String::new(),
+    let within = match (price.exceeded(), price.budget) {
+        (Some(budget), _) => format!(", above the budget {}", number(budget)),
+        (None, Some(budget)) => format!(" of the budget {}", number(budget)),
+        (None, None) => String::new(),
     };
     let mut text = format!("price: {} ({}){within}{before}\n", number(price.total), parts.join(", "));
     if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {

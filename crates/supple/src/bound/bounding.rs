@@ -10,7 +10,7 @@ use super::report::{BoundReport, TaskBound, order};
 use super::sensor::virtual_sensors;
 use super::sensor_report::sensor_report;
 use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
-use super::stationary::{scales, stationary_minimum};
+use super::stationary::{InUnits, stationary_minimum};
 use super::steady::stationary;
 use super::subspace::observed;
 use crate::dense::{congruence, dense, store};
@@ -229,12 +229,9 @@ impl Bounding {
     fn search(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         match &self.kind {
             Kind::Horizon(horizon) => {
-                let found = match own_price {
-                    Some(price) => {
-                        minimum_information(&Horizon { base_cost: 0.0, ..horizon.clone() }, price, &self.settings)?
-                    }
-                    None => minimum_information(horizon, cost, &self.settings)?,
-                };
+                let beyond = own_price.map(|_| Horizon { base_cost: 0.0, ..horizon.clone() });
+                let (horizon, cost) = (beyond.as_ref().unwrap_or(horizon), own_price.unwrap_or(cost));
+                let found = minimum_information(horizon, cost, &self.settings)?;
                 Ok(Minimum {
                     nats: found.nats,
                     lower_nats: found.lower_nats,
@@ -247,12 +244,9 @@ impl Bounding {
                 })
             }
             Kind::Stationary(problem) => {
-                let found = match own_price {
-                    Some(price) => {
-                        stationary_minimum(&Stationary { base_cost: 0.0, ..problem.clone() }, price, &self.settings)?
-                    }
-                    None => stationary_minimum(problem, cost, &self.settings)?,
-                };
+                let beyond = own_price.map(|_| Stationary { base_cost: 0.0, ..problem.clone() });
+                let (problem, cost) = (beyond.as_ref().unwrap_or(problem), own_price.unwrap_or(cost));
+                let found = stationary_minimum(problem, cost, &self.settings)?;
                 Ok(Minimum {
                     nats: found.nats,
                     lower_nats: found.lower_nats,
@@ -350,11 +344,7 @@ impl Bounding {
 
 /// `A` of what the cost sees, now or later: what grows unseen needs no information.
 fn priced(problem: &Stationary) -> Matrices {
-    let (a, price) = (dense(&problem.dynamics, 0), dense(&problem.price, 0));
-    // In units in which the subspace is well told, whatever those of the states are.
-    let d = scales(&a, &dense(&problem.process, 0));
-    let a = a.map_with_location(|i, j, entry| entry / d[i] * d[j]);
-    let price = price.map_with_location(|i, j, entry| entry * d[i] * d[j]);
+    let InUnits { a, price, .. } = InUnits::of(problem);
     let seen = observed(&a, &price);
     let mut out = Matrices::constant(seen.ncols(), seen.ncols());
     store(&mut out, 0, &(seen.transpose() * a * seen));

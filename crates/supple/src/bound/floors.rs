@@ -7,7 +7,7 @@ use supple_kernels::Matrices;
 use super::horizon::Stationary;
 use super::product::log_singular_values;
 use crate::Error;
-use crate::dense::svd;
+use crate::dense::{dense, svd};
 
 /// Iterations for eigenvalues at most.
 const EIGENVALUE_ITERATIONS: usize = 10_000;
@@ -27,7 +27,7 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     if dynamics.rows() == 0 {
         return Ok(0.0);
     }
-    let a = square(dynamics, 0);
+    let a = dense(dynamics, 0);
     if a.iter().any(|entry| !entry.is_finite()) {
         return Err(Error::NotFinite { what: "the dynamics", step: 0 });
     }
@@ -87,7 +87,7 @@ pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
     if let Some(step) = bad {
         return Err(Error::NotFinite { what: "the dynamics", step });
     }
-    let matrices = (0..steps).map(|t| square(dynamics, t));
+    let matrices = (0..steps).map(|t| dense(dynamics, t));
     Ok(log_singular_values(matrices, dynamics.rows()).into_iter().map(|log| log.max(0.0)).sum())
 }
 
@@ -132,9 +132,9 @@ impl std::fmt::Display for Vacuous {
 /// for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
-    let own = 2.0 / n * log_determinant(&square(&stationary.dynamics, 0));
-    let noise = log_determinant_semidefinite(&square(&stationary.process, 0));
-    let price = log_determinant_semidefinite(&square(&stationary.price, 0));
+    let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0));
+    let noise = log_determinant_semidefinite(&dense(&stationary.process, 0));
+    let price = log_determinant_semidefinite(&dense(&stationary.price, 0));
     let (Some(noise), Some(price)) = (noise, price) else {
         let vacuous = if noise.is_none() { Vacuous::SingularProcess } else { Vacuous::SingularPrice };
         return KostinaHassibi { nats: 0.5 * n * own, vacuous: Some(vacuous) };
@@ -153,11 +153,6 @@ pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     let loss = 0.5 * (4.0 * std::f64::consts::PI * std::f64::consts::E / 12.0).log2();
     let sent = ranks.iter().filter(|&&rank| rank > 0);
     bits + sent.map(|&rank| loss * rank as f64 + 1.0).sum::<f64>()
-}
-
-/// Square matrix `index` as one of another library.
-fn square(matrices: &Matrices, index: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(matrices.rows(), matrices.rows(), |i, j| matrices.get(index, i, j))
 }
 
 /// `log |det A|`: minus infinity where it is singular. Rows and columns are balanced, so that it does not overflow.

@@ -5,7 +5,7 @@ use super::local::{Local, Place, Scaling, nats, scaling, slack_change, slack_of_
 use super::newton::Newton;
 use super::reduce::Chain;
 use super::solution::{BoundSettings, BoundStatus};
-use crate::dense::{Dense, cholesky, least_eigenvalue, log_determinant, solve_lower, symmetric};
+use crate::dense::{Dense, cholesky, inverse_lower, least_eigenvalue, log_determinant, solve_lower, symmetric};
 
 /// How far towards the boundary a step may go.
 const FRACTION_TO_BOUNDARY: f64 = 0.95;
@@ -123,7 +123,7 @@ pub(super) fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
     let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: FIRST_COMPLEMENTARITY };
     let local = place.localise(chain)?;
     for at in &local {
-        let half = crate::dense::inverse_lower(&at.slack_factor);
+        let half = inverse_lower(&at.slack_factor);
         place.multipliers.push(symmetric(half.transpose() * half) * FIRST_COMPLEMENTARITY);
     }
     let left = slack_of_budget(&local);

@@ -4,7 +4,7 @@ use supple_kernels::{Band, RIGHT_SIDES};
 
 use super::local::{Local, Scaling};
 use super::reduce::Chain;
-use crate::dense::Dense;
+use crate::dense::{Dense, solve_lower};
 
 /// The length of a symmetric matrix of order `n` as a vector of its lower triangle by rows.
 fn packed(n: usize) -> usize {
@@ -113,7 +113,7 @@ impl Newton {
         let next = chain.next(t).map(|next| {
             let a = &local[t].dynamics;
             let carried = &scalings[next].metric * a;
-            let half = crate::dense::solve_lower(&local[next].predicted_factor, a.clone());
+            let half = solve_lower(&local[next].predicted_factor, a.clone());
             (half.transpose() * half, a.transpose() * &carried, carried)
         });
         let mut k = 0;

@@ -5,7 +5,7 @@ use supple_kernels::Matrices;
 use super::horizon::Stationary;
 use super::subspace::observed;
 use crate::Error;
-use crate::dense::{Dense, cholesky, dense, solve_lower, store, symmetric};
+use crate::dense::{Dense, cholesky, dense, semidefinite_root, solve_lower, store, symmetric};
 
 /// Doublings after which a Riccati equation counts as without a solution.
 const DOUBLINGS: usize = 60;
@@ -43,7 +43,7 @@ impl Stationary {
             }
         }
         let (f, l, w) = (dense(dynamics, 0), dense(cost, 0), dense(process, 0));
-        if crate::dense::semidefinite_root(&l).is_none() {
+        if semidefinite_root(&l).is_none() {
             return Err(Error::NotPositiveSemidefinite { what: "the cost of states and controls", step: 0 });
         }
         let (a, b) = (f.columns(0, n).into_owned(), f.columns(n, joint - n).into_owned());

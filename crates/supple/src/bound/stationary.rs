@@ -66,14 +66,12 @@ pub fn stationary_minimum(
 /// The system in coordinates of what costs something and stays uncertain (theory, equation L.16).
 fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let n = system.dynamics.rows();
-    let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
-    let root = |of, what| semidefinite_root(of).ok_or(Error::NotPositiveSemidefinite { what, step: 0 });
-    root(&price, "the price of not knowing the state")?;
-    let driven = root(&w, "the process covariance")?;
-    let d = scales(&a, &w);
-    let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / d[i] * d[j]);
+    let root = |of, what| semidefinite_root(&dense(of, 0)).ok_or(Error::NotPositiveSemidefinite { what, step: 0 });
+    root(&system.price, "the price of not knowing the state")?;
+    let driven = root(&system.process, "the process covariance")?;
+    let InUnits { d, a, price } = InUnits::of(system);
     let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
-    let price = Dense::from_fn(n, n, |i, j| price[(i, j)] / budget * d[i] * d[j]);
+    let price = price / budget;
     let seen = observed(&a, &price);
     let mut root = seen.transpose() * &driven;
     for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
@@ -94,6 +92,26 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
         price: congruence(&scaled.transpose(), &price),
         basis: Dense::from_fn(n, basis.ncols(), |i, k| d[i] * basis[(i, k)]),
     })
+}
+
+/// A system in units in which subspaces are well told, whatever those of its states are.
+pub(super) struct InUnits {
+    /// How large each unit is.
+    pub d: Vec<f64>,
+    /// `A` in these units.
+    pub a: Dense,
+    /// `Theta` in these units.
+    pub price: Dense,
+}
+
+impl InUnits {
+    pub fn of(system: &Stationary) -> Self {
+        let (a, price) = (dense(&system.dynamics, 0), dense(&system.price, 0));
+        let d = scales(&a, &dense(&system.process, 0));
+        let a = a.map_with_location(|i, j, entry| entry / d[i] * d[j]);
+        let price = price.map_with_location(|i, j, entry| entry * d[i] * d[j]);
+        Self { d, a, price }
+    }
 }
 
 /// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly noise
@@ -128,7 +146,7 @@ fn from_left(basis: &Dense, columns: Dense) -> Dense {
 }
 
 /// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
-pub(super) fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
+fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let n = a.nrows();
     let mut balanced = a.abs();
     let s = balance_parlett_reinsch(&mut balanced);

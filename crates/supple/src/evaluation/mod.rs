@@ -75,8 +75,8 @@ impl Problem {
                 parameters: self.parameters.prices(phi),
             }
         });
-        let affordable =
-            self.design.budget.is_none_or(|budget| self.parameters.price(phi) <= budget * (1.0 + FEASIBILITY));
+        // Without prices there is nothing to pay.
+        let affordable = price.as_ref().and_then(PriceReport::exceeded).is_none();
         Ok(Evaluation {
             parameters: Named::new(&self.parameters, phi),
             objective: Objective { information_nats: nats, information_bits: nats / std::f64::consts::LN_2 },
