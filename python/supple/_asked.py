@@ -63,6 +63,11 @@ def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | 
             raise UsageError(f"{name}={value!r}: there is {words}")
 
 
+def check_name(name: str, value: str | None) -> None:
+    if not (value is None or isinstance(value, str)):
+        raise UsageError(f"{name}={value!r}: a name, as text")
+
+
 def finite(name: str, value: float | None) -> float | None:
     """A number that is asked for, where it is."""
     if value is None:

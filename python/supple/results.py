@@ -305,7 +305,8 @@ class CatalogueReport(Record):
         chosen: The chosen entry of each catalogue.
         price: What these cost together; ``None`` where an entry has no price.
         continuous: The best design without catalogues.
-        gap_bits: Bits that the chosen design needs more than that; ``None`` where one of both misses a bound.
+        gap_bits: Bits that the chosen design needs more than that, prices with their weight included; ``None`` where one of
+            both misses a bound, and where entries have prices and prices count, which that does not pay.
         best: The best combinations, the chosen one first: at most 10.
     """
 

@@ -17,6 +17,7 @@ from ._asked import (
     bound_words,
     check_choice,
     check_counts,
+    check_name,
     design_text,
     designs_of,
     finite,
@@ -328,7 +329,8 @@ class Task:
             at: Values of parameters whose names are no words of Python.
             **parameters: Values of parameters.
         """
-        points, cost = bound_points(curve), finite("cost", cost)
+        check_name("task", task)
+        points, cost, stationary = bound_points(curve), finite("cost", cost), bool(stationary)
         found = self.at(at, **parameters)
         made = found._made("bound", bound_words(task, cost, points, stationary))
         with watching(progress) as seer, logged("bound"):
@@ -365,6 +367,7 @@ class Task:
         """
         if count is not None:
             check_counts(count=count)
+        check_name("task", task)
         check_choice("goal", [goal], ["cost", "information"])
         check_choice("method", [method], ["greedy", "exhaustive", "both"])
         options: dict[str, Any] = {"budget": finite("budget", budget), "cost": finite("cost", cost)}

@@ -85,6 +85,8 @@ def test_what_is_wrong_is_said(plant: supple.Task) -> None:
         plant.bound(stationary=True, cost=30.0)
     with pytest.raises(supple.UsageError, match="no task `regulat`"):
         plant.bound(task="regulat")
+    with pytest.raises(supple.UsageError, match="task=3: a name"):
+        plant.bound(task=3)  # type: ignore[arg-type]
     with pytest.raises(supple.UsageError, match="1 points are no curve"):
         plant.bound(curve=1)
     with pytest.raises(supple.UsageError, match="20000 points are too many"):

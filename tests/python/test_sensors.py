@@ -75,6 +75,8 @@ def test_the_cheapest_set_and_what_is_refused() -> None:
         task.sensors(goal="price")  # type: ignore[arg-type]
     with pytest.raises(supple.UsageError, match="whole number"):
         task.sensors(count=1.5)  # type: ignore[arg-type]
+    with pytest.raises(supple.UsageError, match="task=3: a name"):
+        task.sensors(task=3)  # type: ignore[arg-type]
 
 
 def test_own_measurements_are_candidates() -> None:

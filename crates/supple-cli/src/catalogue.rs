@@ -22,7 +22,7 @@ pub(crate) fn page(report: &CatalogueReport) -> String {
     align_right(&mut rows, 1..2);
     align_right(&mut rows, 3..5);
     let _ = writeln!(page, "{rows}\n");
-    let _ = writeln!(page, "{} {}", how(report), distance(report));
+    let _ = writeln!(page, "{} {}", how(report), report.distance(number));
     if let Some(error) = &report.error {
         let _ = writeln!(page, "{} of them could not be designed; the first: {error}.", report.failed);
     }
@@ -56,22 +56,5 @@ fn how(report: &CatalogueReport) -> String {
             "Rounded, and exchanged for better neighbours until {designed} of {combinations} combinations of entries were \
              designed, with better ones perhaps left ([design] max_combinations); {meet}"
         ),
-    }
-}
-
-/// How far the chosen design is from that without catalogues.
-fn distance(report: &CatalogueReport) -> String {
-    let free = report.continuous.information_bits;
-    match report.gap_bits {
-        Some(gap) => format!(
-            "Without catalogues {} bits would do: {} less, {:.2} %.",
-            number(free),
-            number(gap),
-            100.0 * gap / (free + gap).abs().max(1e-300)
-        ),
-        None if report.continuous.violation > supple::FEASIBILITY => {
-            "Without catalogues no design that meets every bound was found either.".to_owned()
-        }
-        None => format!("Without catalogues {} bits would do.", number(free)),
     }
 }

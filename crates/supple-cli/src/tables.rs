@@ -142,20 +142,16 @@ fn minima(count: usize) -> String {
 }
 
 fn verdict(about: &About, report: &DesignReport) -> String {
-    let best =
-        report.starts.iter().map(|start| start.information_nats).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
-    let same = report.starts.iter().filter(|start| {
-        start.status == DesignStatus::Converged && (start.information_nats - best).abs() <= 1e-4 * best.abs()
-    });
     let how = match report.status {
         DesignStatus::Converged if report.catalogue.is_some() => {
             format!("Optimum among the catalogues' entries; {} of the plan seen.", minima(report.branches))
         }
         DesignStatus::Converged => format!(
-            "Optimum found from {} of {} starts; {} of the plan seen.",
-            same.count(),
+            "Optimum found from {} of {} starts; {} of the plan seen.{}",
+            report.agreement().0,
             report.starts.len(),
-            minima(report.branches)
+            minima(report.branches),
+            report.advice()
         ),
         DesignStatus::NotOptimal => {
             "Not an optimum: the method came to rest, but the total gradient is not zero.".into()

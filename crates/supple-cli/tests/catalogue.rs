@@ -47,6 +47,18 @@ fn chosen_entries_are_shown() {
     assert!(cut.stdout.contains("until 2 of 6 combinations of entries were designed"), "{}", cut.stdout);
 }
 
+/// A design that needs not pay what entries cost is no measure of those that do.
+#[test]
+fn what_is_not_paid_is_not_compared() {
+    let folder = folder("[{ value = 5.0, price = 1 }, { value = 20.0, price = 1.5 }]");
+    let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+    std::fs::write(folder.path("task.toml"), format!("{text}\n[design]\nbudget = 20.0\n")).unwrap();
+    let run = folder.run(&["design", "task.toml", "--starts", "1"]);
+    let (_, page) = run.quiet();
+    assert!(page.contains("Without catalogues, and without paying for their entries, "), "{page}");
+    assert!(folder.run(&["design", "task.toml", "--starts", "1", "--json"]).json(0)["catalogue"]["gap_bits"].is_null());
+}
+
 /// Where no combination meets the bound, the page and the exit code say so.
 #[test]
 fn no_combination_will_do() {

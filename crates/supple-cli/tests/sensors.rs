@@ -68,6 +68,10 @@ fn a_set_that_greedy_choice_misses_is_found() {
     assert!(run.error().contains("does not prove that there is none"), "{run:?}");
     let run = folder.run(&["sensors", "task.toml", "--count", "2", "--cost", "1"]);
     assert!(run.error().contains("no set of sensors within the limits has"), "{run:?}");
+    for (limit, value) in [("--budget", "the budget"), ("--cost", "the bound on the expected cost")] {
+        let run = folder.run(&["sensors", "task.toml", limit, "-1"]);
+        assert!(run.error().contains(&format!("{value} must be at least 0; found -1")), "{run:?}");
+    }
 }
 
 #[test]

@@ -190,6 +190,32 @@ fn a_page_has_a_section_for_all_that_there_is_and_needs_no_network() {
 }
 
 #[test]
+fn prices_and_the_budget_are_told() {
+    let task = task("two_mass_sensors.toml");
+    let result = design(&task, 1, 100);
+    let StudyResult::Design(report) = &result else { panic!() };
+    assert!(report.optimum.price.as_ref().unwrap().total < 1.0);
+    let folders = |result: &StudyResult| {
+        [folder("design", &task, result.clone()), folder("a", &task, evaluation(&task, &task.phi))]
+    };
+    let told = text(&page(&folders(&result)).unwrap());
+    assert!(told.contains("The price falls from 100 to 0.09"), "{told}");
+    assert!(told.contains("; the budget is 200. A unit of it counts as 2.885"), "{told}");
+    assert!(
+        told.contains("<th scope=\"col\" class=\"number\">price</th>"),
+        "designs evaluated by themselves have prices"
+    );
+
+    let mut dear = result.clone();
+    let StudyResult::Design(report) = &mut dear else { panic!() };
+    report.budget_nats_per_unit = 0.5 * std::f64::consts::LN_2;
+    assert!(text(&page(&folders(&dear)).unwrap()).contains("used up: one unit more of it would save 0.5 bits"));
+    let StudyResult::Design(report) = &mut dear else { panic!() };
+    report.optimum.price.as_mut().unwrap().total = 201.0;
+    assert!(text(&page(&folders(&dear)).unwrap()).contains("this exceeds the budget of 200"));
+}
+
+#[test]
 fn whatever_files_hold_is_shown_as_text() {
     let task = task("two_mass_small.toml");
     let mut folder = folder("</title><i>", &task, design(&task, 1, 3));

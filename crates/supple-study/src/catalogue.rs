@@ -31,7 +31,8 @@ pub struct CatalogueReport {
     pub price: Option<f64>,
     /// The best design without catalogues.
     pub continuous: ContinuousOptimum,
-    /// Bits that the chosen design needs more than that; none where one of both misses a bound.
+    /// Bits that the chosen design needs more than that, prices with their weight included; none where one of both misses a
+    /// bound, and where entries have prices and prices count, which that does not pay.
     pub gap_bits: Option<f64>,
     /// The best combinations of entries, the chosen one first: at most 10.
     pub best: Vec<CombinationReport>,
@@ -59,7 +60,7 @@ pub struct ContinuousOptimum {
     pub status: DesignStatus,
     /// All parameters.
     pub parameters: Named,
-    /// Its objective, bits.
+    /// Its information, bits.
     #[serde(deserialize_with = "supple::or_nan")]
     pub information_bits: f64,
     /// Expected cost of each task.
@@ -76,7 +77,7 @@ pub struct CombinationReport {
     pub status: DesignStatus,
     /// All parameters.
     pub parameters: Named,
-    /// Its objective, bits.
+    /// Its information, bits.
     #[serde(deserialize_with = "supple::or_nan")]
     pub information_bits: f64,
     /// How far the worst task is above its bound, relative to it.
@@ -85,6 +86,32 @@ pub struct CombinationReport {
 }
 
 impl CatalogueReport {
+    /// How far the chosen design is from that without catalogues, as a sentence.
+    pub fn distance(&self, number: impl Fn(f64) -> String) -> String {
+        let free = self.continuous.information_bits;
+        let more = self.best.first().map_or(f64::NAN, |chosen| chosen.information_bits - free);
+        match self.gap_bits {
+            Some(gap) if (gap - more).abs() <= 1e-9 * free.abs() => format!(
+                "Without catalogues {} bits would do: {} less, {:.2} %.",
+                number(free),
+                number(gap),
+                100.0 * gap / (free + gap).abs().max(1e-300)
+            ),
+            Some(gap) => format!(
+                "Without catalogues, at {} bits, the sum of information and prices would be {} bits less.",
+                number(free),
+                number(gap)
+            ),
+            None if self.continuous.violation > supple::FEASIBILITY => {
+                "Without catalogues no design that meets every bound was found either.".to_owned()
+            }
+            None if self.chosen.iter().any(|entry| entry.price.is_some()) => {
+                format!("Without catalogues, and without paying for their entries, {} bits would do.", number(free))
+            }
+            None => format!("Without catalogues {} bits would do.", number(free)),
+        }
+    }
+
     /// Of a design, where it has catalogues.
     pub(crate) fn of(searcher: &Searcher, found: &Design) -> Option<Self> {
         let design = found.catalogue.as_ref()?;

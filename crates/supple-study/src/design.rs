@@ -47,6 +47,27 @@ pub struct DesignReport {
     pub seconds: f64,
 }
 
+impl DesignReport {
+    /// How many starts converged to the best design that any found, and how many to worse optima. Starts take no notice of
+    /// catalogues.
+    pub fn agreement(&self) -> (usize, usize) {
+        let objective = |start: &StartReport| start.information_nats + self.settings.price_weight * start.price;
+        let converged = self.starts.iter().filter(|start| start.status == DesignStatus::Converged);
+        let ends: Vec<f64> = converged.map(objective).collect();
+        let best = ends.iter().copied().fold(f64::INFINITY, f64::min);
+        let same = ends.iter().filter(|&&end| (end - best).abs() <= 1e-4 * best.abs()).count();
+        (same, ends.len() - same)
+    }
+
+    /// What to do where only one start found the best design, and others worse ones.
+    pub fn advice(&self) -> &'static str {
+        match self.agreement() {
+            (1, 1..) => " Others ended at worse optima: with more starts (`--starts`) there may be better ones.",
+            _ => "",
+        }
+    }
+}
+
 /// What a task's bound is worth.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TaskPrice {

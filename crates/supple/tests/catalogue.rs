@@ -198,6 +198,56 @@ fn neighbours_find_the_best_of_the_grid() {
     assert_eq!((cut.designed.len(), cut.complete), (3, false));
 }
 
+/// The two masses with sensors at a price, those from catalogues of one entry each; the spring from one of its own, or free.
+fn coarse_sensors(spring: &str, price: &str) -> Problem {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass_sensors.toml")).unwrap();
+    let edits = [
+        ("scale = \"log\"\nunit = \"N/m\"\n\n[parameters.k2]", format!("scale = \"log\"{spring}\n\n[parameters.k2]")),
+        ("price = { inverse = 0.05 }", format!("catalogue = [{{ value = 0.1{price} }}]")),
+        ("price = { inverse = 0.5 }", format!("price = {{ inverse = 0.5 }}\ncatalogue = [{{ value = 1.0{price} }}]")),
+    ];
+    let text = edits.into_iter().fold(text, |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, &to, 1)
+    });
+    Problem::parse(&text, "task.toml").unwrap()
+}
+
+/// What is free beside the entries is searched for from every start: from the end without catalogues alone it comes to rest at
+/// 97.4 bits, above what a spring of 400 N/m needs.
+#[test]
+fn a_free_parameter_is_no_worse_than_one_from_a_catalogue() {
+    let bits = |spring: &str| {
+        let found = designed(&coarse_sensors(spring, ""));
+        assert_eq!(found.status, DesignStatus::Converged);
+        found.found().information / std::f64::consts::LN_2
+    };
+    let (free, chosen) = (bits(""), bits("\ncatalogue = [400, 500, 600]"));
+    assert!((chosen - 76.0658).abs() < 1e-3, "{chosen}");
+    assert!(free < 71.76, "{free}");
+}
+
+/// Beside a design without catalogues, prices are told with their weight; not where that does not pay those of the entries.
+#[test]
+fn a_gap_compares_what_both_pay() {
+    let stop = AtomicBool::new(false);
+    let control = Control { observer: &NoObserver, stop: &stop };
+    let gap = |problem: &Problem| {
+        let searcher = Searcher { problem, settings: &problem.design, aim: Aim::default(), control };
+        let found = designed(problem);
+        let (chosen, catalogue) = (found.found().clone(), found.catalogue.unwrap());
+        (catalogue.gap(&searcher), chosen.objective - catalogue.continuous.objective)
+    };
+    let (told, objectives) = gap(&coarse_sensors("", ""));
+    assert!(objectives > 0.0);
+    assert_eq!(told, Some(objectives));
+    assert_eq!(gap(&coarse_sensors("", ", price = 3")).0, None);
+    // Where prices do not count, they are no reason to tell nothing.
+    let mut free = coarse_sensors("", ", price = 3");
+    (free.design.budget, free.design.price_weight) = (None, 0.0);
+    assert!(gap(&free).0.unwrap() > 0.0);
+}
+
 /// Told to stop, it still shows entries only: those next to the design without catalogues.
 #[test]
 fn stopped_searches_choose_entries() {

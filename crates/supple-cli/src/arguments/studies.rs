@@ -81,13 +81,13 @@ pub struct SensorsOptions {
     #[command(flatten)]
     pub task: TaskArguments,
     /// Prices of all chosen sensors together at most
-    #[arg(long, value_name = "B")]
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
     pub budget: Option<f64>,
     /// Chosen sensors at most
-    #[arg(long, value_name = "K", value_parser = count(0, 1_000_000))]
+    #[arg(long, value_name = "K", value_parser = count(0, 1_000_000), allow_hyphen_values = true)]
     pub count: Option<usize>,
     /// Choose the cheapest set with an expected cost of at most this
-    #[arg(long, value_name = "D")]
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
     pub cost: Option<f64>,
     /// What the set is to be best in
     #[arg(long = "for", value_enum, value_name = "GOAL", default_value_t = SensorGoalArgument::Cost)]

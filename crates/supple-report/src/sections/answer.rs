@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use supple::design::DesignStatus;
-use supple::{Evaluation, FEASIBILITY, TaskEvaluation};
+use supple::{Evaluation, FEASIBILITY, PriceReport, TaskEvaluation};
 use supple_study::AboutTask;
 use supple_study::design::DesignReport;
 
@@ -111,7 +111,32 @@ fn result(part: &Part, report: &DesignReport) -> String {
             None => "; it has no bound.".into(),
         };
     }
+    if let (Some(before), Some(after)) = (&start.price, &end.price) {
+        let (from, to) = (before.total, after.total);
+        text += &format!(" The price {} from {} to {}", went(from, to), number(from), number(to));
+        text += &match after.budget {
+            Some(budget) => format!("; {}.", against_budget(report, after, budget)),
+            None => ".".into(),
+        };
+        if after.weight_nats_per_unit > 0.0 {
+            let [weight, sum] = [after.weight_nats_per_unit, after.objective_nats].map(|nats| number(bits(nats)));
+            text += &format!(" A unit of it counts as {weight} bits; {sum} bits are minimised.");
+        }
+    }
     text
+}
+
+/// How a price stands to the budget.
+fn against_budget(report: &DesignReport, price: &PriceReport, budget: f64) -> String {
+    let saved = report.budget_nats_per_unit;
+    let budget_text = number(budget);
+    if price.exceeded().is_some() {
+        format!("this exceeds the budget of {budget_text}")
+    } else if saved > 0.0 {
+        format!("the budget of {budget_text} is used up: one unit more of it would save {} bits", number(bits(saved)))
+    } else {
+        format!("the budget is {budget_text}")
+    }
 }
 
 /// How a cost stands to its bound.
@@ -149,13 +174,16 @@ fn capital(text: &str) -> String {
 
 /// How the search ended.
 fn verdict(report: &DesignReport) -> String {
-    let converged = || report.starts.iter().filter(|start| start.status == DesignStatus::Converged);
-    let best = converged().map(|start| start.information_nats).fold(f64::INFINITY, f64::min);
-    let same = converged().filter(|start| (start.information_nats - best).abs() <= 1e-4 * best.abs()).count();
     let how = match report.status {
+        // What starts found says nothing of what was chosen from catalogues.
+        DesignStatus::Converged if report.catalogue.is_some() => {
+            "The search converged: this is an optimum among the catalogues' entries.".into()
+        }
         DesignStatus::Converged => format!(
-            "The search converged: {same} of {} ended at this information.",
-            count(report.starts.len(), "start")
+            "The search converged: {} of {} ended at this information.{}",
+            report.agreement().0,
+            count(report.starts.len(), "start"),
+            report.advice()
         ),
         DesignStatus::NotOptimal => {
             "The search came to rest, but this is not an optimum: the total gradient is not zero there.".into()
@@ -246,6 +274,16 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         };
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
     }
+    if let (Some(before), Some(after)) = (&start.price, &optimum.price) {
+        let saved = report.budget_nats_per_unit;
+        let note = match after.budget {
+            None => String::new(),
+            Some(_) if after.exceeded().is_some() => "exceeded".into(),
+            Some(_) if saved > 0.0 => format!("used up: {} bits per unit", number(bits(saved))),
+            Some(_) => "met".into(),
+        };
+        add("price".into(), "", before.total, after.total, [after.budget.map_or("none".into(), number), note]);
+    }
     table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows)
 }
 
@@ -257,6 +295,8 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
         head.push(format!("cost of {}", task.name));
         head.push(format!("bound of {}", task.name));
     }
+    let priced = evaluations.iter().any(|(_, at)| at.price.is_some());
+    head.extend(priced.then(|| "price".into()));
     let row = |(folder, at): &(&str, &Evaluation)| {
         let values = part.describe(&at.parameters).join(", ");
         let mut row = vec![(*folder).to_owned(), values, number(at.objective.information_bits)];
@@ -268,6 +308,7 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
                 format!("{}, {}", number(bound), if met(bound) { "met" } else { "missed" })
             }));
         }
+        row.extend(priced.then(|| at.price.as_ref().map_or_else(String::new, |price| number(price.total))));
         row
     };
     let rows: Vec<_> = evaluations.iter().map(row).collect();

@@ -41,9 +41,7 @@ fn chosen(catalogue: &CatalogueReport, of: &str) -> Markup {
         p {
             (catalogue.designed) " of " (catalogue.combinations) " combinations were designed, and "
             (catalogue.feasible) " of them meet every bound."
-            @if let Some(gap) = catalogue.gap_bits {
-                " The choice needs " (number(gap)) " bits more than the best design without catalogues."
-            }
+            " " (catalogue.distance(number))
         }
         (table(
             &format!("The best combinations{of}"),

@@ -114,7 +114,7 @@ impl<'a> Choosing<'a> {
     }
 
     /// Designs one combination: plans from the first guesses and from the design without catalogues, then on the cheapest branch seen;
-    /// from there the parameters without catalogues are optimised.
+    /// from there the parameters without catalogues are optimised, and from random starts too, as many as the settings say.
     fn design(&self, entries: &[usize]) -> Result<StartSummary, Error> {
         let Searcher { problem, settings, control, .. } = self.searcher;
         let mut phi = self.continuous.to.clone();
@@ -134,7 +134,16 @@ impl<'a> Choosing<'a> {
         let searcher = Searcher { problem: &self.held, control, ..self.searcher };
         match self.held.parameters.design().is_empty() {
             true => searcher.assess(&phi, &controls),
-            false => searcher.search_from(&phi, &controls, 0),
+            false => {
+                let near = searcher.search_from(&phi, &controls, 0)?;
+                let random = (1..settings.starts).into_par_iter().filter(|_| !control.is_stopped());
+                let random: Vec<_> = random.filter_map(|start| searcher.search_start(&phi, start).ok()).collect();
+                let evaluations = [&near].into_iter().chain(&random).map(|summary| summary.evaluations).sum();
+                let better = |best: StartSummary, other: StartSummary| {
+                    if searcher.rank(&other) < searcher.rank(&best) { other } else { best }
+                };
+                Ok(StartSummary { evaluations, ..random.into_iter().fold(near, better) })
+            }
         }
     }
 

@@ -57,11 +57,16 @@ impl CatalogueDesign {
         &self.designed[0]
     }
 
-    /// How many nats more the chosen design needs than that without catalogues, where both meet every bound.
+    /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where both
+    /// meet every bound. None where entries have prices and prices count: that without catalogues does not pay them.
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);
         let met = [chosen, free].iter().all(|summary| !searcher.rank(summary).0);
-        met.then_some(chosen.information - free.information)
+        let Searcher { problem, settings, .. } = searcher;
+        let counts = settings.budget.is_some() || settings.price_weight > 0.0;
+        let priced = |place: usize| problem.parameters.get(place).catalogue.iter().any(|entry| entry.price.is_some());
+        let comparable = !(counts && problem.parameters.catalogued().into_iter().any(priced));
+        (met && comparable).then_some(chosen.objective - free.objective)
     }
 
     /// How many of the designed combinations meet every bound.
