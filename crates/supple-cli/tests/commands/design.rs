@@ -1,0 +1,132 @@
+use serde_json::{Value, json};
+
+use crate::common::{Folder, Run, TWO_MASS};
+use crate::{assert_form, evaluation_form, number, two_mass};
+
+#[test]
+fn design_prints_one_object_of_the_published_form() {
+    let folder = Folder::with_task(TWO_MASS);
+    let found = folder.run(&["design", "task.toml", "--starts", "2", "--seed", "5", "--json"]).json(0);
+    let form = json!({
+        "status": "",
+        "start": evaluation_form(),
+        "optimum": evaluation_form(),
+        "starts": [{ "status": "", "from": { "*": 0.5 }, "to": { "*": 0.5 }, "information_nats": 0.5 }],
+        "evaluations": 1,
+        "seconds": 0.5
+    });
+    assert_form(&found, &form, "");
+    assert_eq!((&found["status"], &found["seed"]), (&json!("converged"), &json!(5)));
+    let starts = found["starts"].as_array().unwrap();
+    assert_eq!(starts.len(), 2);
+    let effort: u64 = starts.iter().map(|start| start["evaluations"].as_u64().unwrap()).sum();
+    assert_eq!(found["evaluations"], effort);
+    assert_eq!(found["start"]["parameters"], json!({ "k1": 60.0, "k2": 30.0 }));
+    let nats = |side: &str| number(&found[side]["objective"]["information_nats"]);
+    assert!(nats("optimum") < nats("start"));
+    assert!(number(&found["optimum"]["tasks"][0]["cost"]["expected"]) <= 25.0 * (1.0 + 1e-6));
+    assert_eq!(folder.names(), ["task.toml"]);
+}
+
+#[test]
+fn design_prints_a_page_for_people() {
+    let run = Folder::with_task(TWO_MASS).run(&["design", "task.toml", "--starts", "1", "--set", "k2=20"]);
+    let (code, page) = run.quiet();
+    assert_eq!(code, Some(0));
+    for part in ["k1", "k2", "information, bits", "information, bits/s", "cost of press", "seed 0"] {
+        assert!(page.contains(part), "{part} is not in\n{page}");
+    }
+}
+
+#[test]
+fn design_takes_every_method_and_gradient() {
+    let folder = Folder::with_task(TWO_MASS);
+    for (method, gradient) in [("sqp", "total"), ("sqp", "frozen"), ("barrier", "total"), ("barrier", "frozen")] {
+        let arguments = ["design", "task.toml", "--starts", "1", "--json", "--method", method, "--gradient", gradient];
+        let run = folder.run(&arguments);
+        let code = run.code.filter(|code| [0, 1].contains(code)).unwrap();
+        let found = run.json(code);
+        assert_eq!((&found["method"], &found["gradient"]), (&json!(method), &json!(gradient)));
+        assert_eq!(code == 0, found["status"] == "converged");
+    }
+}
+
+#[test]
+fn a_design_that_cannot_meet_its_bound_is_a_shortfall_and_says_by_how_much() {
+    let folder = two_mass("bound = 25.0", "bound = 5.0");
+    let run = folder.run(&["design", "task.toml", "--starts", "1"]);
+    assert_eq!(run.quiet().0, Some(1));
+    assert!(run.stdout.contains("The closest misses the bound of press by 4.6"), "{}", run.stdout);
+    let found = folder.run(&["design", "task.toml", "--starts", "1", "--json", "--out", "out"]).json(1);
+    assert_eq!((&found["status"], &found["optimum"]["feasible"]), (&json!("bound_violated"), &json!(false)));
+    assert!(number(&found["starts"][0]["violation"]) > 0.0);
+    assert!(folder.path("out/result.json").exists(), "it was computed, so it is written");
+}
+
+#[test]
+fn a_design_whose_plans_do_not_converge_says_so() {
+    let run =
+        two_mass("title =", "planning.tolerance = 1e-300\ntitle =").run(&["design", "task.toml", "--starts", "1"]);
+    assert_eq!(run.quiet().0, Some(1));
+    assert!(run.stdout.contains("a plan of press that ended as line_search_stalled"), "{}", run.stdout);
+}
+
+#[test]
+fn out_writes_a_result_with_all_that_made_it() {
+    let folder = Folder::with_task(TWO_MASS);
+    std::fs::create_dir(folder.path("out")).unwrap();
+    std::fs::write(folder.path("out/result.json"), "old").unwrap();
+    let arguments = ["design", "task.toml", "--starts", "1", "--seed", "7", "--set", "k1=50", "--out", "out", "--json"];
+    let printed = folder.run(&arguments).json(0);
+    let file: Value = serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
+    assert_eq!(file["result"], printed);
+    assert_eq!(file["sources"], json!([{ "path": "task.toml", "text": TWO_MASS }]));
+    assert_eq!((&file["kind"], &file["command"], &file["seed"]), (&json!("design"), &json!("design"), &json!(7)));
+    assert_eq!(file["supple"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(file["arguments"], json!(arguments));
+    let settings = &file["result"]["settings"];
+    assert_eq!((&settings["seed"], &settings["starts"]), (&json!(7), &json!(1)));
+    assert_eq!(std::fs::read_dir(folder.path("out")).unwrap().count(), 1, "nothing else is left in the folder");
+    assert_eq!(folder.names(), ["out", "task.toml"]);
+}
+
+#[test]
+fn out_makes_its_folders() {
+    let folder = Folder::with_task(TWO_MASS);
+    let run = folder.run(&["design", "task.toml", "--starts", "1", "--out", "a/b"]);
+    assert_eq!(run.quiet().0, Some(0));
+    assert!(folder.path("a/b/result.json").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_result_is_readable_for_others_as_any_file() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::with_task(TWO_MASS);
+    assert_eq!(folder.run(&["design", "task.toml", "--starts", "1", "--out", "."]).code, Some(0));
+    let mode = |name: &str| std::fs::metadata(folder.path(name)).unwrap().permissions().mode();
+    assert_eq!(mode("result.json"), mode("task.toml"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_result_knows_a_task_that_can_be_read_once_only() {
+    let folder = Folder::with_task(TWO_MASS);
+    let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(["design", "/dev/stdin", "--starts", "1", "--out"]).arg(folder.path("out")).write_stdin(TWO_MASS);
+    assert_eq!(Run::of(&command.output().unwrap()).quiet().0, Some(0));
+    let file: Value = serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
+    assert_eq!(file["sources"][0]["text"], TWO_MASS);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_whose_name_is_no_text_is_no_panic() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = Folder::with_task(TWO_MASS);
+    let name = std::ffi::OsStr::from_bytes(b"out-\xff");
+    let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(["design", "task.toml", "--starts", "1", "--out"]).arg(name).current_dir(folder.path(""));
+    assert_eq!(Run::of(&command.output().unwrap()).quiet().0, Some(0));
+    assert!(folder.path("").join(name).join("result.json").exists());
+}

@@ -1,0 +1,67 @@
+use crate::common::{Folder, Run, TWO_MASS};
+
+/// A run whose reader has hung up.
+fn unread(arguments: &[&str], folder: &Folder) -> Run {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(arguments).current_dir(folder.path(""));
+    let pipe = std::process::Stdio::piped;
+    let mut child = command.stdout(pipe()).stderr(pipe()).spawn().unwrap();
+    drop(child.stdout.take());
+    Run::of(&child.wait_with_output().unwrap())
+}
+
+#[test]
+fn a_reader_that_hangs_up_is_no_failure() {
+    let folder = Folder::with_task(TWO_MASS);
+    for arguments in [
+        &["evaluate", "task.toml"][..],
+        &["evaluate", "task.toml", "--json", "--gradient", "both"],
+        &["design", "task.toml", "--starts", "1", "--json"],
+        &["schema"],
+        &["completions", "bash"],
+    ] {
+        assert_eq!(unread(arguments, &folder).quiet(), (Some(0), ""), "{arguments:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_a_failure() {
+    let folder = Folder::with_task(TWO_MASS);
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(["evaluate", "task.toml", "--json"]).current_dir(folder.path(""));
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let run = Run::of(&command.stdout(full).output().unwrap());
+    assert!(run.error().contains("standard output: "), "{run:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_error_that_cannot_be_told_is_still_one() {
+    let folder = Folder::with_task(TWO_MASS.replace("steps = ", "stesp = "));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(["evaluate", "task.toml"]).current_dir(folder.path(""));
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    assert_eq!(command.stderr(full).output().unwrap().status.code(), Some(2));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_design_prints_the_best_until_then() {
+    let folder = Folder::with_task(TWO_MASS);
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_supple"));
+    // Enough starts to last for a while.
+    let starts = (200 * std::thread::available_parallelism().unwrap().get()).to_string();
+    command.args(["design", "task.toml", "--starts", &starts, "--json", "--out", "out"]).current_dir(folder.path(""));
+    let pipe = std::process::Stdio::piped;
+    let child = command.stdout(pipe()).stderr(pipe()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let found = Run::of(&child.wait_with_output().unwrap()).json(1);
+    assert_eq!(found["status"], "stopped");
+    assert_eq!(found["optimum"]["feasible"], true);
+    let file: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
+    assert_eq!(file["result"], found);
+}
