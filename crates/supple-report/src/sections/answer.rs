@@ -126,29 +126,57 @@ fn result(part: &Part, report: &DesignReport) -> String {
     text
 }
 
+/// How something stands to what it may be at most.
+enum Standing {
+    Missed,
+    /// Bits that a unit more would save.
+    Active(f64),
+    Met,
+}
+
+impl Standing {
+    fn of(missed: bool, nats_per_unit: f64) -> Self {
+        match missed {
+            true => Self::Missed,
+            false if nats_per_unit > 0.0 => Self::Active(bits(nats_per_unit)),
+            false => Self::Met,
+        }
+    }
+
+    /// Of the cost of a task.
+    fn of_cost(report: &DesignReport, index: usize, (cost, bound): (f64, f64)) -> Self {
+        let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
+        Self::of(misses(cost, bound), price)
+    }
+
+    /// Of the price of a design.
+    fn of_price(report: &DesignReport, price: &PriceReport) -> Self {
+        Self::of(price.exceeded().is_some(), report.budget_nats_per_unit)
+    }
+}
+
 /// How a price stands to the budget.
 fn against_budget(report: &DesignReport, price: &PriceReport, budget: f64) -> String {
-    let saved = report.budget_nats_per_unit;
-    let budget_text = number(budget);
-    if price.exceeded().is_some() {
-        format!("this exceeds the budget of {budget_text}")
-    } else if saved > 0.0 {
-        format!("the budget of {budget_text} is used up: one unit more of it would save {} bits", number(bits(saved)))
-    } else {
-        format!("the budget is {budget_text}")
+    let budget = number(budget);
+    match Standing::of_price(report, price) {
+        Standing::Missed => format!("this exceeds the budget of {budget}"),
+        Standing::Active(saved) => {
+            format!("the budget of {budget} is used up: one unit more of it would save {} bits", number(saved))
+        }
+        Standing::Met => format!("the budget is {budget}"),
     }
 }
 
 /// How a cost stands to its bound.
 fn against_bound(report: &DesignReport, index: usize, cost: f64, bound: f64) -> String {
-    let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
-    let bound_text = number(bound);
-    if misses(cost, bound) {
-        format!("this misses its bound of {bound_text}")
-    } else if price > 0.0 {
-        format!("its bound of {bound_text} is active: one unit more of it would save {} bits", number(bits(price)))
-    } else {
-        format!("its bound of {bound_text} is met and not active")
+    let standing = Standing::of_cost(report, index, (cost, bound));
+    let bound = number(bound);
+    match standing {
+        Standing::Missed => format!("this misses its bound of {bound}"),
+        Standing::Active(saved) => {
+            format!("its bound of {bound} is active: one unit more of it would save {} bits", number(saved))
+        }
+        Standing::Met => format!("its bound of {bound} is met and not active"),
     }
 }
 
@@ -254,35 +282,32 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             let what = format!("information of {} that reaches controls", after.name);
             add(what, "bits", a.total_bits, b.total_bits, none());
         }
-        let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
-        let remark = match after.cost.bound {
-            None => ["none".into(), String::new()],
-            Some(bound) => {
-                let missed = misses(after.cost.expected, bound);
-                let active = || format!("active: {} bits per unit", number(bits(price)));
-                [
-                    number(bound),
-                    if missed {
-                        "missed".into()
-                    } else if price > 0.0 {
-                        active()
-                    } else {
-                        "met".into()
-                    },
-                ]
-            }
-        };
+        let remark = after.cost.bound.map_or_else(
+            || ["none".into(), String::new()],
+            |bound| {
+                let note = match Standing::of_cost(report, index, (after.cost.expected, bound)) {
+                    Standing::Missed => "missed".into(),
+                    Standing::Active(saved) => format!("active: {} bits per unit", number(saved)),
+                    Standing::Met => "met".into(),
+                };
+                [number(bound), note]
+            },
+        );
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
     }
     if let (Some(before), Some(after)) = (&start.price, &optimum.price) {
-        let saved = report.budget_nats_per_unit;
-        let note = match after.budget {
-            None => String::new(),
-            Some(_) if after.exceeded().is_some() => "exceeded".into(),
-            Some(_) if saved > 0.0 => format!("used up: {} bits per unit", number(bits(saved))),
-            Some(_) => "met".into(),
-        };
-        add("price".into(), "", before.total, after.total, [after.budget.map_or("none".into(), number), note]);
+        let remark = after.budget.map_or_else(
+            || ["none".into(), String::new()],
+            |budget| {
+                let note = match Standing::of_price(report, after) {
+                    Standing::Missed => "exceeded".into(),
+                    Standing::Active(saved) => format!("used up: {} bits per unit", number(saved)),
+                    Standing::Met => "met".into(),
+                };
+                [number(budget), note]
+            },
+        );
+        add("price".into(), "", before.total, after.total, remark);
     }
     table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows)
 }
@@ -301,11 +326,10 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
         let values = part.describe(&at.parameters).join(", ");
         let mut row = vec![(*folder).to_owned(), values, number(at.objective.information_bits)];
         for task in &at.tasks {
-            let met = |bound: f64| task.cost.expected <= bound + FEASIBILITY * bound.abs();
             row.push(number(task.information.bits_per_second));
             row.push(number(task.cost.expected));
             row.push(task.cost.bound.map_or("none".into(), |bound| {
-                format!("{}, {}", number(bound), if met(bound) { "met" } else { "missed" })
+                format!("{}, {}", number(bound), if misses(task.cost.expected, bound) { "missed" } else { "met" })
             }));
         }
         row.extend(priced.then(|| at.price.as_ref().map_or_else(String::new, |price| number(price.total))));

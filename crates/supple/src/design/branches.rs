@@ -166,7 +166,7 @@ fn attempt_branch(
     let guess = task.guess(&source, factor);
     state.plan_only(task, &source, &problem.planning, Some(&guess))?;
     let controls = state.plan.trajectory.controls.clone();
-    continue_plan((problem, task), scaling, (&source, phi), &controls, state).map_err(Failed::error)?;
+    continue_plan((problem, task), scaling, (&source, phi), (&controls, 1), state).map_err(Failed::error)?;
     let converged = state.plan.status.is_converged();
     Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
 }

@@ -180,7 +180,8 @@ impl TaskVisit {
         };
         let (first, last) = (along(from, &self.cost_gradient), along(to, &other.cost_gradient));
         let surprise = other.cost - self.cost - 0.5 * (first + last);
-        distance(&start, &end) <= NEAR && surprise > SURPRISE * (first.abs() + last.abs()) + 1e-3 * self.cost.abs()
+        largest_difference(&start, &end) <= NEAR
+            && surprise > SURPRISE * (first.abs() + last.abs()) + 1e-3 * self.cost.abs()
     }
 
     /// `(J - D) / |D|`
@@ -240,24 +241,13 @@ impl Failed {
 }
 
 /// How far two designs are from one another in the parameter that differs most, in scaled coordinates.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Plans a task along the straight line between two designs, each plan starting from the one before; the state is
-/// left at the second design.
+/// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
+/// than the usual ones by a factor; the state is left at the second design.
 pub(crate) fn continue_plan(
-    (problem, task): (&Problem, &Task),
-    scaling: &Scaling,
-    (from, to): (&[f64], &[f64]),
-    controls: &Matrices,
-    state: &mut TaskState,
-) -> Result<(), Failed> {
-    continue_in((problem, task), scaling, (from, to), (controls, 1), state)
-}
-
-/// The same in steps that are finer by a factor.
-fn continue_in(
     (problem, task): (&Problem, &Task),
     scaling: &Scaling,
     (from, to): (&[f64], &[f64]),
@@ -265,7 +255,7 @@ fn continue_in(
     state: &mut TaskState,
 ) -> Result<(), Failed> {
     let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-    let steps = (distance(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
+    let steps = (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
     let mut controls = controls.clone();
     for step in 1..=steps {
         let share = step as f64 / steps as f64;
@@ -333,7 +323,7 @@ impl<'a> Visitor<'a> {
     /// Forgets all visits and starts anew from a design with given plans.
     pub fn restart(&mut self, phi: &[f64], controls: &[Matrices]) -> Result<&Visit, Error> {
         self.visits.clear();
-        self.visit_from(phi.to_vec(), (phi, controls), None)
+        self.visit_from(phi.to_vec(), (phi, controls.iter().collect()), None)
     }
 
     /// Visits scaled coordinates, continuing the plans of the nearest design visited before.
@@ -348,7 +338,8 @@ impl<'a> Visitor<'a> {
         };
         let phi = self.scaling.unscaled(&nearest.phi, scaled);
         let nearest = nearest.clone();
-        self.visit_from(phi, (&nearest.phi, &controls_of(&nearest)), Some(&nearest))?;
+        let controls = nearest.tasks.iter().map(|task| &task.controls).collect();
+        self.visit_from(phi, (&nearest.phi, controls), Some(&nearest))?;
         // Clamping may move the coordinates by rounding; keep those asked for.
         let last = self.visits.len() - 1;
         self.visits[last].scaled = scaled.to_vec();
@@ -374,14 +365,14 @@ impl<'a> Visitor<'a> {
     fn visit_from(
         &mut self,
         phi: Vec<f64>,
-        (from, controls): (&[f64], &[Matrices]),
+        (from, controls): (&[f64], Vec<&Matrices>),
         known: Option<&Visit>,
     ) -> Result<&Visit, Error> {
         let Self { problem, settings, aim, scaling, states, .. } = self;
-        let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(controls.par_iter()).enumerate();
+        let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(controls).enumerate();
         let tasks = tasks.map(|(index, ((task, state), controls))| {
             let visit = |finer: usize, state: &mut TaskState| {
-                continue_in((problem, task), scaling, (from, &phi), (controls, finer), state)
+                continue_plan((problem, task), scaling, (from, &phi), (controls, finer), state)
                     .map_err(|failed| failed.explain(task, state))?;
                 task_visit(task, &phi, (settings.gradient, *aim), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
@@ -438,7 +429,9 @@ mod tests {
         let near = visitor.visit(&scaling.scaled(&near)).unwrap().clone();
         assert!((near.tasks[0].cost - 306.631).abs() < 0.01, "{}", near.tasks[0].cost);
 
-        continue_plan((&problem, task), &scaling, (&near.phi, &far), &near.tasks[0].controls, &mut state).ok().unwrap();
+        continue_plan((&problem, task), &scaling, (&near.phi, &far), (&near.tasks[0].controls, 1), &mut state)
+            .ok()
+            .unwrap();
         assert!((state.cost.expected() - 309.694).abs() < 0.01, "{}", state.cost.expected());
         let visit = visitor.visit(&scaling.scaled(&far)).unwrap();
         assert!((visit.tasks[0].cost - 300.22).abs() < 0.05, "{}", visit.tasks[0].cost);

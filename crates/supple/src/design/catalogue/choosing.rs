@@ -138,11 +138,10 @@ impl<'a> Choosing<'a> {
                 let near = searcher.search_from(&phi, &controls, 0)?;
                 let random = (1..settings.starts).into_par_iter().filter(|_| !control.is_stopped());
                 let random: Vec<_> = random.filter_map(|start| searcher.search_start(&phi, start).ok()).collect();
-                let evaluations = [&near].into_iter().chain(&random).map(|summary| summary.evaluations).sum();
-                let better = |best: StartSummary, other: StartSummary| {
-                    if searcher.rank(&other) < searcher.rank(&best) { other } else { best }
-                };
-                Ok(StartSummary { evaluations, ..random.into_iter().fold(near, better) })
+                let starts = [near].into_iter().chain(random).collect();
+                let mut found = searcher.combine(starts, 0.0)?;
+                let best = found.starts.swap_remove(found.best);
+                Ok(StartSummary { evaluations: found.evaluations, ..best })
             }
         }
     }
