@@ -104,6 +104,31 @@ pub trait Scalar:
         (self.mul_add(self, smoothing * smoothing).sqrt() + self) * 0.5
     }
 
+    /// The positive part rounded off near 0: exactly 0 up to `-smoothing`, exactly `self` from `smoothing` on, and three
+    /// times continuously differentiable.
+    ///
+    /// In between, with `t = 1 + self / smoothing`, it is `smoothing t^4 (t^2 - 6 t + 10) / 32`.
+    #[inline(always)]
+    fn rounded_positive_part(self, smoothing: Self) -> Self {
+        let t = self.place_in_rounding(smoothing);
+        let bend = t.square().square() * (t * (t - 6.0) + 10.0) * (1.0 / 32.0);
+        smoothing.mul_add(bend, (self - smoothing).positive_part())
+    }
+
+    /// The derivative of [`Scalar::rounded_positive_part`]: from 0 to 1.
+    #[inline(always)]
+    fn rounded_step(self, smoothing: Self) -> Self {
+        let t = self.place_in_rounding(smoothing);
+        t.square() * t * (t * (t * 3.0 - 15.0) + 20.0) * (1.0 / 16.0)
+    }
+
+    /// `1 + self / smoothing`, within [0, 2].
+    #[inline(always)]
+    fn place_in_rounding(self, smoothing: Self) -> Self {
+        let t = (self / smoothing + 1.0).positive_part();
+        -(-t + 2.0).positive_part() + 2.0
+    }
+
     /// `max(self, 0)`, with derivative 0 at 0.
     #[inline(always)]
     fn positive_part(self) -> Self {

@@ -16,8 +16,9 @@ mod robot;
 mod tree;
 
 pub use dynamics::{
-    Kinematics, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics, frame_jacobian,
-    frame_velocity, inverse_dynamics, mass_matrix, passive_forces, solve,
+    Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics,
+    frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, passive_forces, passive_forces_ahead,
+    passive_resistance, solve,
 };
 pub use load::{LoadOptions, load, parse};
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};

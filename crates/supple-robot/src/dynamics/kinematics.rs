@@ -84,6 +84,22 @@ impl<S: Scalar> Kinematics<S> {
         Self::of(tree, numbers, q, &vec![S::zero(); q.len()])
     }
 
+    /// In the same place, but with other velocities `v`, rad/s or m/s, of the degrees of freedom.
+    ///
+    /// # Panics
+    /// Where `v` has not one entry by degree of freedom.
+    pub fn moving(&self, tree: &Tree, v: &[S]) -> Self {
+        assert_eq!(v.len(), tree.dofs(), "velocities of other dofs");
+        let mut other = self.clone();
+        for (index, body) in tree.bodies().iter().enumerate() {
+            let carrier = body.parent.map_or(Twist::zero(), |parent| other.moved[parent].twist);
+            let moved = &mut other.moved[index];
+            moved.rate = v[body.dof] * body.ratio;
+            moved.twist = carried(body, &moved.step, &carrier, moved.rate);
+        }
+        other
+    }
+
     /// Where each link of the robot is in the world.
     pub fn poses(&self) -> &[Pose<S>] {
         &self.links

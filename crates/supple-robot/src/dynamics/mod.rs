@@ -40,5 +40,5 @@ pub use inverse::{bias, inverse_dynamics};
 pub use kinematics::{Kinematics, Twist};
 pub use mass::mass_matrix;
 pub use massless::{SingularMass, check_inertia};
-pub use passive::passive_forces;
+pub use passive::{Resisted, passive_forces, passive_forces_ahead, passive_resistance};
 pub use solve::solve;

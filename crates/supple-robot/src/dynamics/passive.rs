@@ -4,11 +4,24 @@ use supple_kernels::Scalar;
 
 use crate::{Numbers, Tree};
 
+/// When the forces that resist motion act: at the state itself, or at the end of an implicit step.
+///
+/// A spring with stiffness `k` and a damper with coefficient `b` on a coordinate at `p` give the force
+/// `-k (p + lead r) - b r`, with the rate `r` of the coordinate.
+#[derive(Clone, Copy, Debug)]
+pub struct Resisted<'a, S> {
+    /// Rates of the degrees of freedom that the forces are linear in, rad/s or m/s: those of the state, or those at the
+    /// end of the step.
+    pub rates: &'a [S],
+    /// How far ahead the positions are taken, s: 0, or the step.
+    pub lead: S,
+}
+
 /// The forces of springs, dampers and friction in the joints on the degrees of freedom, N m or N. For a joint at
-/// position `p` with velocity `r`,
+/// position `p` with velocity `v`,
 ///
 /// ```text
-/// - stiffness (p - rest) - damping r - friction r / sqrt(r^2 + smoothing^2)
+/// - stiffness (p - rest) - damping v - friction v / sqrt(v^2 + smoothing^2)
 /// ```
 ///
 /// `smoothing` is the velocity, rad/s or m/s, above which friction is nearly that of Coulomb; more than 0.
@@ -16,15 +29,56 @@ use crate::{Numbers, Tree};
 /// # Panics
 /// Where `q` or `v` has not one entry by degree of freedom, or `numbers` are those of another robot.
 pub fn passive_forces<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, q: &[S], v: &[S], smoothing: S) -> Vec<S> {
-    assert_eq!((q.len(), v.len()), (tree.dofs(), tree.dofs()), "positions and velocities of other dofs");
+    passive_forces_ahead(tree, numbers, (q, v), Resisted { rates: v, lead: S::zero() }, smoothing)
+}
+
+/// The same forces at other rates `r` than the velocities `v`, and with the positions a time `lead` ahead:
+///
+/// ```text
+/// - stiffness (p + lead r - rest) - (damping + friction / sqrt(v^2 + smoothing^2)) r
+/// ```
+///
+/// # Panics
+/// As [`passive_forces`].
+pub fn passive_forces_ahead<S: Scalar>(
+    tree: &Tree,
+    numbers: &Numbers<S>,
+    (q, v): (&[S], &[S]),
+    resisted: Resisted<S>,
+    smoothing: S,
+) -> Vec<S> {
+    let lengths = (q.len(), v.len(), resisted.rates.len());
+    assert_eq!(lengths, (tree.dofs(), tree.dofs(), tree.dofs()), "positions and velocities of other dofs");
     let mut forces = vec![S::zero(); tree.dofs()];
     for body in tree.bodies() {
         let joint = &numbers.joints[body.joint];
-        let position = q[body.dof] * body.ratio + body.offset;
-        let rate = v[body.dof] * body.ratio;
-        let direction = rate / (rate * rate + smoothing * smoothing).sqrt();
-        let resisting = joint.stiffness * (position - joint.rest) + joint.damping * rate + joint.friction * direction;
+        let rate = resisted.rates[body.dof] * body.ratio;
+        let position = q[body.dof] * body.ratio + body.offset + resisted.lead * rate;
+        let resisting = joint.stiffness * (position - joint.rest)
+            + joint.damping * rate
+            + joint.friction * (rate / friction_speed(v[body.dof] * body.ratio, smoothing));
         forces[body.dof] -= resisting * body.ratio;
     }
     forces
+}
+
+/// By how much the forces of [`passive_forces_ahead`] fall for a unit of each rate, N m s/rad or N s/m: never negative.
+///
+/// # Panics
+/// As [`passive_forces`].
+pub fn passive_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, v: &[S], lead: S, smoothing: S) -> Vec<S> {
+    assert_eq!(v.len(), tree.dofs(), "velocities of other dofs");
+    let mut resistance = vec![S::zero(); tree.dofs()];
+    for body in tree.bodies() {
+        let joint = &numbers.joints[body.joint];
+        let speed = friction_speed(v[body.dof] * body.ratio, smoothing);
+        let own = joint.damping + joint.friction / speed + lead * joint.stiffness;
+        resistance[body.dof] += own * (body.ratio * body.ratio);
+    }
+    resistance
+}
+
+/// `sqrt(v^2 + smoothing^2)`
+fn friction_speed<S: Scalar>(v: S, smoothing: S) -> S {
+    (v * v + smoothing * smoothing).sqrt()
 }

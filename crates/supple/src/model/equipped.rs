@@ -153,6 +153,10 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.substeps()
     }
 
+    fn widened(&self, by: Value) -> Option<Self> {
+        Some(Self { model: self.model.widened(by)?, equipment: self.equipment.clone() })
+    }
+
     fn joint_names(&self) -> Vec<String> {
         self.model.joint_names()
     }

@@ -236,6 +236,15 @@ pub trait Model: Send + Sync + 'static {
         None
     }
 
+    /// The same model with contacts that set in over a length wider by the value, m, and are softer by as much, with which
+    /// planning finds contacts from afar; at 0 it is this model. None in models without contacts.
+    fn widened(&self, _by: Value) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
     /// Names of the joints, each with the states `q.NAME` and `v.NAME`; none in models that have no joints.
     fn joint_names(&self) -> Vec<String> {
         Vec::new()

@@ -39,8 +39,6 @@ pub(super) struct Gains<'a> {
     pub rows: &'a mut [f64],
     pub wide: usize,
     pub n: usize,
-    /// Levenberg-Marquardt term on `Q_uu`.
-    pub mu: f64,
     /// Receives `K`, rows `narrow` apart.
     pub feedback: &'a mut [f64],
     pub narrow: usize,
@@ -82,7 +80,7 @@ impl BoxQp {
     #[inline(always)]
     pub fn solve<L: Lanes>(&mut self, limits: Limits, t: usize, gains: Gains) -> Result<(), ()> {
         let m = self.linear.len();
-        let Gains { rows: right, wide, n, mu, feedback, narrow, feedforward, clamped } = gains;
+        let Gains { rows: right, wide, n, feedback, narrow, feedforward, clamped } = gains;
         let joint = n + m;
         for a in 0..m {
             for b in 0..=a {
@@ -90,7 +88,6 @@ impl BoxQp {
                 self.hessian[a * m + b] = entry;
                 self.hessian[b * m + a] = entry;
             }
-            self.hessian[a * m + a] += mu;
             self.linear[a] = right[a * wide + joint];
         }
         match limits {

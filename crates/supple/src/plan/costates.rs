@@ -9,33 +9,41 @@ pub(crate) struct Stationarity {
     pub residual: f64,
     /// The largest `|l_u|`, the scale of the residual.
     pub scale: f64,
+    /// The step and the control of the largest residual.
+    pub step: usize,
+    pub control: usize,
 }
 
-/// The costates `lambda_t = l_x + A' lambda_{t+1}`, `lambda_N = l_{N,x}` (theory, equation P.4), and how far the
-/// controls are from stationary. `cost` is `[l_zz | l_z]`; `bounded` has bounds with the controls, where there are any.
+/// The costates `lambda_t = l_x + A' lambda_{t+1} + K' r_t`, `lambda_N = l_{N,x}`, and how far the controls are from
+/// stationary: the residuals `r_t = l_u + B' lambda_{t+1}` (theory, equations P.4 and P.4a). `cost` is `[l_zz | l_z]`,
+/// `feedback` has the `K`, and `bounded` bounds with the controls, where there are any.
+///
+/// Along a stationary trajectory `K` does not matter. Elsewhere the residual is the slope of the cost by the controls while
+/// the feedback acts, so rounding does not grow with what is unstable without it.
 pub(crate) fn sweep_costates(
-    dynamics: &Matrices,
-    cost: &Matrices,
+    (dynamics, cost): (&Matrices, &Matrices),
+    feedback: &Matrices,
     bounded: Option<(&ControlBounds, &Matrices)>,
     costates: &mut Matrices,
 ) -> Stationarity {
     match bounded {
-        None => sweep(dynamics, cost, costates, |_, _, slope| slope),
+        None => sweep((dynamics, cost), feedback, costates, |_, _, slope| slope),
         Some((bounds, controls)) => {
-            sweep(dynamics, cost, costates, |t, a, slope| bounds.project(a, controls.vector(t)[a], slope))
+            let left = |t: usize, a: usize, slope| bounds.project(a, controls.vector(t)[a], slope);
+            sweep((dynamics, cost), feedback, costates, left)
         }
     }
 }
 
 /// The sweep, with what is left at step t of the slope by control a.
 fn sweep(
-    dynamics: &Matrices,
-    cost: &Matrices,
+    (dynamics, cost): (&Matrices, &Matrices),
+    feedback: &Matrices,
     costates: &mut Matrices,
     left: impl Fn(usize, usize, f64) -> f64,
 ) -> Stationarity {
     let (steps, n, joint) = (dynamics.count(), dynamics.rows(), dynamics.cols());
-    let (stride, wide) = (dynamics.stride(), cost.stride());
+    let (stride, wide, narrow) = (dynamics.stride(), cost.stride(), feedback.stride());
     let slope = |t: usize, i: usize| cost.at(t)[i * wide + joint];
     let mut result = Stationarity::default();
     for i in 0..n {
@@ -55,11 +63,15 @@ fn sweep(
         for j in n..joint {
             let own = slope(t, j);
             let through: f64 = (0..n).map(|k| f[k * stride + j] * next[k]).sum();
-            let residual = left(t, j - n, own + through).abs();
+            let slope = own + through;
+            let residual = left(t, j - n, slope).abs();
             if residual > result.residual || residual.is_nan() {
-                result.residual = residual;
+                result = Stationarity { residual, step: t, control: j - n, ..result };
             }
             result.scale = result.scale.max(own.abs());
+            for (now, gain) in now[..n].iter_mut().zip(&feedback.at(t)[(j - n) * narrow..]) {
+                *now += gain * slope;
+            }
         }
     }
     result

@@ -54,12 +54,13 @@ impl Policy {
     }
 }
 
-/// Levenberg-Marquardt terms (theory, equation P.2d): `mu I` on `Q_uu`, and `mu_x I` on `S_{t+1}` in the gains (Tassa 2012).
+/// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}` grows
+/// by a share of its size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Regularisation {
-    /// `mu`.
+    /// `mu_u`, the share of the diagonal of `Q_uu`.
     pub control: f64,
-    /// `mu_x`.
+    /// `mu_x`, the share of the diagonal of `S_{t+1}`.
     pub state: f64,
 }
 
@@ -193,22 +194,27 @@ fn step<L: Lanes>(shape: Shape, t: usize, lq: Lq, policy: &mut Policy) -> Result
     if regularisation.state > 0.0 {
         for a in 0..m {
             for k in 0..n {
-                let factor = regularisation.state * f[k * stride + n + a];
+                let factor = regularisation.state * next[k * narrow + k].abs() * f[k * stride + n + a];
                 rows::add_scaled::<L>(&mut gain[a * wide..a * wide + stride], factor, &f[k * stride..(k + 1) * stride]);
             }
         }
     }
+    if regularisation.control > 0.0 {
+        for a in 0..m {
+            let entry = &mut gain[a * wide + n + a];
+            *entry += regularisation.control * entry.abs().max(f64::MIN_POSITIVE);
+        }
+    }
     let (feedback, feedforward) = (feedback.at_mut(t), &mut feedforward.at_mut(t)[..m]);
     if let Some(limits) = limits {
-        let (mu, clamped) = (regularisation.control, &mut clamped[t * m..(t + 1) * m]);
-        let gains = Gains { rows: gain, wide, n, mu, feedback, narrow, feedforward, clamped };
+        let clamped = &mut clamped[t * m..(t + 1) * m];
+        let gains = Gains { rows: gain, wide, n, feedback, narrow, feedforward, clamped };
         box_qp.solve::<L>(limits, t, gains)?;
     } else {
         for a in 0..m {
             for b in 0..=a {
                 factor_rows[a * small + b] = gain[a * wide + n + b];
             }
-            factor_rows[a * small + a] += regularisation.control;
         }
         rows::cholesky(factor_rows, m, small).map_err(drop)?;
         rows::cholesky_solve::<L>(factor_rows, small, gain, wide, m);

@@ -21,6 +21,8 @@ pub struct Authored<M> {
     parameters: usize,
     size: Dimensions,
     programs: Programs,
+    /// The same with wider contacts, by a parameter more.
+    widened: OnceLock<Option<Box<Self>>>,
 }
 
 #[derive(Debug, Default)]
@@ -48,7 +50,8 @@ struct Programs {
 impl<M: Model> Authored<M> {
     /// A model with the costs of a task, its time step in s, and how many parameters there are.
     pub fn new(model: M, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Self {
-        Self { size: model.dimensions(), model, costs, time_step, parameters, programs: Programs::default() }
+        let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
+        Self { model, costs, time_step, parameters, size, programs, widened }
     }
 
     fn recorder(&self) -> Recorder<'_, M> {
@@ -185,6 +188,14 @@ impl<M: Model> System for Authored<M> {
 
     fn substeps(&self) -> Option<usize> {
         self.model.substeps()
+    }
+
+    fn widened(&self) -> Option<&dyn System> {
+        let widened = self.widened.get_or_init(|| {
+            let model = self.model.widened(Value::Parameter(self.parameters))?;
+            Some(Box::new(Self::new(model, self.costs.clone(), self.time_step, self.parameters + 1)))
+        });
+        widened.as_deref().map(|system| system as &dyn System)
     }
 
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

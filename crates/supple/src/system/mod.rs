@@ -150,6 +150,12 @@ pub trait System: Send + Sync {
         None
     }
 
+    /// The same system with wider and softer contacts, with which planning finds contacts from afar. It has a parameter
+    /// more, after all others: the length by which contacts are wider, m. None where there are no contacts.
+    fn widened(&self) -> Option<&dyn System> {
+        None
+    }
+
     /// `C = g_x` at every state: p x n.
     fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
 

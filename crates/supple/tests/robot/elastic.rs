@@ -49,7 +49,7 @@ fn rotor(stiffness: f64, damping: f64) -> Description {
         "joint = \"turn\"\nstiffness = {stiffness:?}\ndamping = {damping:?}\nmotor_inertia = 0.1\nmotor_damping = 0.0"
     );
     Description {
-        model: "file = \"disc.urdf\"\nactuated = [\"turn\"]\n".into(),
+        model: "file = \"disc.urdf\"\nintegrator = \"semi_implicit\"\nactuated = [\"turn\"]\n".into(),
         sensors: sensor("joint_torque", "select = [\"turn\"]\nvariance = 1.0"),
         start: String::new(),
         costs: crate::arm::cost("control", "weight = 1.0"),

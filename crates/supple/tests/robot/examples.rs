@@ -35,9 +35,9 @@ fn bushing() -> Description {
 
 fn contact() -> Description {
     let keys = "frame = \"tool\"\nnormal = [-1.0, 0.2, 0.3]\npoint = [\"px\", \"py\", \"pz\"]\nradius = \"r\"\n\
-                stiffness = \"k\"\ndamping = \"d\"\nsmoothing = \"s\"\nfriction = \"mu\"\nslip = \"slip\"";
+                stiffness = \"k\"\ndissipation = \"d\"\nsmoothing = \"s\"\nfriction = \"mu\"\nslip = \"slip\"";
     let wall = [("px", 0.43), ("py", 0.03), ("pz", 0.75), ("r", 0.01)];
-    let numbers = [("k", 300.0), ("d", 5.0), ("s", 0.01), ("mu", 0.4), ("slip", 0.05)];
+    let numbers = [("k", 300.0), ("d", 0.5), ("s", 0.01), ("mu", 0.4), ("slip", 0.05)];
     let mut description = arm().with(&compliance("contact", "wall", keys)).where_(&wall).where_(&numbers);
     description.start += "\"c.wall\" = 0.002\n";
     description
@@ -54,7 +54,7 @@ fn equipped() -> Description {
                    damping = [2.0, 1.0, 3.0]\ntorsional_stiffness = [3.0, 2.0, 4.0]\n\
                    torsional_damping = [0.1, 0.2, 0.05]";
     let elastic = "joint = \"shoulder\"\nstiffness = 30.0\ndamping = 0.5\nmotor_inertia = 0.05";
-    let contact = format!("frame = \"tool\"\n{WALL}friction = 0.3\nslip = 0.05\ndamping = 4.0\nradius = 0.01");
+    let contact = format!("frame = \"tool\"\n{WALL}friction = 0.3\nslip = 0.05\ndissipation = 0.4\nradius = 0.01");
     let spring = "joint = \"slide\"\nstiffness = 20.0\nrest = 0.05";
     arm()
         .with(ANCHOR)

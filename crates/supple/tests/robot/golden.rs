@@ -15,7 +15,7 @@ fn problem(gravity: f64, bushing: &str) -> Problem {
     let arm: Vec<String> = (1..=7).map(|i| format!("\"iiwa_joint_{i}\"")).collect();
     let arm = arm.join(", ");
     let text = format!(
-        "[model]\nkind = \"robot\"\nfile = \"iiwa14_door.urdf\"\ngravity = [0.0, 0.0, {}]\nactuated = [{arm}]\n\
+        "[model]\nkind = \"robot\"\nfile = \"iiwa14_door.urdf\"\nintegrator = \"semi_implicit\"\ngravity = [0.0, 0.0, {}]\nactuated = [{arm}]\n\
          {bushing}[[model.sensors]]\nkind = \"joint_position\"\nselect = [{arm}]\nvariance = 1.0\n\
          [[tasks]]\nname = \"step\"\nsteps = 1\ntime_step = 1.0\ninitial_state = {{}}\n\
          [tasks.noise]\ninitial = {{}}\nprocess = {{}}\n[[tasks.costs]]\nkind = \"control\"\nweight = 1.0\n",

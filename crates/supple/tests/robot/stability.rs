@@ -10,7 +10,7 @@ fn spring(omega: f64, zeta: f64, time_step: f64) -> Description {
     let keys =
         format!("joint = \"turn\"\nstiffness = {:?}\ndamping = {:?}", 0.3 * omega * omega, 0.3 * 2.0 * zeta * omega);
     Description {
-        model: "file = \"disc.urdf\"\nactuated = [\"turn\"]\n".into(),
+        model: "file = \"disc.urdf\"\nintegrator = \"semi_implicit\"\nactuated = [\"turn\"]\n".into(),
         sensors: sensor("joint_position", "select = [\"turn\"]\nvariance = 1.0"),
         start: String::new(),
         costs: cost("joint_position", "select = [\"turn\"]\nweight = 1.0") + &cost("control", "weight = 1.0"),

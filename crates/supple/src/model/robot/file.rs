@@ -10,7 +10,7 @@ use supple_robot::{LoadOptions, Tree, load};
 use super::compliance::{self, Compliance, Element, Names, Unfit, find};
 use super::numbers::{FrameNumbers, Override};
 use super::sensor::{self, Context, Sensor};
-use super::{Drive, Robot};
+use super::{Drive, Integrator, Robot};
 use crate::Model;
 use crate::Value;
 use crate::file::{Document, Place, Reader};
@@ -47,6 +47,9 @@ pub(crate) struct File {
     /// Speed over which friction of joints sets in, rad/s or m/s; above 0.
     #[serde(default = "slow")]
     friction_smoothing: Value,
+    /// How motion is integrated over a time step.
+    #[serde(default)]
+    integrator: Integrator,
     /// Steps of integration in each time step.
     #[serde(default = "one")]
     #[schemars(range(min = 1, max = 1000))]
@@ -223,6 +226,7 @@ impl Build<'_> {
             compliance,
             sensors,
             friction_smoothing: file.friction_smoothing,
+            integrator: file.integrator,
             substeps: file.substeps,
         };
         self.check_inertia(&robot)?;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use supple_kernels::{Ldl, Scalar};
-use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_forces};
+use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
 use super::{Channel, Channels, Dimensions, Limit, Model, ModelFile, Point};
 use crate::Value;
@@ -20,13 +20,15 @@ use crate::scene::Picture;
 
 mod compliance;
 mod file;
+mod integrator;
 mod numbers;
 mod picture;
 mod schema;
 mod sensor;
 mod situation;
 
-use compliance::{Compliance, Element};
+use compliance::{Compliance, Element, Resistance};
+use integrator::Integrator;
 use numbers::{FrameNumbers, Override};
 use sensor::{Measure, Sensor};
 pub(crate) use sensor::{schemas as sensor_schemas, turn};
@@ -36,11 +38,13 @@ use situation::{Forces, Situation};
 ///
 /// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such as
 /// motors of elastic joints), their velocities, and constants that are not known exactly (such as where a wall is). The
-/// controls are torques or forces of the drives. Semi-implicit Euler:
+/// controls are torques or forces of the drives. A step is
 ///
 /// ```text
 /// M(q) a = tau(q, v, u) - h(q, v)      v+ = v + dt a      q+ = q + dt v+
 /// ```
+///
+/// where `tau` of springs, dampers, friction and contacts may be that of the step's end.
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// The file that it was read from.
@@ -55,6 +59,7 @@ pub struct Robot {
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
     friction_smoothing: Value,
+    integrator: Integrator,
     substeps: usize,
 }
 
@@ -111,7 +116,7 @@ impl Robot {
         let (dofs, positions) = self.positions();
         let smoothing = at.value(self.friction_smoothing);
         let mut forces = Forces {
-            generalised: passive_forces(&self.tree, &now.numbers, now.q(), now.v(), smoothing),
+            generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
             wrenches: Vec::new(),
         };
         forces.generalised.resize(positions, S::zero());
@@ -125,7 +130,7 @@ impl Robot {
         forces
     }
 
-    /// `M`, with the rotors and what compliance adds.
+    /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
     fn inertia<S: Scalar>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
         let (dofs, positions) = self.positions();
         let mut mass = mass_matrix(&self.tree, &now.numbers, &now.kinematics);
@@ -142,7 +147,33 @@ impl Robot {
         for (place, rotor) in self.rotors(now.at) {
             mass[place][place] += rotor;
         }
+        if self.integrator == Integrator::Implicit {
+            self.resist(now, &mut mass);
+        }
         mass
+    }
+
+    /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
+    fn resist<S: Scalar>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
+        let (lead, smoothing) = (now.lead(), now.at.value(self.friction_smoothing));
+        let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
+        for (dof, resistance) in joints.into_iter().enumerate() {
+            mass[dof][dof] += lead * resistance;
+        }
+        for element in &self.compliance {
+            for Resistance { coefficient, row } in element.kind.resistance(&now.seen_by(element)) {
+                for i in 0..row.len() {
+                    let weighed = lead * coefficient * row[i];
+                    for j in 0..=i {
+                        let share = weighed * row[j];
+                        mass[i][j] += share;
+                        if i != j {
+                            mass[j][i] += share;
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Inertias of rotors, felt at their joints or motors.
@@ -173,7 +204,7 @@ impl Robot {
         needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
     }
 
-    /// One step of semi-implicit Euler over `dt` from the state `x`, given the accelerations.
+    /// One step of Euler over `dt` from the state `x`, given the accelerations.
     fn integrate<S: Scalar>(&self, x: &[S], a: &[S], dt: S, next: &mut [S]) {
         let count = a.len();
         for i in 0..count {
@@ -201,13 +232,13 @@ impl Model for Robot {
 
     fn balance<S: Scalar>(&self, at: &Point<S>, residual: &mut [S]) {
         if !residual.is_empty() {
-            residual.copy_from_slice(&self.unbalanced(&Situation::of(self, at), at.w));
+            residual.copy_from_slice(&self.unbalanced(&Situation::stepping(self, at, at.w), at.w));
         }
     }
 
     fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
         if !matrix.is_empty() {
-            matrix.copy_from_slice(&self.inertia(&Situation::of(self, at)).concat());
+            matrix.copy_from_slice(&self.inertia(&Situation::stepping(self, at, at.w)).concat());
         }
     }
 
@@ -218,9 +249,9 @@ impl Model for Robot {
         let dt = at.time_step / self.substeps as f64;
         let mut x = at.x.to_vec();
         for _ in 0..self.substeps {
-            let at = Point { x: &x, ..*at };
-            let now = Situation::of(self, &at);
+            let at = Point { x: &x, time_step: dt, ..*at };
             let zero = vec![S::zero(); self.positions().1];
+            let now = Situation::stepping(self, &at, &zero);
             let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
             let a: Vec<S> = a.into_iter().map(|a| -a).collect();
             self.integrate(&x, &a, dt, next);
@@ -323,6 +354,18 @@ impl Model for Robot {
 
     fn substeps(&self) -> Option<usize> {
         Some(self.substeps)
+    }
+
+    fn widened(&self, by: Value) -> Option<Self> {
+        let mut wide = self.clone();
+        let mut any = false;
+        for element in &mut wide.compliance {
+            if let Some(kind) = element.kind.widened(by) {
+                element.kind = kind;
+                any = true;
+            }
+        }
+        any.then_some(wide)
     }
 
     fn picture(&self, at: &Point<f64>) -> Option<Picture> {

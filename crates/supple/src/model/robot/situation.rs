@@ -1,9 +1,9 @@
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
-use supple_robot::{Kinematics, Numbers, Pose, Twist, Wrench};
+use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, frame_jacobian};
 
-use super::Robot;
-use super::compliance::Element;
+use super::{Integrator, Robot};
+use super::compliance::{Compliance, Element};
 use super::numbers::Place;
 use crate::Point;
 
@@ -13,6 +13,17 @@ pub(super) struct Situation<'a, S> {
     pub at: &'a Point<'a, S>,
     pub numbers: Numbers<S>,
     pub kinematics: Kinematics<S>,
+    ahead: Option<Ahead<S>>,
+}
+
+/// The end of an implicit step, at which forces that resist motion are taken.
+struct Ahead<S> {
+    /// Rates of all positions.
+    rates: Vec<S>,
+    /// The bodies at these rates; none where no element of compliance asks for them.
+    kinematics: Option<Kinematics<S>>,
+    /// The step, s.
+    lead: S,
 }
 
 /// A situation as an element of compliance sees it.
@@ -44,7 +55,21 @@ impl<'a, S: Scalar> Situation<'a, S> {
         let (dofs, positions) = robot.positions();
         let (q, v) = (&at.x[..dofs], &at.x[positions..positions + dofs]);
         let kinematics = Kinematics::of(&robot.tree, &numbers, q, v);
-        Self { robot, at, numbers, kinematics }
+        Self { robot, at, numbers, kinematics, ahead: None }
+    }
+
+    /// The same, with forces that resist motion taken at the end of a step of the robot's integrator with accelerations
+    /// `a`.
+    pub fn stepping(robot: &'a Robot, at: &'a Point<'a, S>, a: &[S]) -> Self {
+        let mut now = Self::of(robot, at);
+        if robot.integrator == Integrator::Implicit {
+            let lead = at.time_step;
+            let rates: Vec<S> = now.velocities().iter().zip(a).map(|(&v, &a)| lead.mul_add(a, v)).collect();
+            let seen = robot.compliance.iter().any(|element| !element.kind.frames().is_empty());
+            let kinematics = seen.then(|| now.kinematics.moving(&robot.tree, &rates[..robot.positions().0]));
+            now.ahead = Some(Ahead { rates, kinematics, lead });
+        }
+        now
     }
 
     /// Positions of the degrees of freedom.
@@ -54,8 +79,33 @@ impl<'a, S: Scalar> Situation<'a, S> {
 
     /// Velocities of the degrees of freedom.
     pub fn v(&self) -> &[S] {
-        let (dofs, positions) = self.robot.positions();
-        &self.at.x[positions..positions + dofs]
+        &self.velocities()[..self.robot.positions().0]
+    }
+
+    /// All positions: of the degrees of freedom and of what compliance adds.
+    pub fn positions(&self) -> &[S] {
+        &self.at.x[..self.robot.positions().1]
+    }
+
+    /// Their velocities.
+    fn velocities(&self) -> &[S] {
+        let (_, positions) = self.robot.positions();
+        &self.at.x[positions..2 * positions]
+    }
+
+    /// The rates that forces which resist motion are linear in: the velocities, or those at the end of an implicit step.
+    pub fn rates(&self) -> &[S] {
+        self.ahead.as_ref().map_or(self.velocities(), |ahead| &ahead.rates)
+    }
+
+    /// How far ahead such forces take positions, s.
+    pub fn lead(&self) -> S {
+        self.ahead.as_ref().map_or(S::zero(), |ahead| ahead.lead)
+    }
+
+    /// The same for forces in joints.
+    pub fn resisted(&self) -> Resisted<'_, S> {
+        Resisted { rates: &self.rates()[..self.robot.positions().0], lead: self.lead() }
     }
 
     /// The same as an element sees it.
@@ -73,17 +123,39 @@ impl<'a, S: Scalar> Situation<'a, S> {
     pub fn frame(&self, frame: usize) -> (Place<S>, Pose<S>, Twist<S>) {
         let place = self.robot.place(frame, self.at);
         let pose = self.kinematics.poses()[place.link].compose(&place.pose);
-        let twist = self.kinematics.velocity(place.link);
-        let own = Twist {
-            angular: place.pose.unrotate(twist.angular),
-            linear: place.pose.unrotate(twist.at(place.pose.position)),
-        };
+        let own = in_frame(&self.kinematics, &place);
         (place, pose, own)
+    }
+
+    /// The velocity of a frame in its own axes at the [rates](Self::rates) of forces that resist motion.
+    pub fn frame_rates(&self, frame: usize) -> Twist<S> {
+        let kinematics = self.ahead.as_ref().and_then(|ahead| ahead.kinematics.as_ref());
+        in_frame(kinematics.unwrap_or(&self.kinematics), &self.robot.place(frame, self.at))
+    }
+
+    /// The velocity of a frame, in the axes of the world, for a unit of each degree of freedom's velocity.
+    pub fn frame_motions(&self, frame: usize) -> Vec<Twist<S>> {
+        let place = self.robot.place(frame, self.at);
+        let rows = frame_jacobian(&self.robot.tree, &self.kinematics, place.link, place.pose.position);
+        let motion = |dof: usize| {
+            let [a, b, c, x, y, z] = [0, 1, 2, 3, 4, 5].map(|row: usize| rows[row][dof]);
+            Twist { angular: [a, b, c], linear: [x, y, z] }
+        };
+        (0..self.robot.positions().0).map(motion).collect()
     }
 
     /// All named frames in the world, in the order of their numbers.
     pub fn frames(&self) -> impl Iterator<Item = Pose<S>> + '_ {
         (0..self.robot.frame_names().len()).map(|frame| self.pose(frame))
+    }
+}
+
+/// The velocity of a frame in its own axes.
+fn in_frame<S: Scalar>(kinematics: &Kinematics<S>, place: &Place<S>) -> Twist<S> {
+    let twist = kinematics.velocity(place.link);
+    Twist {
+        angular: place.pose.unrotate(twist.angular),
+        linear: place.pose.unrotate(twist.at(place.pose.position)),
     }
 }
 
@@ -101,14 +173,7 @@ impl Situation<'_, f64> {
 }
 
 impl<S: Scalar> Own<'_, S> {
-    /// Positions and velocities of what the element adds, first one of each.
-    pub fn motor(&self) -> (S, S) {
-        let (dofs, positions) = self.now.robot.positions();
-        let place = dofs + self.element.coordinate;
-        (self.now.at.x[place], self.now.at.x[positions + place])
-    }
-
-    /// Place among the generalised forces of the first coordinate that the element adds.
+    /// Place among all positions of the first coordinate that the element adds.
     pub fn place(&self) -> usize {
         self.now.robot.positions().0 + self.element.coordinate
     }

@@ -3,7 +3,7 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Names, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Names, Resistance, Unfit};
 use crate::Value;
 use crate::model::robot::situation::{Forces, Own};
 
@@ -73,20 +73,35 @@ fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
     Pose { rotation, position: [S::zero(); 3] }
 }
 
-/// `-(k x + d x')` by axis.
+/// `-(k x + d x')` by axis, with `x` where it is at the end of an implicit step.
 fn resist<S: Scalar>(own: &Own<S>, (k, x): ([Value; 3], [S; 3]), (d, rate): ([Value; 3], [S; 3])) -> [S; 3] {
-    let at = own.now.at;
+    let (at, lead) = (own.now.at, own.now.lead());
     let mut out = [S::zero(); 3];
     for i in 0..3 {
-        out[i] = -(at.value(k[i]) * x[i] + at.value(d[i]) * rate[i]);
+        out[i] = -(at.value(k[i]) * lead.mul_add(rate[i], x[i]) + at.value(d[i]) * rate[i]);
     }
     out
+}
+
+/// Roll, pitch and yaw of a rotation, and the rows of the matrix `N` that gives their rates.
+fn angles<S: Scalar>(r: &[[S; 3]; 3]) -> ([S; 3], [[S; 3]; 3]) {
+    let level = (r[0][0] * r[0][0] + r[1][0] * r[1][0]).sqrt();
+    let angles = [r[2][1].atan2(r[2][2]), (-r[2][0]).atan2(level), r[1][0].atan2(r[0][0])];
+    let (cos_pitch, tan_pitch) = (level, -r[2][0] / level);
+    let (cos_yaw, sin_yaw) = (r[0][0] / level, r[1][0] / level);
+    let n = [
+        [cos_yaw / cos_pitch, sin_yaw / cos_pitch, S::zero()],
+        [-sin_yaw, cos_yaw, S::zero()],
+        [cos_yaw * tan_pitch, sin_yaw * tan_pitch, S::one()],
+    ];
+    (angles, n)
 }
 
 impl Bushing {
     /// Torque and force on C in the axes of A, the force at the middle, and the position of C's origin in A.
     fn load<S: Scalar>(&self, own: &Own<S>) -> (Wrench<S>, [S; 3]) {
-        let ((_, pose_a, twist_a), (_, pose_c, twist_c)) = (own.now.frame(self.a), own.now.frame(self.c));
+        let (pose_a, pose_c) = (own.now.pose(self.a), own.now.pose(self.c));
+        let (twist_a, twist_c) = (own.now.frame_rates(self.a), own.now.frame_rates(self.c));
         let relative = pose_a.inverse().compose(&pose_c);
         let p = relative.position;
         // Velocities of C as seen from A, in A.
@@ -99,17 +114,7 @@ impl Bushing {
         let seen = sub(v, cross(scale(S::constant(0.5), w), p));
         let force = resist(own, (self.stiffness, b.unrotate(p)), (self.damping, b.unrotate(seen)));
 
-        let r = &relative.rotation;
-        let level = (r[0][0] * r[0][0] + r[1][0] * r[1][0]).sqrt();
-        let angles = [r[2][1].atan2(r[2][2]), (-r[2][0]).atan2(level), r[1][0].atan2(r[0][0])];
-        let (cos_pitch, tan_pitch) = (level, -r[2][0] / level);
-        let (cos_yaw, sin_yaw) = (r[0][0] / level, r[1][0] / level);
-        // The rows of N.
-        let n = [
-            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, S::zero()],
-            [-sin_yaw, cos_yaw, S::zero()],
-            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, S::one()],
-        ];
+        let (angles, n) = angles(&relative.rotation);
         let rates = n.map(|row| dot(row, w));
         let t = resist(own, (self.torsional_stiffness, angles), (self.torsional_damping, rates));
         let torque = add(add(scale(t[0], n[0]), scale(t[1], n[1])), scale(t[2], n[2]));
@@ -138,6 +143,26 @@ impl Compliance for Bushing {
         let relative = pose_a.inverse().compose(&pose_c);
         let torque = relative.unrotate(sub(load.torque, lever));
         forces.add(&place_c, Wrench { torque, force: relative.unrotate(load.force) });
+    }
+
+    fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
+        let (pose_a, pose_c) = (own.now.pose(self.a), own.now.pose(self.c));
+        let relative = pose_a.inverse().compose(&pose_c);
+        let between = pose_a.compose(&half(&relative.rotation));
+        let (_, n) = angles(&relative.rotation);
+        let lever = scale(S::constant(0.5), sub(pose_c.position, pose_a.position));
+        let motions = own.now.frame_motions(self.a).into_iter().zip(own.now.frame_motions(self.c));
+        // How fast C moves against A at the point half-way, in the axes there, and its roll, pitch and yaw.
+        let (shifts, turns): (Vec<_>, Vec<_>) = motions
+            .map(|(a, c)| {
+                let met = sub(sub(c.linear, cross(c.angular, lever)), add(a.linear, cross(a.angular, lever)));
+                let turn = pose_a.unrotate(sub(c.angular, a.angular));
+                (between.unrotate(met), n.map(|row| dot(row, turn)))
+            })
+            .unzip();
+        let linear = own.resistances((self.stiffness, self.damping), &shifts);
+        let angular = own.resistances((self.torsional_stiffness, self.torsional_damping), &turns);
+        linear.into_iter().chain(angular).collect()
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {

@@ -1,9 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
-use supple_robot::{Pose, Wrench};
+use supple_robot::{Pose, Twist, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Names, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit};
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
@@ -15,12 +15,12 @@ use crate::{Point, Value};
 /// the angular velocity:
 ///
 /// ```text
-/// force = (stiffness (d)_+ - damping n'v s(d))_+      (z)_+ = 1/2 (sqrt(z^2 + smoothing^2) + z), s = d(d)_+/dd
-/// friction = -friction force v_t / sqrt(|v_t|^2 + slip^2)
+/// force = stiffness (d)_+ (1 - dissipation n'v)_+        friction = -friction force v_t / sqrt(|v_t|^2 + slip^2)
 /// ```
 ///
-/// The force acts at that point. A turn does not move it along the normal, so damping needs no more than `v`. Above,
-/// the second `(.)_+` is smoothed over the force `stiffness smoothing`, so that the wall does not pull.
+/// The first positive part is rounded off over `smoothing`, the second over 1/2: the force is exactly 0 at clearances
+/// above `smoothing`, at any speed, and the wall never pulls (Hunt and Crossley 1975). It acts at the point that
+/// touches. A turn does not move that point along the normal, so dissipation needs no more than `v`.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact {
     frame: usize,
@@ -28,10 +28,12 @@ pub(crate) struct Contact {
     point: [Value; 3],
     radius: Value,
     stiffness: Value,
-    damping: Value,
+    dissipation: Value,
     smoothing: Value,
     friction: Value,
     slip: Value,
+    /// A length by which the contact is wider and softer than it is, for planning.
+    widening: Option<Value>,
 }
 
 /// A point or sphere on a frame against a wall of uncertain place.
@@ -50,10 +52,11 @@ pub(crate) struct File {
     radius: Value,
     /// Stiffness, N/m; above 0.
     stiffness: Value,
-    /// Damping along the normal while in contact, N s/m; at least 0.
+    /// Dissipation by Hunt and Crossley: by which share of it the normal force grows for a unit of approaching speed, s/m;
+    /// at least 0.
     #[serde(default)]
-    damping: Value,
-    /// Depth over which contact sets in, m; above 0.
+    dissipation: Value,
+    /// Clearance at which the force sets in, and depth from which it is that of the stiffness, m; above 0.
     smoothing: Value,
     /// Coefficient of friction; at least 0.
     #[serde(default)]
@@ -76,11 +79,26 @@ impl ComplianceFile for Contact {
         if !(length > 0.0 && length.is_finite()) {
             return Err(("normal", format!("must have a length above 0; found {:?}", file.normal), None));
         }
-        let File { point, radius, stiffness, damping, smoothing, friction, slip, normal, .. } = file;
+        let File { point, radius, stiffness, dissipation, smoothing, friction, slip, normal, .. } = file;
         let normal = normal.map(|entry| entry / length);
-        Ok(Self { frame, normal, point, radius, stiffness, damping, smoothing, friction, slip })
+        let widening = None;
+        Ok(Self { frame, normal, point, radius, stiffness, dissipation, smoothing, friction, slip, widening })
     }
 }
+
+/// The forces of a contact, and how they fall with the rates that they are linear in.
+struct Load<S> {
+    depth: S,
+    /// Normal force on the frame, N.
+    force: S,
+    /// The whole force on the frame in the world, N.
+    total: [S; 3],
+    /// N s/m along the normal and along the wall.
+    resistances: [S; 2],
+}
+
+/// The range of approaching speeds, times dissipation, over which a departing body comes free.
+const RELEASE: f64 = 0.5;
 
 impl Contact {
     /// From the frame's origin to the point that touches the wall, in the axes of the frame.
@@ -88,32 +106,70 @@ impl Contact {
         pose.unrotate(scale(-at.value(self.radius), self.normal.map(S::constant)))
     }
 
-    /// Depth, normal force and the whole force on the frame in the world (theory, equations R.14 and R.15).
-    fn load<S: Scalar>(&self, own: &Own<S>) -> (S, S, [S; 3]) {
+    /// Stiffness and smoothing; where the contact is made wider, softer too, such that the force at a depth of so many
+    /// smoothings is the same.
+    fn spring<S: Scalar>(&self, at: &Point<S>) -> (S, S) {
+        let (stiffness, smoothing): (S, S) = (at.value(self.stiffness), at.value(self.smoothing));
+        let Some(widening) = self.widening else { return (stiffness, smoothing) };
+        let wide = smoothing.mul_add(smoothing, at.value(widening).square()).sqrt();
+        (stiffness * smoothing / wide, wide)
+    }
+
+    /// Depth and forces (theory, equations R.14, R.15 and R.22).
+    fn load<S: Scalar>(&self, own: &Own<S>) -> Load<S> {
         let at = own.now.at;
         let (_, pose, twist) = own.now.frame(self.frame);
+        let twist_then = own.now.frame_rates(self.frame);
         let normal = self.normal.map(S::constant);
-        let velocity = pose.rotate(twist.linear);
-        let approach = dot(normal, velocity);
+        let [velocity, then] = [twist, twist_then].map(|twist| pose.rotate(twist.linear));
+        let (approach, approach_then) = (-dot(normal, velocity), -dot(normal, then));
         let point = self.point.map(|value| at.value(value));
         let depth = own.constant() + at.value(self.radius) - dot(normal, sub(pose.position, point));
-        let smoothing: S = at.value(self.smoothing);
-        let pressed = depth.smooth_positive_part(smoothing);
-        // The slope of the smooth positive part: 0 far away, 1 deep inside.
-        let touching = (depth / (depth * depth + smoothing * smoothing).sqrt() + 1.0) * 0.5;
-        let stiffness = at.value(self.stiffness);
-        let force = stiffness * pressed - at.value(self.damping) * approach * touching;
-        let force = if self.damping.is_zero() { force } else { force.smooth_positive_part(stiffness * smoothing) };
+        let (stiffness, smoothing) = self.spring(at);
+
+        let pressed = stiffness * depth.rounded_positive_part(smoothing);
+        let dissipation: S = at.value(self.dissipation);
+        let (rise, damped) = rise(dissipation * approach);
+        let stiff = own.now.lead() * stiffness * tangent(depth, smoothing, -approach * own.now.lead()) * rise;
+        let resistance = pressed * dissipation * damped + stiff;
+        let force = pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
+
         let mut total = scale(force, normal);
+        let mut along = S::zero();
         if !self.friction.is_zero() {
-            let touch = pose.rotate(twist.at(self.lever(at, &pose)));
-            let along = sub(touch, scale(approach, normal));
-            let slip = at.value(self.slip);
-            let speed = (dot(along, along) + slip * slip).sqrt();
-            total = sub(total, scale(at.value(self.friction) * force / speed, along));
+            let lever = self.lever(at, &pose);
+            let [touch, touch_then] = [twist, twist_then].map(|twist| pose.rotate(twist.at(lever)));
+            let slide = add(touch, scale(approach, normal));
+            let slip: S = at.value(self.slip);
+            let speed = (dot(slide, slide) + slip * slip).sqrt();
+            along = at.value(self.friction) * pressed * rise / speed;
+            total = sub(total, scale(along, add(touch_then, scale(approach_then, normal))));
         }
-        (depth, force, total)
+        Load { depth, force, total, resistances: [resistance, along] }
     }
+}
+
+/// `(1 + y)_+` of the scaled speed of approach `y`, and its slope as seen from `y = 0`: the share of a damper
+/// `1 + slope y` that it is.
+fn rise<S: Scalar>(y: S) -> (S, S) {
+    let release = S::constant(RELEASE);
+    let rise = (y + 1.0).rounded_positive_part(release);
+    // Where the rounding sets in, y is at most -1/2.
+    let lifted = (-y - 1.0).rounded_positive_part(release);
+    let least = (-y - RELEASE).positive_part() + RELEASE;
+    (rise, S::one() - lifted / least)
+}
+
+/// The slope of the rounded positive part at a depth, or less where the body departs by more than the depth: so much less
+/// that the linearised force cannot pull.
+fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
+    // Force by stiffness: the depth itself deep inside, and 0 with the clearance of one smoothing.
+    let t = depth.place_in_rounding(smoothing);
+    let near = smoothing * t * (t * (t - 6.0) + 10.0) / ((t * (t * 3.0 - 15.0) + 20.0) * 2.0);
+    let effective = near + (depth - smoothing).positive_part();
+    let share = departure / (effective + smoothing * 1e-6);
+    let half = S::constant(0.5);
+    depth.rounded_step(smoothing) / ((share - half).rounded_positive_part(half) + 1.0)
 }
 
 impl Compliance for Contact {
@@ -126,20 +182,42 @@ impl Compliance for Contact {
     }
 
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        let (depth, force, total) = self.load(own);
+        let Load { depth, force, total, .. } = self.load(own);
         [vec![force, depth], total.to_vec()].concat()
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
-        let (_, _, total) = self.load(own);
+        let Load { total, .. } = self.load(own);
         let (place, pose, _) = own.now.frame(self.frame);
         let force = pose.unrotate(total);
         forces.add(&place, Wrench { torque: cross(self.lever(own.now.at, &pose), force), force });
     }
 
+    fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
+        let Load { resistances: [inward, along], .. } = self.load(own);
+        let normal = self.normal.map(S::constant);
+        let motions = own.now.frame_motions(self.frame);
+        let mut list = vec![own.along(inward, motions.iter().map(|motion| dot(normal, motion.linear)))];
+        if !self.friction.is_zero() {
+            let pose = own.now.pose(self.frame);
+            let lever = pose.rotate(self.lever(own.now.at, &pose));
+            let slide = |motion: &Twist<S>| {
+                let touch = motion.at(lever);
+                sub(touch, scale(dot(normal, touch), normal))
+            };
+            let slides: Vec<[S; 3]> = motions.iter().map(slide).collect();
+            list.extend((0..3).map(|axis| own.along(along, slides.iter().map(move |slide| slide[axis]))));
+        }
+        list
+    }
+
+    fn widened(&self, by: Value) -> Option<Kind> {
+        Some(Kind::Contact(Self { widening: Some(by), ..self.clone() }))
+    }
+
     /// From the wall to the point that touches it.
     fn draw(&self, own: &Own<f64>) -> Drawn {
-        let (depth, _, force) = self.load(own);
+        let Load { depth, total: force, .. } = self.load(own);
         let pose = own.now.pose(self.frame);
         let to = pose.apply(self.lever(own.now.at, &pose));
         let from = add(to, scale(depth, self.normal));
@@ -159,7 +237,7 @@ impl Compliance for Contact {
         vec![
             ("radius", self.radius, 0.0, false),
             ("stiffness", self.stiffness, 0.0, true),
-            ("damping", self.damping, 0.0, false),
+            ("dissipation", self.dissipation, 0.0, false),
             ("smoothing", self.smoothing, 0.0, true),
             ("friction", self.friction, 0.0, false),
             ("slip", self.slip, 0.0, true),

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Compliance, ComplianceFile, Drawn, Names, Unfit};
+use super::{Compliance, ComplianceFile, Drawn, Names, Resistance, Unfit};
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
@@ -65,17 +65,21 @@ impl Compliance for ElasticJoint {
 
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
         let (now, at) = (own.now, own.now.at);
-        let (position, velocity) = own.motor();
-        let stretch = position - now.q()[self.dof];
-        let rate = velocity - now.v()[self.dof];
+        let rate = now.rates()[own.place()] - now.rates()[self.dof];
+        let stretch = now.lead().mul_add(rate, now.positions()[own.place()] - now.q()[self.dof]);
         vec![at.value(self.stiffness) * stretch + at.value(self.damping) * rate]
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         let torque = self.measure(own)[0];
-        let (_, velocity) = own.motor();
+        let rate = own.now.rates()[own.place()];
         forces.generalised[self.dof] += torque;
-        forces.generalised[own.place()] -= torque + own.now.at.value(self.motor_damping) * velocity;
+        forces.generalised[own.place()] -= torque + own.now.at.value(self.motor_damping) * rate;
+    }
+
+    fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
+        let spring = own.resistance(self.stiffness, self.damping, &[(self.dof, -1.0), (own.place(), 1.0)]);
+        vec![spring, own.resistance(Value::default(), self.motor_damping, &[(own.place(), 1.0)])]
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {

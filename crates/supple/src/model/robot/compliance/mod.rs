@@ -57,6 +57,14 @@ pub(super) trait Compliance {
     /// Adds its forces to those of all.
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
 
+    /// How its forces fall with the [rates](super::situation::Situation::rates) that they are linear in.
+    fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
+
+    /// The same element with forces that set in over a length wider by the value, m; none where it has no such length.
+    fn widened(&self, _by: Value) -> Option<Kind> {
+        None
+    }
+
     /// Where it acts, and with what force, for pictures.
     fn draw(&self, own: &Own<f64>) -> Drawn;
 
@@ -72,6 +80,45 @@ pub(super) trait Compliance {
 
     /// Keys, values, and the least that each value may be; a value with `true` must be more than that.
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)>;
+}
+
+/// A force that falls by `coefficient row' row r` with the rates `r` of all positions.
+pub(super) struct Resistance<S> {
+    /// N s/m or N m s/rad; never negative.
+    pub coefficient: S,
+    /// By position.
+    pub row: Vec<S>,
+}
+
+impl<S: Scalar> Own<'_, S> {
+    /// That of a spring and damper on a sum of positions, each with its factor.
+    fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
+        let mut row = vec![S::zero(); self.now.robot.positions().1];
+        for &(place, factor) in sum {
+            row[place] = S::constant(factor);
+        }
+        Resistance { coefficient: self.resisting(stiffness, damping), row }
+    }
+
+    /// Those of springs and dampers along three directions, which move by so much with each degree of freedom.
+    fn resistances(&self, (stiffness, damping): ([Value; 3], [Value; 3]), motions: &[[S; 3]]) -> [Resistance<S>; 3] {
+        [0, 1, 2].map(|axis| {
+            let coefficient = self.resisting(stiffness[axis], damping[axis]);
+            self.along(coefficient, motions.iter().map(|motion| motion[axis]))
+        })
+    }
+
+    /// A resistance with a row by degree of freedom.
+    fn along(&self, coefficient: S, row: impl Iterator<Item = S>) -> Resistance<S> {
+        let mut row: Vec<S> = row.collect();
+        row.resize(self.now.robot.positions().1, S::zero());
+        Resistance { coefficient, row }
+    }
+
+    /// `damping + lead stiffness`
+    fn resisting(&self, stiffness: Value, damping: Value) -> S {
+        self.now.at.value(damping) + self.now.lead() * self.now.at.value(stiffness)
+    }
 }
 
 /// An element in a picture.
@@ -164,6 +211,12 @@ macro_rules! compliance_kinds {
             }
             fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
                 match self { $(Self::$kind(kind) => kind.apply(own, forces),)* }
+            }
+            fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
+                match self { $(Self::$kind(kind) => kind.resistance(own),)* }
+            }
+            fn widened(&self, by: Value) -> Option<Kind> {
+                match self { $(Self::$kind(kind) => kind.widened(by),)* }
             }
             fn draw(&self, own: &Own<f64>) -> Drawn {
                 match self { $(Self::$kind(kind) => kind.draw(own),)* }

@@ -1,7 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Compliance, ComplianceFile, Drawn, Names, Unfit};
+use super::{Compliance, ComplianceFile, Drawn, Names, Resistance, Unfit};
 use crate::Value;
 use crate::model::robot::situation::{Forces, Own};
 
@@ -46,12 +46,17 @@ impl Compliance for Spring {
 
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
         let (now, at) = (own.now, own.now.at);
-        let stretch = now.q()[self.dof] - at.value(self.rest);
-        vec![-(at.value(self.stiffness) * stretch + at.value(self.damping) * now.v()[self.dof])]
+        let rate = now.rates()[self.dof];
+        let stretch = now.lead().mul_add(rate, now.q()[self.dof]) - at.value(self.rest);
+        vec![-(at.value(self.stiffness) * stretch + at.value(self.damping) * rate)]
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         forces.generalised[self.dof] += self.measure(own)[0];
+    }
+
+    fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
+        vec![own.resistance(self.stiffness, self.damping, &[(self.dof, 1.0)])]
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {
