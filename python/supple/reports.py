@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ._records import Array, Record
 
 __all__ = [
+    "ContactReport",
     "ControllerReport",
     "CostReport",
     "FrozenGradient",
@@ -156,6 +157,37 @@ class LimitViolation(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class ContactReport(Record):
+    """A contact of the model along the nominal trajectory, states 0 to N.
+
+    It touches at a step where its clearance is below one smoothing length and its normal force above 1e-6 of stiffness
+    times smoothing.
+
+    Attributes:
+        name: Its name.
+        touches: Whether it touches at any step.
+        first_s: Time of the first step at which it touches, s; ``None`` where it never does.
+        last_s: Time of the last step at which it touches, s; ``None`` where it never does.
+        share_of_time: Share of the N + 1 steps at which it touches, from 0 to 1.
+        peak_force_N: The greatest normal force at a step at which it touches, N; 0 where it never does.
+        mean_force_N: The mean normal force over the steps at which it touches, N; 0 where it never does.
+        least_clearance_m: The least clearance, m; negative where the body is inside, by the greatest penetration.
+        greatest_force_apart_N: The greatest norm of the whole force, friction included, at steps with a clearance of more
+            than one smoothing length, N; 0 where there are none.
+    """
+
+    name: str
+    touches: bool
+    first_s: float | None
+    last_s: float | None
+    share_of_time: float
+    peak_force_N: float
+    mean_force_N: float
+    least_clearance_m: float
+    greatest_force_apart_N: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ControllerReport(Record):
     """How much a controller changes over time."""
 
@@ -280,6 +312,10 @@ class TaskReport(Record):
         belief_repairs: How often rounding in the belief had to be mended.
         branches: Different local minima of the plan seen, where they were searched for.
         limits_violated: Limits of the model that its plan violates.
+        contacts: What its plan touches: every contact of the model by name; empty where the model has none, or does not
+            say.
+        warnings: Why its numbers cannot be trusted: a cost wants a force from a contact that the plan never touches. Empty
+            where all is well.
         stability: Whether the time step is short enough.
         cost: Its expected cost.
         information: Its directed information.
@@ -298,6 +334,8 @@ class TaskReport(Record):
     belief_repairs: int
     branches: int | None
     limits_violated: list[LimitViolation]
+    contacts: dict[str, ContactReport]
+    warnings: list[str]
     stability: Stability
     cost: CostReport
     information: InformationReport

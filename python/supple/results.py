@@ -170,6 +170,7 @@ class _Evaluated:
             status = "" if task.status == "converged" else f" ({task.status})"
             rows.append((name, f"{task.information.total_bits:.6g} bits, cost {task.cost.expected:.6g}{bound}{status}"))
         rows.append(("feasible", "yes" if self.feasible else "no"))
+        rows.extend(("warning", warning) for task in self.tasks.values() for warning in task.warnings)
         return rows
 
 
@@ -209,6 +210,11 @@ class _OfDesign(Result):
         """Each task by name."""
         return self._evaluated.tasks
 
+    @property
+    def warnings(self) -> list[str]:
+        """Why the numbers cannot be trusted, of all tasks; empty where all is well."""
+        return [warning for task in self.tasks.values() for warning in task.warnings]
+
     def _summary(self) -> list[tuple[str, str]]:
         return self._evaluated.summary()
 
@@ -232,6 +238,7 @@ class Start(Record):
     optimality: float
     branches: int
     evaluations: int
+    evaluations_without_contact: int
     error: str | None
 
 
@@ -357,6 +364,11 @@ class Design(_OfDesign):
     def evaluations(self) -> int:
         """Designs evaluated."""
         return int(self._data["evaluations"])
+
+    @property
+    def evaluations_without_contact(self) -> int:
+        """How many of these designs have a plan that never touches a contact from which a cost wants a force."""
+        return int(self._data.get("evaluations_without_contact", 0))
 
     @property
     def seconds(self) -> float:

@@ -63,6 +63,7 @@ class RobustDesign(Record):
     parameters: dict[str, float]
     information_nats: float
     status: str | None
+    warnings: list[str]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,6 +149,7 @@ class ParetoPoint(Record):
     prices: Array
     price: float | None
     at_ends: list[str]
+    warnings: list[str]
 
 
 class Pareto(Result):

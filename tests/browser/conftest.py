@@ -23,8 +23,8 @@ STEPS = {
     "bound": ["bound", "--curve"],
 }
 SECTIONS = [
-    "answer", "landscape", "motion", "trajectories", "information", "controller", "robustness", "pareto", "bound",
-    "sensitivities", "convergence", "origin",
+    "answer", "landscape", "motion", "contacts", "trajectories", "information", "controller", "robustness", "pareto",
+    "bound", "sensitivities", "convergence", "origin",
 ]
 
 

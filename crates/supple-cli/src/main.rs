@@ -3,6 +3,7 @@
 mod arguments;
 mod catalogue;
 mod commands;
+mod contacts;
 mod failure;
 mod output;
 mod pages;

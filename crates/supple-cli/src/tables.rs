@@ -10,7 +10,7 @@ use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
-use crate::catalogue;
+use crate::{catalogue, contacts};
 
 /// A number with about six significant digits.
 pub(crate) fn number(value: f64) -> String {
@@ -120,9 +120,13 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     if !at_box.is_empty() {
         let _ = writeln!(page, "{}.\n", at_box.join("; "));
     }
+    for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
+        let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
+    }
     for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
         let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
     }
+    page.push_str(&contacts::warnings(optimum));
     let _ = writeln!(page, "{}", verdict(about, report));
     page
 }
@@ -179,8 +183,13 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         }
     };
     format!(
-        "{how}\n{} designs evaluated in {:.2} s, method {}, gradient {}, seed {}.",
-        report.evaluations, report.seconds, report.method, report.gradient, report.seed
+        "{how}\n{} designs evaluated in {:.2} s, method {}, gradient {}, seed {}.{}",
+        report.evaluations,
+        report.seconds,
+        report.method,
+        report.gradient,
+        report.seed,
+        contacts::note(report)
     )
 }
 
@@ -234,9 +243,13 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         if task.stability.numerically_unstable {
             let _ = writeln!(page, "  {}\n", task.stability);
         }
+        if !task.contacts.is_empty() {
+            let _ = writeln!(page, "{}\n", contacts::table_of(task));
+        }
         page.push_str(&gradient_tables(task));
     }
     page.push_str(&prices(at, None));
+    page.push_str(&contacts::warnings(at));
     if at.tasks.len() > 1 {
         let _ = writeln!(page, "all tasks: {} bits", number(at.objective.information_bits));
     }

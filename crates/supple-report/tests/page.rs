@@ -97,6 +97,7 @@ fn front(task: &LoadedTask) -> StudyResult {
         prices: vec![1.0],
         price: None,
         at_ends: Vec::new(),
+        warnings: Vec::new(),
     };
     let points = vec![at(0.9), at(1.0), at(1.2)];
     let options = ParetoOptions { points: 3, starts: 1, seed: 0 };

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use supple::design::{
     Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, StartSummary,
 };
-use supple::{EvaluateOptions, Evaluation, Named, Problem, Task};
+use supple::pipeline::TaskState;
+use supple::{EvaluateOptions, Evaluation, Named, Problem, Task, contact_reports, contact_warnings};
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
@@ -43,6 +44,10 @@ pub struct DesignReport {
     pub starts: Vec<StartReport>,
     /// Designs evaluated.
     pub evaluations: usize,
+    /// Of these, how many have a plan that never touches a contact from which a cost wants a force; 0 in results of
+    /// versions that did not count them.
+    #[serde(default)]
+    pub evaluations_without_contact: usize,
     /// Wall time, s.
     pub seconds: f64,
 }
@@ -104,6 +109,9 @@ pub struct StartReport {
     pub branches: usize,
     /// Designs evaluated.
     pub evaluations: usize,
+    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    #[serde(default)]
+    pub evaluations_without_contact: usize,
     /// Why it ended early, where it did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -181,6 +189,11 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
     Ok(())
 }
 
+/// Why the numbers of a plan cannot be trusted: contacts that it misses.
+pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<String> {
+    contact_warnings(task, phi, &contact_reports(task, phi, &state.plan.trajectory))
+}
+
 fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -> Result<DesignReport, StudyError> {
     let settings = searcher.settings;
     let wanted =
@@ -206,6 +219,7 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
         catalogue: CatalogueReport::of(searcher, found),
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
         evaluations: found.evaluations,
+        evaluations_without_contact: found.without_contact,
         seconds: found.seconds,
     })
 }
@@ -222,6 +236,7 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         optimality: summary.optimality,
         branches: summary.branches,
         evaluations: summary.evaluations,
+        evaluations_without_contact: summary.without_contact,
         error: summary.error.as_ref().map(ToString::to_string),
     }
 }

@@ -21,6 +21,7 @@ pub struct Found {
     multipliers: Vec<f64>,
     branches: usize,
     evaluations: usize,
+    without_contact: usize,
     /// Controls of each task's plan, a vector by step; none where nothing could be evaluated.
     controls: Vec<Vec<Vec<f64>>>,
     error: Option<String>,
@@ -45,6 +46,7 @@ impl Found {
             multipliers: summary.multipliers,
             branches: summary.branches,
             evaluations: summary.evaluations,
+            without_contact: summary.without_contact,
             controls: summary.controls.iter().map(vectors).collect(),
             error: summary.error.map(|error| error.to_string()),
         }
@@ -90,6 +92,7 @@ impl Found {
             multipliers: self.multipliers,
             branches: self.branches,
             evaluations: self.evaluations,
+            without_contact: self.without_contact,
             error: self.error.map(Error::Elsewhere),
         })
     }

@@ -2,6 +2,7 @@
 pub mod belief;
 pub mod bound;
 pub mod check;
+mod contacts;
 pub mod cost;
 mod cost_parts;
 mod dense;
@@ -30,6 +31,10 @@ pub mod system;
 mod trajectory;
 mod value;
 
+pub use contacts::{
+    Contact, ContactReport, ContactState, NEGLIGIBLE_FORCE, WantedForce, contact_reports, contact_warnings,
+    misses_contact,
+};
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{

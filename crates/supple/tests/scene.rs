@@ -115,7 +115,7 @@ fn two_masses_are_where_they_should_be() {
         close(connection(&scene, "spring").force.at(frame).unwrap(), &[k1 * (x[0] - x[2]), 0.0, 0.0], 1e-4);
         let depth = x[2] - x[4];
         let pressed = 0.5 * (depth.hypot(0.01) + depth);
-        close(connection(&scene, "contact").force.at(frame).unwrap(), &[-k2 * pressed, 0.0, 0.0], 1e-4);
+        close(connection(&scene, "wall").force.at(frame).unwrap(), &[-k2 * pressed, 0.0, 0.0], 1e-4);
         // Sigma of x2 and of xw: the second mass and the wall are on the line.
         let t = step(&trajectory, &scene, frame);
         let variance = trajectory.deviations[t][2].powi(2);

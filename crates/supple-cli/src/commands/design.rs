@@ -19,7 +19,8 @@ pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     progress.finish();
     let report = found?;
     let made = Made::here("design", settings.seed, &loaded);
-    let outcome = if report.status == DesignStatus::Converged { Outcome::Success } else { Outcome::Shortfall };
+    let trusted = report.status == DesignStatus::Converged && report.optimum.warnings().next().is_none();
+    let outcome = if trusted { Outcome::Success } else { Outcome::Shortfall };
     present(&StudyResult::Design(Box::new(report)), &made, &options.output)?;
     Ok(outcome)
 }

@@ -22,7 +22,8 @@ pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
     };
     let evaluation = problem.evaluate(phi, &wanted)?;
     let made = Made::here("evaluate", options.seed, &loaded);
-    let outcome = if evaluation.feasible { Outcome::Success } else { Outcome::Shortfall };
+    let trusted = evaluation.feasible && evaluation.warnings().next().is_none();
+    let outcome = if trusted { Outcome::Success } else { Outcome::Shortfall };
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
     present(&result, &made, &options.output)?;
     Ok(outcome)

@@ -16,7 +16,8 @@ pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     options.output.check()?;
     let study = watched(|watch| supple_study::robustness::run(&loaded, &wanted, watch))?;
     let made = Made::here("robustness", options.seed, &loaded);
-    let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0);
+    let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
+        && study.designs.iter().all(|design| design.warnings.is_empty());
     present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?;
     Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
 }

@@ -7,7 +7,7 @@ use crate::Outcome;
 use crate::arguments;
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
-use crate::pages::failed;
+use crate::pages::untrusted;
 use crate::present::present;
 use crate::progress::watched;
 
@@ -28,7 +28,7 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
         warn(&interrupted(&sweep, folder));
         return Ok(Outcome::Shortfall);
     }
-    let outcome = if failed(&sweep) == sweep.table.rows.len() { Outcome::Shortfall } else { Outcome::Success };
+    let outcome = if untrusted(&sweep) == sweep.table.rows.len() { Outcome::Shortfall } else { Outcome::Success };
     let made = Made::here("sweep", options.seed, &loaded);
     present(&StudyResult::Sweep(Box::new(sweep)), &made, &options.output)?;
     Ok(outcome)

@@ -9,4 +9,4 @@ mod sweep;
 mod trace;
 
 pub use result::result_page;
-pub use sweep::failed;
+pub use sweep::untrusted;

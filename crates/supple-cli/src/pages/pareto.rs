@@ -44,6 +44,11 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     for remark in &front.remarks {
         let _ = writeln!(page, "{}.", capitalised(remark));
     }
+    for point in &front.points {
+        for warning in &point.warnings {
+            let _ = writeln!(page, "Warning: at factor {:.6}, {warning}.", point.factor);
+        }
+    }
     let count = |wanted: &dyn Fn(&ParetoPoint) -> bool| front.points.iter().filter(|point| wanted(point)).count();
     let _ = writeln!(
         page,

@@ -150,6 +150,11 @@ fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
 /// Cells that failed or diverged.
 fn problems(about: &About, study: &Robustness) -> String {
     let mut page = String::new();
+    for design in &study.designs {
+        for warning in &design.warnings {
+            let _ = writeln!(page, "Warning: at {}, {warning}.", design.name);
+        }
+    }
     for cell in study.cells.iter().filter(|cell| cell.error.is_some() || cell.diverged > 0) {
         let place = format!(
             "{} in {}, {}, at {} = {}",

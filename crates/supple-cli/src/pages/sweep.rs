@@ -1,8 +1,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use supple_study::sweep::{JOURNAL, Sweep, TABLE_CSV, TABLE_JSONL};
-use supple_study::{About, Cell, RESULT};
+use supple_study::sweep::{JOURNAL, MISSES_CONTACT, Sweep, TABLE_CSV, TABLE_JSONL};
+use supple_study::{About, Cell, Column, RESULT};
 
 use crate::tables::{align_right, heading, number, table, title};
 
@@ -100,9 +100,43 @@ fn constants(about: &About, sweep: &Sweep) -> Vec<String> {
 }
 
 /// How many points could not be evaluated.
-pub fn failed(sweep: &Sweep) -> usize {
+fn failed(sweep: &Sweep) -> usize {
     let Some(error) = sweep.table.column("error") else { return 0 };
     sweep.table.rows.iter().filter(|row| row[error] != Cell::Missing).count()
+}
+
+/// How many points could not be evaluated, or have a plan that never touches a contact from which a cost wants a force.
+pub fn untrusted(sweep: &Sweep) -> usize {
+    let names = sweep.table.columns.iter().enumerate();
+    let missed: Vec<usize> = names.filter(|(_, column)| misses_contact(column).is_some()).map(|(i, _)| i).collect();
+    let error = sweep.table.column("error");
+    let is_untrusted = |row: &&Vec<Cell>| {
+        error.is_some_and(|error| row[error] != Cell::Missing)
+            || missed.iter().any(|&column| row[column] == Cell::Number(1.0))
+    };
+    sweep.table.rows.iter().filter(is_untrusted).count()
+}
+
+/// The task that a column is of that says whether its plan misses a contact.
+fn misses_contact(column: &Column) -> Option<&str> {
+    column.name.strip_suffix(MISSES_CONTACT)?.strip_suffix('.')
+}
+
+/// A line for each task whose plans never touch, at some points, a contact from which a cost wants a force.
+fn missed_contacts(sweep: &Sweep) -> String {
+    let of_task = |column: &Column| {
+        let task = misses_contact(column)?;
+        let count = sweep.table.numbers(&column.name)?.into_iter().filter(|&missed| missed == 1.0).count();
+        let points = if count == 1 { "1 point".to_owned() } else { format!("{count} points") };
+        (count > 0).then(|| {
+            format!(
+                "Warning: at {points} the plan of {task} never touches a contact from which a cost wants a force: see the \
+                 column `{}`.\n",
+                column.name
+            )
+        })
+    };
+    sweep.table.columns.iter().filter_map(of_task).collect()
 }
 
 /// How many points there are, how many failed, and where the least information is.
@@ -135,5 +169,5 @@ fn summary(sweep: &Sweep) -> String {
         }
         None => text.push_str("There is no information to compare.\n"),
     }
-    text
+    text + &missed_contacts(sweep)
 }

@@ -90,6 +90,7 @@ pub fn pareto() -> Folder {
             prices: vec![1.0],
             price: None,
             at_ends: Vec::new(),
+            warnings: Vec::new(),
         }
     };
     let options = ParetoOptions { points: 4, starts: 1, seed: 0 };
@@ -130,6 +131,7 @@ pub fn robustness() -> Folder {
         parameters: named(k1, 30.0),
         information_nats: k1,
         status: None,
+        warnings: Vec::new(),
     };
     let designs = vec![DesignChoice::Start, DesignChoice::Optimum];
     let study = Robustness {

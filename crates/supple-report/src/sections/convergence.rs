@@ -151,7 +151,16 @@ fn starts(part: &Part, folder: &str, report: &DesignReport) -> Markup {
         p.note {
             "Method: " (method(report.method, report.gradient)) "; " (seeds) " in all. Optimality is the greatest slope of the "
             "Lagrangian that is left, relative to that of the information; a cost above its bound is given relative to the "
-            "bound."
+            "bound." (without_contact(report.evaluations_without_contact))
         }
+    }
+}
+
+/// How many designs of a search never touch a contact from which a cost wants a force.
+fn without_contact(designs: usize) -> String {
+    match designs {
+        0 => String::new(),
+        1 => " 1 of these designs never touches a contact from which a cost wants a force.".into(),
+        _ => format!(" {designs} of these designs never touch a contact from which a cost wants a force."),
     }
 }

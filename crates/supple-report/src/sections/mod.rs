@@ -3,6 +3,7 @@
 mod answer;
 mod bound;
 mod catalogue;
+mod contacts;
 mod controller;
 mod convergence;
 mod information;
@@ -46,10 +47,11 @@ pub struct Kind {
 }
 
 /// All kinds, in the order of the page.
-pub const KINDS: [Kind; 14] = [
+pub const KINDS: [Kind; 15] = [
     Kind { name: "answer", title: "The answer", make: answer::section },
     Kind { name: "landscape", title: "Landscape", make: landscape::section },
     Kind { name: "motion", title: "The robot in motion", make: motion::section },
+    Kind { name: "contacts", title: "Contacts", make: contacts::section },
     Kind { name: "trajectories", title: "Trajectories", make: trajectories::section },
     Kind { name: "information", title: "Information over time", make: information::section },
     Kind { name: "controller", title: "Controller", make: controller::section },

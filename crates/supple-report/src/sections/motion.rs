@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use supple::scene::Scene;
 
 use super::Context;
+use super::contacts::in_words;
 use super::series::{runs, titled};
 use crate::scene;
 
@@ -19,6 +20,10 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             continue;
         }
         pieces.push(context.plots.add_scene(&titled(part, "Motion by plan", task), scene::data(&scenes)));
+        let touches: Vec<String> = runs.iter().filter_map(|run| in_words(&run.name, &run.task.contacts)).collect();
+        if !touches.is_empty() {
+            pieces.push(html! { p { (touches.join(" ")) } });
+        }
     }
     if pieces.is_empty() { None } else { Some(html! { @for piece in pieces { (piece) } }) }
 }

@@ -1,5 +1,6 @@
 use maud::{Markup, html};
 use supple::{Evaluation, LimitViolation, TaskEvaluation, TrajectoryReport};
+use supple_study::sweep::MISSES_CONTACT;
 
 use crate::numbers::number;
 use crate::part::Part;
@@ -17,7 +18,30 @@ pub fn warnings(part: &Part) -> Vec<String> {
         let rows = sweep.table.rows.len();
         list.push(format!("The sweep in {folder} is not complete: it has {rows} points."));
     }
+    for (folder, sweep) in part.sweeps() {
+        for column in sweep.table.columns.iter().filter(|column| column.name.ends_with(MISSES_CONTACT)) {
+            let missed = sweep.table.numbers(&column.name).unwrap_or_default();
+            let count = missed.iter().filter(|&&missed| missed == 1.0).count();
+            let all = missed.len();
+            if count > 0 {
+                list.push(format!(
+                    "In {folder}, {count} of {all} points have a plan that never touches a contact from which a cost wants a \
+                     force (column {}).",
+                    column.name
+                ));
+            }
+        }
+    }
+    for (_, front) in part.fronts() {
+        for point in &front.points {
+            let at = |warning| format!("At factor {} of the front, {warning}.", number(point.factor));
+            list.extend(point.warnings.iter().map(at));
+        }
+    }
     for (folder, study) in part.robustness() {
+        for design in &study.designs {
+            list.extend(design.warnings.iter().map(|warning| format!("At {} in {folder}, {warning}.", design.name)));
+        }
         let failed = study.cells.iter().filter(|cell| cell.error.is_some() || !cell.mean.is_finite()).count();
         if failed > 0 {
             let all = study.cells.len();
@@ -59,6 +83,7 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
     if task.stability.numerically_unstable {
         list.push(format!("In {which}, {}.", task.stability));
     }
+    list.extend(task.warnings.iter().map(|warning| format!("At {design}, {warning}.")));
     if task.belief_repairs > 0 {
         let times = words::count(task.belief_repairs, "time");
         list.push(format!("In {which}, rounding in the belief had to be mended {times}."));

@@ -12,6 +12,8 @@ pub(super) struct Point {
     pub summary: StartSummary,
     /// Information of each task, nats.
     pub information: Vec<f64>,
+    /// Contacts that its plans miss.
+    pub warnings: Vec<String>,
 }
 
 /// Information that differs by less than this, relatively, is the same.
@@ -131,11 +133,12 @@ fn mend(front: &Front, factors: &[f64], points: &mut [StartSummary], watch: Watc
 
 fn point(front: &Front, factor: f64, summary: StartSummary) -> Result<Point, StudyError> {
     let problem = &front.task.problem;
-    let tasks = problem.tasks.iter().zip(&summary.controls);
-    let information = tasks.map(|(task, controls)| {
+    let (mut information, mut warnings) = (Vec::new(), Vec::new());
+    for (task, controls) in problem.tasks.iter().zip(&summary.controls) {
         let mut state = TaskState::new(task);
-        state.evaluate(task, &summary.to, &problem.planning, Some(controls)).map(|()| state.information.total)
-    });
-    let information = information.collect::<Result<Vec<_>, _>>()?;
-    Ok(Point { factor, summary, information })
+        state.evaluate(task, &summary.to, &problem.planning, Some(controls))?;
+        information.push(state.information.total);
+        warnings.extend(warnings_of(task, &summary.to, &state));
+    }
+    Ok(Point { factor, summary, information, warnings })
 }

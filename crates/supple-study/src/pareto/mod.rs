@@ -71,6 +71,9 @@ pub struct ParetoPoint {
     pub price: Option<f64>,
     /// Parameters at an end of their range.
     pub at_ends: Vec<String>,
+    /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that a plan never touches.
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 /// Follows the front by continuation, by sequential quadratic programming with the task's other settings.
@@ -138,7 +141,7 @@ fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings
 }
 
 fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
-    let Point { factor, summary, information } = point;
+    let Point { factor, summary, information, warnings } = point;
     let parameters = &task.problem.parameters;
     ParetoPoint {
         factor: *factor,
@@ -151,6 +154,7 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
         prices: summary.multipliers.clone(),
         price: parameters.iter().any(|parameter| parameter.price.is_some()).then_some(summary.price),
         at_ends: at_ends(parameters, summary),
+        warnings: warnings.clone(),
     }
 }
 

@@ -70,6 +70,10 @@ pub struct RobustDesign {
     /// How the search for it ended, where it was searched for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status: Option<DesignStatus>,
+    /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that its plan for the nominal
+    /// noise never touches.
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 /// Which noise a controller and its filter are planned for.

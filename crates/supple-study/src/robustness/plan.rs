@@ -6,7 +6,7 @@ use supple::pipeline::TaskState;
 use supple::{Matrices, Named, Problem};
 
 use super::{DesignChoice, RobustDesign};
-use crate::design::check_designable;
+use crate::design::{check_designable, warnings_of};
 use crate::{LoadedTask, StudyError, Watch};
 
 /// A design with its plans at the nominal parameters.
@@ -32,11 +32,13 @@ impl Planned {
 
     /// The design as the result has it.
     pub fn design(&self, problem: &Problem) -> RobustDesign {
+        let warnings = |(state, task)| warnings_of(task, &self.phi, state);
         RobustDesign {
             name: self.name.clone(),
             parameters: Named::new(&problem.parameters, &self.phi),
             information_nats: self.information(problem),
             status: self.status,
+            warnings: self.states.iter().zip(&problem.tasks).flat_map(warnings).collect(),
         }
     }
 }

@@ -1,4 +1,5 @@
 use supple::parameters::Parameter;
+use supple::{Contact, Task};
 
 use super::SweepOptions;
 use crate::{Column, LoadedTask, StudyError};
@@ -32,7 +33,8 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         columns.push(column("design_status".into(), PLAIN, DESIGN_ENDED));
         columns.push(column("design_evaluations".into(), PLAIN, "designs that the search evaluated"));
     }
-    for name in task.tasks() {
+    for task in &task.problem.tasks {
+        let name = &task.name;
         let results = [
             ("status", PLAIN, PLAN_ENDED),
             ("information_nats", "nat", "directed information from state to measurements"),
@@ -47,6 +49,7 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         ];
         let results = results.into_iter().chain(sampled.into_iter().filter(|_| options.rollouts > 0));
         columns.extend(results.map(|(result, unit, what)| column(format!("{name}.{result}"), unit, what)));
+        columns.extend(of_contacts(task));
     }
     columns.push(column("error".into(), PLAIN, NO_RESULT));
     let mut names: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
@@ -59,6 +62,32 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         None => Ok(columns),
     }
 }
+
+/// The columns of what the plan of a task touches; none where its model has no contacts.
+fn of_contacts(task: &Task) -> Vec<Column> {
+    let (name, contacts) = (&task.name, task.system.contacts());
+    let two = |contact: &Contact| {
+        let column_of = |result, unit, what| column(format!("{name}.{}.{result}", contact.name), unit, what);
+        [
+            column_of("share_of_time", PLAIN, "share of the plan's steps at which the contact touches"),
+            column_of(
+                "peak_force_N",
+                "N",
+                "greatest normal force of the contact in the plan; 0 where it never touches",
+            ),
+        ]
+    };
+    let whole = column(
+        format!("{name}.{MISSES_CONTACT}"),
+        PLAIN,
+        "1 where the plan never touches a contact from which a cost wants a force, else 0",
+    );
+    contacts.iter().flat_map(two).chain((!contacts.is_empty()).then_some(whole)).collect()
+}
+
+/// The last part of the name of a task's column that says whether its plan never touches a contact from which a cost
+/// wants a force.
+pub const MISSES_CONTACT: &str = "misses_contact";
 
 /// Whether a column of a sweep holds texts, and not numbers. It is told by its description, since a parameter may have any
 /// name.

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use supple::design::{Control, NoObserver, best_plan, design};
 use supple::pipeline::TaskState;
 use supple::simulate::monte_carlo;
-use supple::{Error, FEASIBILITY, Matrices, Problem, Task};
+use supple::{Error, FEASIBILITY, Matrices, Problem, Task, Trajectory, contact_reports, misses_contact};
 
 use super::SweepOptions;
 use super::grid::Grid;
@@ -101,8 +101,10 @@ impl<'a> Evaluator<'a> {
         if options.starts > 0 {
             row.extend(designed);
         }
-        for outcome in outcomes {
-            row.extend(outcome.map_or_else(|| vec![Cell::Missing; task_columns(options)], |outcome| outcome.cells));
+        for (outcome, task) in outcomes.into_iter().zip(&problem.tasks) {
+            row.extend(
+                outcome.map_or_else(|| vec![Cell::Missing; task_columns(task, options)], |outcome| outcome.cells),
+            );
         }
         row.push(failure.map_or(Cell::Missing, Cell::Text));
         row
@@ -122,8 +124,21 @@ impl<'a> Evaluator<'a> {
 }
 
 /// How many columns a task has.
-fn task_columns(options: &SweepOptions) -> usize {
-    if options.rollouts > 0 { 8 } else { 6 }
+fn task_columns(task: &Task, options: &SweepOptions) -> usize {
+    let of_contacts = match task.system.contacts().len() {
+        0 => 0,
+        contacts => 2 * contacts + 1,
+    };
+    of_contacts + if options.rollouts > 0 { 8 } else { 6 }
+}
+
+/// What a plan touches: of every contact the share of time and the greatest force, and whether a contact is missed from
+/// which a cost wants a force.
+fn of_contacts(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec<Cell> {
+    let reports = contact_reports(task, phi, trajectory);
+    let missed = f64::from(u8::from(misses_contact(task, phi, trajectory)));
+    let numbers = reports.iter().flat_map(|report| [report.share_of_time, report.peak_force]);
+    numbers.chain((!reports.is_empty()).then_some(missed)).map(Cell::number).collect()
 }
 
 /// Information in nats and bits, and whether every bound is met; nothing where a task could not be evaluated.
@@ -171,6 +186,7 @@ fn evaluate_task(
         let sampled = monte_carlo(task, phi, (&state.plan, &state.noise), cost, (options.rollouts, options.seed))?;
         cells.extend([sampled.cost_mean, sampled.cost_standard_error].map(Cell::number));
     }
+    cells.extend(of_contacts(task, phi, &state.plan.trajectory));
     let bound = task.bound.map_or(f64::INFINITY, |bound| bound.resolve(phi));
     let converged = state.plan.status.is_converged();
     match neighbour {

@@ -59,6 +59,11 @@ impl Residual for ContactForce {
         }
     }
 
+    fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
+        let target = self.target.resolve(phi);
+        if target == 0.0 { Vec::new() } else { vec![(self.signal, target)] }
+    }
+
     fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
         let force = signals[self.signal];
         out[0] = at.value(self.target) - force.smooth_positive_part(at.value(self.smoothing));

@@ -50,6 +50,11 @@ impl Residual for CouplingForce {
         self.selected.len()
     }
 
+    fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
+        let targets = self.selected.iter().map(|&(signal, target)| (signal, target.resolve(phi)));
+        targets.filter(|&(_, target)| target != 0.0).collect()
+    }
+
     fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
         for (out, &(signal, target)) in out.iter_mut().zip(&self.selected) {
             *out = signals[signal] - at.value(target);

@@ -159,6 +159,15 @@ impl Weights {
             Self::Matrix(rows) => rows.iter().flatten().all(|weight| weight.is_zero()),
         }
     }
+
+    /// Whether every weight is 0 at `phi`.
+    pub fn are_zero_at(&self, phi: &[f64]) -> bool {
+        let is_zero = |weight: &Value| weight.resolve::<f64>(phi) == 0.0;
+        match self {
+            Self::Equal(weight) => is_zero(weight),
+            Self::Matrix(rows) => rows.iter().flatten().all(is_zero),
+        }
+    }
 }
 
 /// The part of a cost that its kind defines: the residual.
@@ -174,6 +183,11 @@ pub trait Residual {
     /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
     fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
         Ok(())
+    }
+
+    /// The signals that it wants at a value other than 0, with that value: their places among the model's signals.
+    fn wanted(&self, _phi: &[f64]) -> Vec<(usize, f64)> {
+        Vec::new()
     }
 
     /// The residual at a point, given the model's signals there.
@@ -213,6 +227,11 @@ impl Cost {
     /// The weights of a stage or of the end.
     pub fn weights(&self, last: bool) -> &Weights {
         if last { &self.last } else { &self.stage }
+    }
+
+    /// Whether it counts at `phi`, in a stage or at the end.
+    pub fn counts(&self, phi: &[f64]) -> bool {
+        !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
     }
 
     /// What is wrong with the weights or the norm, given the parameters' bounds: the key, and what is valid.
@@ -279,6 +298,9 @@ macro_rules! cost_kinds {
             fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
                 match self { $(Self::$kind(kind) => kind.check(parameters),)* }
             }
+            fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
+                match self { $(Self::$kind(kind) => kind.wanted(phi),)* }
+            }
             fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
                 match self { $(Self::$kind(kind) => kind.evaluate(at, signals, out),)* }
             }
@@ -287,6 +309,11 @@ macro_rules! cost_kinds {
         impl CostKind {
             /// The names of all kinds, as files write them.
             pub const NAMES: &[&str] = &[$($name),*];
+
+            /// The name of its kind.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$kind(_) => $name,)* }
+            }
         }
 
         /// Reads the cost of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.

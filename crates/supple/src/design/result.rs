@@ -67,6 +67,8 @@ pub struct StartSummary {
     pub branches: usize,
     /// Designs evaluated.
     pub evaluations: usize,
+    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    pub without_contact: usize,
     /// Controls of each task's plan at the end.
     pub controls: Vec<Matrices>,
     /// Why a design could not be evaluated, where that ended the search; what was found until then stands.
@@ -86,6 +88,8 @@ pub struct Design {
     pub catalogue: Option<CatalogueDesign>,
     /// Designs evaluated, over all starts and combinations.
     pub evaluations: usize,
+    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    pub without_contact: usize,
     /// Wall time, s.
     pub seconds: f64,
 }
@@ -115,6 +119,7 @@ impl StartSummary {
             multipliers: Vec::new(),
             branches: 0,
             evaluations: 0,
+            without_contact: 0,
             controls: Vec::new(),
             error: None,
         }

@@ -27,10 +27,12 @@ impl Rounds<'_, '_> {
         for round in 0..settings.rounds {
             let first = visitor.restart(&phi, &controls)?.clone();
             let visitor = &mut visitor;
-            let mut search = Search { visitor, control, start: self.start, evaluations: 0, error: None };
+            let mut search =
+                Search { visitor, control, start: self.start, evaluations: 0, without_contact: 0, error: None };
             search.tell(&first);
             let ending = search.run();
             self.summary.evaluations += search.evaluations;
+            self.summary.without_contact += search.without_contact;
             self.summary.error = search.error.take();
             let Some(last) = visitor.visits.last().cloned() else { break };
             let ending = ending?;

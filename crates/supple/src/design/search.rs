@@ -108,6 +108,8 @@ pub(crate) struct Search<'a, 'b> {
     pub start: usize,
     /// Evaluations made.
     pub evaluations: usize,
+    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
+    pub without_contact: usize,
     /// Why a design on the way could not be evaluated, where that ended the run.
     pub error: Option<Error>,
 }
@@ -156,6 +158,7 @@ impl<'a> Search<'a, '_> {
     /// Counts an evaluated design and tells the observer.
     pub fn tell(&mut self, visit: &Visit) {
         self.evaluations += 1;
+        self.without_contact += usize::from(visit.misses_contact());
         let costs: Vec<f64> = visit.tasks.iter().map(|task| task.cost).collect();
         self.control.observer.observe(Event::Evaluated {
             start: self.start,

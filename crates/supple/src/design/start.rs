@@ -92,6 +92,7 @@ impl<'a> Searcher<'a> {
             status: if stopped { DesignStatus::Stopped } else { best_status },
             best,
             evaluations: starts.iter().map(|summary| summary.evaluations).sum(),
+            without_contact: starts.iter().map(|summary| summary.without_contact).sum(),
             starts,
             catalogue: None,
             seconds,
@@ -121,6 +122,7 @@ impl<'a> Searcher<'a> {
         let visit = visitor.restart(phi, controls)?.clone();
         let visit = visitor.with_total_gradient(&visit)?;
         summary.evaluations = 1;
+        summary.without_contact = usize::from(visit.misses_contact());
         summary.branches = visit.tasks.len();
         summary.record(&visit, &visitor, Ending::Converged);
         Ok(summary)

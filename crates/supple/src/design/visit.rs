@@ -3,6 +3,7 @@ use supple_kernels::Matrices;
 
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
+use crate::contacts::misses_contact;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
@@ -74,6 +75,8 @@ pub(crate) struct TaskVisit {
     pub bound_gradient: Option<(usize, f64)>,
     /// Whether its plan converged.
     pub converged: bool,
+    /// Whether its plan never touches a contact from which a cost wants a force.
+    pub misses_contact: bool,
 }
 
 /// What the parameters of a visited design cost.
@@ -161,6 +164,11 @@ impl Visit {
     /// Whether the design meets the budget within `feasibility`.
     pub fn is_affordable(&self, feasibility: f64) -> bool {
         self.price.violation().is_none_or(|violation| violation <= feasibility)
+    }
+
+    /// Whether any plan never touches a contact from which a cost wants a force.
+    pub fn misses_contact(&self) -> bool {
+        self.tasks.iter().any(|task| task.misses_contact)
     }
 
     /// Whether every plan converged.
@@ -299,6 +307,7 @@ fn task_visit(
         bound: bound.map(|(bound, factor)| factor * bound.resolve::<f64>(phi)),
         bound_gradient: bound.and_then(|(bound, factor)| bound.parameter().map(|parameter| (parameter, factor))),
         converged: state.plan.status.is_converged(),
+        misses_contact: misses_contact(task, phi, &state.plan.trajectory),
     })
 }
 

@@ -1,5 +1,6 @@
 //! One design, evaluated: what `supple evaluate` prints and files hold.
 
+use crate::contacts::{contact_reports, contact_warnings};
 use crate::design::plan_at;
 use crate::gradient::{FrozenGradient, Functional, recursion_radius};
 use crate::limits::limits_violated;
@@ -103,6 +104,7 @@ fn evaluate_task(
             Some(monte_carlo(task, phi, plan, predicted, (rollouts, options.seed))?)
         }
     };
+    let contacts = contact_reports(task, phi, &state.plan.trajectory);
     Ok(TaskEvaluation {
         name: task.name.clone(),
         status: state.plan.status,
@@ -113,6 +115,8 @@ fn evaluate_task(
         belief_repairs: state.belief.repairs,
         branches,
         limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
+        warnings: contact_warnings(task, phi, &contacts),
+        contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
         information: information_report(task, phi, state)?,

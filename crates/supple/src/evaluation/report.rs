@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::controller::ControllerReport;
 use super::sensing::MeasurementReport;
+use crate::contacts::ContactReport;
 use crate::limits::LimitViolation;
 use crate::parameters::Parameters;
 use crate::plan::PlanStatus;
@@ -81,6 +82,13 @@ pub struct Evaluation {
     pub tasks: Vec<TaskEvaluation>,
 }
 
+impl Evaluation {
+    /// Why its numbers cannot be trusted, of all tasks; nothing where all is well.
+    pub fn warnings(&self) -> impl Iterator<Item = &str> {
+        self.tasks.iter().flat_map(|task| &task.warnings).map(String::as_str)
+    }
+}
+
 /// What designs minimise: the weighted sum of the tasks' information; prices are beside it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Objective {
@@ -112,6 +120,12 @@ pub struct TaskEvaluation {
     pub branches: Option<usize>,
     /// Limits of the model that its plan violates.
     pub limits_violated: Vec<LimitViolation>,
+    /// What its plan touches: every contact of the model; empty in results of versions that did not report contacts.
+    #[serde(default)]
+    pub contacts: Vec<ContactReport>,
+    /// Why its numbers cannot be trusted, for people: a cost wants a force from a contact that the plan never touches.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Whether the time step is short enough.
     pub stability: Stability,
     /// Its expected cost.

@@ -5,6 +5,7 @@ use supple_kernels::Scalar;
 
 use super::{AnyModel, Channel, Channels, Dimensions, Limit, Model, ModelFile, OwnCost, Point};
 use crate::Value;
+use crate::contacts::{Contact, ContactState};
 use crate::cost::{Cost, Vocabulary};
 use crate::file::{Document, FileError, Place};
 use crate::noise::Covariance;
@@ -147,6 +148,14 @@ impl<M: ModelFile> Model for Equipped<M> {
 
     fn limits(&self) -> Vec<Limit> {
         self.model.limits()
+    }
+
+    fn contacts(&self) -> Vec<Contact> {
+        self.model.contacts()
+    }
+
+    fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
+        self.model.contact_states(at)
     }
 
     fn substeps(&self) -> Option<usize> {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
 
 use crate::Value;
+use crate::contacts::{Contact, ContactState};
 use crate::cost::{Cost, Vocabulary};
 use crate::file::{Document, FileError, Place};
 use crate::parameters::Parameters;
@@ -228,6 +229,16 @@ pub trait Model: Send + Sync + 'static {
 
     /// What states and controls must stay within for the real thing: reported where a plan does not.
     fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
+    /// Its contacts, which are reported along plans; none in models without contacts.
+    fn contacts(&self) -> Vec<Contact> {
+        Vec::new()
+    }
+
+    /// The contacts at a point, in the order of [`Model::contacts`].
+    fn contact_states(&self, _at: &Point<f64>) -> Vec<ContactState> {
         Vec::new()
     }
 

@@ -3,6 +3,7 @@ use supple_kernels::Scalar;
 
 use super::{Channel, Channels, Dimensions, Model, PlainFile, Point};
 use crate::Value;
+use crate::contacts::{Contact, ContactState};
 use crate::parameters::Parameters;
 use crate::scene::{ConnectionKind, Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Pose, Shape, Solid};
 
@@ -83,6 +84,19 @@ impl Model for TwoMass {
         out[1] = depth;
     }
 
+    fn contacts(&self) -> Vec<Contact> {
+        vec![Contact { name: "wall".into(), force_signal: Some(0) }]
+    }
+
+    /// The force is that of the physics, which does not pull; the signal `contact_force` is `k2` times the depth, also where
+    /// that is negative.
+    fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
+        let stiffness = at.value(self.stiffness[1]);
+        let force = stiffness * self.pressed(at);
+        let (clearance, smoothing) = (-Self::penetration(at), at.value(self.contact_smoothing));
+        vec![ContactState { force, clearance, smoothing, stiffness, total_force: [-force, 0.0, 0.0] }]
+    }
+
     fn state_names(&self) -> Vec<String> {
         ["x1", "v1", "x2", "v2", "xw"].map(String::from).to_vec()
     }
@@ -126,7 +140,7 @@ impl Model for TwoMass {
             bodies: vec![body("m1", x1 - shift), body("m2", x2)],
             connections: vec![
                 connection("spring", ConnectionKind::Spring, [x1 - shift, x2 - length, along_spring]),
-                connection("contact", ConnectionKind::Contact, [xw, x2, along_wall]),
+                connection("wall", ConnectionKind::Contact, [xw, x2, along_wall]),
             ],
             landmarks: vec![landmark("m2", LandmarkKind::Point), landmark("wall", wall)],
         })

@@ -5,7 +5,8 @@ use supple_kernels::{Dual, Matrices, Scratch};
 
 use super::programs::Recorder;
 use super::{Curvature, KnotAdjoints, Points, System, Variation, make_convex};
-use crate::cost::Cost;
+use crate::contacts::{Contact, ContactState, WantedForce};
+use crate::cost::{Cost, Residual};
 use crate::scene::Seen;
 use crate::{Channels, Dimensions, Limit, Model, Point, Value};
 
@@ -118,6 +119,26 @@ impl<M: Model> System for Authored<M> {
 
     fn limits(&self) -> Vec<Limit> {
         self.model.limits()
+    }
+
+    fn contacts(&self) -> Vec<Contact> {
+        self.model.contacts()
+    }
+
+    fn contact_states(&self, x: &[f64], phi: &[f64]) -> Vec<ContactState> {
+        let idle = vec![0.0; self.size.controls];
+        self.model.contact_states(&Point { x, u: &idle, phi, time_step: self.time_step.resolve(phi), w: &[] })
+    }
+
+    fn wanted_forces(&self, phi: &[f64]) -> Vec<WantedForce> {
+        let contacts = self.model.contacts();
+        let place = |signal| contacts.iter().position(|contact| contact.force_signal == Some(signal));
+        let of_cost = |(index, cost): (usize, &Cost)| {
+            let (kind, wanted) = (cost.kind.name(), if cost.counts(phi) { cost.kind.wanted(phi) } else { Vec::new() });
+            let known = |(signal, target)| Some(WantedForce { cost: index, kind, contact: place(signal)?, target });
+            wanted.into_iter().filter_map(known).collect::<Vec<_>>()
+        };
+        self.costs.iter().enumerate().flat_map(of_cost).collect()
     }
 
     fn picture(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Option<Seen> {

@@ -5,6 +5,7 @@
 
 use supple_kernels::{Matrices, Scratch};
 
+use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
 use crate::{Channels, Dimensions, Limit};
@@ -57,6 +58,21 @@ pub trait System: Send + Sync {
 
     /// What states and controls must stay within for the real thing.
     fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
+    /// Its contacts; none where it has none, or they are not known.
+    fn contacts(&self) -> Vec<Contact> {
+        Vec::new()
+    }
+
+    /// The contacts at a state, in the order of [`System::contacts`].
+    fn contact_states(&self, _x: &[f64], _phi: &[f64]) -> Vec<ContactState> {
+        Vec::new()
+    }
+
+    /// The forces that costs want from contacts.
+    fn wanted_forces(&self, _phi: &[f64]) -> Vec<WantedForce> {
         Vec::new()
     }
 

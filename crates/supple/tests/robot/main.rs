@@ -21,6 +21,7 @@ mod registries;
 mod stability;
 mod substeps;
 mod torque_limits;
+mod touching;
 
 /// Compares lists of numbers, relative to the largest.
 #[track_caller]

@@ -141,7 +141,8 @@ impl<'a> Choosing<'a> {
                 let starts = [near].into_iter().chain(random).collect();
                 let mut found = searcher.combine(starts, 0.0)?;
                 let best = found.starts.swap_remove(found.best);
-                Ok(StartSummary { evaluations: found.evaluations, ..best })
+                let (evaluations, without_contact) = (found.evaluations, found.without_contact);
+                Ok(StartSummary { evaluations, without_contact, ..best })
             }
         }
     }

@@ -88,12 +88,15 @@ impl Searcher<'_> {
         }
         let clock = Instant::now();
         let mut catalogue = Choosing::new(*self, &design.starts[design.best]).choose()?;
-        let mut evaluations: usize = catalogue.designed.iter().map(|combination| combination.summary.evaluations).sum();
+        let summaries = || catalogue.designed.iter().map(|combination| &combination.summary);
+        let mut evaluations: usize = summaries().map(|summary| summary.evaluations).sum();
+        let mut without_contact: usize = summaries().map(|summary| summary.without_contact).sum();
         let chosen = &catalogue.chosen().summary;
         if self.rank(chosen) < self.rank(&catalogue.continuous) && !self.control.is_stopped() {
             // The search without catalogues missed this: it goes on from here.
             let further = self.search_from(&chosen.to, &chosen.controls, 0)?;
             evaluations += further.evaluations;
+            without_contact += further.without_contact;
             let better = if self.rank(&further) < self.rank(chosen) { further } else { chosen.clone() };
             catalogue.continuous = better;
         }
@@ -107,6 +110,7 @@ impl Searcher<'_> {
         Ok(Design {
             status,
             evaluations: design.evaluations + evaluations,
+            without_contact: design.without_contact + without_contact,
             seconds: design.seconds + clock.elapsed().as_secs_f64(),
             catalogue: Some(catalogue),
             ..design

@@ -14,6 +14,7 @@ use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_force
 
 use super::{Channel, Channels, Dimensions, Limit, Model, ModelFile, Point};
 use crate::Value;
+use crate::contacts::{Contact, ContactState};
 use crate::file::{Document, FileError, Place};
 use crate::parameters::Parameters;
 use crate::scene::Picture;
@@ -27,7 +28,7 @@ mod schema;
 mod sensor;
 mod situation;
 
-use compliance::{Compliance, Element, Resistance};
+use compliance::{CONTACT_FORCE, Compliance, Element, Resistance};
 use integrator::Integrator;
 use numbers::{FrameNumbers, Override};
 use sensor::{Measure, Sensor};
@@ -350,6 +351,18 @@ impl Model for Robot {
         }
         limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
         limits
+    }
+
+    fn contacts(&self) -> Vec<Contact> {
+        let signals = Model::signals(self);
+        let place = |name: &str| signals.iter().position(|signal| *signal == format!("{name}.{CONTACT_FORCE}"));
+        let touching = self.compliance.iter().filter(|element| element.kind.is_contact());
+        touching.map(|element| Contact { name: element.name.clone(), force_signal: place(&element.name) }).collect()
+    }
+
+    fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
+        let now = Situation::of(self, at);
+        self.compliance.iter().filter_map(|element| element.kind.contact_state(&now.seen_by(element))).collect()
     }
 
     fn substeps(&self) -> Option<usize> {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::situation::{Forces, Own};
+use crate::contacts::ContactState;
 use crate::file::{ReadError, Reader};
 use crate::scene::ConnectionKind;
 use crate::{Point, Value};
@@ -182,6 +183,34 @@ pub(super) trait ComplianceFile: Sized {
 
     /// The element, or what does not fit the robot.
     fn build(file: Self::File, names: &Names) -> Result<Self, Unfit>;
+}
+
+/// The signals that make an element a contact, beside the whole force `force_x`, `force_y`, `force_z`.
+pub(super) const CONTACT_FORCE: &str = "contact_force";
+const PENETRATION: &str = "penetration";
+
+impl Kind {
+    /// Whether it is a contact: it has the signals `contact_force` and `penetration`.
+    pub fn is_contact(&self) -> bool {
+        [CONTACT_FORCE, PENETRATION].iter().all(|signal| self.signals().contains(signal))
+    }
+
+    /// How it stands as a contact; none where it is none.
+    pub fn contact_state(&self, own: &Own<f64>) -> Option<ContactState> {
+        if !self.is_contact() {
+            return None;
+        }
+        let (names, values, rules) = (self.signals(), self.measure(own), self.rules());
+        let signal = |name: &str| names.iter().position(|other| *other == name).map(|place| values[place]);
+        let number = |name: &str| rules.iter().find(|rule| rule.0 == name).map(|rule| own.now.at.value(rule.1));
+        Some(ContactState {
+            force: signal(CONTACT_FORCE)?,
+            clearance: -signal(PENETRATION)?,
+            smoothing: number("smoothing")?,
+            stiffness: number("stiffness")?,
+            total_force: [signal("force_x")?, signal("force_y")?, signal("force_z")?],
+        })
+    }
 }
 
 /// The table of all kinds of compliance: name in the file, type.

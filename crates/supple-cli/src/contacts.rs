@@ -1,0 +1,41 @@
+//! What plans touch, as text.
+
+use comfy_table::Table;
+use supple::{Evaluation, TaskEvaluation};
+use supple_study::design::DesignReport;
+
+use crate::tables::{align_right, number, table};
+
+/// What the plan of a task touches, a row for each contact.
+pub fn table_of(task: &TaskEvaluation) -> Table {
+    let mut rows = table(&["contact", "first, s", "last, s", "% of time", "peak, N", "mean, N", "least clearance, m"]);
+    for contact in &task.contacts {
+        let time = |time: Option<f64>| time.map_or_else(|| "never".to_owned(), number);
+        rows.add_row([
+            contact.name.clone(),
+            time(contact.first_s),
+            time(contact.last_s),
+            format!("{:.1}", 100.0 * contact.share_of_time),
+            number(contact.peak_force),
+            number(contact.mean_force),
+            number(contact.least_clearance_m),
+        ]);
+    }
+    align_right(&mut rows, 1..7);
+    rows
+}
+
+/// A line for each warning of the tasks.
+pub fn warnings(at: &Evaluation) -> String {
+    let lines: String = at.warnings().map(|warning| format!("Warning: {warning}.\n")).collect();
+    if lines.is_empty() { lines } else { lines + "\n" }
+}
+
+/// How many designs of a search never touch a contact from which a cost wants a force; nothing where all touch.
+pub fn note(report: &DesignReport) -> String {
+    match report.evaluations_without_contact {
+        0 => String::new(),
+        1 => "\n1 of these designs never touches a contact from which a cost wants a force.".into(),
+        count => format!("\n{count} of these designs never touch a contact from which a cost wants a force."),
+    }
+}

@@ -1,0 +1,80 @@
+//! What plans touch: every contact of the model, over the whole plan.
+
+use maud::{Markup, html};
+use supple::ContactReport;
+
+use super::Context;
+use super::series::titled;
+use crate::html::{table, words};
+use crate::numbers::{number, with_unit};
+use crate::part::Part;
+use crate::words::list;
+
+/// A table by task.
+pub fn section(context: &mut Context) -> Option<Markup> {
+    let part = context.part;
+    let tables: Vec<Markup> = (0..part.about.tasks.len()).filter_map(|task| contacts(part, task)).collect();
+    if tables.is_empty() {
+        return None;
+    }
+    Some(html! {
+        p {
+            "A contact touches at a step where its clearance is below one smoothing length and its normal force above "
+            "1e-6 of stiffness times smoothing. Times, forces and clearances are those of the plan without noise; the mean "
+            "force is over the steps that touch, and a negative clearance is a penetration. The last column is the "
+            "greatest force at steps with a clearance of more than one smoothing length."
+        }
+        @for table in tables { (table) }
+    })
+}
+
+fn contacts(part: &Part, task: usize) -> Option<Markup> {
+    let head = words([
+        "contact",
+        "design",
+        "first touch, s",
+        "last touch, s",
+        "share of time, %",
+        "peak force, N",
+        "mean force, N",
+        "least clearance, m",
+        "force apart, N",
+    ]);
+    let row = |design: &str, contact: &ContactReport| {
+        let time = |time: Option<f64>| time.map_or_else(|| "never".to_owned(), number);
+        vec![
+            contact.name.clone(),
+            design.to_owned(),
+            time(contact.first_s),
+            time(contact.last_s),
+            number(100.0 * contact.share_of_time),
+            number(contact.peak_force),
+            number(contact.mean_force),
+            number(contact.least_clearance_m),
+            number(contact.greatest_force_apart),
+        ]
+    };
+    let mut rows = Vec::new();
+    for shown in part.designs() {
+        if let Some(task) = shown.at.tasks.get(task) {
+            rows.extend(task.contacts.iter().map(|contact| row(&shown.name, contact)));
+        }
+    }
+    (!rows.is_empty()).then(|| table(&titled(part, "Contacts of the plan", task), &head, &rows))
+}
+
+/// When a design touches what, in words; none where the model has no contacts.
+pub fn in_words(design: &str, contacts: &[ContactReport]) -> Option<String> {
+    let one = |contact: &ContactReport| match (contact.first_s, contact.last_s) {
+        (Some(first), Some(last)) => format!(
+            "touches {} from {} to {} with up to {}",
+            contact.name,
+            number(first),
+            with_unit(last, "s"),
+            with_unit(contact.peak_force, "N")
+        ),
+        _ => format!("never touches {}", contact.name),
+    };
+    let all: Vec<String> = contacts.iter().map(one).collect();
+    (!all.is_empty()).then(|| format!("{design} {}.", list(&all)))
+}

@@ -1,0 +1,226 @@
+//! How a plan touches things: every contact of the model along the nominal trajectory.
+
+use serde::{Deserialize, Serialize};
+
+use crate::lenient::or_nan;
+use crate::problem::Task;
+use crate::trajectory::Trajectory;
+
+/// A contact of a model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contact {
+    /// Its name.
+    pub name: String,
+    /// Place of its normal force among the model's signals, by which costs refer to it; none where it has no signal.
+    pub force_signal: Option<usize>,
+}
+
+/// A contact at one state. It does not depend on controls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactState {
+    /// Normal force, N; positive where it pushes.
+    pub force: f64,
+    /// Distance from the surface, m; negative where the body is inside, by the depth of penetration.
+    pub clearance: f64,
+    /// Distance over which the contact sets in, m; 0 for a hard switch.
+    pub smoothing: f64,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    /// The whole force in the world, friction included, N.
+    pub total_force: [f64; 3],
+}
+
+/// A force counts as touching above this share of `stiffness smoothing`, the force of a depth of one smoothing length.
+pub const NEGLIGIBLE_FORCE: f64 = 1e-6;
+
+impl ContactState {
+    /// Whether it touches: the clearance is below one smoothing length, and the normal force above
+    /// [`NEGLIGIBLE_FORCE`] of `stiffness smoothing`.
+    pub fn touches(&self) -> bool {
+        self.clearance < self.smoothing && self.force > NEGLIGIBLE_FORCE * self.stiffness * self.smoothing
+    }
+
+    /// Whether it is apart: the clearance exceeds one smoothing length.
+    pub fn is_apart(&self) -> bool {
+        self.clearance > self.smoothing
+    }
+
+    fn total(&self) -> f64 {
+        self.total_force.iter().map(|entry| entry * entry).sum::<f64>().sqrt()
+    }
+}
+
+/// A force that a cost wants from a contact: its target is not 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WantedForce {
+    /// Place of the cost among those of the task, from 0.
+    pub cost: usize,
+    /// Kind of the cost, as files write it.
+    pub kind: &'static str,
+    /// Place of the contact among those of the model.
+    pub contact: usize,
+    /// The target, N.
+    pub target: f64,
+}
+
+/// A contact along the nominal trajectory, states 0 to N.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactReport {
+    /// Its name.
+    pub name: String,
+    /// Whether it touches at any step: see [`ContactState::touches`].
+    pub touches: bool,
+    /// Time of the first step at which it touches, s; none where it never does.
+    pub first_s: Option<f64>,
+    /// Time of the last step at which it touches, s; none where it never does.
+    pub last_s: Option<f64>,
+    /// Share of the N + 1 steps at which it touches.
+    #[serde(deserialize_with = "or_nan")]
+    pub share_of_time: f64,
+    /// The greatest normal force at a step at which it touches, N; 0 where it never does.
+    #[serde(rename = "peak_force_N", deserialize_with = "or_nan")]
+    pub peak_force: f64,
+    /// The mean normal force over the steps at which it touches, N; 0 where it never does.
+    #[serde(rename = "mean_force_N", deserialize_with = "or_nan")]
+    pub mean_force: f64,
+    /// The least clearance, m; negative where the body is inside, by the greatest depth of penetration.
+    #[serde(deserialize_with = "or_nan")]
+    pub least_clearance_m: f64,
+    /// The greatest norm of the whole force at steps with a clearance of more than one smoothing length, N; 0 where there
+    /// are none. A law of contact that vanishes apart gives 0.
+    #[serde(rename = "greatest_force_apart_N", deserialize_with = "or_nan")]
+    pub greatest_force_apart: f64,
+}
+
+impl ContactReport {
+    /// Of a contact whose states are given at every step, `time_step` s apart.
+    pub fn of(name: String, states: &[ContactState], time_step: f64) -> Self {
+        let touching = || states.iter().enumerate().filter(|(_, state)| state.touches());
+        let time = |(step, _): (usize, &ContactState)| step as f64 * time_step;
+        let forces = || touching().map(|(_, state)| state.force);
+        let (count, all) = (touching().count(), states.len().max(1));
+        let apart = states.iter().filter(|state| state.is_apart()).map(ContactState::total);
+        Self {
+            name,
+            touches: count > 0,
+            first_s: touching().next().map(time),
+            last_s: touching().last().map(time),
+            share_of_time: count as f64 / all as f64,
+            peak_force: forces().fold(0.0, f64::max),
+            mean_force: if count > 0 { forces().sum::<f64>() / count as f64 } else { 0.0 },
+            least_clearance_m: states.iter().map(|state| state.clearance).reduce(f64::min).unwrap_or(f64::NAN),
+            greatest_force_apart: apart.fold(0.0, f64::max),
+        }
+    }
+}
+
+/// The contacts of a task along a trajectory at `phi`, in the order of the model.
+pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec<ContactReport> {
+    let contacts = task.system.contacts();
+    if contacts.is_empty() {
+        return Vec::new();
+    }
+    let mut states = vec![Vec::with_capacity(trajectory.states.count()); contacts.len()];
+    for step in 0..trajectory.states.count() {
+        let now = task.system.contact_states(trajectory.states.vector(step), phi);
+        states.iter_mut().zip(now).for_each(|(states, now)| states.push(now));
+    }
+    let time_step = task.time_step.resolve::<f64>(phi);
+    let named = contacts.into_iter().zip(&states);
+    named.map(|(contact, states)| ContactReport::of(contact.name, states, time_step)).collect()
+}
+
+/// A warning for each cost that wants a force from a contact that the plan never touches, given the reports of all
+/// contacts.
+pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
+    let missed = |wanted: WantedForce| {
+        let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
+        let WantedForce { cost, kind, target, .. } = wanted;
+        Some(format!(
+            "task `{}`: the plan never touches `{}`, from which cost {} ({kind}) wants {} N: the least clearance is {} m; \
+             raise the weight of this cost, add a `penetration` cost that draws the plan there, or give an \
+             `initial_control` that reaches it",
+            task.name,
+            report.name,
+            cost + 1,
+            short(target),
+            short(report.least_clearance_m),
+        ))
+    };
+    task.system.wanted_forces(phi).into_iter().filter_map(missed).collect()
+}
+
+/// Whether a trajectory never touches a contact from which a cost wants a force.
+pub fn misses_contact(task: &Task, phi: &[f64], trajectory: &Trajectory) -> bool {
+    let mut missing: Vec<usize> = task.system.wanted_forces(phi).into_iter().map(|wanted| wanted.contact).collect();
+    for step in 0..trajectory.states.count() {
+        if missing.is_empty() {
+            break;
+        }
+        let states = task.system.contact_states(trajectory.states.vector(step), phi);
+        missing.retain(|&contact| !states.get(contact).is_some_and(ContactState::touches));
+    }
+    !missing.is_empty()
+}
+
+/// A number with three significant digits.
+fn short(value: f64) -> String {
+    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+    match value.abs() {
+        size if size == 0.0 || (1e-3..1e6).contains(&size) => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// A contact of 100 N/m that sets in over 0.01 m.
+    fn state(clearance: f64, force: f64) -> ContactState {
+        ContactState {
+            force,
+            clearance,
+            smoothing: 0.01,
+            stiffness: 100.0,
+            total_force: [0.0, 0.6 * force, 0.8 * force],
+        }
+    }
+
+    #[test]
+    fn a_contact_touches_where_it_is_near_and_pushes() {
+        assert!(state(0.0099, 1.1e-6).touches());
+        assert!(!state(0.0101, 1.1e-6).touches(), "a force at a distance is no touch");
+        assert!(!state(0.0099, 0.9e-6).touches(), "1e-6 of stiffness times smoothing is negligible");
+        let hard = |clearance, force| ContactState { smoothing: 0.0, ..state(clearance, force) };
+        assert!(hard(-1e-6, 1e-4).touches() && !hard(1e-6, 0.0).touches() && !hard(0.0, 0.0).touches());
+    }
+
+    #[test]
+    fn a_report_is_of_the_steps_that_touch() {
+        let states = [state(0.2, 3.0), state(0.005, 1.0), state(-0.01, 4.0), state(0.05, 0.5), state(0.0, 2.5)];
+        let report = ContactReport::of("wall".into(), &states, 0.1);
+        assert!(report.touches);
+        assert_eq!((report.first_s, report.last_s), (Some(0.1), Some(0.4)));
+        assert_eq!((report.share_of_time, report.peak_force, report.mean_force), (0.6, 4.0, 2.5));
+        assert_eq!((report.least_clearance_m, report.greatest_force_apart), (-0.01, 3.0));
+    }
+
+    #[test]
+    fn a_report_without_touch_has_no_times_and_no_forces() {
+        let report = ContactReport::of("wall".into(), &[state(0.3, 0.0), state(0.2, 0.0)], 0.1);
+        assert!(!report.touches);
+        assert_eq!((report.first_s, report.last_s), (None, None));
+        assert_eq!((report.share_of_time, report.peak_force, report.mean_force), (0.0, 0.0, 0.0));
+        assert_eq!((report.least_clearance_m, report.greatest_force_apart), (0.2, 0.0));
+        let json = serde_json::to_value(&report).unwrap();
+        assert!(json["first_s"].is_null() && json["peak_force_N"] == 0.0 && json["greatest_force_apart_N"] == 0.0);
+        assert_eq!(serde_json::from_value::<ContactReport>(json).unwrap(), report);
+    }
+
+    #[test]
+    fn numbers_of_warnings_are_short() {
+        assert_eq!([0.12345, 5.0, -0.0, 1234.5, 2.5e-7].map(short), ["0.123", "5", "-0", "1230", "2.5e-7"]);
+    }
+}
