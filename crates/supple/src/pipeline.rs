@@ -4,6 +4,8 @@
 //! task -> plan (iLQG) -> knots -> belief (Kalman) -> information and cost -> gradient
 //! ```
 
+use std::time::{Duration, Instant};
+
 use supple_kernels::{Matrices, Scratch};
 
 use crate::Error;
@@ -15,7 +17,9 @@ use crate::gradient::{
 };
 use crate::information::{Information, information};
 use crate::noise::Noise;
-use crate::plan::{Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, plan, plan_belief, plan_risk, plan_sampled};
+use crate::plan::{
+    Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, plan, plan_belief, plan_risk, plan_sampled,
+};
 use crate::problem::Task;
 
 /// Everything known of one task at one design, and the memory to find it.
@@ -35,6 +39,8 @@ pub struct TaskState {
     /// Where there are belief-space plans.
     memory: Option<Box<Memory>>,
     scratch: Scratch,
+    /// Iterations of all plans so far.
+    pub(crate) effort: usize,
 }
 
 impl TaskState {
@@ -52,6 +58,7 @@ impl TaskState {
             gradient_work: GradientWorkspace::new(size, steps),
             memory: None,
             scratch: Scratch::new(),
+            effort: 0,
         }
     }
 
@@ -71,6 +78,33 @@ impl TaskState {
         self.assess(task, phi)
     }
 
+    /// Lets planning take until so many seconds from now; as long as it needs where there is no limit.
+    pub(crate) fn limit_time(&mut self, seconds: Option<f64>) {
+        let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        self.plan_work.deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
+    }
+
+    /// Whether the time that planning may take is over.
+    pub(crate) fn is_late(&self) -> bool {
+        self.plan_work.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// The controls of a plan that found its contacts from afar, starting from given controls; none where there is
+    /// nothing to approach.
+    pub(crate) fn approach(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        settings: &PlanSettings,
+        controls: &Matrices,
+    ) -> Option<Matrices> {
+        self.gradient_work.forget();
+        task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
+        let found = approach((task, phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
+        self.effort += self.plan.iterations;
+        found
+    }
+
     /// The first half of [`evaluate`](Self::evaluate): the plan.
     ///
     /// # Errors
@@ -84,6 +118,12 @@ impl TaskState {
     ) -> Result<(), Error> {
         self.gradient_work.forget();
         task.write_guess(phi, controls, &mut self.plan.trajectory);
+        let planned = self.plan_from_guess(task, phi, settings);
+        self.effort += self.plan.iterations;
+        planned
+    }
+
+    fn plan_from_guess(&mut self, task: &Task, phi: &[f64], settings: &PlanSettings) -> Result<(), Error> {
         match settings.plan {
             PlanMode::Nominal => {
                 plan(task.nominal(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)

@@ -7,7 +7,7 @@ use crate::design::DesignSettings;
 use crate::file::CatalogueSensor;
 use crate::noise::{Covariance, NoiseModel, VaryingVariance};
 use crate::parameters::Parameters;
-use crate::plan::{ControlBounds, NominalProblem, PlanSettings};
+use crate::plan::{ControlBounds, NominalProblem, PlanSettings, holding_controls};
 use crate::system::System;
 use crate::trajectory::Trajectory;
 use crate::{Error, Value};
@@ -62,7 +62,8 @@ pub struct Task {
     pub information_weight: f64,
     /// Mean of the first state, n.
     pub initial_state: Vec<Value>,
-    /// First guess of the controls: one row for all steps, or one per step; each of length m.
+    /// First guess of the controls: one row for all steps, or one per step; each of length m. Where it is empty, the
+    /// controls that hold the first state as nearly as they can.
     pub initial_control: Vec<Vec<Value>>,
     /// Bounds that plans and their control laws keep; none by default.
     pub control_bounds: Option<ControlBounds>,
@@ -80,11 +81,16 @@ impl Task {
 
     /// The first guess of the controls at `phi`, times a factor.
     pub fn guess(&self, phi: &[f64], factor: f64) -> Matrices {
+        let resolve = |row: &Vec<Value>| row.iter().map(|value| value.resolve(phi)).collect();
+        let mut rows: Vec<Vec<f64>> = self.initial_control.iter().map(resolve).collect();
+        if rows.is_empty() {
+            let first: Vec<f64> = self.initial_state.iter().map(|value| value.resolve(phi)).collect();
+            rows.push(holding_controls(&*self.system, &first, phi));
+        }
         let mut controls = Matrices::vectors(self.steps, self.system.dimensions().controls);
         for t in 0..self.steps {
-            let row = &self.initial_control[t.min(self.initial_control.len() - 1)];
-            for (u, value) in controls.vector_mut(t).iter_mut().zip(row) {
-                *u = factor * value.resolve(phi);
+            for (to, u) in controls.vector_mut(t).iter_mut().zip(&rows[t.min(rows.len() - 1)]) {
+                *to = factor * u;
             }
         }
         controls
@@ -149,7 +155,7 @@ impl Task {
         if let Some(bounds) = &self.control_bounds {
             check("the bounds of the controls", bounds.lower().len(), size.controls)?;
         }
-        if self.initial_control.len() != 1 {
+        if self.initial_control.len() > 1 {
             check("initial_control", self.initial_control.len(), self.steps)?;
         }
         self.initial_control.iter().try_for_each(|row| check("a row of initial_control", row.len(), size.controls))

@@ -14,8 +14,7 @@ use crate::{Error, Value};
 /// Factors by which a constant first guess is scaled to find the plan of least cost.
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 
-/// Plans a task from its first guess, and where that is one constant row, from multiples of it too; keeps the
-/// converged plan of least nominal cost. Leaves it in `state`, with the iterations of all of them.
+/// Plans a task as [`best_plan`] does, without a neighbour.
 ///
 /// # Errors
 /// Where no guess leads to a finite plan.
@@ -23,10 +22,13 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
     best_plan((problem, task), phi, None, state)
 }
 
-/// Plans and assesses a task at a design as [`Problem::evaluate`] does, from its first guess, and where that is one
-/// constant row, from multiples of it too; and from the controls of a `neighbour` where they are given, such as those
-/// of the plan at a design nearby. Keeps the converged plan of least nominal cost; that from the neighbour only where
-/// it is on another, cheaper branch, so that rounding does not decide. Leaves it in `state`, with the iterations of all.
+/// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess, and where that is one
+/// constant row, from multiples of it too; where there are contacts to be found, from a plan that approached them; and
+/// from the controls of a `neighbour` where they are given, such as those of the plan at a design nearby.
+///
+/// Keeps the converged plan of least nominal cost; that from the neighbour only where it is on another, cheaper branch, so
+/// that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that did not converge but is
+/// cheaper is told in [`Plan::passed_over`](crate::Plan::passed_over).
 ///
 /// # Errors
 /// Where nothing leads to a finite plan, or a covariance is indefinite.
@@ -36,38 +38,106 @@ pub fn best_plan(
     neighbour: Option<&Matrices>,
     state: &mut TaskState,
 ) -> Result<(), Error> {
+    let settings = &problem.planning;
+    state.limit_time(settings.time_limit);
     let is_zero = |row: &Vec<Value>| row.iter().all(|value| value.is_zero());
     let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
-    let guesses = factors.iter().map(|&factor| (task.guess(phi, factor), 0.0));
-    let mut best: Option<(bool, f64, Matrices)> = None;
-    let mut first_error = None;
-    let mut iterations = 0;
-    for (guess, margin) in guesses.chain(neighbour.map(|controls| (controls.clone(), SAME_BRANCH))) {
-        if let Err(error) = state.plan_only(task, phi, &problem.planning, Some(&guess)) {
-            first_error.get_or_insert(error);
-            continue;
-        }
-        iterations += state.plan.iterations;
-        let found = (!state.plan.status.is_converged(), state.plan.objective);
-        let better = |(unconverged, cost, _): &(bool, f64, Matrices)| {
-            (found.0, found.1 + margin * (1.0 + cost.abs())) < (*unconverged, *cost)
-        };
-        if best.as_ref().is_none_or(better) {
-            best = Some((found.0, found.1, state.plan.trajectory.controls.clone()));
-        }
+    let mut candidates = Candidates::default();
+    for &factor in factors {
+        candidates.plan((problem, task), phi, (&task.guess(phi, factor), 0.0), state);
     }
-    match (best, first_error) {
-        (Some((.., controls)), _) => {
-            let planned = state.plan_only(task, phi, &problem.planning, Some(&controls));
-            state.plan.iterations += iterations;
+    if let Some(controls) = state.approach(task, phi, settings, &task.guess(phi, 1.0)) {
+        candidates.plan((problem, task), phi, (&controls, 0.0), state);
+    }
+    if task.initial_control.is_empty() && candidates.converged().is_none() {
+        candidates.plan((problem, task), phi, (&task.guess(phi, 0.0), 0.0), state);
+    }
+    if let Some(controls) = neighbour {
+        candidates.plan((problem, task), phi, (controls, SAME_BRANCH), state);
+    }
+    match candidates.choose() {
+        Ok((best, passed_over)) => {
+            let planned = state.plan_only(task, phi, settings, Some(&best.controls));
+            state.plan.iterations += best.iterations;
+            state.plan.passed_over = passed_over;
             let assessed = planned.and_then(|()| state.assess(task, phi));
             assessed.map_err(|error| explain(task, phi, error, &state.plan.trajectory))
         }
-        (None, Some(error)) => Err(explain(task, phi, error, &state.plan.trajectory)),
-        (None, None) => Err(Error::NotFinite { what: "the first guess", step: 0 }),
+        Err(error) => Err(explain(task, phi, error, &state.plan.trajectory)),
     }
 }
+
+/// A plan that may be kept.
+struct Candidate {
+    converged: bool,
+    cost: f64,
+    controls: Matrices,
+    iterations: usize,
+}
+
+/// The plans from several guesses, and why the first of those without one has none.
+#[derive(Default)]
+struct Candidates {
+    list: Vec<Candidate>,
+    error: Option<Error>,
+}
+
+impl Candidates {
+    /// Plans from controls; the plan counts only where it is cheaper than the others by the margin. Once planning is late
+    /// nothing is tried any more but a first plan.
+    fn plan(
+        &mut self,
+        (problem, task): (&Problem, &Task),
+        phi: &[f64],
+        (controls, margin): (&Matrices, f64),
+        state: &mut TaskState,
+    ) {
+        if state.is_late() && !self.list.is_empty() {
+            return;
+        }
+        if let Err(error) = state.plan_only(task, phi, &problem.planning, Some(controls)) {
+            self.error.get_or_insert(error);
+            return;
+        }
+        let plan = &state.plan;
+        let (converged, cost) = (plan.status.is_converged(), plan.objective);
+        let far = |other: &Candidate| cost + margin * (1.0 + other.cost.abs()) < other.cost;
+        if margin == 0.0 || self.converged().is_none_or(far) {
+            let controls = plan.trajectory.controls.clone();
+            self.list.push(Candidate { converged, cost, controls, iterations: plan.iterations });
+        }
+    }
+
+    /// The cheapest of those that converged.
+    fn converged(&self) -> Option<&Candidate> {
+        cheapest(self.list.iter().filter(|candidate| candidate.converged))
+    }
+
+    /// The one to keep, and the cost of a cheaper one that did not converge.
+    fn choose(self) -> Result<(Candidate, Option<f64>), Error> {
+        let cheapest = |converged: bool| {
+            let of_kind = self.list.iter().enumerate().filter(|(_, candidate)| candidate.converged == converged);
+            of_kind.min_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost)).map(|(place, candidate)| (place, candidate.cost))
+        };
+        let (kept, other) = match (cheapest(true), cheapest(false)) {
+            (Some((place, cost)), other) => {
+                (place, other.map(|(_, other)| other).filter(|other| *other < cost - CHEAPER * (1.0 + cost.abs())))
+            }
+            (None, Some((place, _))) => (place, None),
+            (None, None) => return Err(self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 })),
+        };
+        let kept = self.list.into_iter().nth(kept);
+        kept.map(|kept| (kept, other)).ok_or(Error::NotFinite { what: "the first guess", step: 0 })
+    }
+}
+
+fn cheapest<'a>(list: impl Iterator<Item = &'a Candidate>) -> Option<&'a Candidate> {
+    list.min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// By how much cheaper, relatively, a plan that did not converge must be to be mentioned.
+const CHEAPER: f64 = 1e-3;
 
 /// Plans a task at a design: from given controls, or else from the best of its first guesses; then, with attempts to
 /// find other local minima, on the cheapest branch seen. Returns how many were seen, where they were searched for.
@@ -83,6 +153,7 @@ pub fn plan_at(
 ) -> Result<Option<usize>, Error> {
     match controls {
         Some(controls) => {
+            state.limit_time(problem.planning.time_limit);
             let planned = state.evaluate(task, phi, &problem.planning, Some(controls));
             planned.map_err(|error| explain(task, phi, error, &state.plan.trajectory))?;
         }
@@ -92,7 +163,7 @@ pub fn plan_at(
         return Ok(None);
     }
     let given = (&state.plan.trajectory.controls, state.cost.expected());
-    let found = search_branches((problem, task), phi, given, (seed, attempts));
+    let found = search_branches((problem, task), phi, given, (seed, attempts), usize::MAX);
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
     Ok(Some(found.count))
 }
@@ -108,40 +179,56 @@ pub(crate) struct Branches {
 }
 
 /// Searches for other local minima of a task's nominal problem at a design, by continuation: plans at random designs
-/// from random multiples of the first guess, each continued to the design in small steps. Deterministic in the seed,
-/// whatever the number of threads.
+/// from random multiples of the first guess, each continued to the design in small steps; where contacts are to be found,
+/// every other one from a plan that approached them. Deterministic in the seed, whatever the number of threads.
+///
+/// Attempts that find nothing new end once they took as many iterations as `effort` says, such as those of the search
+/// that this one follows.
 pub(crate) fn search_branches(
     (problem, task): (&Problem, &Task),
     phi: &[f64],
     given: (&Matrices, f64),
     (seed, attempts): (u64, usize),
+    effort: usize,
 ) -> Branches {
     let scaling = Scaling::of(&problem.parameters);
-    let found: Vec<Option<(f64, Matrices)>> = (0..attempts)
-        .into_par_iter()
-        .map_init(
-            || TaskState::new(task),
-            |state, attempt| {
-                let mut random = ChaCha8Rng::seed_from_u64(seed);
-                random.set_stream(attempt as u64 + 1);
-                attempt_branch((problem, task), &scaling, phi, &mut random, state).ok().flatten()
-            },
-        )
-        .collect();
+    let attempt = |state: &mut TaskState, attempt: usize| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(attempt as u64 + 1);
+        state.effort = 0;
+        let approach = attempt % 2 == 1;
+        let found = attempt_branch((problem, task), &scaling, phi, (&mut random, approach), state);
+        (state.effort, found.ok().flatten())
+    };
     let mut branches = Branches { count: 1, controls: given.0.clone(), cost: given.1 };
-    let mut seen = vec![given.1];
-    for (cost, controls) in found.into_iter().flatten() {
-        if seen.iter().all(|other: &f64| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
-            seen.push(cost);
+    let (mut seen, mut spent, mut next) = (vec![given.1], 0, 0);
+    while next < attempts {
+        let batch = next..(next + BATCH).min(attempts);
+        next = batch.end;
+        let found: Vec<(usize, Option<(f64, Matrices)>)> =
+            batch.into_par_iter().map_init(|| TaskState::new(task), attempt).collect();
+        let before = seen.len();
+        for (effort, found) in found {
+            spent += effort;
+            let Some((cost, controls)) = found else { continue };
+            if seen.iter().all(|other: &f64| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
+                seen.push(cost);
+            }
+            if cost < branches.cost - SAME_BRANCH * (1.0 + branches.cost.abs()) {
+                branches.controls = controls;
+                branches.cost = cost;
+            }
         }
-        if cost < branches.cost - SAME_BRANCH * (1.0 + branches.cost.abs()) {
-            branches.controls = controls;
-            branches.cost = cost;
+        if seen.len() == before && spent >= effort {
+            break;
         }
     }
     branches.count = seen.len();
     branches
 }
+
+/// Attempts of a branch search that are made at once; how many does not depend on the number of threads.
+const BATCH: usize = 8;
 
 /// Costs closer than this, relatively, belong to one branch.
 const SAME_BRANCH: f64 = 1e-7;
@@ -155,7 +242,7 @@ fn attempt_branch(
     (problem, task): (&Problem, &Task),
     scaling: &Scaling,
     phi: &[f64],
-    random: &mut ChaCha8Rng,
+    (random, approach): (&mut ChaCha8Rng, bool),
     state: &mut TaskState,
 ) -> Result<Option<(f64, Matrices)>, Error> {
     // A design within a third of the box around this one, in scaled coordinates.
@@ -163,7 +250,10 @@ fn attempt_branch(
         scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / 3.0).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
     let factor = (uniform(random) * 1.8).exp();
-    let guess = task.guess(&source, factor);
+    let mut guess = task.guess(&source, factor);
+    if approach && let Some(controls) = state.approach(task, &source, &problem.planning, &guess) {
+        guess = controls;
+    }
     state.plan_only(task, &source, &problem.planning, Some(&guess))?;
     let controls = state.plan.trajectory.controls.clone();
     continue_plan((problem, task), scaling, (&source, phi), (&controls, 1), state).map_err(Failed::error)?;

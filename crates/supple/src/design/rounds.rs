@@ -41,7 +41,8 @@ impl Rounds<'_, '_> {
             if ending == Ending::Stopped || control.is_stopped() || settings.method == Method::Barrier {
                 break;
             }
-            let Some(better) = self.better_branches(&last, round) else { break };
+            let effort = visitor.effort();
+            let Some(better) = self.better_branches(&last, round, effort) else { break };
             (phi, controls) = (last.phi, better);
         }
         Ok(())
@@ -58,8 +59,9 @@ impl Rounds<'_, '_> {
         problem.tasks.iter().map(plan).collect()
     }
 
-    /// Searches for cheaper branches at a design; the plans to go on from, where there are any.
-    fn better_branches(&mut self, at: &Visit, round: usize) -> Option<Vec<Matrices>> {
+    /// Searches for cheaper branches at a design, with as many iterations as the search before took; the plans to continue
+    /// from, where there are any.
+    fn better_branches(&mut self, at: &Visit, round: usize, effort: usize) -> Option<Vec<Matrices>> {
         self.summary.branches = at.tasks.len();
         let Searcher { problem, settings, control, .. } = self.searcher;
         if settings.branch_attempts == 0 {
@@ -73,7 +75,8 @@ impl Rounds<'_, '_> {
             let stream = (self.start * 1000 + round * 100 + index) as u64;
             let seed = settings.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let given = (&visit.controls, visit.cost);
-            let found = search_branches((problem, task), &at.phi, given, (seed, settings.branch_attempts));
+            let share = effort / at.tasks.len();
+            let found = search_branches((problem, task), &at.phi, given, (seed, settings.branch_attempts), share);
             better |= found.cost < visit.cost;
             count += found.count;
             found.controls

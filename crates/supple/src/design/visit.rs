@@ -219,6 +219,9 @@ impl TaskVisit {
 /// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
 const CONTINUATION_STEP: f64 = 0.04;
 
+/// How many iterations of a plan a total gradient takes as long as.
+const GRADIENT_EFFORT: usize = 3;
+
 /// By how much finer steps are where a plan seems to have left its branch.
 const FINER: usize = 8;
 
@@ -327,6 +330,12 @@ impl<'a> Visitor<'a> {
         let scaling = Scaling::of(&problem.parameters);
         let states = problem.tasks.iter().map(TaskState::new).collect();
         Self { problem, settings, aim, scaling, visits: Vec::new(), states }
+    }
+
+    /// Iterations of all plans so far, a gradient counting as much as some of them.
+    pub fn effort(&self) -> usize {
+        let plans: usize = self.states.iter().map(|state| state.effort).sum();
+        plans + GRADIENT_EFFORT * self.visits.len() * self.states.len()
     }
 
     /// Forgets all visits and starts anew from a design with given plans.

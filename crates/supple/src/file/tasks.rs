@@ -35,7 +35,8 @@ pub(super) struct TaskFile {
     information_weight: f64,
     /// Mean of the first state: one number per state, or by the states' names, 0 where left out.
     initial_state: Rows,
-    /// First guess of the controls: one row for all steps, or one row per step; zero where left out.
+    /// First guess of the controls: one row for all steps, or one row per step. Where left out, what
+    /// holds the first state: the torques that carry a robot's weight.
     initial_control: Option<Guess>,
     /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints.
     #[serde(default)]
@@ -139,7 +140,7 @@ impl Reader<'_> {
         let costs = self.costs(model)?;
         let initial_control = match file.initial_control {
             Some(guess) => self.guess(guess, size, file.steps)?,
-            None => vec![vec![Value::Number(0.0); size.controls]],
+            None => Vec::new(),
         };
         let system = model.system(costs, file.time_step, self.parameters.len());
         let control_bounds = ControlBounds::of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);

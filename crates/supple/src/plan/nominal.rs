@@ -1,7 +1,10 @@
+use std::time::Instant;
+
 use supple_kernels::{Matrices, Scratch};
 
 use super::box_qp::Limits;
 use super::costates::Stationarity;
+use super::search::Search;
 use super::{
     ControlBounds, Decrease, Lq, PlanMode, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within,
     simulate_controls, solve_limited,
@@ -36,8 +39,12 @@ pub struct Plan {
     pub stationarity: f64,
     /// The same, relative to 1 plus the largest `|l_u|`.
     pub relative_stationarity: f64,
+    /// The step and the control where it is largest.
+    pub steepest: (usize, usize),
     /// How many iterations had to raise the regularisation.
     pub regularised: usize,
+    /// The objective of a cheaper plan that did not converge and was not kept, where there was one.
+    pub passed_over: Option<f64>,
 }
 
 impl Plan {
@@ -55,7 +62,9 @@ impl Plan {
             iterations: 0,
             stationarity: f64::NAN,
             relative_stationarity: f64::NAN,
+            steepest: (0, 0),
             regularised: 0,
+            passed_over: None,
         }
     }
 }
@@ -63,9 +72,11 @@ impl Plan {
 /// Memory that planning reuses.
 #[derive(Clone, Debug)]
 pub struct PlanWorkspace {
-    candidate: Trajectory,
-    hessian: Matrices,
+    pub(super) candidate: Trajectory,
+    pub(super) hessian: Matrices,
     guess: Matrices,
+    /// When searches stop where they are; none where they take the time they need.
+    pub(crate) deadline: Option<Instant>,
 }
 
 impl PlanWorkspace {
@@ -76,10 +87,12 @@ impl PlanWorkspace {
             candidate: Trajectory::zeros(dimensions, steps),
             hessian: Matrices::zeros(steps + 1, joint, joint + 1),
             guess: Matrices::vectors(steps, dimensions.controls),
+            deadline: None,
         }
     }
 }
 
+/// Regularisation of a final sweep whose curvature is indefinite: the first that is tried, and the most.
 const LEAST_MU: f64 = 1e-9;
 const MOST_MU: f64 = 1e12;
 
@@ -92,29 +105,6 @@ pub struct NominalProblem<'a> {
     pub phi: &'a [f64],
     /// Bounds that the controls must keep.
     pub bounds: Option<&'a ControlBounds>,
-}
-
-/// The search's state between iterations.
-struct Search<'a> {
-    problem: NominalProblem<'a>,
-    settings: &'a PlanSettings,
-    plan: &'a mut Plan,
-    work: &'a mut PlanWorkspace,
-    scratch: &'a mut Scratch,
-    mu: f64,
-    /// Whether the last step was a full one that lowered the cost little: Newton's neighbourhood.
-    close: bool,
-}
-
-/// How one iteration went.
-enum Outcome {
-    Accepted,
-    /// No step lowered the cost.
-    Rejected,
-    /// The curvature is not positive.
-    Indefinite,
-    /// The predicted decrease is below what the cost can resolve.
-    Resolved,
 }
 
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
@@ -140,7 +130,7 @@ pub fn plan(
         start(problem, plan, scratch)?;
         0
     };
-    let status = Search { problem, settings, plan, work, scratch, mu: 0.0, close: false }.run();
+    let status = Search::new(problem, settings, plan, work, scratch).run();
     plan.iterations += before;
     finish(problem, plan, status, scratch)
 }
@@ -161,7 +151,7 @@ fn start_from_free(
     work.guess.copy_from(&plan.trajectory.controls);
     let mut found = start(free, plan, scratch).is_ok();
     if found {
-        let status = Search { problem: free, settings, plan, work, scratch, mu: 0.0, close: false }.run();
+        let status = Search::new(free, settings, plan, work, scratch).run();
         found = status.is_converged() && sweep(free, Regularisation::default(), None, plan).is_ok();
     }
     let (iterations, regularised) = (plan.iterations, plan.regularised);
@@ -189,6 +179,9 @@ pub(super) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scra
     plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
     plan.iterations = 0;
     plan.regularised = 0;
+    plan.passed_over = None;
+    // What an earlier plan left there would change the last digits of this one.
+    plan.policy.feedback.as_mut_slice().fill(0.0);
     let finite = plan.nominal_cost.is_finite();
     if finite { Ok(()) } else { Err(Error::NotFinite { what: "the cost of the first guess", step: 0 }) }
 }
@@ -198,8 +191,10 @@ pub(super) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
     let NominalProblem { system, phi, bounds } = problem;
     plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
     let bounded = bounds.map(|bounds| (bounds, &plan.trajectory.controls));
-    let Stationarity { residual, scale } =
-        super::sweep_costates(&plan.knots.dynamics, &plan.knots.cost, bounded, &mut plan.costates);
+    let (knots, feedback) = ((&plan.knots.dynamics, &plan.knots.cost), &plan.policy.feedback);
+    let Stationarity { residual, scale, step, control } =
+        super::sweep_costates(knots, feedback, bounded, &mut plan.costates);
+    plan.steepest = (step, control);
     plan.stationarity = residual;
     plan.relative_stationarity = residual / (1.0 + scale);
 }
@@ -239,102 +234,4 @@ pub(super) fn sweep(
     let limits = problem.bounds.map(|bounds| Limits::Bounds(bounds, &plan.trajectory.controls));
     let cost = hessian.unwrap_or(&plan.knots.cost);
     solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits }, &mut plan.policy)
-}
-
-impl Search<'_> {
-    fn run(&mut self) -> PlanStatus {
-        let (mut unresolved, mut last_stationarity) = (0, f64::INFINITY);
-        while self.plan.iterations < self.settings.max_iterations {
-            let newton = self.settings.newton && self.close;
-            self.linearise(if newton { Curvature::Exact } else { Curvature::GaussNewton });
-            if self.is_stationary() {
-                return PlanStatus::Converged;
-            }
-            self.plan.iterations += 1;
-            let mut outcome = self.iterate(newton);
-            if newton && !matches!(outcome, Outcome::Accepted | Outcome::Resolved) {
-                self.linearise(Curvature::GaussNewton);
-                outcome = self.iterate(false);
-                self.close = false;
-            }
-            match outcome {
-                Outcome::Accepted => unresolved = 0,
-                Outcome::Resolved => {
-                    // Rounding hides the cost's decrease. Steps that still bring the plan closer to stationary go on; a
-                    // few others settle the last digits.
-                    let closer = self.plan.relative_stationarity < 0.5 * last_stationarity;
-                    unresolved = if closer { 0 } else { unresolved + 1 };
-                    last_stationarity = self.plan.relative_stationarity;
-                    if unresolved > 3 {
-                        return self.stalled(PlanStatus::LineSearchStalled);
-                    }
-                }
-                Outcome::Rejected | Outcome::Indefinite => {
-                    self.plan.regularised += 1;
-                    self.mu = (self.mu * 10.0).max(LEAST_MU);
-                    if self.mu > MOST_MU {
-                        let indefinite = matches!(outcome, Outcome::Indefinite);
-                        let status = if indefinite { PlanStatus::Indefinite } else { PlanStatus::LineSearchStalled };
-                        return self.stalled(status);
-                    }
-                }
-            }
-        }
-        self.stalled(PlanStatus::MaxIterations)
-    }
-
-    /// The status at a place where no progress is made: converged where it is stationary but for rounding.
-    fn stalled(&mut self, status: PlanStatus) -> PlanStatus {
-        self.linearise(Curvature::GaussNewton);
-        let loose = self.plan.relative_stationarity <= 1e3 * self.settings.tolerance;
-        if loose { PlanStatus::Converged } else { status }
-    }
-
-    fn linearise(&mut self, curvature: Curvature) {
-        linearise(self.problem, self.plan, curvature, self.scratch);
-    }
-
-    fn is_stationary(&self) -> bool {
-        self.plan.relative_stationarity <= self.settings.tolerance
-    }
-
-    fn iterate(&mut self, newton: bool) -> Outcome {
-        let mu = self.settings.regularisation.of(self.mu);
-        let Self { problem, plan, work, scratch, .. } = self;
-        let hessian = newton.then(|| {
-            work.hessian.copy_from(&plan.knots.cost);
-            let (at, costates) = (plan.trajectory.points(), &plan.costates);
-            problem.system.add_dynamics_curvature(at, problem.phi, costates, &mut work.hessian, scratch);
-            &work.hessian
-        });
-        let swept = sweep(*problem, mu, hessian, plan);
-        let decrease = match swept {
-            Ok(decrease) => decrease,
-            Err(_) => return Outcome::Indefinite,
-        };
-        let resolution = 1e-14 * (1.0 + plan.nominal_cost.abs());
-        let (problem, mut step) = (self.problem, 1.0);
-        for _ in 0..=self.settings.max_halvings {
-            let predicted = -(step * decrease.linear + step * step * decrease.quadratic);
-            let cost = rollout_within(
-                (problem.system, problem.phi, problem.bounds),
-                &self.plan.trajectory,
-                (&self.plan.policy, step),
-                &mut self.work.candidate,
-                self.scratch,
-            );
-            let actual = self.plan.nominal_cost - cost;
-            let resolved = predicted <= 10.0 * resolution;
-            let enough = self.settings.sufficient_decrease * predicted;
-            if cost.is_finite() && (actual >= enough && actual > 0.0 || resolved && actual >= -resolution * 10.0) {
-                self.close = step == 1.0 && actual <= 0.05 * (1.0 + cost.abs());
-                std::mem::swap(&mut self.plan.trajectory, &mut self.work.candidate);
-                self.plan.nominal_cost = cost;
-                self.mu = if self.mu <= LEAST_MU { 0.0 } else { self.mu * 0.2 };
-                return if resolved { Outcome::Resolved } else { Outcome::Accepted };
-            }
-            step *= 0.5;
-        }
-        Outcome::Rejected
-    }
 }

@@ -18,6 +18,10 @@ pub struct PlanSettings {
     pub sampled: SampledSettings,
     /// Iterations at most. Raise it when a plan ends as `max_iterations` while its cost still falls.
     pub max_iterations: usize,
+    /// How long the planning of one task at one design may take, s; no limit by default. A plan that is stopped is not
+    /// converged. Where the limit strikes depends on the machine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_limit: Option<f64>,
     /// The plan is converged when the largest `|l_u + B' lambda|` is at most this, relative to 1 plus the largest
     /// `|l_u|`; or, where rounding allows no further step, at most a thousand times this.
     pub tolerance: f64,
@@ -40,10 +44,11 @@ impl Default for PlanSettings {
             belief: BeliefSettings::default(),
             sampled: SampledSettings::default(),
             max_iterations: 1000,
+            time_limit: None,
             tolerance: 1e-12,
             newton: true,
             regularisation: RegularisationKind::default(),
-            max_halvings: 12,
+            max_halvings: 8,
             sufficient_decrease: 1e-4,
         }
     }
@@ -153,6 +158,9 @@ impl PlanSettings {
         if self.max_iterations == 0 {
             return Err(("max_iterations", "must be at least 1; found 0".into()));
         }
+        if let Some(limit) = self.time_limit.filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
+            return Err(("time_limit", format!("must be above 0 s and finite; leave it out for no limit; found {limit}")));
+        }
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
             return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));
         }
@@ -197,6 +205,10 @@ pub enum PlanStatus {
     MaxIterations,
     /// No step along the search direction lowered the cost.
     LineSearchStalled,
+    /// Over tens of iterations the cost hardly fell, far from stationary.
+    SlowProgress,
+    /// The time limit was reached.
+    TimeLimit,
     /// The control's curvature stays indefinite, however much it is regularised.
     Indefinite,
 }
@@ -214,6 +226,8 @@ impl std::fmt::Display for PlanStatus {
             Self::Converged => "converged",
             Self::MaxIterations => "max_iterations",
             Self::LineSearchStalled => "line_search_stalled",
+            Self::SlowProgress => "slow_progress",
+            Self::TimeLimit => "time_limit",
             Self::Indefinite => "indefinite",
         })
     }

@@ -72,6 +72,10 @@ impl<M: Model> Authored<M> {
     }
 }
 
+/// Up to how many unknowns of a step second derivatives of the dynamics are used in planning: the program that finds them
+/// grows with the third power of their number.
+const MOST_UNKNOWNS: usize = 16;
+
 /// By how many states landmarks are differentiated at once.
 const DIRECTIONS: usize = 8;
 
@@ -243,6 +247,10 @@ impl<M: Model> System for Authored<M> {
         if curvature == Curvature::GaussNewton && !(convex(false) && convex(true)) {
             make_convex(out, self.size.joint());
         }
+    }
+
+    fn has_cheap_curvature(&self) -> bool {
+        self.model.unknowns() <= MOST_UNKNOWNS
     }
 
     fn add_dynamics_curvature(

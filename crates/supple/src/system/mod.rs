@@ -178,6 +178,11 @@ pub trait System: Send + Sync {
     /// `[l_zz | l_z]` at every point: (n + m) x (n + m + 1).
     fn cost_quadratics(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, scratch: &mut Scratch);
 
+    /// Whether the second derivatives of the dynamics are worth their time in planning, beyond Gauss-Newton steps.
+    fn has_cheap_curvature(&self) -> bool {
+        true
+    }
+
     /// Adds the second derivatives of `lambda_{t+1}' f` by `z` to the square part of `out` at every stage.
     fn add_dynamics_curvature(
         &self,

@@ -12,6 +12,7 @@ mod elastic;
 mod examples;
 mod fields;
 mod golden;
+mod integrator;
 mod limits;
 mod mimic;
 mod overrides;

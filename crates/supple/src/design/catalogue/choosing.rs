@@ -127,7 +127,7 @@ impl<'a> Choosing<'a> {
             let given = (&state.plan.trajectory.controls, state.cost.expected());
             let stream = (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let search = (settings.seed ^ stream, settings.branch_attempts);
-            Ok(search_branches((problem, task), &phi, given, search).controls)
+            Ok(search_branches((problem, task), &phi, given, search, state.effort).controls)
         };
         let controls = problem.tasks.iter().enumerate().map(plan).collect::<Result<Vec<_>, Error>>()?;
         let control = Control { observer: &NoObserver, ..control };

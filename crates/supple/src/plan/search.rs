@@ -1,0 +1,222 @@
+//! The globalised loop of nominal planning: linearise, solve, search along the step, stop.
+
+use std::time::Instant;
+
+use supple_kernels::Scratch;
+
+use super::nominal::{linearise, sweep};
+use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
+use crate::system::Curvature;
+
+/// The least regularisation that is tried after none, and the most, as shares of the curvature.
+const FIRST_MU: f64 = 1e-4;
+const MOST_MU: f64 = 1e8;
+/// Below this share regularisation is dropped.
+const LEAST_MU: f64 = 1e-6;
+
+/// The search's state between iterations.
+pub(super) struct Search<'a> {
+    problem: NominalProblem<'a>,
+    settings: &'a PlanSettings,
+    deadline: Option<Instant>,
+    plan: &'a mut Plan,
+    work: &'a mut PlanWorkspace,
+    scratch: &'a mut Scratch,
+    mu: f64,
+    newton: Readiness,
+    progress: Progress,
+}
+
+/// When Newton steps are tried: where the last step changed the cost little, and not just after one that failed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Readiness {
+    close: bool,
+    failures: u32,
+    wait: usize,
+}
+
+impl Readiness {
+    fn is_ready(&self) -> bool {
+        self.close && self.wait == 0
+    }
+
+    fn tried(&mut self, succeeded: bool) {
+        self.failures = if succeeded { 0 } else { self.failures + 1 };
+        self.wait = if succeeded { 0 } else { 1 << self.failures.min(5) };
+    }
+}
+
+/// How the search came along since its last milestone.
+#[derive(Clone, Copy, Debug)]
+struct Progress {
+    iteration: usize,
+    cost: f64,
+    stationarity: f64,
+}
+
+impl Progress {
+    /// Iterations between milestones.
+    const STRIDE: usize = 30;
+
+    /// Whether neither cost nor stationarity came along since the last milestone; sets a new one where it is time to.
+    fn creeps(&mut self, plan: &Plan) -> bool {
+        if plan.iterations < self.iteration + Self::STRIDE {
+            return false;
+        }
+        let gained = self.cost - plan.nominal_cost;
+        let creeps = gained <= 1e-6 * (1.0 + plan.nominal_cost.abs())
+            && plan.relative_stationarity > 0.1 * self.stationarity;
+        *self = Self {
+            iteration: plan.iterations,
+            cost: plan.nominal_cost,
+            stationarity: plan.relative_stationarity,
+        };
+        creeps
+    }
+}
+
+/// How one iteration went.
+#[derive(Clone, Copy, PartialEq)]
+enum Outcome {
+    Accepted,
+    /// No step lowered the cost.
+    Rejected,
+    /// The curvature is not positive.
+    Indefinite,
+    /// The predicted decrease is below what the cost can resolve.
+    Resolved,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(
+        problem: NominalProblem<'a>,
+        settings: &'a PlanSettings,
+        plan: &'a mut Plan,
+        work: &'a mut PlanWorkspace,
+        scratch: &'a mut Scratch,
+    ) -> Self {
+        let progress = Progress { iteration: 0, cost: f64::INFINITY, stationarity: f64::INFINITY };
+        let (deadline, newton) = (work.deadline, Readiness::default());
+        Self { problem, settings, deadline, plan, work, scratch, mu: 0.0, newton, progress }
+    }
+
+    /// Searches from the trajectory of the plan, which is rolled out; leaves the best one there.
+    pub fn run(mut self) -> PlanStatus {
+        let (mut unresolved, mut last_stationarity) = (0, f64::INFINITY);
+        loop {
+            let newton = self.settings.newton && self.problem.system.has_cheap_curvature() && self.newton.is_ready();
+            self.linearise(if newton { Curvature::Exact } else { Curvature::GaussNewton });
+            if self.plan.relative_stationarity <= self.settings.tolerance {
+                return PlanStatus::Converged;
+            }
+            if self.plan.iterations >= self.settings.max_iterations {
+                return self.ended(PlanStatus::MaxIterations);
+            }
+            if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                return self.ended(PlanStatus::TimeLimit);
+            }
+            if self.progress.creeps(self.plan) {
+                return self.ended(PlanStatus::SlowProgress);
+            }
+            self.plan.iterations += 1;
+            match self.advance(newton) {
+                Outcome::Accepted => unresolved = 0,
+                Outcome::Resolved => {
+                    // Rounding hides the cost's decrease. Steps that still bring the plan closer to stationary go on; a
+                    // few others settle the last digits.
+                    let closer = self.plan.relative_stationarity < 0.5 * last_stationarity;
+                    unresolved = if closer { 0 } else { unresolved + 1 };
+                    last_stationarity = self.plan.relative_stationarity;
+                    if unresolved > 3 {
+                        return self.ended(PlanStatus::LineSearchStalled);
+                    }
+                }
+                Outcome::Rejected => return self.ended(PlanStatus::LineSearchStalled),
+                Outcome::Indefinite => return self.ended(PlanStatus::Indefinite),
+            }
+        }
+    }
+
+    /// One iteration: a Newton step where it was asked for and helps, otherwise one of Gauss-Newton.
+    fn advance(&mut self, newton: bool) -> Outcome {
+        self.newton.wait = self.newton.wait.saturating_sub(1);
+        if newton {
+            let outcome = self.attempt(true, 0.0);
+            let succeeded = matches!(outcome, Outcome::Accepted | Outcome::Resolved);
+            self.newton.tried(succeeded);
+            if succeeded {
+                return outcome;
+            }
+            self.linearise(Curvature::GaussNewton);
+        }
+        let mut mu = self.mu;
+        loop {
+            let outcome = self.attempt(false, mu);
+            if matches!(outcome, Outcome::Accepted | Outcome::Resolved) {
+                return outcome;
+            }
+            if mu == self.mu {
+                self.plan.regularised += 1;
+            }
+            mu = (mu * 10.0).max(FIRST_MU);
+            if mu > MOST_MU {
+                return outcome;
+            }
+        }
+    }
+
+    /// The status at a place where no progress is made: converged where it is stationary but for rounding.
+    fn ended(&mut self, status: PlanStatus) -> PlanStatus {
+        self.linearise(Curvature::GaussNewton);
+        let loose = self.plan.relative_stationarity <= 1e3 * self.settings.tolerance;
+        if loose { PlanStatus::Converged } else { status }
+    }
+
+    fn linearise(&mut self, curvature: Curvature) {
+        linearise(self.problem, self.plan, curvature, self.scratch);
+    }
+
+    /// A sweep and a line search along its step.
+    fn attempt(&mut self, newton: bool, mu: f64) -> Outcome {
+        let Self { problem, settings, plan, work, scratch, .. } = self;
+        let hessian = newton.then(|| {
+            work.hessian.copy_from(&plan.knots.cost);
+            let (at, costates) = (plan.trajectory.points(), &plan.costates);
+            problem.system.add_dynamics_curvature(at, problem.phi, costates, &mut work.hessian, scratch);
+            &work.hessian
+        });
+        let Ok(decrease) = sweep(*problem, settings.regularisation.of(mu), hessian, plan) else {
+            return Outcome::Indefinite;
+        };
+        let resolution = 1e-14 * (1.0 + plan.nominal_cost.abs());
+        let mut step = 1.0;
+        for _ in 0..=settings.max_halvings {
+            let predicted = -(step * decrease.linear + step * step * decrease.quadratic);
+            let around = (problem.system, problem.phi, problem.bounds);
+            let law = (&plan.policy, step);
+            let cost = rollout_within(around, &plan.trajectory, law, &mut work.candidate, scratch);
+            let actual = plan.nominal_cost - cost;
+            let resolved = predicted <= 10.0 * resolution;
+            let enough = settings.sufficient_decrease * predicted;
+            if cost.is_finite() && (actual >= enough && actual > 0.0 || resolved && actual >= -resolution * 10.0) {
+                std::mem::swap(&mut plan.trajectory, &mut work.candidate);
+                plan.nominal_cost = cost;
+                self.newton.close = actual <= 0.05 * (1.0 + cost.abs());
+                self.mu = next_mu(mu, step);
+                return if resolved { Outcome::Resolved } else { Outcome::Accepted };
+            }
+            step *= 0.5;
+        }
+        Outcome::Rejected
+    }
+}
+
+/// The regularisation after a step of a length: less where the whole step served, more where little of it did.
+fn next_mu(mu: f64, step: f64) -> f64 {
+    let next = match step {
+        1.0 => mu * 0.1,
+        step if step < 0.1 => (mu * 3.0).max(FIRST_MU),
+        _ => mu,
+    };
+    if next < LEAST_MU { 0.0 } else { next }
+}
