@@ -3,10 +3,11 @@
     python -m venv .venv && .venv/bin/pip install example-robot-data
     .venv/bin/python benches/python/public_robots.py [--target 0.2] [--weights standard] [--limit 30] [--csv FILE]
 
-Every robot is fixed in the world, at rest, with all joints at 0, gravity on, a drive on every joint that moves, and no
-first guess. Every joint is to move by the target, rad or m, within its limits. The table has by file the degrees of
-freedom, how the plan ended, iterations, cost and seconds. Robots that supple refuses with a reason stand apart: files
-that are not valid URDF, and joints that move no inertia. Ends with 1 where a robot that is not refused has no plan.
+Every robot is fixed in the world, starts at rest with all joints at 0, has gravity and a drive on every joint that
+moves, and gets no first guess of its controls. The target of every joint is 0.2 rad or m, or what its limits allow of
+that. The table lists by file the degrees of freedom, how the plan ended, iterations, cost and seconds of the whole
+program. It counts separately the robots that supple refuses for a reason that lies in the file: it is not valid URDF, no
+joint moves, or a joint moves no inertia. The exit code is 1 where any other robot has no converged plan.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ WEIGHTS = {
     "terminal": {"position": (0.1, 1e5), "velocity": (1e-3, 1e3), "control": 1e-4},
     # Controls are almost free.
     "cheap": {"position": (1.0, 1000.0), "velocity": (0.1, 10.0), "control": 1e-8},
-    # Controls are expensive, and robots fall where holding them costs more than the reach is worth.
+    # Controls are expensive: holding a robot against gravity may cost more than a missed target.
     "expensive": {"position": (1.0, 1000.0), "velocity": (0.1, 10.0), "control": 1e-1},
 }
 MOVING = {"revolute", "continuous", "prismatic"}
-# What the program says of a robot that it is right to refuse, by class.
+# Words of the messages with which the program rightly refuses a robot, by class.
 NOT_URDF = "not valid URDF"
 REFUSED = {
     NOT_URDF: ("there is no link", "there is no joint", "is missing"),
@@ -121,8 +122,8 @@ def moving_joints(file: Path) -> list[Joint] | None:
 
 
 def within_limits(joint: Joint, target: float) -> float:
-    """The target, or what limits allow of it; to the other side where that is farther. Limits that leave no room, such
-    as 0 and 0, are none."""
+    """The target, or the limit before it; on the other side of 0 where that is farther. Limits that leave no room, such
+    as 0 and 0, are ignored."""
     if joint.lower >= joint.upper:
         return target
     sides = [min(max(side, joint.lower), joint.upper) for side in (target, -target)]
@@ -184,7 +185,7 @@ weight = {weights["control"]!r}
 
 
 def refusal(run: Run, valid: bool) -> str:
-    """Why the program refuses a robot with good reason; empty where it does not."""
+    """The class of robots that the program rightly refuses; empty for all others."""
     if run.status != "error":
         return ""
     if not valid:
@@ -193,7 +194,7 @@ def refusal(run: Run, valid: bool) -> str:
 
 
 def shortened(run: Run, folder: Path, file: Path) -> Run:
-    """The run, with no folders of this machine in its error."""
+    """The run, without the folders of this machine in its error message."""
     error = run.error.replace(str(file), file.name).replace(f"{folder}/", "")
     return Run(run.status, error, run.seconds, run.task)
 
@@ -213,7 +214,7 @@ def summary(rows: list[Row]) -> list[str]:
     asked = [row for row in rows if not row.refused]
     planned = [row for row in asked if row.run.converged]
     refused = [row for row in rows if row.refused]
-    lines = [f"planned {len(planned)} of {len(asked)}; {len(refused)} refused with a reason, of {len(rows)} files"]
+    lines = [f"planned {len(planned)} of {len(asked)}; {len(refused)} refused for their files; {len(rows)} files"]
     if planned:
         iterations = [row.run.iterations for row in planned]
         lines.append(f"iterations of plans: median {statistics.median(iterations):g}, most {max(iterations)}")
