@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import importlib.util
 import json
 import math
 import statistics
@@ -190,16 +191,23 @@ def summary(rows: list[Row]) -> list[str]:
         for row in both
         if not row.peer.solved
     ]
+    return lines + comparison(both) if both else lines
+
+
+def comparison(both: list[Row]) -> list[str]:
+    """Lines about the problems that both were asked, below the table."""
     pairs = [
         (row.supple.cost, row.peer.cost, row.problem.name) for row in both if row.supple.solved and row.peer.solved
     ]
     worse = [name for ours, theirs, name in pairs if ours > 1.01 * theirs]
     better = [name for ours, theirs, name in pairs if theirs > 1.01 * ours]
-    lines.append(f"solved by both: {len(pairs)}; supple's cost is 1 % higher in {len(worse)}: {', '.join(worse)}")
-    lines.append(f"and 1 % lower in {len(better)}: {', '.join(better)}")
     apart = [row.problem.name for row in both if row.difference is not None and row.difference > AGREEMENT]
-    lines.append(f"the two problems differ in {len(apart)}: {', '.join(apart)}")
-    return lines
+    return [
+        f"solved by both: {len(pairs)}",
+        f"supple's cost is more than 1 % higher in {len(worse)} of these: {', '.join(worse)}",
+        f"supple's cost is more than 1 % lower in {len(better)} of these: {', '.join(better)}",
+        f"crocoddyl's problem differs from supple's in {len(apart)}: {', '.join(apart)}",
+    ]
 
 
 def share(who: str, results: list[Result]) -> str:
@@ -224,6 +232,8 @@ def main() -> None:
     add_options(parser)
     parser.add_argument("--alone", action="store_true", help="supple only, without crocoddyl")
     options = parser.parse_args()
+    if not options.alone and importlib.util.find_spec("crocoddyl") is None:
+        sys.exit("crocoddyl is not installed here: pip install crocoddyl==3.2.1 pin==4.0.0, or leave it out by --alone")
     program = Program(find_program(options.supple))
     rows = []
     show([*HEADER, *PEER_HEADER])
@@ -237,7 +247,8 @@ def main() -> None:
     print("\n" + "\n".join(summary(rows)))
     if options.csv:
         with options.csv.open("w", newline="") as file:
-            csv.writer(file).writerows([[*HEADER, *PEER_HEADER], *(row.cells() for row in rows)])
+            peer = [name if name == "FDDP" else f"FDDP {name}" for name in PEER_HEADER]
+            csv.writer(file).writerows([[*HEADER, *peer], *(row.cells() for row in rows)])
     sys.exit(not all(row.supple.solved for row in rows))
 
 

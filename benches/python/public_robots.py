@@ -6,8 +6,8 @@
 Every robot is fixed in the world, starts at rest with all joints at 0, has gravity and a drive on every joint that
 moves, and gets no first guess of its controls. The target of every joint is 0.2 rad or m, or what its limits allow of
 that. The table lists by file the degrees of freedom, how the plan ended, iterations, cost and seconds of the whole
-program. It counts separately the robots that supple refuses for a reason that lies in the file: it is not valid URDF, no
-joint moves, or a joint moves no inertia. The exit code is 1 where any other robot has no converged plan.
+program. It counts separately the robots that supple refuses for a reason that lies in the file: it is not valid URDF,
+no joint moves, or a joint moves no inertia. The exit code is 1 where any other robot has no converged plan.
 """
 
 from __future__ import annotations
