@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 # The key that says how contacts dissipate energy, and the length over which they set in: see `Contact.text`.
-DISSIPATION = "damping"
+DISSIPATION = "dissipation"
 CONTACT_SMOOTHING = 1e-4
 # Speed over which Coulomb friction sets in, rad/s or m/s; the default of task files.
 FRICTION_SMOOTHING = 0.01
@@ -133,7 +133,9 @@ class Contact:
     def force(self, place: tuple[float, ...]) -> float:
         """The force along the normal at rest, N, with the frame at a place."""
         depth = self.radius - sum(e * (x - p) for e, x, p in zip(self.normal, place, self.point))
-        return self.stiffness * 0.5 * (depth + (depth**2 + CONTACT_SMOOTHING**2) ** 0.5)
+        t = min(max(1.0 + depth / CONTACT_SMOOTHING, 0.0), 2.0)
+        rounded = CONTACT_SMOOTHING * t**4 * (t**2 - 6.0 * t + 10.0) / 32.0
+        return self.stiffness * (rounded + max(depth - CONTACT_SMOOTHING, 0.0))
 
 
 @dataclass(frozen=True)

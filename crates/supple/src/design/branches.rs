@@ -44,11 +44,14 @@ pub fn best_plan(
     let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut candidates = Candidates::default();
-    for &factor in factors {
-        candidates.plan((problem, task), phi, (&task.guess(phi, factor), 0.0), state);
-    }
     if let Some(controls) = state.approach(task, phi, settings, &task.guess(phi, 1.0)) {
         candidates.plan((problem, task), phi, (&controls, 0.0), state);
+    }
+    // Friction alone makes no branches that are worth another plan.
+    if candidates.converged().is_none() || state.has_to_approach(task, phi) {
+        for &factor in factors {
+            candidates.plan((problem, task), phi, (&task.guess(phi, factor), 0.0), state);
+        }
     }
     if task.initial_control.is_empty() && candidates.converged().is_none() {
         candidates.plan((problem, task), phi, (&task.guess(phi, 0.0), 0.0), state);

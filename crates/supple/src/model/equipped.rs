@@ -162,8 +162,8 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.substeps()
     }
 
-    fn widened(&self, by: Value) -> Option<Self> {
-        Some(Self { model: self.model.widened(by)?, equipment: self.equipment.clone() })
+    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
+        Some(Self { model: self.model.widened(length, speed)?, equipment: self.equipment.clone() })
     }
 
     fn joint_names(&self) -> Vec<String> {

@@ -247,9 +247,10 @@ pub trait Model: Send + Sync + 'static {
         None
     }
 
-    /// The same model with contacts that set in over a length wider by the value, m, and are softer by as much, with which
-    /// planning finds contacts from afar; at 0 it is this model. None in models without contacts.
-    fn widened(&self, _by: Value) -> Option<Self>
+    /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with friction
+    /// that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from afar, and gets
+    /// friction moving. At 0 it is this model. None in models without contacts and friction.
+    fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
     {

@@ -226,6 +226,7 @@ impl Build<'_> {
             compliance,
             sensors,
             friction_smoothing: file.friction_smoothing,
+            friction_widening: None,
             integrator: file.integrator,
             substeps: file.substeps,
         };

@@ -29,7 +29,7 @@ mod sensor;
 mod situation;
 
 use compliance::{CONTACT_FORCE, Compliance, Element, Resistance};
-use integrator::Integrator;
+use integrator::{Integrator, widened};
 use numbers::{FrameNumbers, Override};
 use sensor::{Measure, Sensor};
 pub(crate) use sensor::{schemas as sensor_schemas, turn};
@@ -60,6 +60,8 @@ pub struct Robot {
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
     friction_smoothing: Value,
+    /// A speed by which friction of joints sets in later, for planning.
+    friction_widening: Option<Value>,
     integrator: Integrator,
     substeps: usize,
 }
@@ -115,7 +117,7 @@ impl Robot {
     fn forces<S: Scalar>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
         let (dofs, positions) = self.positions();
-        let smoothing = at.value(self.friction_smoothing);
+        let smoothing = self.friction_speed(at);
         let mut forces = Forces {
             generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
             wrenches: Vec::new(),
@@ -129,6 +131,18 @@ impl Robot {
             element.kind.apply(&now.seen_by(element), &mut forces);
         }
         forces
+    }
+
+    /// The speed over which friction of joints sets in.
+    fn friction_speed<S: Scalar>(&self, at: &Point<S>) -> S {
+        let own = at.value(self.friction_smoothing);
+        self.friction_widening.map_or(own, |speed| widened(at, own, speed))
+    }
+
+    /// Whether any joint has friction.
+    fn has_friction(&self) -> bool {
+        let given = |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
+        self.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.overrides.iter().any(given)
     }
 
     /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
@@ -156,7 +170,7 @@ impl Robot {
 
     /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
     fn resist<S: Scalar>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
-        let (lead, smoothing) = (now.lead(), now.at.value(self.friction_smoothing));
+        let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
@@ -369,11 +383,11 @@ impl Model for Robot {
         Some(self.substeps)
     }
 
-    fn widened(&self, by: Value) -> Option<Self> {
-        let mut wide = self.clone();
-        let mut any = false;
+    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
+        let mut wide = Self { friction_widening: Some(speed), ..self.clone() };
+        let mut any = self.has_friction();
         for element in &mut wide.compliance {
-            if let Some(kind) = element.kind.widened(by) {
+            if let Some(kind) = element.kind.widened(length, speed) {
                 element.kind = kind;
                 any = true;
             }

@@ -4,6 +4,7 @@ use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, Twist, Wrench};
 
 use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit};
+use crate::model::robot::integrator::widened;
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
@@ -32,8 +33,8 @@ pub(crate) struct Contact {
     smoothing: Value,
     friction: Value,
     slip: Value,
-    /// A length by which the contact is wider and softer than it is, for planning.
-    widening: Option<Value>,
+    /// A length by which the contact is wider and softer than it is, and a speed by which its friction is, for planning.
+    widening: Option<(Value, Value)>,
 }
 
 /// A point or sphere on a frame against a wall of uncertain place.
@@ -110,8 +111,8 @@ impl Contact {
     /// smoothings is the same.
     fn spring<S: Scalar>(&self, at: &Point<S>) -> (S, S) {
         let (stiffness, smoothing): (S, S) = (at.value(self.stiffness), at.value(self.smoothing));
-        let Some(widening) = self.widening else { return (stiffness, smoothing) };
-        let wide = smoothing.mul_add(smoothing, at.value(widening).square()).sqrt();
+        let Some((length, _)) = self.widening else { return (stiffness, smoothing) };
+        let wide = widened(at, smoothing, length);
         (stiffness * smoothing / wide, wide)
     }
 
@@ -140,7 +141,7 @@ impl Contact {
             let lever = self.lever(at, &pose);
             let [touch, touch_then] = [twist, twist_then].map(|twist| pose.rotate(twist.at(lever)));
             let slide = add(touch, scale(approach, normal));
-            let slip: S = at.value(self.slip);
+            let slip = self.widening.map_or(at.value(self.slip), |(_, speed)| widened(at, at.value(self.slip), speed));
             let speed = (dot(slide, slide) + slip * slip).sqrt();
             along = at.value(self.friction) * pressed * rise / speed;
             total = sub(total, scale(along, add(touch_then, scale(approach_then, normal))));
@@ -211,8 +212,8 @@ impl Compliance for Contact {
         list
     }
 
-    fn widened(&self, by: Value) -> Option<Kind> {
-        Some(Kind::Contact(Self { widening: Some(by), ..self.clone() }))
+    fn widened(&self, length: Value, speed: Value) -> Option<Kind> {
+        Some(Kind::Contact(Self { widening: Some((length, speed)), ..self.clone() }))
     }
 
     /// From the wall to the point that touches it.

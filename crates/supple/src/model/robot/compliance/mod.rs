@@ -61,8 +61,9 @@ pub(super) trait Compliance {
     /// How its forces fall with the [rates](super::situation::Situation::rates) that they are linear in.
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
 
-    /// The same element with forces that set in over a length wider by the value, m; none where it has no such length.
-    fn widened(&self, _by: Value) -> Option<Kind> {
+    /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by a
+    /// value, m/s; none where it has no such length.
+    fn widened(&self, _length: Value, _speed: Value) -> Option<Kind> {
         None
     }
 
@@ -244,8 +245,8 @@ macro_rules! compliance_kinds {
             fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
                 match self { $(Self::$kind(kind) => kind.resistance(own),)* }
             }
-            fn widened(&self, by: Value) -> Option<Kind> {
-                match self { $(Self::$kind(kind) => kind.widened(by),)* }
+            fn widened(&self, length: Value, speed: Value) -> Option<Kind> {
+                match self { $(Self::$kind(kind) => kind.widened(length, speed),)* }
             }
             fn draw(&self, own: &Own<f64>) -> Drawn {
                 match self { $(Self::$kind(kind) => kind.draw(own),)* }
