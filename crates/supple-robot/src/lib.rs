@@ -9,6 +9,7 @@
 //! algorithms on it are those of Featherstone, *Rigid Body Dynamics Algorithms* (2008).
 
 mod dynamics;
+mod equipment;
 mod load;
 mod numbers;
 mod pose;
@@ -19,6 +20,7 @@ pub use dynamics::{
     Kinematics, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics, frame_jacobian,
     frame_velocity, inverse_dynamics, mass_matrix, passive_forces, solve,
 };
+pub use equipment::{Actuator, Key, Law, Measured, Omitted, Sensor, Wall, WallShape};
 pub use load::{LoadOptions, load, parse};
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::Pose;

@@ -180,6 +180,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
         frames,
         gravity,
         warnings: warnings.into_texts(),
+        ..Robot::default()
     })
 }
 
