@@ -32,8 +32,10 @@ pub struct Robot {
     pub omitted: Vec<Omitted>,
     /// Files that the file includes, in the order in which they were read; only MJCF files include others.
     pub included: Vec<PathBuf>,
-    /// What the file says that is not modelled, and what looks like a mistake, each once.
+    /// What the file says that is not modelled, and what looks like a mistake: one sentence for all of a kind.
     pub warnings: Vec<String>,
+    /// The same with a sentence for every single one.
+    pub every_warning: Vec<String>,
 }
 
 /// A rigid body.

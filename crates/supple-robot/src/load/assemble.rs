@@ -8,7 +8,7 @@ use supple_files::FileError;
 use super::LoadOptions;
 use super::mimic::follow;
 use super::physics::{check_joint, check_link, warn_of_massless};
-use super::warnings::Warnings;
+use super::warnings::{Sentences, Warnings};
 use super::words::{listed, near, shown};
 use super::xml::{Document, Element};
 use crate::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Pose, Robot};
@@ -173,13 +173,15 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     let placed = |mimic: Mimic| Mimic { joint: order.joints[mimic.joint], ..mimic };
     let joints = joints.into_iter().zip(mimics).zip(&ends);
     let joints = joints.map(|((joint, mimic), ends)| joint.finish(order.links[ends.parent], mimic.map(placed)));
+    let Sentences { kinds, every } = warnings.into_sentences();
     Ok(Robot {
         name,
         links: sorted(links.into_iter().map(LinkPart::finish), &order.links),
         joints: sorted(joints, &order.joints),
         frames,
         gravity,
-        warnings: warnings.into_texts(),
+        warnings: kinds,
+        every_warning: every,
         ..Robot::default()
     })
 }

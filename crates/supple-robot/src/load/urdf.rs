@@ -130,7 +130,7 @@ fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnin
     let Some(geometry) = at.child("geometry")? else { return Ok(None) };
     let Some(mesh) = geometry.child("mesh")? else { return Ok(None) };
     let scale = mesh.numbers("scale")?.unwrap_or([1.0; 3]);
-    let path = mesh_path(mesh, mesh.required("filename")?, options, folder, warnings)?;
+    let path = mesh_path(mesh, mesh.required("filename")?, options, folder, warnings);
     Ok(path.map(|path| Mesh { path, pose, scale }))
 }
 

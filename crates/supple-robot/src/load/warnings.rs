@@ -2,11 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::words::{listed, near, shown};
+use super::words::{clipped, listed, near, shown};
 use super::xml::Element;
 
 /// Kinds of warnings, at most; further kinds are counted.
 const MOST_KINDS: usize = 100;
+/// Warnings that are kept one by one, at most; further ones are counted.
+const MOST_SINGLE: usize = 10_000;
 
 /// Warnings of one file, in the order in which they first arose.
 #[derive(Default)]
@@ -16,6 +18,18 @@ pub(super) struct Warnings {
     index: HashMap<String, usize>,
     /// Warnings of kinds beyond the limit.
     beyond: usize,
+    /// Every warning by itself.
+    single: Vec<String>,
+    /// Warnings beyond the limit of those.
+    uncounted: usize,
+}
+
+/// Warnings as sentences.
+pub(super) struct Sentences {
+    /// One by kind.
+    pub(super) kinds: Vec<String>,
+    /// Every single one.
+    pub(super) every: Vec<String>,
 }
 
 /// A kind of warning.
@@ -31,6 +45,30 @@ enum Text {
     Ignored(String),
     /// Another thing is: what, and what it is that there are more of.
     Note(String),
+    /// These meshes are left out: why, and their names.
+    Meshes(&'static str, Vec<String>),
+}
+
+impl Text {
+    /// The sentence about one element at a line.
+    fn single(&self, line: usize) -> String {
+        match self {
+            Self::Ignored(tag) => format!("element {tag} is ignored (line {line})"),
+            Self::Note(text) => format!("{text} (line {line})"),
+            Self::Meshes(why, names) => format!("mesh {} is left out: it {why} (line {line})", listed(names)),
+        }
+    }
+
+    /// The sentence about `count` of them, the first at a line.
+    fn several(&self, count: usize, line: usize) -> String {
+        match self {
+            Self::Ignored(tag) => format!("{tag} elements are ignored ({count} of them, first at line {line})"),
+            Self::Note(text) => format!("{text} (line {line}, and {} more such)", count - 1),
+            Self::Meshes(why, names) => {
+                format!("{count} meshes are left out, each of which {why}: {} (first at line {line})", listed(names))
+            }
+        }
+    }
 }
 
 impl Warnings {
@@ -62,29 +100,52 @@ impl Warnings {
         self.add(format!("!{kind}"), element.line(), || Text::Note(format!("{}: {}", element.key(), text())));
     }
 
+    /// A mesh that is left out, and why: the end of a sentence about it.
+    pub(super) fn leave_out_mesh(&mut self, element: Element, name: &str, why: &'static str) {
+        let name = clipped(name).into_owned();
+        self.add(format!("mesh {why}"), element.line(), || Text::Meshes(why, vec![name]));
+    }
+
     fn add(&mut self, key: String, line: usize, text: impl FnOnce() -> Text) {
-        if let Some(kind) = self.index.get(&key).and_then(|&index| self.kinds.get_mut(index)) {
-            kind.count += 1;
-        } else if self.kinds.len() < MOST_KINDS {
-            self.index.insert(key, self.kinds.len());
-            self.kinds.push(Kind { text: text(), count: 1, line });
-        } else {
-            self.beyond += 1;
+        let known = self.index.get(&key).copied();
+        let is_new = known.is_none() && self.kinds.len() < MOST_KINDS;
+        let keeps = self.single.len() < MOST_SINGLE;
+        self.uncounted += usize::from(!keeps);
+        self.beyond += usize::from(known.is_none() && !is_new);
+        let kind = known.and_then(|index| self.kinds.get_mut(index));
+        let text = (is_new || keeps).then(text);
+        if let Some(text) = text.as_ref().filter(|_| keeps) {
+            self.single.push(text.single(line));
+        }
+        match (kind, text) {
+            (Some(kind), text) => {
+                kind.count += 1;
+                if let (Text::Meshes(_, names), Some(Text::Meshes(_, more))) = (&mut kind.text, text) {
+                    names.extend(more);
+                }
+            }
+            (None, Some(text)) if is_new => {
+                self.index.insert(key, self.kinds.len());
+                self.kinds.push(Kind { text, count: 1, line });
+            }
+            _ => {}
         }
     }
 
     /// The warnings as sentences.
-    pub(super) fn into_texts(self) -> Vec<String> {
-        let text = |Kind { text, count, line }| match (text, count) {
-            (Text::Ignored(tag), 1) => format!("element {tag} is ignored (line {line})"),
-            (Text::Ignored(tag), _) => format!("{tag} elements are ignored ({count} of them, first at line {line})"),
-            (Text::Note(text), 1) => format!("{text} (line {line})"),
-            (Text::Note(text), _) => format!("{text} (line {line}, and {} more such)", count - 1),
+    pub(super) fn into_sentences(self) -> Sentences {
+        let text = |Kind { text, count, line }: Kind| match count {
+            1 => text.single(line),
+            _ => text.several(count, line),
         };
-        let mut texts: Vec<_> = self.kinds.into_iter().map(text).collect();
+        let mut kinds: Vec<_> = self.kinds.into_iter().map(text).collect();
         if self.beyond > 0 {
-            texts.push(format!("{} warnings of further kinds are left out", self.beyond));
+            kinds.push(format!("{} warnings of further kinds are left out", self.beyond));
         }
-        texts
+        let mut every = self.single;
+        if self.uncounted > 0 {
+            every.push(format!("{} further warnings are left out", self.uncounted));
+        }
+        Sentences { kinds, every }
     }
 }

@@ -7,6 +7,7 @@ use serde::de::IgnoredAny;
 use supple_files::FileError;
 use supple_robot::{LoadOptions, Tree, load};
 
+use super::locked::Locked;
 use super::compliance::{self, Compliance, Element, Names, Unfit, find};
 use super::numbers::{FrameNumbers, Override};
 use super::sensor::{self, Context, Sensor};
@@ -32,6 +33,10 @@ pub(crate) struct File {
     gravity: Option<[Value; 3]>,
     /// Names of the joints with drives, in the order of the controls; all that move where left out.
     actuated: Option<Vec<String>>,
+    /// Joints that are taken out: names of those that are fixed at 0, or at the middle of their range where that does
+    /// not hold 0, or positions by name, rad or m.
+    #[serde(default)]
+    locked: Locked,
     /// Gears and rotors of drives, by joint.
     #[serde(default)]
     drives: BTreeMap<String, DriveFile>,
@@ -146,6 +151,9 @@ struct Build<'a> {
     tree: Tree,
     joints: Vec<String>,
     frames: Vec<String>,
+    locked: Locked,
+    /// Their names.
+    locked_names: Vec<String>,
 }
 
 /// Reads `[model]` of kind `robot`; `folder` is that of the task file.
@@ -160,11 +168,14 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
     let path: PathBuf = folder.join(&file.file);
     let named = ["model".into(), "file".into()];
     let robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
+    let locked = file.locked.clone();
+    let robot = locked.apply(document, robot)?;
+    let locked_names = locked.names();
     let tree = Tree::new(&robot);
     let joints = tree.joints().to_vec();
     let links = robot.links.iter().map(|link| link.name.clone());
     let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
-    Build { document, parameters, path, robot, tree, joints, frames }.build(file)
+    Build { document, parameters, path, robot, tree, joints, frames, locked, locked_names }.build(file)
 }
 
 impl Build<'_> {
@@ -201,6 +212,7 @@ impl Build<'_> {
         let frames = self.frames(file.frames)?;
         let overrides = self.overrides(file.links, file.joints)?;
         let compliance = self.compliance()?;
+        self.check_locked_uses(&file.drives)?;
         let positions = self.tree.dofs() + compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>();
         let most = (MOST_WORK / positions.pow(3)).max(1);
         if file.substeps > most {
@@ -224,8 +236,15 @@ impl Build<'_> {
             sensors,
             friction_smoothing: file.friction_smoothing,
             substeps: file.substeps,
+            locked: self.locked_names.clone(),
         };
         self.check_inertia(&robot)?;
+        for (index, element) in robot.compliance.iter().enumerate() {
+            if let Some((key, message, help)) = robot.rigid(element) {
+                let keys = ["compliance".into(), index.into(), key.into()];
+                return Err(self.error(&keys, message).with_help(help));
+            }
+        }
         Ok(robot)
     }
 
@@ -240,7 +259,23 @@ impl Build<'_> {
         }
         let q = vec![0.1; self.tree.dofs()];
         let checked = supple_robot::check_inertia(&self.tree, &numbers, &q);
-        checked.map_err(|error| self.error(&["file".into()], error.to_string()))
+        checked.map_err(|error| {
+            let massless = supple_robot::massless_joints(&self.tree, &numbers, &q);
+            let names: Vec<_> = massless.into_iter().map(|dof| self.joints[dof].clone()).collect();
+            let line = self.locked.line_with(&names);
+            let help = format!("write `{line}` in [model] to take them out, or give their drives a `rotor_inertia`");
+            self.error(&["file".into()], error.to_string()).with_help(help)
+        })
+    }
+
+    /// Nothing may be said of the drive of a locked joint.
+    fn check_locked_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
+        for name in drives.keys() {
+            if let Some((message, help)) = super::locked_message(name, &self.locked_names) {
+                return Err(self.error(&["drives".into(), Place::Key(name)], message).with_help(help));
+            }
+        }
+        Ok(())
     }
 
     fn frames(&mut self, list: BTreeMap<String, FrameFile>) -> Result<Vec<FrameNumbers>, FileError> {
@@ -301,7 +336,7 @@ impl Build<'_> {
         let names = actuated.unwrap_or_else(|| self.joints.clone());
         let mut drives: Vec<Drive> = Vec::new();
         for name in &names {
-            let dof = find("actuated", "moving joint", name, &self.joints).map_err(|unfit| self.unfit(&[], unfit))?;
+            let dof = self.names().joint("actuated", name).map_err(|unfit| self.unfit(&[], unfit))?;
             if drives.iter().any(|drive| drive.dof == dof) {
                 return Err(self.error(&["actuated".into()], format!("joint `{name}` is there twice")));
             }
@@ -329,7 +364,7 @@ impl Build<'_> {
     }
 
     fn names(&self) -> Names<'_> {
-        Names { joints: &self.joints, frames: &self.frames }
+        Names { joints: &self.joints, frames: &self.frames, locked: &self.locked_names }
     }
 
     fn compliance(&self) -> Result<Vec<Element>, FileError> {
@@ -412,7 +447,8 @@ pub(super) fn catalogue_sensor(
 ) -> Result<Sensor, FileError> {
     let frames: Vec<String> = robot.frame_names().into_iter().map(str::to_owned).collect();
     let joints = robot.joint_names();
-    let context = Context { names: Names { joints: &joints, frames: &frames }, compliance: &robot.compliance };
+    let names = Names { joints: &joints, frames: &frames, locked: &robot.locked };
+    let context = Context { names, compliance: &robot.compliance };
     let (_, table) = document.table_with_kind(at, sensor::KINDS)?;
     read_sensor((kind, table.without("name").without("price"), &context), (document, at), parameters)
 }

@@ -20,13 +20,17 @@ use crate::scene::Picture;
 
 mod compliance;
 mod file;
+mod locked;
 mod numbers;
 mod picture;
+mod rigid;
 mod schema;
 mod sensor;
 mod situation;
+mod start;
 
 use compliance::{Compliance, Element};
+pub(crate) use locked::locked_message;
 use numbers::{FrameNumbers, Override};
 use sensor::{Measure, Sensor};
 pub(crate) use sensor::{schemas as sensor_schemas, turn};
@@ -56,6 +60,8 @@ pub struct Robot {
     sensors: Vec<Sensor>,
     friction_smoothing: Value,
     substeps: usize,
+    /// Joints that the task has taken out.
+    locked: Vec<String>,
 }
 
 /// A drive: one control.
@@ -269,6 +275,10 @@ impl Model for Robot {
         self.tree.joints().to_vec()
     }
 
+    fn locked_joints(&self) -> Vec<String> {
+        self.locked.clone()
+    }
+
     fn coupling_names(&self) -> Vec<String> {
         self.compliance.iter().map(|element| element.name.clone()).collect()
     }
@@ -368,6 +378,22 @@ impl ModelFile for Robot {
 
     fn warnings(&self) -> Vec<String> {
         self.robot.warnings.clone()
+    }
+
+    fn every_warning(&self) -> Vec<String> {
+        self.robot.every_warning.clone()
+    }
+
+    fn starts_by_itself(&self) -> bool {
+        true
+    }
+
+    fn first_state(&self, start: &super::Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+        Robot::first_state(self, start)
+    }
+
+    fn followers(&self) -> Vec<(usize, usize)> {
+        self.motor_states()
     }
 
     fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator) {

@@ -103,6 +103,8 @@ pub(super) struct Names<'a> {
     pub joints: &'a [String],
     /// All frames.
     pub frames: &'a [String],
+    /// Joints that the task has taken out.
+    pub locked: &'a [String],
 }
 
 /// A key that does not fit the robot: which one, what is valid, and advice.
@@ -111,6 +113,9 @@ pub(super) type Unfit = (&'static str, String, Option<String>);
 impl Names<'_> {
     /// The degree of freedom of a joint.
     pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        if let Some((message, help)) = super::locked_message(name, self.locked) {
+            return Err((key, message, Some(help)));
+        }
         find(key, "moving joint", name, self.joints)
     }
 
