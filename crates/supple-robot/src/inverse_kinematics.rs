@@ -213,10 +213,10 @@ impl Search<'_> {
             }
             let weights = Ldl::new(&square).solve(at.error.clone());
             let along = |dof: usize| jacobian.iter().zip(&weights).map(|(row, weight)| row[dof] * weight).sum();
-            let step: Vec<f64> = moves.iter().enumerate().map(|(dof, &moves)| if moves { along(dof) } else { 0.0 }).collect();
-            let leaves = |dof: usize| {
-                step[dof] < 0.0 && at.q[dof] <= lower[dof] || step[dof] > 0.0 && at.q[dof] >= upper[dof]
-            };
+            let step: Vec<f64> =
+                moves.iter().enumerate().map(|(dof, &moves)| if moves { along(dof) } else { 0.0 }).collect();
+            let leaves =
+                |dof: usize| step[dof] < 0.0 && at.q[dof] <= lower[dof] || step[dof] > 0.0 && at.q[dof] >= upper[dof];
             let beyond: Vec<usize> = (0..step.len()).filter(|&dof| moves[dof] && leaves(dof)).collect();
             if beyond.is_empty() {
                 return step;
@@ -235,7 +235,12 @@ impl Search<'_> {
             let moves_it = jacobian.iter().any(|row| row[dof] != 0.0);
             free[dof] && moves_it && (near(at.q[dof], lower[dof]) || near(at.q[dof], upper[dof]))
         });
-        Reached { q: at.q.clone(), distance: length(shift), angle: length(turn) / LEVER, at_limits: at_limits.collect() }
+        Reached {
+            q: at.q.clone(),
+            distance: length(shift),
+            angle: length(turn) / LEVER,
+            at_limits: at_limits.collect(),
+        }
     }
 }
 

@@ -326,6 +326,12 @@ fn meshes_that_are_shown_are_found() {
     // Shapes for contact, fitted shapes and meshes without a file are not shown.
     assert_eq!(file("", "mesh='m' group='3'"), []);
     assert_eq!(file("", "mesh='inline'"), []);
+    // Nor are those that lead out of the folder.
+    let far = "<mujoco><asset><mesh name='m' file='../../m.obj'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>";
+    let robot = parse(far, "robot.xml", &LoadOptions::default()).unwrap();
+    assert_eq!(robot.links[0].meshes, []);
+    let why = "leads out of the robot file's folder and of all package roots";
+    assert_eq!(robot.warnings, [format!("mesh `../../m.obj` is left out: it {why} (line 1)")]);
 }
 
 #[test]

@@ -259,7 +259,7 @@ fn meshes_are_found_beside_the_file_and_in_packages() {
     }
     // Beside the folder, where a package root holds both.
     assert_eq!(mesh("../other/a.stl", &roots), Ok(data().join("other/a.stl")));
-    let out = "mesh `package://arm/../hostile/a.stl` leads out of its package";
+    let out = "mesh `package://arm/../hostile/a.stl` is left out: it leads out of its package (line 3)";
     assert_eq!(mesh("package://arm/../hostile/a.stl", &roots), Err(vec![out.to_owned()]));
     let absent = "mesh of link `b`: package `leg` is in no declared package root; its meshes are left out (line 3)";
     assert_eq!(mesh("package://leg/a.stl", &roots), Err(vec![absent.to_owned()]));

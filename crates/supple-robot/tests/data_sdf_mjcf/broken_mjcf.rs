@@ -339,11 +339,6 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:2:1: mesh: there is another mesh `m`, at line 1",
     ),
     (
-        "a mesh in another folder",
-        "<mujoco><asset><mesh name='m' file='../../m.obj'/></asset>\n<worldbody>\n<geom type='mesh' mesh='m'/>\n</worldbody></mujoco>",
-        "robot.xml:1:37: mesh `m`: mesh `../../m.obj` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)",
-    ),
-    (
         "a shell",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' shellinertia='true'/>\n</body>\n</worldbody></mujoco>",
         "robot.xml:5:30: geom of body `a`: the inertia of shells is not computed (give the body an `inertial`)",

@@ -129,12 +129,14 @@ impl FirstState<'_> {
         let vocabulary = self.model.vocabulary();
         let states = &vocabulary.states;
         let asked = [("key", key.is_some()), ("pose", pose.is_some())];
-        if let Some((asked, _)) = asked.into_iter().find(|(_, asked)| *asked).filter(|_| !self.model.starts_by_itself()) {
+        if let Some((asked, _)) = asked.into_iter().find(|(_, asked)| *asked).filter(|_| !self.model.starts_by_itself())
+        {
             let message = format!("models of this kind have no `{asked}`: name states, which are {}", quoted(states));
             return Err(self.error(&[asked.into()], message));
         }
         if let Some(pose) = &pose
-            && let Some((name, _)) = pose.numbers().into_iter().find(|(_, numbers)| !numbers.iter().all(|n| n.is_finite()))
+            && let Some((name, _)) =
+                pose.numbers().into_iter().find(|(_, numbers)| !numbers.iter().all(|n| n.is_finite()))
         {
             return Err(self.error(&["pose".into(), name.into()], "must be finite numbers"));
         }
@@ -175,7 +177,8 @@ pub(super) fn outside_limits(task: &Task, phi: &[f64]) -> Vec<String> {
         let at = task.initial_state.get(state)?.resolve(phi);
         let Limit { name, lower, upper, .. } = limit;
         let within = at >= lower - ROUNDING * lower.abs() && at <= upper + ROUNDING * upper.abs();
-        (!within).then(|| format!("task `{}` starts at {name} of {at}, outside its range [{lower}, {upper}]", task.name))
+        (!within)
+            .then(|| format!("task `{}` starts at {name} of {at}, outside its range [{lower}, {upper}]", task.name))
     };
     task.system.limits().into_iter().filter_map(outside).collect()
 }

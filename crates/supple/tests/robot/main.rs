@@ -13,12 +13,14 @@ mod examples;
 mod fields;
 mod golden;
 mod limits;
+mod locked;
 mod mimic;
 mod overrides;
 #[path = "../common/reference/mod.rs"]
 mod reference;
 mod registries;
 mod stability;
+mod starts;
 mod substeps;
 mod torque_limits;
 

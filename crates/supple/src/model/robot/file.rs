@@ -7,8 +7,8 @@ use serde::de::IgnoredAny;
 use supple_files::FileError;
 use supple_robot::{LoadOptions, Tree, load};
 
-use super::locked::Locked;
 use super::compliance::{self, Compliance, Element, Names, Unfit, find};
+use super::locked::Locked;
 use super::numbers::{FrameNumbers, Override};
 use super::sensor::{self, Context, Sensor};
 use super::{Drive, Robot};

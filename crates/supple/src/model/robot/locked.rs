@@ -106,8 +106,8 @@ impl Locked {
         for (index, (name, position)) in listed.into_iter().enumerate() {
             let own = if matches!(self, Self::At(_)) { Place::Key(name) } else { index.into() };
             let error = |message: String| document.error(&[at[0], at[1], own], message);
-            let joint = joint_of(&robot, &tree, name)
-                .map_err(|(message, help)| FileError { help, ..error(message) })?;
+            let joint =
+                joint_of(&robot, &tree, name).map_err(|(message, help)| FileError { help, ..error(message) })?;
             if positions.iter().any(|(other, _)| *other == joint) {
                 return Err(error(format!("joint `{name}` is there twice")));
             }
@@ -129,7 +129,10 @@ impl Locked {
 fn joint_of(robot: &supple_robot::Robot, tree: &Tree, name: &str) -> Result<usize, (String, Option<String>)> {
     if let Some(joint) = robot.joint(name).map(|joint| &robot.joints[joint]) {
         if joint.kind == JointKind::Fixed {
-            return Err((format!("joint `{name}` is fixed in the robot's file"), Some("take it out of `locked`".into())));
+            return Err((
+                format!("joint `{name}` is fixed in the robot's file"),
+                Some("take it out of `locked`".into()),
+            ));
         }
         if let Some(mimic) = joint.mimic.filter(|_| !tree.joints().iter().any(|other| other == name)) {
             let leader = &robot.joints[mimic.joint].name;
