@@ -53,7 +53,9 @@ impl Files {
                     let rest = count.saturating_sub(MOST_NAMES);
                     let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
                     let shown = shown.join(", ");
-                    format!("{count} meshes cannot be shown, each of which {why}: {shown}{more}; simple shapes are shown instead")
+                    format!(
+                        "{count} meshes cannot be shown, each of which {why}: {shown}{more}; simple shapes are shown instead"
+                    )
                 }
             }
         };

@@ -36,6 +36,12 @@ const JOINT_IGNORED: [&str; 4] = ["safety_controller", "calibration", "gazebo", 
 pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) -> Result<Robot, FileError> {
     refuse_macros(document)?;
     let root = document.root();
+    if root.children().next().is_none() && document.text().contains("xacro") {
+        let error = root.error("a robot has at least one link, and this one has none");
+        return Err(
+            error.with_help("xacro made it of a file that only declares macros: expand the file that uses them")
+        );
+    }
     let name = root.required("name")?.to_owned();
     let mut parts = Parts {
         name,

@@ -28,8 +28,7 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     let options = LoadOptions { package_roots: package_roots.to_vec(), ..LoadOptions::default() };
     let robot = load(file, &options)?;
     let whole = Planning::of(&robot);
-    if !whole.is_possible() {
-        let why = "no joint moves anything with inertia, so there is nothing to plan; see `supple robot`";
+    if let Some(why) = whole.obstacle() {
         return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
     }
     let (planning, end) = limb(&whole);

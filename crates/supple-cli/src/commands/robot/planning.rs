@@ -8,6 +8,8 @@ use supple_robot::{Kinematics, Numbers, Robot, Tree, mass_matrix, massless_joint
 use super::SMOOTHING;
 use super::page::{name, number};
 
+/// Joints of a robot that is looked at, at most: plans of more take too long.
+const MOST_JOINTS: usize = 300;
 /// Rate above which damping is worth a line, 1/s: below it time steps of 10 ms do.
 const FAST: f64 = 200.0;
 
@@ -25,6 +27,9 @@ pub struct Planning {
 impl Planning {
     pub fn of(robot: &Robot) -> Self {
         let tree = Tree::new(robot);
+        if tree.dofs() > MOST_JOINTS {
+            return Self::without(robot.clone(), Vec::new());
+        }
         let at = vec![0.1; tree.dofs()];
         let massless = massless_joints(&tree, &Numbers::of(robot, [0.0; 3]), &at);
         let lock = massless.iter().map(|&dof| tree.joints()[dof].clone()).collect();
@@ -52,9 +57,18 @@ impl Planning {
         (!names.is_empty()).then(|| format!("locked = [{}]", names.join(", ")))
     }
 
-    /// Whether a joint is left that moves.
-    pub fn is_possible(&self) -> bool {
-        self.tree.dofs() > 0
+    /// Why there can be no plan; none where there can.
+    pub fn obstacle(&self) -> Option<String> {
+        match (self.tree.dofs(), self.lock.is_empty()) {
+            (0, true) => Some("no joint moves, so there is nothing to control".into()),
+            (0, false) => {
+                Some("no joint moves anything that has inertia; write `inertial` elements for its links".into())
+            }
+            (count, _) if count > MOST_JOINTS => {
+                Some(format!("{count} joints are too many; `locked` in [model] takes out those that need not move"))
+            }
+            _ => None,
+        }
     }
 
     /// Diagonal of the mass matrix at the start, and damping of each degree of freedom, N m s/rad or N s/m, with friction
@@ -97,9 +111,9 @@ impl Planning {
         let mut line = |line: String| {
             let _ = writeln!(text, "- {line}");
         };
-        match (self.is_possible(), self.lock.is_empty()) {
-            (true, true) => line("ready: `supple new NAME --robot FILE` writes a task file that runs".into()),
-            (true, false) => line(format!(
+        match (self.obstacle(), self.lock.is_empty()) {
+            (None, true) => line("ready: `supple new NAME --robot FILE` writes a task file that runs".into()),
+            (None, false) => line(format!(
                 "{} with inertia: write `{}` in [model], as `supple new NAME --robot FILE` does",
                 match self.lock.len() {
                     1 => "lock a joint that moves nothing",
@@ -107,11 +121,7 @@ impl Planning {
                 },
                 self.locked_line().unwrap_or_default()
             )),
-            (false, true) => line("not possible: no joint moves, so there is nothing to control".into()),
-            (false, false) => line(
-                "not possible: no joint moves anything that has inertia; write `inertial` elements for its links"
-                    .into(),
-            ),
+            (Some(why), _) => line(format!("not possible: {why}")),
         }
         let root = &whole.links[0];
         if let Some(inertia) = root.inertia.filter(|inertia| inertia.mass > 0.0) {
@@ -122,7 +132,7 @@ impl Planning {
                 name(&root.name)
             ));
         }
-        if self.is_possible() {
+        if self.obstacle().is_none() {
             self.joints(&mut line);
         }
         text
