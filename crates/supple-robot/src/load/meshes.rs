@@ -69,16 +69,33 @@ pub(super) fn find_mesh(uri: &str, options: &LoadOptions, folder: &Path) -> Resu
     } else {
         folder.join(&named)
     };
-    let bases = || std::iter::once(folder).chain(options.package_roots.iter().map(PathBuf::as_path));
+    let bases = || bases(folder, options);
     let Some(path) = bases().find_map(|base| inside(&path, base)) else {
         return wrong(OUTSIDE);
     };
-    match path.canonicalize() {
-        Ok(real) if !bases().any(|base| known(base).canonicalize().is_ok_and(|base| real.starts_with(base))) => {
-            wrong("leads out of the robot file's folder and of all package roots by a symbolic link")
-        }
-        _ => Ok(path),
+    if links_out(&path, folder, options) {
+        return wrong("leads out of the robot file's folder and of all package roots by a symbolic link");
     }
+    Ok(path)
+}
+
+/// Folders that the files of a robot may be in.
+fn bases<'b>(folder: &'b Path, options: &'b LoadOptions) -> impl Iterator<Item = &'b Path> {
+    std::iter::once(folder).chain(options.package_roots.iter().map(PathBuf::as_path))
+}
+
+/// Whether a file that exists is in none of the folders once its symbolic links are resolved.
+fn links_out(path: &Path, folder: &Path, options: &LoadOptions) -> bool {
+    let within = |real: &Path| {
+        bases(folder, options).any(|base| known(base).canonicalize().is_ok_and(|base| real.starts_with(base)))
+    };
+    path.canonicalize().is_ok_and(|real| !within(&real))
+}
+
+/// The path without `..`, where it is in the robot file's folder or in a package root, also by its symbolic links.
+pub(super) fn inside_of(path: &Path, folder: &Path, options: &LoadOptions) -> Option<PathBuf> {
+    let path = bases(folder, options).find_map(|base| inside(path, base))?;
+    (!links_out(&path, folder, options)).then_some(path)
 }
 
 /// The path without `..`, as seen from `base`, where it is in `base`.

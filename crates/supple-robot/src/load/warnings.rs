@@ -36,7 +36,8 @@ pub(super) struct Sentences {
 struct Kind {
     text: Text,
     count: usize,
-    line: usize,
+    /// Where the first one is: `line 5`.
+    place: String,
 }
 
 /// What is said.
@@ -50,22 +51,22 @@ enum Text {
 }
 
 impl Text {
-    /// The sentence about one element at a line.
-    fn single(&self, line: usize) -> String {
+    /// The sentence about one element at a place.
+    fn single(&self, place: &str) -> String {
         match self {
-            Self::Ignored(tag) => format!("element {tag} is ignored (line {line})"),
-            Self::Note(text) => format!("{text} (line {line})"),
-            Self::Meshes(why, names) => format!("mesh {} is left out: it {why} (line {line})", listed(names)),
+            Self::Ignored(tag) => format!("element {tag} is ignored ({place})"),
+            Self::Note(text) => format!("{text} ({place})"),
+            Self::Meshes(why, names) => format!("mesh {} is left out: it {why} ({place})", listed(names)),
         }
     }
 
-    /// The sentence about `count` of them, the first at a line.
-    fn several(&self, count: usize, line: usize) -> String {
+    /// The sentence about `count` of them, the first at a place.
+    fn several(&self, count: usize, place: &str) -> String {
         match self {
-            Self::Ignored(tag) => format!("{tag} elements are ignored ({count} of them, first at line {line})"),
-            Self::Note(text) => format!("{text} (line {line}, and {} more such)", count - 1),
+            Self::Ignored(tag) => format!("{tag} elements are ignored ({count} of them, first at {place})"),
+            Self::Note(text) => format!("{text} ({place}, and {} more such)", count - 1),
             Self::Meshes(why, names) => {
-                format!("{count} meshes are left out, each of which {why}: {} (first at line {line})", listed(names))
+                format!("{count} meshes are left out, each of which {why}: {} (first at {place})", listed(names))
             }
         }
     }
@@ -75,13 +76,13 @@ impl Warnings {
     /// An element that is known and not modelled.
     pub(super) fn ignore(&mut self, element: Element) {
         let tag = element.tag();
-        self.add(format!("<{tag}>"), element.line(), || Text::Ignored(shown(tag)));
+        self.add(format!("<{tag}>"), element, || Text::Ignored(shown(tag)));
     }
 
     /// An element that is not known, where `valid` are: most often a misspelt one.
     pub(super) fn unknown<T: AsRef<str>>(&mut self, element: Element, valid: &[T]) {
         let (tag, within) = (element.tag(), element.parent().map_or("", |parent| parent.tag()));
-        self.add(format!("<{within}> <{tag}>"), element.line(), || {
+        self.add(format!("<{within}> <{tag}>"), element, || {
             let valid = near(tag, valid).unwrap_or_else(|| format!("known are {}", listed(valid)));
             Text::Note(format!("{} in {} is not known and is ignored; {valid}", shown(tag), shown(within)))
         });
@@ -89,7 +90,7 @@ impl Warnings {
 
     /// An attribute that is known and not modelled.
     pub(super) fn ignore_attribute(&mut self, element: Element, attribute: &str) {
-        self.add(format!("{}@{attribute}", element.tag()), element.line(), || {
+        self.add(format!("{}@{attribute}", element.tag()), element, || {
             Text::Note(format!("attribute {} of {} is ignored", shown(attribute), shown(element.tag())))
         });
     }
@@ -97,16 +98,16 @@ impl Warnings {
     /// Another warning about an element. Those of the same `kind` are counted, and the text of the first one is kept:
     /// a sentence without a dot.
     pub(super) fn note(&mut self, kind: &str, element: Element, text: impl FnOnce() -> String) {
-        self.add(format!("!{kind}"), element.line(), || Text::Note(format!("{}: {}", element.key(), text())));
+        self.add(format!("!{kind}"), element, || Text::Note(format!("{}: {}", element.key(), text())));
     }
 
     /// A mesh that is left out, and why: the end of a sentence about it.
     pub(super) fn leave_out_mesh(&mut self, element: Element, name: &str, why: &'static str) {
         let name = clipped(name).into_owned();
-        self.add(format!("mesh {why}"), element.line(), || Text::Meshes(why, vec![name]));
+        self.add(format!("mesh {why}"), element, || Text::Meshes(why, vec![name]));
     }
 
-    fn add(&mut self, key: String, line: usize, text: impl FnOnce() -> Text) {
+    fn add(&mut self, key: String, element: Element, text: impl FnOnce() -> Text) {
         let known = self.index.get(&key).copied();
         let is_new = known.is_none() && self.kinds.len() < MOST_KINDS;
         let keeps = self.single.len() < MOST_SINGLE;
@@ -115,7 +116,7 @@ impl Warnings {
         let kind = known.and_then(|index| self.kinds.get_mut(index));
         let text = (is_new || keeps).then(text);
         if let Some(text) = text.as_ref().filter(|_| keeps) {
-            self.single.push(text.single(line));
+            self.single.push(text.single(&element.place()));
         }
         match (kind, text) {
             (Some(kind), text) => {
@@ -126,7 +127,7 @@ impl Warnings {
             }
             (None, Some(text)) if is_new => {
                 self.index.insert(key, self.kinds.len());
-                self.kinds.push(Kind { text, count: 1, line });
+                self.kinds.push(Kind { text, count: 1, place: element.place() });
             }
             _ => {}
         }
@@ -134,9 +135,9 @@ impl Warnings {
 
     /// The warnings as sentences.
     pub(super) fn into_sentences(self) -> Sentences {
-        let text = |Kind { text, count, line }: Kind| match count {
-            1 => text.single(line),
-            _ => text.several(count, line),
+        let text = |Kind { text, count, place }: Kind| match count {
+            1 => text.single(&place),
+            _ => text.several(count, &place),
         };
         let mut kinds: Vec<_> = self.kinds.into_iter().map(text).collect();
         if self.beyond > 0 {

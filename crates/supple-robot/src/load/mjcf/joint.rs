@@ -82,7 +82,12 @@ impl<'a> Reader<'a, '_> {
     ///
     /// # Errors
     /// Where the range is empty, missing, or not said to limit although `autolimits` is off.
-    fn range(&self, values: &Values, name: &'static str, limited: &'static str) -> Result<Option<[f64; 2]>, FileError> {
+    pub(super) fn range(
+        &self,
+        values: &Values,
+        name: &'static str,
+        limited: &'static str,
+    ) -> Result<Option<[f64; 2]>, FileError> {
         let range: Option<[f64; 2]> = values.numbers(name)?.filter(|range| *range != [0.0; 2]);
         match (values.choice(limited, &LIMITED)?.flatten(), range) {
             (Some(true), None) => Err(values.error(limited, format!("it is limited, and has no `{name}`"))),
@@ -115,7 +120,7 @@ impl<'a> Reader<'a, '_> {
 const HELP: &str = "a robot stands on the world: remove the joint, or give it hinges and slides";
 
 /// A coefficient that grows linearly: further coefficients of the polynomial must be 0.
-fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
+pub(super) fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
     let Some(found) = values.list(name)? else { return Ok(0.0) };
     match found[..] {
         [linear] | [linear, 0.0] | [linear, 0.0, 0.0] => Ok(linear),

@@ -39,7 +39,7 @@ impl<'a> Reader<'a, '_> {
             let stem = at.attribute("file").and_then(|file| Path::new(file).file_stem()?.to_str());
             let Some(name) = at.attribute("name").filter(|name| !name.is_empty()).or(stem) else { continue };
             if let Some(first) = self.meshes.insert(name, at) {
-                let message = format!("there is another mesh {}, at line {}", shown(name), first.line());
+                let message = format!("there is another mesh {}, at {}", shown(name), first.place());
                 return Err(at.error_naming(name, message));
             }
         }
