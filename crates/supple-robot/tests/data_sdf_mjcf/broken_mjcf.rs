@@ -61,7 +61,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "moments that are not positive",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' fullinertia='1 1 1 2 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:1: inertial of body `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3",
+        "robot.xml:5:1: inertial of body `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (without its products of inertia the body could be: correct them, or set them to 0)",
     ),
     (
         "moments given twice",

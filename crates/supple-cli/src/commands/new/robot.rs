@@ -190,7 +190,7 @@ fn write_rest(planning: &Planning, end: &str, (pace, gravity): (&Pace, [f64; 3])
     }
     let _ = write!(
         text,
-        "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 1e-2\nfinal_weight = 1.0\n\n\
+        "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 0.1\nfinal_weight = 1.0\n\n\
          [[tasks.costs]]\nkind = \"control\"\nweight = {:.1e}\n",
         1e-2 / (torque * torque)
     );

@@ -10,6 +10,8 @@ use super::page::{name, number};
 
 /// Joints of a robot that is looked at, at most: plans of more take too long.
 const MOST_JOINTS: usize = 300;
+/// Mass of a root below which it only stands for one, kg.
+const LIGHT: f64 = 1e-3;
 /// Rate above which damping is worth a line, 1/s: below it time steps of 10 ms do.
 const FAST: f64 = 200.0;
 
@@ -124,7 +126,7 @@ impl Planning {
             (Some(why), _) => line(format!("not possible: {why}")),
         }
         let root = &whole.links[0];
-        if let Some(inertia) = root.inertia.filter(|inertia| inertia.mass > 0.0) {
+        if let Some(inertia) = root.inertia.filter(|inertia| inertia.mass > LIGHT) {
             let mass = number(inertia.mass);
             line(format!(
                 "link `{}` of {mass} kg is fixed in the world: a robot that walks, drives or flies is planned as if it \
@@ -165,10 +167,11 @@ impl Planning {
         }
         let (rate, dof) = self.fastest(&Numbers::of(&self.robot, [0.0; 3]), SMOOTHING);
         if rate > FAST {
-            let (joint, longest) = (name(&self.tree.joints()[dof]), number(2e3 / rate));
+            let longest: f64 = format!("{:.1e}", 2.0 / rate).parse().unwrap_or(2.0 / rate);
+            let (joint, longest) = (name(&self.tree.joints()[dof]), number(longest));
             line(format!(
                 "damping and friction of joint `{joint}` are stiff for the inertia that it moves: explicit integration \
-                 needs steps below {longest} ms"
+                 needs steps below {longest} s"
             ));
         }
     }
