@@ -85,13 +85,22 @@ fn limits_and_stiff_damping_are_told() {
     assert_eq!(
         found[1..],
         [
-            "effort limit of 0: `j1`; leave out `enforce_effort_limits`, or correct the file",
+            "effort limit of 0: `j1`; name the joints with drives in `actuated` where these have none",
             "starts at the middle of its range where that does not hold 0: `j1` at 1",
             // 2 I / b with I = 0.1 kg m^2 and b = 100 N m s/rad
             "damping and friction of joint `j1` are stiff for the inertia that it moves: explicit integration needs steps \
              below 0.002 s",
         ]
     );
+}
+
+#[test]
+fn joints_without_effort_have_no_drive_where_others_have() {
+    let passive = "type='continuous'><limit effort='0' velocity='1'/><parent link='l1'/>";
+    let text = chain(&[INERTIAL, INERTIAL], "").replacen("type='continuous'><parent link='l1'/>", passive, 1);
+    let (task, found) = planned(&folder(&text));
+    assert!(task.contains("\nactuated = [\"j1\"]   # "), "{task}");
+    assert_eq!(found["tasks"].as_array().unwrap().len(), 1);
 }
 
 #[test]

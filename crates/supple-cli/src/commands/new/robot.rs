@@ -48,6 +48,11 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     if let Some(line) = planning.locked_line() {
         let _ = writeln!(text, "{line}   # leave out those to be planned");
     }
+    let driven = driven(&planning);
+    if driven.len() < planning.tree.dofs() {
+        let names: Vec<_> = driven.iter().map(|&dof| format!("{:?}", planning.tree.joints()[dof])).collect();
+        let _ = writeln!(text, "actuated = [{}]   # the file gives the other joints no effort", names.join(", "));
+    }
     pace.write(&planning, &mut text);
     write_rest(&planning, &end, (&pace, gravity), &mut text);
     Ok(text)
@@ -81,6 +86,14 @@ fn limb(whole: &Planning) -> (Planning, String) {
     }
     let others: Vec<usize> = (0..tree.dofs()).filter(|dof| !best.1.contains(dof)).collect();
     (whole.locking(&others), end)
+}
+
+/// Joints with drives: those with an effort limit above 0, or all where none has.
+fn driven(planning: &Planning) -> Vec<usize> {
+    let effort = |dof: &usize| planning.robot.joints[planning.tree.joint_indices()[*dof]].limits.effort > 0.0;
+    let all: Vec<usize> = (0..planning.tree.dofs()).collect();
+    let some: Vec<usize> = all.iter().copied().filter(effort).collect();
+    if some.is_empty() || !planning.robot.actuators.is_empty() { all } else { some }
 }
 
 /// How fast the task goes, and what is changed of the robot for it.
@@ -165,6 +178,7 @@ fn write_rest(planning: &Planning, end: &str, (pace, gravity): (&Pace, [f64; 3])
         pace.time_step,
     );
     if robot.actuators.is_empty() {
+        let held: Vec<f64> = driven(planning).into_iter().map(|dof| held[dof]).collect();
         let _ = writeln!(text, "initial_control = [{}]   # holds the robot up where it starts", list(&held));
     }
     let _ = write!(

@@ -152,7 +152,7 @@ impl Planning {
         }
         if self.robot.actuators.is_empty() && !none.is_empty() {
             line(format!(
-                "effort limit of 0: {}; leave out `enforce_effort_limits`, or correct the file",
+                "effort limit of 0: {}; name the joints with drives in `actuated` where these have none",
                 quoted(&none)
             ));
         }
