@@ -95,11 +95,27 @@ fn keyframes_that_do_not_exist() {
     ]);
 }
 
-/// Where `tool` of the arm is at positions of its joints.
+/// Where `tool` of the arm is.
+struct Tool {
+    robot: Robot,
+    tree: Tree,
+}
+
+impl Tool {
+    fn new() -> Self {
+        let robot = load("tests/robot/data/arm.urdf", &LoadOptions::default()).unwrap();
+        Self { tree: Tree::new(&robot), robot }
+    }
+
+    /// At positions of the joints.
+    fn at(&self, q: &[f64]) -> Pose {
+        let numbers = Numbers::of(&self.robot, [0.0; 3]);
+        Kinematics::at_rest(&self.tree, &numbers, q).poses()[self.robot.link("tool").unwrap()]
+    }
+}
+
 fn tool_at(q: &[f64]) -> Pose {
-    let robot: Robot = load("tests/robot/data/arm.urdf", &LoadOptions::default()).unwrap();
-    let (tree, numbers) = (Tree::new(&robot), Numbers::of(&robot, [0.0; 3]));
-    Kinematics::at_rest(&tree, &numbers, q).poses()[robot.link("tool").unwrap()]
+    Tool::new().at(q)
 }
 
 fn pose(keys: &str) -> String {
@@ -132,11 +148,21 @@ fn poses_are_reached_by_inverse_kinematics() {
 
 #[test]
 fn poses_that_cannot_be() {
+    let tool = Tool::new();
     let far = error_of(&start(arm(), &pose("position = [0.0, 0.0, 5.0]")).text());
     let said = "task.toml:13:8: tasks[0].initial_state.pose: frame `tool` does not reach this pose: the nearest found is \
-                off by 3.";
-    assert!(far.starts_with(said), "{far}");
-    assert!(far.ends_with("with joint `slide` at its limit (move the position nearer to the robot)"), "{far}");
+                off by 3.6543 m, with joints `elbow`, `slide` at their limits (move the position nearer to the robot)";
+    assert_eq!(far, said);
+    // The nearest of a grid of positions within the limits.
+    let steps = |from: f64, to: f64| (0..=40).map(move |i| from + (to - from) * f64::from(i) / 40.0);
+    let places =
+        steps(-2.0, 2.0).flat_map(|a| steps(-2.5, 2.5).flat_map(move |b| [-0.2, 0.05, 0.3].map(|c| [a, b, c])));
+    let distance = |q: [f64; 3]| {
+        let [x, y, z] = tool.at(&q).position;
+        (x * x + y * y + (5.0 - z).powi(2)).sqrt()
+    };
+    let nearest = places.map(distance).fold(f64::INFINITY, f64::min);
+    assert!((nearest - 3.6543).abs() < 5e-3 && nearest > 3.6542, "{nearest}");
     let turned = error_of(&start(arm(), &pose("position = [0.0, 0.0, 5.0], rpy = [1.0, 0.0, 0.0]")).text());
     assert!(turned.contains(" rad, with ") && turned.contains("or leave out `rpy`"), "{turned}");
     assert_errors(vec![
