@@ -148,7 +148,8 @@ impl<'a> Element<'a> {
 
     /// Where it begins, for messages: `line 5`, or ``line 5 of `arm.xml` `` in a file that another one includes.
     pub(super) fn place(self) -> String {
-        let file = if self.document.is_included { format!(" of {}", shown(&self.document.file)) } else { String::new() };
+        let file =
+            if self.document.is_included { format!(" of {}", shown(&self.document.file)) } else { String::new() };
         format!("line {}{file}", self.line())
     }
 

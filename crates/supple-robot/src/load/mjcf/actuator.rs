@@ -67,12 +67,18 @@ impl<'a> Reader<'a, '_> {
     /// Remembers what cannot be modelled, and warns of it.
     pub(super) fn omit(&mut self, at: Element<'a>, omitted: Omitted) {
         let Omitted { what, name, why, .. } = &omitted;
-        self.parts.warnings.note(&format!("{what} {name} {why}"), at, || format!("{what} {} is left out: {why}", shown(name)));
+        self.parts
+            .warnings
+            .note(&format!("{what} {name} {why}"), at, || format!("{what} {} is left out: {why}", shown(name)));
         self.omitted.push(omitted);
     }
 
     /// An actuator without its name, or why it cannot be modelled.
-    fn actuator(&mut self, at: Element<'a>, joints: &HashMap<String, usize>) -> Result<Result<Actuator, String>, FileError> {
+    fn actuator(
+        &mut self,
+        at: Element<'a>,
+        joints: &HashMap<String, usize>,
+    ) -> Result<Result<Actuator, String>, FileError> {
         let tag = at.tag();
         let Some(&tag) = LAWS.iter().find(|law| **law == tag) else {
             return Ok(Err(format!("actuators of kind {} are not supported", shown(tag))));

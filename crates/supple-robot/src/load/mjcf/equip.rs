@@ -34,7 +34,8 @@ impl Reader<'_, '_> {
 impl Equipment {
     /// Adds all of it to the robot that the parts became. What the robot does not have is left out.
     pub(super) fn add_to(self, robot: &mut Robot) {
-        let by_name: HashMap<_, _> = robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
+        let by_name: HashMap<_, _> =
+            robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
         let places: Vec<_> = self.joints.iter().map(|name| by_name.get(name.as_str()).copied()).collect();
         let place = |joint: usize| places.get(joint).copied().flatten();
         let actuators = self.actuators.into_iter();

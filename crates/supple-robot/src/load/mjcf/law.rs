@@ -119,7 +119,9 @@ impl Numbers {
     /// The law, or why there is none.
     pub(super) fn law(&self) -> Result<Law, &'static str> {
         if !self.direct {
-            return Err("its control is filtered: only actuators whose force follows the control at once are supported");
+            return Err(
+                "its control is filtered: only actuators whose force follows the control at once are supported",
+            );
         }
         if !self.fixed {
             return Err("its gain is no plain number: only `gaintype` \"fixed\" is supported");
@@ -150,9 +152,7 @@ fn overlay(at: Element, name: &str, into: &mut [f64]) -> Result<(), FileError> {
 /// A number that is at least 0, where there is one.
 fn least_zero(at: Element, name: &str) -> Result<Option<f64>, FileError> {
     match at.number(name)? {
-        Some(number) if number < 0.0 => {
-            Err(at.error_at(name, format!("`{name}` must be at least 0, and is {number}")))
-        }
+        Some(number) if number < 0.0 => Err(at.error_at(name, format!("`{name}` must be at least 0, and is {number}"))),
         number => Ok(number),
     }
 }

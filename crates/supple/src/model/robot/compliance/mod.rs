@@ -103,6 +103,8 @@ pub(super) struct Names<'a> {
     pub joints: &'a [String],
     /// All frames.
     pub frames: &'a [String],
+    /// The robot's file.
+    pub robot: &'a supple_robot::Robot,
 }
 
 /// A key that does not fit the robot: which one, what is valid, and advice.
