@@ -119,26 +119,26 @@ fn what_cannot_be_modelled_is_left_out_with_its_reason() {
         .map(|left| format!("{} {}, line {}: {}", left.what, left.name, left.line, left.why))
         .collect();
     let expected = [
-        "actuator cable, line 33: it acts on a tendon, `cable`; only actuators of joints are supported",
-        "actuator integrated, line 34: actuators of kind `intvelocity` are not supported",
-        "actuator filtered, line 35: its control is filtered: only actuators whose force follows the control at once are supported",
-        "actuator by_ratio, line 36: `dampratio` is not supported, as it depends on the inertia of the whole robot: give `kv`",
-        "actuator follower, line 37: its joint `follower` follows `elbow`: drive that one",
-        "sensor geared, line 43: the gear of actuator `shoulder_motor` is not 1: measure its joint",
-        "sensor upper_center, line 47: it is about the body's centre of mass and principal axes; `objtype` \"xbody\" or \"site\" is supported",
-        "sensor tip_from_table, line 48: it measures as seen from `table`; only measurements in the world are supported",
-        "sensor touch, line 49: sensors of kind `touch` are not supported",
-        "sensor sensor10, line 50: sensors of kind `touch` are not supported",
-        "sensor gyro, line 51: sensors of kind `gyro` are not supported",
+        "actuator cable, line 31: it acts on a tendon, `cable`; only actuators of joints are supported",
+        "actuator integrated, line 32: actuators of kind `intvelocity` are not supported",
+        "actuator filtered, line 33: its control is filtered: only actuators whose force follows the control at once are supported",
+        "actuator by_ratio, line 34: `dampratio` is not supported, as it depends on the inertia of the whole robot: give `kv`",
+        "actuator follower, line 35: its joint `follower` follows `elbow`: drive that one",
+        "sensor geared, line 41: the gear of actuator `shoulder_motor` is not 1: measure its joint",
+        "sensor upper_center, line 45: it is about the body's centre of mass and principal axes; `objtype` \"xbody\" or \"site\" is supported",
+        "sensor tip_from_table, line 46: it measures as seen from `table`; only measurements in the world are supported",
+        "sensor touch, line 47: sensors of kind `touch` are not supported",
+        "sensor sensor10, line 48: sensors of kind `touch` are not supported",
+        "sensor gyro, line 49: sensors of kind `gyro` are not supported",
     ];
     assert_eq!(found, expected);
     for (warning, count) in [
         (
-            "actuator `cable` is left out: it acts on a tendon, `cable`; only actuators of joints are supported (line 33)",
+            "actuator `cable` is left out: it acts on a tendon, `cable`; only actuators of joints are supported (line 31)",
             1,
         ),
-        ("`touch` elements are ignored (2 of them, first at line 49)", 1),
-        ("element `gyro` is ignored (line 51)", 1),
+        ("`touch` elements are ignored (2 of them, first at line 47)", 1),
+        ("element `gyro` is ignored (line 49)", 1),
     ] {
         let found = robot.warnings.iter().filter(|found| found.ends_with(warning)).count();
         assert_eq!(found, count, "{warning} in {:?}", robot.warnings);

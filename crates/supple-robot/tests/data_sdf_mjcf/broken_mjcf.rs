@@ -545,7 +545,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a box without size",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body><geom name='box' type='box'/>\n</worldbody>\n</mujoco>",
-        "robot.xml:3:XX: geom `box`: number 1 of `size` must be positive, and is 0",
+        "robot.xml:3:135: geom `box`: number 1 of `size` must be positive, and is 0",
     ),
     (
         "two walls of a name",
