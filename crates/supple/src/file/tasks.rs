@@ -39,7 +39,8 @@ pub(super) struct TaskFile {
     initial_state: Option<InitialState>,
     /// First guess of the controls: one row for all steps, or one row per step; zero where left out.
     initial_control: Option<Guess>,
-    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints.
+    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints, and the
+    /// ranges of the actuators of its file.
     #[serde(default)]
     enforce_effort_limits: bool,
     /// Its noise.
@@ -76,7 +77,8 @@ const MOST_STEPS: usize = 1_000_000;
 const MOST_ENTRIES: usize = 40_000_000;
 
 /// Where limits of controls come from.
-const NO_LIMITS: &str = "the robot's file gives efforts to the joints with drives, whose gears must be numbers";
+const NO_LIMITS: &str =
+    "the robot's file gives efforts to the joints with drives, whose gears must be numbers, or ranges to its actuators";
 
 /// Reads `[[tasks]]`.
 ///

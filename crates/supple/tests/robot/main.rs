@@ -1,6 +1,7 @@
 //! Robots from files through the public interface: against independent programs, by their physics, and bad task files.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod actuators;
 mod arm;
 mod bad_tasks;
 mod bad_uses;

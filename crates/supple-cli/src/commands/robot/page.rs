@@ -1,3 +1,5 @@
+mod equipment;
+
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -46,6 +48,7 @@ pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], verbose: bool) 
         page.push_str("\nFrames besides those of links\n\n");
         page.push_str(&text(&frame_table(robot)));
     }
+    page.push_str(&equipment::equipment(robot, tree));
     let said = robot
         .gravity
         .map_or_else(|| "the file says nothing".to_owned(), |said| format!("{} in the file", vector(said)));

@@ -113,7 +113,10 @@ impl<'a, 'o> Reader<'a, 'o> {
     pub(super) fn world(&mut self, root: Element<'a>) -> Result<(), FileError> {
         let worlds: Vec<_> = root.all("worldbody").collect();
         let Some(&first) = worlds.first() else {
-            return Err(root.error("there is no `worldbody` in it"));
+            let error = root.error("there is no `worldbody` in it");
+            return Err(
+                error.with_help("a file of settings that others include holds no robot: read one that includes it")
+            );
         };
         let mut items = Items::default();
         for at in worlds {
@@ -132,6 +135,7 @@ impl<'a, 'o> Reader<'a, 'o> {
             let (name, items, world) = self.body(task)?;
             open.extend(tasks(items, &name, world));
         }
+        self.scale_masses(first)?;
         self.check_walls(first)?;
         self.check_sites()
     }
@@ -208,7 +212,8 @@ impl<'a, 'o> Reader<'a, 'o> {
 
     /// The link of a body with its inertia, meshes, sites and walls. `world` is where it is if it cannot move.
     fn finish(&mut self, at: Element<'a>, name: &str, items: &Items<'a>, world: Option<Pose>) -> Result<(), FileError> {
-        let inertia = if name == WORLD { None } else { self.inertia(at, items, world.is_none())? };
+        let counts = world.is_none() || self.settings.total_mass.is_some();
+        let inertia = if name == WORLD { None } else { self.inertia(at, items, counts)? };
         let mut meshes = Vec::new();
         for &(geom, frame, class) in &items.geoms {
             check_attributes(geom, "geom", &mut self.parts.warnings);

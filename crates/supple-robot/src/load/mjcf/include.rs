@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use supple_files::{FileError, read_text};
+use supple_files::{FileError, is_file, read_text};
 
 use super::super::LoadOptions;
 use super::super::meshes::inside_of;
@@ -34,8 +34,7 @@ impl Sources {
     /// that includes it, or in a package root.
     ///
     /// # Errors
-    /// Where one cannot be read, leads out of these folders, is included twice, or has no element `mujoco` or
-    /// `mujocoinclude`.
+    /// Where one cannot be read, leads out of these folders, or is included twice.
     pub(crate) fn read(document: &Document, path: &Path, options: &LoadOptions) -> Result<Self, FileError> {
         let mut files = Self(Vec::new());
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -121,7 +120,7 @@ fn find(at: Element, folders: &[&Path], options: &LoadOptions) -> Result<PathBuf
     for folder in folders {
         let path = folder.join(&file);
         match inside_of(&path, folders[0], options) {
-            Some(path) if path.is_file() => return Ok(path),
+            Some(path) if is_file(&path) => return Ok(path),
             Some(_) => {}
             None => outside |= path.is_file(),
         }

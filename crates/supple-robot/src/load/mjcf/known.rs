@@ -43,7 +43,8 @@ pub(super) const SENSORS: &str = "touch accelerometer velocimeter gyro force tor
 const EQUALITY: &str = "name class active solref solimp joint1 joint2 polycoef";
 const COMPILER: &str = "angle coordinate eulerseq autolimits inertiafromgeom inertiagrouprange balanceinertia \
     boundmass boundinertia settotalmass meshdir assetdir strippath texturedir fitaabb discardvisual usethread \
-    fusestatic saveinertial alignfree conflict convexhull exactmeshinertia";
+    fusestatic saveinertial alignfree conflict convexhull exactmeshinertia passthrough \
+    savecanonical savecompiled";
 
 /// The attributes of an element, as far as they are known. `equality` stands for the joints in it.
 pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {

@@ -105,6 +105,8 @@ pub(super) struct Names<'a> {
     pub frames: &'a [String],
     /// Joints that the task has taken out.
     pub locked: &'a [String],
+    /// The robot's file.
+    pub robot: &'a supple_robot::Robot,
 }
 
 /// A key that does not fit the robot: which one, what is valid, and advice.
