@@ -17,6 +17,7 @@ mod equipped;
 mod linear;
 mod recorded;
 mod robot;
+mod start;
 mod two_mass;
 
 use equipped::Equipped;
@@ -25,6 +26,7 @@ pub use linear::Linear;
 pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
 pub use robot::Robot;
 pub(crate) use robot::{locked_message, sensor_schemas, turn};
+pub(crate) use start::{PoseFile, Start};
 pub use two_mass::TwoMass;
 
 /// How many numbers a model's vectors have.
@@ -337,37 +339,6 @@ pub(crate) trait ModelFile: Model + Clone {
 
     /// More of the schema than [`ModelFile::File`] says.
     fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator) {}
-}
-
-/// How a task says that a robot starts.
-pub(crate) struct Start<'a> {
-    /// Name of a keyframe.
-    pub key: Option<&'a str>,
-    /// Where a frame is.
-    pub pose: Option<&'a PoseFile>,
-    /// What the task says of single states, at the initial values of parameters.
-    pub given: &'a [Option<f64>],
-    /// The initial values of all parameters.
-    pub phi: &'a [f64],
-}
-
-/// Where a frame of a robot is at the start of a task.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct PoseFile {
-    /// Name of the frame or link.
-    pub frame: String,
-    /// Where its origin is in the world, m: numbers, no parameters.
-    pub position: [f64; 3],
-    /// Its roll, pitch and yaw in the world, rad; any orientation where left out.
-    pub rpy: Option<[f64; 3]>,
-}
-
-impl PoseFile {
-    /// Its numbers, by key.
-    pub fn numbers(&self) -> Vec<(&'static str, [f64; 3])> {
-        std::iter::once(("position", self.position)).chain(self.rpy.map(|rpy| ("rpy", rpy))).collect()
-    }
 }
 
 /// A model all of whose table serde reads.
