@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
-//! situation.rs: where everything is               compliance/: forces        sensor/: measurements
+//! situation.rs: where everything is               compliance/, drive.rs: forces        sensor/: measurements
 //! picture.rs: what it looks like
 //! ```
 
@@ -20,16 +20,22 @@ use crate::parameters::Parameters;
 use crate::scene::Picture;
 
 mod compliance;
+mod drive;
 mod file;
 mod integrator;
+mod locked;
 mod numbers;
 mod picture;
+mod rigid;
 mod schema;
 mod sensor;
 mod situation;
+mod start;
 
 use compliance::{CONTACT_FORCE, Compliance, Element, Resistance};
+use drive::Drive;
 use integrator::{Integrator, widened};
+pub(crate) use locked::locked_message;
 use numbers::{FrameNumbers, Override};
 use sensor::{Measure, Sensor};
 pub(crate) use sensor::{schemas as sensor_schemas, turn};
@@ -39,7 +45,7 @@ use situation::{Forces, Situation};
 ///
 /// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such as
 /// motors of elastic joints), their velocities, and constants that are not known exactly (such as where a wall is). The
-/// controls are torques or forces of the drives. A step is
+/// controls are torques or forces of the drives, or what the actuators of the file take. A step is
 ///
 /// ```text
 /// M(q) a = tau(q, v, u) - h(q, v)      v+ = v + dt a      q+ = q + dt v+
@@ -64,19 +70,8 @@ pub struct Robot {
     friction_widening: Option<Value>,
     integrator: Integrator,
     substeps: usize,
-}
-
-/// A drive: one control.
-#[derive(Clone, Debug)]
-struct Drive {
-    /// Index of the degree of freedom whose joint it drives.
-    dof: usize,
-    /// Place of the motor among what compliance adds, where the joint is elastic.
-    motor: Option<usize>,
-    /// Torque on the joint for a unit of control.
-    gear: Value,
-    /// Inertia of the rotor, felt `gear^2` times at the joint.
-    rotor: Value,
+    /// Joints that the task has taken out.
+    locked: Vec<String>,
 }
 
 impl Robot {
@@ -125,7 +120,7 @@ impl Robot {
         forces.generalised.resize(positions, S::zero());
         for (drive, &u) in self.drives.iter().zip(at.u) {
             let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
-            forces.generalised[place] += at.value(drive.gear) * u;
+            forces.generalised[place] += drive.force(at, u, at.x[place], at.x[positions + place]);
         }
         for element in &self.compliance {
             element.kind.apply(&now.seen_by(element), &mut forces);
@@ -315,6 +310,10 @@ impl Model for Robot {
         self.tree.joints().to_vec()
     }
 
+    fn locked_joints(&self) -> Vec<String> {
+        self.locked.clone()
+    }
+
     fn coupling_names(&self) -> Vec<String> {
         self.compliance.iter().map(|element| element.name.clone()).collect()
     }
@@ -335,13 +334,9 @@ impl Model for Robot {
     }
 
     fn channels(&self) -> Channels {
-        let drive = |drive: &Drive| {
-            let unit = if self.slides(drive.dof) { "N" } else { "N m" };
-            Channel::new(format!("tau.{}", self.tree.joints()[drive.dof]), unit)
-        };
         Channels {
             states: self.state_channels(),
-            controls: self.drives.iter().map(drive).collect(),
+            controls: self.drives.iter().map(|drive| self.control_channel(drive)).collect(),
             measurements: self.sensors.iter().flat_map(|sensor| sensor.channels(self)).collect(),
         }
     }
@@ -357,11 +352,7 @@ impl Model for Robot {
             limits.push(Limit::state(format!("velocity of joint `{}`", joint.name), positions + dof, -most, most));
         }
         for (control, drive) in self.drives.iter().enumerate() {
-            let joint = &self.robot.joints[self.tree.joint_indices()[drive.dof]];
-            if let Value::Number(gear) = drive.gear {
-                let most = joint.limits.effort / gear.abs();
-                limits.push(Limit::control(format!("effort of joint `{}`", joint.name), control, -most, most));
-            }
+            limits.extend(self.control_limits(control, drive));
         }
         limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
         limits
@@ -433,11 +424,27 @@ impl ModelFile for Robot {
     }
 
     fn files(&self) -> Vec<PathBuf> {
-        vec![self.file.clone()]
+        std::iter::once(&self.file).chain(&self.robot.included).cloned().collect()
     }
 
     fn warnings(&self) -> Vec<String> {
         self.robot.warnings.clone()
+    }
+
+    fn every_warning(&self) -> Vec<String> {
+        self.robot.every_warning.clone()
+    }
+
+    fn starts_by_itself(&self) -> bool {
+        true
+    }
+
+    fn first_state(&self, start: &super::Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+        Robot::first_state(self, start)
+    }
+
+    fn followers(&self) -> Vec<(usize, usize)> {
+        self.motor_states()
     }
 
     fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator) {

@@ -1,9 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
-use supple_robot::{Pose, Twist, Wrench};
+use supple_robot::{Pose, Twist, WallShape, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit, find};
 use crate::model::robot::integrator::widened;
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
@@ -43,11 +43,14 @@ pub(crate) struct Contact {
 pub(crate) struct File {
     /// Name of the frame or link that the point or the sphere's centre is the origin of.
     frame: String,
-    /// Normal of the wall in the world, out of the wall; of any length above 0.
-    normal: [f64; 3],
-    /// A point of the world from which the wall's place is counted along the normal, m.
-    #[serde(default)]
-    point: [Value; 3],
+    /// Normal of the wall in the world, out of the wall; of any length above 0; required without `geom`.
+    normal: Option<[f64; 3]>,
+    /// A point of the world from which the wall's place is counted along the normal, m; the origin where left out.
+    point: Option<[Value; 3]>,
+    /// Name of a plane or box of the robot's file that does not move, in place of `normal` and `point`.
+    geom: Option<String>,
+    /// Face of the box that is the wall; required for a box.
+    face: Option<Face>,
     /// Radius of the sphere, m; 0 for a point.
     #[serde(default)]
     radius: Value,
@@ -67,6 +70,78 @@ pub(crate) struct File {
     slip: Value,
 }
 
+/// A face of a box, by the direction of its outward normal in the axes of the box.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
+pub(crate) enum Face {
+    /// Towards x.
+    #[serde(rename = "+x")]
+    PlusX,
+    /// Against x.
+    #[serde(rename = "-x")]
+    MinusX,
+    /// Towards y.
+    #[serde(rename = "+y")]
+    PlusY,
+    /// Against y.
+    #[serde(rename = "-y")]
+    MinusY,
+    /// Towards z.
+    #[serde(rename = "+z")]
+    PlusZ,
+    /// Against z.
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl Face {
+    /// Its axis, and whether it is against that.
+    fn side(self) -> (usize, bool) {
+        match self {
+            Self::PlusX => (0, false),
+            Self::MinusX => (0, true),
+            Self::PlusY => (1, false),
+            Self::MinusY => (1, true),
+            Self::PlusZ => (2, false),
+            Self::MinusZ => (2, true),
+        }
+    }
+}
+
+impl File {
+    /// Normal and point of the wall: those given, or those of a geom of the robot's file.
+    fn wall(&self, names: &Names) -> Result<([f64; 3], [Value; 3]), Unfit> {
+        let Some(geom) = &self.geom else {
+            let missing =
+                || ("normal", "is missing: give the wall's `normal`, or a `geom` of the robot's file".into(), None);
+            if self.face.is_some() {
+                return Err(("face", "goes with `geom`, a box of the robot's file".into(), None));
+            }
+            return Ok((self.normal.ok_or_else(missing)?, self.point.unwrap_or_default()));
+        };
+        for (key, given) in [("normal", self.normal.is_some()), ("point", self.point.is_some())] {
+            if given {
+                let help = format!("leave `{key}` out, or `geom`");
+                return Err((key, format!("`geom` gives the wall already: that of `{geom}`"), Some(help)));
+            }
+        }
+        let walls: Vec<String> = names.robot.walls.iter().map(|wall| wall.name.clone()).collect();
+        let wall = &names.robot.walls[find("geom", "plane or box that does not move", geom, &walls)?];
+        let face = match (self.face, wall.shape) {
+            (Some(face), _) => face,
+            (None, WallShape::Plane) => Face::PlusZ,
+            (None, WallShape::Box(_)) => {
+                let message = format!("is missing: `{geom}` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, `-z`");
+                return Err(("face", message, Some("the face that the robot touches, in the axes of the box".into())));
+            }
+        };
+        let (axis, negative) = face.side();
+        let (normal, point) = wall
+            .face(axis, negative)
+            .ok_or_else(|| ("face", format!("`{geom}` is a plane, whose one face is `+z`"), None))?;
+        Ok((normal, point.map(Value::Number)))
+    }
+}
+
 fn slow() -> Value {
     Value::Number(1e-2)
 }
@@ -76,11 +151,12 @@ impl ComplianceFile for Contact {
 
     fn build(file: File, names: &Names) -> Result<Self, Unfit> {
         let frame = names.frame("frame", &file.frame)?;
-        let length = dot(file.normal, file.normal).sqrt();
+        let (normal, point) = file.wall(names)?;
+        let length = dot(normal, normal).sqrt();
         if !(length > 0.0 && length.is_finite()) {
-            return Err(("normal", format!("must have a length above 0; found {:?}", file.normal), None));
+            return Err(("normal", format!("must have a length above 0; found {normal:?}"), None));
         }
-        let File { point, radius, stiffness, dissipation, smoothing, friction, slip, normal, .. } = file;
+        let File { radius, stiffness, dissipation, smoothing, friction, slip, .. } = file;
         let normal = normal.map(|entry| entry / length);
         let widening = None;
         Ok(Self { frame, normal, point, radius, stiffness, dissipation, smoothing, friction, slip, widening })

@@ -152,6 +152,10 @@ pub(super) struct Names<'a> {
     pub joints: &'a [String],
     /// All frames.
     pub frames: &'a [String],
+    /// Joints that the task has taken out.
+    pub locked: &'a [String],
+    /// The robot's file.
+    pub robot: &'a supple_robot::Robot,
 }
 
 /// A key that does not fit the robot: which one, what is valid, and advice.
@@ -160,6 +164,9 @@ pub(super) type Unfit = (&'static str, String, Option<String>);
 impl Names<'_> {
     /// The degree of freedom of a joint.
     pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        if let Some((message, help)) = super::locked_message(name, self.locked) {
+            return Err((key, message, Some(help)));
+        }
         find(key, "moving joint", name, self.joints)
     }
 
