@@ -76,6 +76,19 @@ impl Drive {
     }
 }
 
+impl Drive {
+    /// By how much its force falls for a unit of the rate of what it drives, where positions are taken a time `lead` ahead:
+    /// `gear^2 (kv + lead kp)`, N m s/rad or N s/m. None where the force does not resist motion.
+    pub fn resistance<S: Scalar>(&self, at: &Point<S>, lead: S) -> Option<S> {
+        let Servo { kp, kv, .. } = self.actuator.as_ref()?;
+        let negative = |value: &Value| matches!(value, Value::Number(number) if *number < 0.0);
+        if negative(kp) || negative(kv) {
+            return None;
+        }
+        Some(at.value(self.gear).square() * (at.value(*kv) + lead * at.value(*kp)))
+    }
+}
+
 impl Servo {
     /// The actuator with this index, with the numbers that the task says anew.
     fn new(index: usize, actuator: &Actuator, file: &DriveFile) -> Self {

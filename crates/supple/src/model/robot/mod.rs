@@ -111,7 +111,7 @@ impl Robot {
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
     fn forces<S: Scalar>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
-        let (dofs, positions) = self.positions();
+        let (_, positions) = self.positions();
         let smoothing = self.friction_speed(at);
         let mut forces = Forces {
             generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
@@ -119,8 +119,13 @@ impl Robot {
         };
         forces.generalised.resize(positions, S::zero());
         for (drive, &u) in self.drives.iter().zip(at.u) {
-            let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
-            forces.generalised[place] += drive.force(at, u, at.x[place], at.x[positions + place]);
+            let place = self.driven(drive);
+            let (mut position, mut rate) = (at.x[place], at.x[positions + place]);
+            if drive.resistance(at, now.lead()).is_some() {
+                rate = now.rates()[place];
+                position = now.lead().mul_add(rate, position);
+            }
+            forces.generalised[place] += drive.force(at, u, position, rate);
         }
         for element in &self.compliance {
             element.kind.apply(&now.seen_by(element), &mut forces);
@@ -170,6 +175,12 @@ impl Robot {
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
         }
+        for drive in &self.drives {
+            if let Some(resistance) = drive.resistance(now.at, lead) {
+                let place = self.driven(drive);
+                mass[place][place] += lead * resistance;
+            }
+        }
         for element in &self.compliance {
             for Resistance { coefficient, row } in element.kind.resistance(&now.seen_by(element)) {
                 for i in 0..row.len() {
@@ -186,11 +197,15 @@ impl Robot {
         }
     }
 
+    /// Place among all positions of what a drive acts on: its joint, or the motor of an elastic one.
+    fn driven(&self, drive: &Drive) -> usize {
+        drive.motor.map_or(drive.dof, |motor| self.positions().0 + motor)
+    }
+
     /// Inertias of rotors, felt at their joints or motors.
     fn rotors<S: Scalar>(&self, at: &Point<S>) -> Vec<(usize, S)> {
-        let (dofs, _) = self.positions();
         let felt = |drive: &Drive| {
-            let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
+            let place = self.driven(drive);
             (place, at.value(drive.gear).square() * at.value(drive.rotor))
         };
         self.drives.iter().map(felt).collect()
