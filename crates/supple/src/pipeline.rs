@@ -18,7 +18,8 @@ use crate::gradient::{
 use crate::information::{Information, information};
 use crate::noise::Noise;
 use crate::plan::{
-    Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan, plan_belief, plan_risk, plan_sampled,
+    Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan, plan_belief, plan_risk,
+    plan_sampled,
 };
 use crate::problem::Task;
 

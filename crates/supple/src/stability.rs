@@ -101,7 +101,8 @@ pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Traje
     let points = Points { stages: steps, has_end: false, ..trajectory.points() };
     task.system.dynamics_jacobians(points, phi, &mut dynamics, &mut Scratch::new());
     // It began at the first of them; after that the states are not those of any plan.
-    let mut looks = spread(steps, size.states).into_iter().map(|t| Looker { task, phi }.look(trajectory, &dynamics, &[t]));
+    let mut looks =
+        spread(steps, size.states).into_iter().map(|t| Looker { task, phi }.look(trajectory, &dynamics, &[t]));
     match looks.find(|found| found.numerically_unstable) {
         Some(stability) => Error::TimeStep { task: task.name.clone(), error: Box::new(error), stability },
         None => error,

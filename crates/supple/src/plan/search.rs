@@ -68,13 +68,9 @@ impl Progress {
             return false;
         }
         let gained = self.cost - plan.nominal_cost;
-        let creeps = gained <= 1e-6 * (1.0 + plan.nominal_cost.abs())
-            && plan.relative_stationarity > 0.1 * self.stationarity;
-        *self = Self {
-            iteration: plan.iterations,
-            cost: plan.nominal_cost,
-            stationarity: plan.relative_stationarity,
-        };
+        let creeps =
+            gained <= 1e-6 * (1.0 + plan.nominal_cost.abs()) && plan.relative_stationarity > 0.1 * self.stationarity;
+        *self = Self { iteration: plan.iterations, cost: plan.nominal_cost, stationarity: plan.relative_stationarity };
         creeps
     }
 }

@@ -141,7 +141,8 @@ impl Robot {
 
     /// Whether any joint has friction.
     fn has_friction(&self) -> bool {
-        let given = |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
+        let given =
+            |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
         self.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.overrides.iter().any(given)
     }
 

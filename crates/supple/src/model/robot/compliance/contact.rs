@@ -209,7 +209,8 @@ impl Contact {
         let (rise, damped) = rise(dissipation * approach);
         let stiff = own.now.lead() * stiffness * tangent(depth, smoothing, -approach * own.now.lead()) * rise;
         let resistance = pressed * dissipation * damped + stiff;
-        let force = pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
+        let force =
+            pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
 
         let mut total = scale(force, normal);
         let mut along = S::zero();
