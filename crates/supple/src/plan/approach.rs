@@ -15,7 +15,7 @@ const FIRST_WIDTH: f64 = 2.0;
 /// By how much contacts stay wider than the clearance that is left, so that they are still felt.
 const REACH: f64 = 1.25;
 /// Speeds by which friction sets in later, rad/s or m/s, one after the other; the last of them stays while contacts narrow.
-const SPEEDS: [f64; 6] = [1.0, 0.3, 0.1, 0.05, 0.025, 0.012];
+const SPEEDS: [f64; 7] = [1.0, 0.3, 0.1, 0.06, 0.035, 0.02, 0.01];
 /// Searches on the way end early.
 const TOLERANCE: f64 = 1e-3;
 const ITERATIONS: usize = 30;

@@ -18,6 +18,9 @@ const NEWTON_HALVINGS: usize = 3;
 /// Below this share regularisation is dropped.
 const LEAST_MU: f64 = 1e-6;
 
+/// Iterations at most of a search that gives up early.
+const HASTY_ITERATIONS: usize = 12;
+
 /// The search's state between iterations.
 pub(super) struct Search<'a> {
     problem: NominalProblem<'a>,
@@ -115,7 +118,7 @@ impl<'a> Search<'a> {
             if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return self.ended(PlanStatus::TimeLimit);
             }
-            if self.progress.creeps(self.plan) {
+            if self.progress.creeps(self.plan) || self.work.hasty && (self.mu > 0.0 || self.plan.iterations > HASTY_ITERATIONS) {
                 return self.ended(PlanStatus::SlowProgress);
             }
             self.plan.iterations += 1;
@@ -215,7 +218,7 @@ impl<'a> Search<'a> {
                 plan.nominal_cost = cost;
                 self.newton.close = actual <= 0.05 * (1.0 + cost.abs());
                 if !newton {
-                    self.mu = next_mu(mu, step);
+                    self.mu = if self.work.hasty && step < 0.5 { FIRST_MU } else { next_mu(mu, step) };
                 }
                 return if resolved { Outcome::Resolved } else { Outcome::Accepted };
             }

@@ -1,5 +1,6 @@
 use supple_kernels::graph::{Batch, Program};
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::rows::{self, Into, Left};
+use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::Points;
 use super::programs::TOGETHER;
@@ -24,61 +25,79 @@ impl Along<'_> {
         let mut responses = Matrices::zeros(stages, joint + 2, unknowns);
         let sources = [at.states.into(), at.controls.into(), after];
         self.responses.run(batch, (&sources, phi), (Some(&mut responses), &mut []), scratch);
+        let by_unknown = transposed(&responses, joint);
         let mut directions = Matrices::zeros(stages, TOGETHER, joint + unknowns);
         let mut rates = Matrices::zeros(stages, TOGETHER, joint + unknowns);
         for first in (0..joint).step_by(TOGETHER) {
-            let chosen = first..(first + TOGETHER).min(joint);
-            for t in 0..stages {
-                directions.at_mut(t).fill(0.0);
-                for (place, b) in chosen.clone().enumerate() {
-                    directions.set(t, place, b, 1.0);
-                    for l in 0..unknowns {
-                        directions.set(t, place, joint + l, responses.get(t, b, l));
-                    }
-                }
-            }
+            self.choose(first, &responses, &mut directions);
             // What is not read stands in for sources of other programs.
             let [x, u, _] = sources;
             let sources = [x, u, after, (&responses).into(), x, x, (&directions).into()];
             self.curvature.run(batch, (&sources, phi), (Some(&mut rates), &mut []), scratch);
-            for t in 0..stages {
-                for (place, b) in chosen.clone().enumerate() {
-                    self.add_column(b, row(&rates, t, place), (t, &responses), out.at_mut(t));
+            dispatch(Columns { joint, unknowns, first, rates: &rates, by_unknown: &by_unknown, out });
+        }
+    }
+
+    /// Writes the directions from number `first` on.
+    fn choose(&self, first: usize, responses: &Matrices, directions: &mut Matrices) {
+        let (stride, width) = (directions.stride(), responses.stride());
+        for t in 0..directions.count() {
+            let (to, from) = (directions.at_mut(t), responses.at(t));
+            to.fill(0.0);
+            for (place, b) in (first..self.joint).take(TOGETHER).enumerate() {
+                let row = &mut to[place * stride..(place + 1) * stride];
+                row[b] = 1.0;
+                row[self.joint..self.joint + self.unknowns]
+                    .copy_from_slice(&from[b * width..b * width + self.unknowns]);
+            }
+        }
+    }
+}
+
+/// The first `rows` rows of each matrix as columns.
+fn transposed(matrices: &Matrices, rows: usize) -> Matrices {
+    let mut out = Matrices::zeros(matrices.count(), matrices.cols(), rows);
+    for t in 0..matrices.count() {
+        for i in 0..rows {
+            for j in 0..matrices.cols() {
+                out.set(t, j, i, matrices.get(t, i, j));
+            }
+        }
+    }
+    out
+}
+
+/// Adds `D'` times the rates along some directions to their columns, as far as the diagonal, and to the rows that mirror
+/// them.
+struct Columns<'a> {
+    joint: usize,
+    unknowns: usize,
+    first: usize,
+    rates: &'a Matrices,
+    by_unknown: &'a Matrices,
+    out: &'a mut Matrices,
+}
+
+impl Job for Columns<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { joint, unknowns, first, rates, by_unknown, out } = self;
+        let (narrow, wide, stride) = (padded(joint), rates.stride(), out.stride());
+        let mut through = Matrices::zeros(1, TOGETHER, joint);
+        for t in 0..rates.count() {
+            let (rates, through) = (rates.at(t), through.at_mut(0));
+            let left = Left::plain(&rates[joint..], wide);
+            rows::multiply::<L>(through, left, by_unknown.at(t), narrow, (TOGETHER, unknowns), Into::Set);
+            let out = out.at_mut(t);
+            for (place, b) in (first..joint).take(TOGETHER).enumerate() {
+                for a in 0..=b {
+                    let sum = rates[place * wide + a] + through[place * narrow + a];
+                    out[b * stride + a] += sum;
+                    if a != b {
+                        out[a * stride + b] += sum;
+                    }
                 }
             }
         }
     }
-
-    /// Adds `D'` times the rates to column `b`, as far as the diagonal, and to its mirror image.
-    fn add_column(&self, b: usize, rates: &[f64], (t, responses): (usize, &Matrices), out: &mut [f64]) {
-        let stride = supple_kernels::padded(self.joint + 1);
-        let (by_z, by_w) = rates.split_at(self.joint);
-        for a in 0..=b {
-            let sum = by_z[a] + dot(row(responses, t, a), by_w);
-            out[a * stride + b] += sum;
-            if a != b {
-                out[b * stride + a] += sum;
-            }
-        }
-    }
-}
-
-/// Row `i` of matrix `t`.
-fn row(matrices: &Matrices, t: usize, i: usize) -> &[f64] {
-    let start = i * matrices.stride();
-    &matrices.at(t)[start..start + matrices.cols()]
-}
-
-/// The dot product, in eight sums side by side, which vector instructions take together.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (chunks_a, rest_a) = a.as_chunks::<8>();
-    let (chunks_b, rest_b) = b.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for (a, b) in chunks_a.iter().zip(chunks_b) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
 }
