@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ._records import Array
 from .errors import UsageError
 
-__all__ = ["Sizes", "array", "covariance", "symmetric"]
+__all__ = ["Sizes", "array", "covariance", "finite_array", "symmetric"]
 
 #: Asymmetry up to this, relative to the largest entry, is rounding.
 ROUNDING = 1e-9
@@ -83,6 +83,23 @@ def numbers(name: str, given: ArrayLike) -> Array:
     return np.array(found, dtype=np.float64, order="C")
 
 
+def finite_array(name: str, given: ArrayLike, axes: tuple[str, ...]) -> Array:
+    """An array that is not empty, of as many axes as are named, whose lengths are checked elsewhere."""
+    found = numbers(name, given)
+    if found.ndim != len(axes) or not found.size:
+        letters = ", ".join(axes) + ("," if len(axes) == 1 else "")
+        raise UsageError(f"{name} has the shape {_text(found.shape)}: it must be ({letters})")
+    _check_finite(name, found)
+    return found
+
+
+def _check_finite(name: str, found: Array) -> None:
+    bad = np.argwhere(~np.isfinite(found))
+    if bad.size:
+        place = ", ".join(str(index) for index in bad[0])
+        raise UsageError(f"{name}[{place}] is {found[tuple(bad[0])]}: it must be finite")
+
+
 def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False) -> Array:
     """An array of the given axes, or with the time as one axis more before them.
 
@@ -100,10 +117,7 @@ def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: boo
         raise UsageError(f"{name} has the shape {_text(found.shape)}: it must be {_valid(axes, shape, measured, once)}")
     if found.ndim > len(shape):
         sizes.see(name, found.shape[0], measured)
-    bad = np.argwhere(~np.isfinite(found))
-    if bad.size:
-        place = ", ".join(str(index) for index in bad[0])
-        raise UsageError(f"{name}[{place}] is {found[tuple(bad[0])]}: it must be finite")
+    _check_finite(name, found)
     return found
 
 

@@ -3,6 +3,9 @@
 from os import PathLike
 from typing import Any, TypeAlias, final
 
+from numpy import float64
+from numpy.typing import NDArray
+
 from .progress import Progress
 
 __all__ = [
@@ -64,6 +67,7 @@ class NativeTask:
         sizes: tuple[int, int, int],
         trajectories: bool,
     ) -> Kept: ...
+    def simulate(self, task: str, controls: NDArray[float64], start: list[float] | None) -> NDArray[float64]: ...
     def design(self, made: list[str], settings: str, progress: Progress | None) -> Kept: ...
     def sweep(
         self,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import ArrayLike
 
 from . import _html
+from ._arrays import finite_array
 from ._asked import (
     axis_text,
     axis_values,
@@ -37,6 +38,7 @@ from .studies import Pareto, Robustness, Sweep, Trace
 if TYPE_CHECKING:
     from ._asked import Axes, Vary
     from ._crew import Workers
+    from ._records import Array
     from .model import DerivativeError
 
 __all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
@@ -149,6 +151,35 @@ class Task:
             trajectories=trajectories,
         )
         return Evaluation(kept, task)
+
+    def simulate(
+        self,
+        controls: ArrayLike,
+        *,
+        initial_state: ArrayLike | None = None,
+        task: str | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Array:
+        """Simulates the model under given controls, without noise and feedback.
+
+        Args:
+            controls: One row for each step, (N, m). The number of rows is the number of steps; bounds of the task on its
+                controls are not applied.
+            initial_state: The first state, (n,); default: that of the task.
+            task: Name of the task. Required where there are several.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+
+        Returns:
+            The states at steps 0 to N, (N+1, n), in the order of ``state_names`` of trajectories.
+        """
+        check_name("task", task)
+        if task is None and len(self._tasks) > 1:
+            raise UsageError(f"there are several tasks: give task= one of {', '.join(self._tasks)}")
+        rows = finite_array("controls", controls, ("N", "m"))
+        start = None if initial_state is None else finite_array("initial_state", initial_state, ("n",)).tolist()
+        return self.at(at, **parameters)._native.simulate(task or self.tasks[0], rows, start)
 
     def design(
         self,

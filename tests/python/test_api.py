@@ -37,6 +37,52 @@ def test_tasks_say_what_they_are(task: supple.Task) -> None:
     assert "k1" in repr(task) and "<table>" in task._repr_html_()
 
 
+def test_simulations_are_motions_under_given_controls(task: supple.Task) -> None:
+    path = task.evaluate(k1=200.0).tasks["press"].trajectory
+    assert path is not None
+    assert np.array_equal(task.simulate(path.u, k1=200.0), path.x)
+    assert not np.allclose(task.simulate(path.u), path.x, atol=1e-4), "the parameters count"
+    later = task.simulate(path.u[50:], initial_state=path.x[50], task="press", at={"k1": 200.0})
+    assert np.array_equal(later, path.x[50:]), "from any state, over as many steps as there are controls"
+    longer = task.simulate(np.zeros((300, 1)))
+    assert longer.shape == (301, 5) and np.array_equal(longer[0], path.x[0])
+
+
+def test_simulations_of_matrices_end_with_them() -> None:
+    one, two = np.ones((1, 1)), np.array([[[1.0]], [[2.0]], [[3.0]]])
+    noise = {"W": one, "V": one, "X0": one, "Q": one, "R": one}
+    task = supple.linear(A=two, B=one, C=one, x0=[1.0], time_step=0.1, **noise)
+    assert task.simulate([[0.0], [1.0], [1.0]]).ravel().tolist() == [1.0, 1.0, 3.0, 10.0]
+    assert task.simulate([[5.0]]).ravel().tolist() == [1.0, 6.0]
+    with pytest.raises(supple.UsageError, match="the list of controls of task .* has length 4, not 3"):
+        task.simulate(np.zeros((4, 1)))
+
+
+@pytest.mark.parametrize(
+    ("controls", "options", "words"),
+    [
+        (np.zeros(5), {}, r"controls has the shape \(5,\): it must be \(N, m\)"),
+        (np.zeros((0, 1)), {}, r"controls has the shape \(0, 1\): it must be \(N, m\)"),
+        (np.zeros((5, 2)), {}, "a row of the controls of task `press` has length 2, not 1"),
+        ([[0.0], [np.nan]], {}, r"controls\[1, 0\] is nan: it must be finite"),
+        ([["fast"]], {}, "controls holds <U4: it must hold real numbers"),
+        (np.zeros((5, 1)), {"initial_state": [0.0]}, "the first state of task `press` has length 1, not 5"),
+        (np.zeros((5, 1)), {"task": "pull"}, "no task `pull`: there is press"),
+        (np.zeros((5, 1)), {"k1": 1.0}, "outside"),
+    ],
+)
+def test_simulations_that_cannot_be(task: supple.Task, controls: Any, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(supple.UsageError, match=words):
+        task.simulate(controls, **options)
+
+
+def test_simulations_that_diverge_or_lack_a_task(task: supple.Task) -> None:
+    with pytest.raises(supple.ComputeError, match="the state of a simulation is not finite at step"):
+        task.simulate(np.full((50, 1), 1e308))
+    with pytest.raises(supple.UsageError, match="there are several tasks: give task= one of open, close"):
+        supple.load("tasks/iiwa_door.toml").simulate(np.zeros((1, 7)))
+
+
 def test_arrays_have_shapes_and_own_their_memory(task: supple.Task) -> None:
     found = task.evaluate(gradient="total", rollouts=5)
     report = found.tasks["press"]

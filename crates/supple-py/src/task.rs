@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::ThreadPoolBuilder;
 use supple::design::{Control, DesignSettings};
 use supple::parameters::Scale;
-use supple::{EvaluateOptions, Named};
+use supple::{Error, EvaluateOptions, Matrices, Named};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
@@ -135,6 +136,29 @@ impl NativeTask {
             let evaluation = task.problem.evaluate(&task.phi, &wanted)?;
             Ok(StudyResult::Evaluate(Box::new(EvaluateReport { evaluation })))
         })
+    }
+
+    /// The states of a task, (N + 1, n), that controls, (N, m), lead to without noise and feedback.
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        task: &str,
+        controls: PyReadonlyArray2<'_, f64>,
+        start: Option<Vec<f64>>,
+    ) -> PyResult<Py<PyAny>> {
+        let given = controls.as_array();
+        let mut rows = Matrices::vectors(given.nrows(), given.ncols());
+        for (t, row) in given.rows().into_iter().enumerate() {
+            rows.vector_mut(t).iter_mut().zip(row).for_each(|(to, u)| *to = *u);
+        }
+        let motion = long(py, None, &self.failures, |_| {
+            let LoadedTask { problem, phi, .. } = &self.task;
+            let names = || problem.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>().join(", ");
+            let unknown = || Error::Unknown { what: "task", name: task.to_owned(), valid: names() };
+            let task = problem.tasks.iter().find(|known| known.name == task).ok_or_else(unknown)?;
+            task.simulate(phi, start.as_deref(), rows)
+        })?;
+        to_python(py, &motion.map_err(|error| errors::of_compute(py, &error))?.states.to_rows())
     }
 
     /// Searches for a design; `settings` are the task's, changed, as JSON.

@@ -1,14 +1,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use supple_kernels::Matrices;
+use supple_kernels::{Matrices, Scratch};
 
 use crate::design::DesignSettings;
 use crate::file::CatalogueSensor;
 use crate::noise::{Covariance, NoiseModel, VaryingVariance};
 use crate::parameters::Parameters;
 use crate::plan::{ControlBounds, NominalProblem, PlanSettings, holding_controls};
-use crate::system::System;
+use crate::system::{RollOut, System};
 use crate::trajectory::Trajectory;
 use crate::{Error, Value};
 
@@ -106,6 +106,38 @@ impl Task {
         match controls {
             Some(controls) => trajectory.controls.copy_from(controls),
             None => trajectory.controls = self.guess(phi, 1.0),
+        }
+    }
+
+    /// The motion without noise and feedback under `controls`, one for each step and not kept within bounds, from the state
+    /// `start` or else the first state at `phi`. It lasts as many steps as there are controls.
+    ///
+    /// # Errors
+    /// Where a length is wrong, there are more controls than the system has steps, or a state is not finite.
+    pub fn simulate(&self, phi: &[f64], start: Option<&[f64]>, controls: Matrices) -> Result<Trajectory, Error> {
+        let size = self.system.dimensions();
+        let check = |what: &str, found: usize, expected: usize| {
+            let what = format!("{what} of task `{}`", self.name);
+            if found == expected { Ok(()) } else { Err(Error::Shape { what, found, expected }) }
+        };
+        check("a row of the controls", controls.cols(), size.controls)?;
+        if let Some(steps) = self.system.steps().filter(|&steps| steps < controls.count()) {
+            check("the list of controls", controls.count(), steps)?;
+        }
+        let mut motion = Trajectory { states: Matrices::vectors(controls.count() + 1, size.states), controls };
+        let first = motion.states.vector_mut(0);
+        match start {
+            Some(start) => {
+                check("the first state", start.len(), size.states)?;
+                first.copy_from_slice(start);
+            }
+            None => first.iter_mut().zip(&self.initial_state).for_each(|(x, value)| *x = value.resolve(phi)),
+        }
+        self.system.roll_out(RollOut::Controls, phi, &mut motion, &mut Scratch::default());
+        let finite = |t: &usize| motion.states.vector(*t).iter().all(|number| number.is_finite());
+        match (0..motion.states.count()).find(|t| !finite(t)) {
+            Some(step) => Err(Error::NotFinite { what: "the state of a simulation", step }),
+            None => Ok(motion),
         }
     }
 
