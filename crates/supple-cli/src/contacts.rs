@@ -8,7 +8,8 @@ use crate::tables::{align_right, number, table};
 
 /// What the plan of a task touches, a row for each contact.
 pub fn table_of(task: &TaskEvaluation) -> Table {
-    let mut rows = table(&["contact", "first, s", "last, s", "share of time", "peak, N", "mean, N", "least clearance, m"]);
+    let mut rows =
+        table(&["contact", "first, s", "last, s", "share of time", "peak, N", "mean, N", "least clearance, m"]);
     for contact in &task.contacts {
         let time = |time: Option<f64>| time.map_or_else(|| "never".to_owned(), number);
         rows.add_row([
