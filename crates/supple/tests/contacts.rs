@@ -125,7 +125,6 @@ fn scales(task: &Task, phi: &[f64]) -> Vec<f64> {
 
 /// In every shipped task no contact pushes at a distance, and what is to be pressed is touched early.
 #[test]
-#[ignore = "until the contact law vanishes apart"]
 fn shipped_plans_touch_what_they_press_and_nothing_pushes_at_a_distance() {
     let (mut faults, mut contacts, mut wanted) = (Vec::new(), 0, 0);
     for file in files() {

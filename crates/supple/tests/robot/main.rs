@@ -18,6 +18,7 @@ mod limits;
 mod locked;
 mod mimic;
 mod overrides;
+mod planning;
 #[path = "../common/reference/mod.rs"]
 mod reference;
 mod registries;
