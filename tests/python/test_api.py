@@ -109,7 +109,9 @@ def test_arrays_have_shapes_and_own_their_memory(task: supple.Task) -> None:
 def test_contacts_are_typed_records_by_name(best: supple.Design, task: supple.Task) -> None:
     wall = best.tasks["press"].contacts["wall"]
     assert wall.touches and wall.first_s is not None and 0.0 < wall.first_s < 1.25 and wall.last_s == 2.5
-    assert 0.0 < wall.share_of_time < 1.0 and wall.peak_force_N >= wall.mean_force_N > 1.0 > 0.0 > wall.least_clearance_m
+    assert (
+        0.0 < wall.share_of_time < 1.0 and wall.peak_force_N >= wall.mean_force_N > 1.0 > 0.0 > wall.least_clearance_m
+    )
     assert best.warnings == [] and best.tasks["press"].warnings == []
     assert best.evaluations_without_contact == best.starts[0].evaluations_without_contact == 0
     assert wall.to_dict() == best.to_dict()["optimum"]["tasks"][0]["contacts"][0]
@@ -126,7 +128,9 @@ def test_a_contact_that_is_missed_is_a_warning(tmp_path: Path) -> None:
     wall = found.tasks["press"].contacts["wall"]
     assert not wall.touches and wall.first_s is None and wall.last_s is None and wall.peak_force_N == 0.0
     (warning,) = found.warnings
-    assert warning.startswith("task `press`: the plan never touches `wall`, from which cost 1 (contact_force) wants 10 N")
+    assert warning.startswith(
+        "task `press`: the plan never touches `wall`, from which cost 1 (contact_force) wants 10 N"
+    )
     assert warning in repr(found)
 
 
