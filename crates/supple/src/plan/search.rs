@@ -118,7 +118,9 @@ impl<'a> Search<'a> {
             if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return self.ended(PlanStatus::TimeLimit);
             }
-            if self.progress.creeps(self.plan) || self.work.hasty && (self.mu > 0.0 || self.plan.iterations > HASTY_ITERATIONS) {
+            if self.progress.creeps(self.plan)
+                || self.work.hasty && (self.mu > 0.0 || self.plan.iterations > HASTY_ITERATIONS)
+            {
                 return self.ended(PlanStatus::SlowProgress);
             }
             self.plan.iterations += 1;

@@ -25,7 +25,7 @@ fn named(channels: &[Channel]) -> Vec<(&str, &str)> {
 
 #[test]
 fn accelerations_are_those_of_mujoco() {
-    let problem = Description { time_step: "1.0".into(), ..servo() }.problem();
+    let problem = Description { time_step: "1.0".into(), ..servo() }.explicit().problem();
     for case in golden()["cases"].as_array().unwrap() {
         let [x, u, a] = ["x", "u", "a"].map(|key| list(&case[key]));
         assert_close("accelerations", &accelerations(&problem, &x, &u, &[], 3), &a, 1e-10);
@@ -50,8 +50,9 @@ fn a_task_chooses_among_actuators_and_plain_drives() {
 #[test]
 fn a_servo_is_a_force_of_position_and_rate() {
     let numbers = "[model.drives.servo]\nkp = \"kp\"\nkv = 0.5\ngear = 2.0\n";
-    let servo_only = servo().with("actuated = [\"servo\"]\n").with(numbers).where_(&[("kp", 25.0)]).problem();
-    let plain = servo().with("actuated = [\"elbow\"]\n").problem();
+    let servo_only =
+        servo().explicit().with("actuated = [\"servo\"]\n").with(numbers).where_(&[("kp", 25.0)]).problem();
+    let plain = servo().explicit().with("actuated = [\"elbow\"]\n").problem();
     let x = [0.3, -0.4, 0.1, 0.5, -0.7, 0.2];
     for u in [0.0, 0.8, -1.3] {
         let torque = 2.0 * (25.0 * (u - 2.0 * x[1]) - 0.5 * 2.0 * x[4]);
@@ -66,7 +67,7 @@ fn a_servo_is_a_force_of_position_and_rate() {
 fn a_servo_of_an_elastic_joint_drives_its_motor() {
     let keys = "joint = \"elbow\"\nstiffness = 30.0\nmotor_inertia = 0.05";
     let elastic = |actuated: &str| {
-        let mut description = Description { time_step: "1.0".into(), ..servo() };
+        let mut description = Description { time_step: "1.0".into(), ..servo() }.explicit();
         description.model += &format!("actuated = [\"{actuated}\"]\n");
         description = description.with(&compliance("elastic_joint", "flexible", keys));
         description.problem()
@@ -152,7 +153,7 @@ fn geoms_of_the_file_are_walls() {
     let at = [0.6, 0.1, 0.0];
     let point: Vec<f64> = (0..3).map(|i| at[i] - 0.1 * down[i] - 0.3 * axis[i]).collect();
     let side = format!("normal = [{:?}, {:?}, {:?}]\npoint = {point:?}", -axis[0], -axis[1], -axis[2]);
-    let x = [0.3, -0.4, 0.1, 0.5, -0.7, 0.2, 0.001];
+    let x = [0.3, -0.4, 0.1, 0.5, -0.7, 0.2, 0.5];
     for (geom, written) in [
         ("geom = \"floor\"", plane.clone()),
         ("geom = \"floor\"\nface = \"+z\"", plane),
@@ -174,7 +175,7 @@ fn wrong_actuators() {
     assert_errors(vec![
         (
             actuated("cable"),
-            "task.toml:4:12: model.actuated: actuator `cable` of the robot's file (line 32) is not supported: it acts on a \
+            "task.toml:4:12: model.actuated: actuator `cable` of the robot's file (line 30) is not supported: it acts on a \
              tendon, `cable`; only actuators of joints are supported (name the joints that shall have drives instead)",
         ),
         (
@@ -203,7 +204,7 @@ fn wrong_actuators() {
         ),
         (
             drive("elbow]\ngear = 2.0"),
-            "task.toml:4:15: model.drives.elbow: `elbow` is not actuated: actuated are `motor`, `servo`, `speed`, `affine`",
+            "task.toml:4:1: model.drives.elbow: joint `elbow` is not actuated: actuated are `motor`, `servo`, `speed`, `affine`",
         ),
     ]);
 }
@@ -219,7 +220,7 @@ fn wrong_sensors_of_the_file() {
         ),
         (
             file("\"touch\""),
-            "task.toml:6:10: model.sensors[0].select: sensor `touch` of the robot's file (line 40) is not supported: sensors \
+            "task.toml:6:10: model.sensors[0].select: sensor `touch` of the robot's file (line 38) is not supported: sensors \
              of kind `touch` are not supported (sensors of the file that are: it has `angle`, `rate`, `place`, `turn`, `torque`)",
         ),
         (
@@ -240,16 +241,16 @@ fn wrong_walls() {
         ),
         (
             touching("geom = \"flor\""),
-            "task.toml:11:8: model.compliance[0].geom: the robot has no plane or box that does not move `flor`: it has \
+            "task.toml:12:8: model.compliance[0].geom: the robot has no plane or box that does not move `flor`: it has \
              `floor`, `block` (did you mean `floor`?)",
         ),
         (
             touching("geom = \"floor\"\nnormal = [0.0, 0.0, 1.0]"),
-            "task.toml:12:10: model.compliance[0].normal: `geom` gives the wall already: that of `floor` (leave `normal` out, or `geom`)",
+            "task.toml:13:10: model.compliance[0].normal: `geom` gives the wall already: that of `floor` (leave `normal` out, or `geom`)",
         ),
         (
             touching("point = [0.0, 0.0, 1.0]\ngeom = \"floor\""),
-            "task.toml:11:9: model.compliance[0].point: `geom` gives the wall already: that of `floor` (leave `point` out, or `geom`)",
+            "task.toml:12:9: model.compliance[0].point: `geom` gives the wall already: that of `floor` (leave `point` out, or `geom`)",
         ),
         (
             touching("geom = \"block\""),
@@ -258,11 +259,11 @@ fn wrong_walls() {
         ),
         (
             touching("geom = \"floor\"\nface = \"-z\""),
-            "task.toml:12:8: model.compliance[0].face: `floor` is a plane, whose one face is `+z`",
+            "task.toml:13:8: model.compliance[0].face: `floor` is a plane, whose one face is `+z`",
         ),
         (
             touching("normal = [0.0, 0.0, 1.0]\nface = \"-z\""),
-            "task.toml:12:8: model.compliance[0].face: goes with `geom`, a box of the robot's file",
+            "task.toml:13:8: model.compliance[0].face: goes with `geom`, a box of the robot's file",
         ),
     ]);
 }

@@ -67,6 +67,12 @@ impl Description {
         self
     }
 
+    /// With forces at the beginning of each step, as formulas of accelerations have them.
+    pub fn explicit(mut self) -> Self {
+        self.model.insert_str(0, "integrator = \"semi_implicit\"\n");
+        self
+    }
+
     /// With these sensors and no others.
     pub fn sensing(mut self, sensors: &str) -> Self {
         self.sensors = sensors.into();

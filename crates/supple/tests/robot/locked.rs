@@ -25,9 +25,9 @@ fn a_locked_joint_is_no_state_and_no_control() {
 /// The whole arm whose elbow is held by a spring that hardly yields moves as the arm whose elbow is locked.
 #[test]
 fn a_locked_joint_is_one_held_by_a_stiff_spring() {
-    let locked = locked("{ elbow = 0.7 }").problem();
+    let locked = locked("{ elbow = 0.7 }").explicit().problem();
     let spring = compliance("spring", "hold", "joint = \"elbow\"\nstiffness = 1e9\nrest = 0.7");
-    let mut held = arm().with(&spring);
+    let mut held = arm().explicit().with(&spring);
     held.time_step = "1e-6".into();
     let held = held.problem();
     let tau = [3.0, -2.0];

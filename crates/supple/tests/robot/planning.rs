@@ -63,7 +63,7 @@ fn contacts_are_found_from_afar() {
 /// Plans stop at the time limit, and say so.
 #[test]
 fn a_time_limit_ends_planning() {
-    let mut problem = apart(0.1, 1e-3).problem();
+    let mut problem = arm().problem();
     problem.planning.time_limit = Some(1e-9);
     let task = evaluate(&problem);
     assert_eq!(task.status, PlanStatus::TimeLimit);
@@ -75,8 +75,7 @@ fn a_time_limit_ends_planning() {
 fn elastic_arms_are_planned_on_one_branch() {
     let elastic = |inertia: f64| {
         let joint = |joint: &str| {
-            let keys =
-                format!("joint = \"{joint}\"\nstiffness = 25.0\ndamping = 0.05\nmotor_inertia = {inertia:?}");
+            let keys = format!("joint = \"{joint}\"\nstiffness = 25.0\ndamping = 0.05\nmotor_inertia = {inertia:?}");
             compliance("elastic_joint", &format!("flexible_{joint}"), &keys)
         };
         Description {

@@ -244,8 +244,9 @@ fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
     // Force by stiffness: the depth itself deep inside, and 0 with the clearance of one smoothing.
     let t = depth.place_in_rounding(smoothing);
     let near = smoothing * t * (t * (t - 6.0) + 10.0) / ((t * (t * 3.0 - 15.0) + 20.0) * 2.0);
-    let effective = near + (depth - smoothing).positive_part();
-    let share = departure / (effective + smoothing * 1e-6);
+    let least = smoothing * 1e-6;
+    let effective = least + (near + (depth - smoothing).positive_part() - least).positive_part();
+    let share = departure / effective;
     let half = S::constant(0.5);
     depth.rounded_step(smoothing) / ((share - half).rounded_positive_part(half) + 1.0)
 }
