@@ -4,6 +4,7 @@ use supple::design::{Aim, DesignStatus, StartSummary};
 use supple::pipeline::TaskState;
 
 use super::{Ends, Front, at_ends};
+use crate::design::warnings_of;
 use crate::{StudyError, Watch};
 
 /// A point of a front.
