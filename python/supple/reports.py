@@ -304,8 +304,9 @@ class TaskReport(Record):
 
     Attributes:
         name: Its name.
-        status: How its plan ended: ``converged``, ``max_iterations``, ``line_search_stalled`` or ``indefinite``.
-        iterations: Iterations of its plan, over all guesses that were tried.
+        status: How its plan ended: ``converged``, ``max_iterations``, ``line_search_stalled``, ``slow_progress``,
+            ``time_limit`` or ``indefinite``.
+        iterations: Iterations of its plan, from the guess that led there.
         stationarity: The largest gradient of the Hamiltonian by a control.
         relative_stationarity: The same, relative to 1 plus the largest ``|l_u|``.
         regularised_iterations: Iterations that had to raise the regularisation.

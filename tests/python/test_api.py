@@ -106,6 +106,34 @@ def test_arrays_have_shapes_and_own_their_memory(task: supple.Task) -> None:
     assert parts.nominal + parts.belief + parts.process + parts.initial == pytest.approx(parts.expected, rel=1e-14)
 
 
+def test_contacts_are_typed_records_by_name(best: supple.Design, task: supple.Task) -> None:
+    wall = best.tasks["press"].contacts["wall"]
+    assert wall.touches and wall.first_s is not None and 0.0 < wall.first_s < 1.25 and wall.last_s == 2.5
+    assert (
+        0.0 < wall.share_of_time < 1.0 and wall.peak_force_N >= wall.mean_force_N > 1.0 > 0.0 > wall.least_clearance_m
+    )
+    assert best.warnings == [] and best.tasks["press"].warnings == []
+    assert best.evaluations_without_contact == best.starts[0].evaluations_without_contact == 0
+    assert wall.to_dict() == best.to_dict()["optimum"]["tasks"][0]["contacts"][0]
+    assert supple.load("tasks/light_dark.toml").evaluate().tasks["park"].contacts == {}
+    sweep = task.sweep({"k1": [100.0, 300.0]})
+    assert (sweep.table["press.wall.share_of_time"] > 0).all() and (sweep.table["press.misses_contact"] == 0).all()
+
+
+def test_a_contact_that_is_missed_is_a_warning(tmp_path: Path) -> None:
+    text = Path("tasks/two_mass.toml").read_text()
+    idle = tmp_path / "idle.toml"
+    idle.write_text(text.replace("weight = 0.05", "weight = 1e-12").replace("[57.0]", "[0.0]"))
+    found = supple.load(idle).evaluate()
+    wall = found.tasks["press"].contacts["wall"]
+    assert not wall.touches and wall.first_s is None and wall.last_s is None and wall.peak_force_N == 0.0
+    (warning,) = found.warnings
+    assert warning.startswith(
+        "task `press`: the plan never touches `wall`, from which cost 1 (contact_force) wants 10 N"
+    )
+    assert warning in repr(found)
+
+
 def test_several_tasks_add_up() -> None:
     found = supple.load("tasks/iiwa_door.toml").evaluate(trajectories=False)
     reports = found.tasks.values()

@@ -8,14 +8,15 @@ use crate::tables::{align_right, number, table};
 
 /// What the plan of a task touches, a row for each contact.
 pub fn table_of(task: &TaskEvaluation) -> Table {
-    let mut rows = table(&["contact", "first, s", "last, s", "% of time", "peak, N", "mean, N", "least clearance, m"]);
+    let mut rows =
+        table(&["contact", "first, s", "last, s", "share of time", "peak, N", "mean, N", "least clearance, m"]);
     for contact in &task.contacts {
         let time = |time: Option<f64>| time.map_or_else(|| "never".to_owned(), number);
         rows.add_row([
             contact.name.clone(),
             time(contact.first_s),
             time(contact.last_s),
-            format!("{:.1}", 100.0 * contact.share_of_time),
+            format!("{:.3}", contact.share_of_time),
             number(contact.peak_force),
             number(contact.mean_force),
             number(contact.least_clearance_m),

@@ -38,7 +38,7 @@ fn evaluate_shows_what_the_plan_touches() {
     let mut sorted = keys.clone();
     sorted.sort_unstable();
     assert_eq!(sorted, expected);
-    let share = format!("{:.1}", 100.0 * contact["share_of_time"].as_f64().unwrap());
+    let share = format!("{:.3}", contact["share_of_time"].as_f64().unwrap());
     let [_, first, last, ..] = row.split_whitespace().collect::<Vec<_>>()[..] else { panic!("{row}") };
     assert!((first.parse::<f64>().unwrap() - contact["first_s"].as_f64().unwrap()).abs() < 1e-9, "{row}");
     assert_eq!((last, contact["last_s"].as_f64()), ("2.5", Some(2.5)));
@@ -100,7 +100,7 @@ fn sweeps_have_columns_of_contacts_and_count_points_that_miss_them() {
         let row: serde_json::Value = serde_json::from_str(line).unwrap();
         let number = |name: &str| row[name].as_f64().unwrap();
         assert!((0.1..=1.0).contains(&number("press.wall.share_of_time")), "{row}");
-        assert!(number("press.wall.peak_force_N") > 1.0, "{row}");
+        assert!(number("press.wall.peak_force_N") > 0.5, "{row}");
         assert_eq!(number("press.misses_contact"), 0.0, "{row}");
     }
     assert!(!touching.run(&grid).stdout.contains("Warning"), "all points touch");

@@ -106,6 +106,12 @@ pub fn with_texts<T>(texts: impl IntoIterator<Item = (String, String)>, work: im
     work()
 }
 
+/// Whether there is such a file, or [`with_texts`] gives a text for it.
+pub fn is_file(path: impl AsRef<Path>) -> bool {
+    let path = path.as_ref();
+    TEXTS.with_borrow(|texts| texts.contains_key(&path.display().to_string())) || path.is_file()
+}
+
 /// The text of a file, or what [`with_texts`] gives for it.
 ///
 /// # Errors

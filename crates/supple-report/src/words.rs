@@ -21,6 +21,8 @@ pub fn planned(status: PlanStatus) -> &'static str {
         PlanStatus::Converged => "converged",
         PlanStatus::MaxIterations => "used up its iterations",
         PlanStatus::LineSearchStalled => "stalled: no step lowered its cost",
+        PlanStatus::SlowProgress => "crept: its cost hardly falls any more",
+        PlanStatus::TimeLimit => "reached its time limit",
         PlanStatus::Indefinite => "failed: the control's curvature stays indefinite",
     }
 }

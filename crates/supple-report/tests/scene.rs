@@ -227,6 +227,12 @@ fn what_is_no_mesh_is_said() {
     }
     let json = data(&[("a", &scene(vec![ball()], vec![mesh(&folder.join("missing.stl")), mesh(&folder)]))]);
     assert_eq!(json["warnings"].as_array().unwrap().len(), 2);
+    let missing: Vec<_> = (0..7).map(|i| mesh(&folder.join(format!("missing{i}.stl")))).collect();
+    let json = data(&[("a", &scene(vec![ball()], missing))]);
+    let [warning] = &json["warnings"].as_array().unwrap()[..] else { panic!("{}", json["warnings"]) };
+    let warning = warning.as_str().unwrap();
+    assert!(warning.starts_with("7 meshes cannot be shown, each of which cannot be read: "), "{warning}");
+    assert!(warning.contains("missing4.stl and 2 more; simple shapes are shown instead"), "{warning}");
 }
 
 #[test]

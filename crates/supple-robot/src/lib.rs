@@ -9,7 +9,10 @@
 //! algorithms on it are those of Featherstone, *Rigid Body Dynamics Algorithms* (2008).
 
 mod dynamics;
+mod equipment;
+mod inverse_kinematics;
 mod load;
+mod lock;
 mod numbers;
 mod pose;
 mod robot;
@@ -17,9 +20,11 @@ mod tree;
 
 pub use dynamics::{
     Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics,
-    frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, passive_forces, passive_forces_ahead,
-    passive_resistance, solve,
+    frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, massless_joints, passive_forces,
+    passive_forces_ahead, passive_resistance, solve,
 };
+pub use equipment::{Actuator, Key, Law, Measured, Omitted, Sensor, Wall, WallShape};
+pub use inverse_kinematics::{PoseGoal, Reach, Reached, inverse_kinematics};
 pub use load::{LoadOptions, load, parse};
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::Pose;

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::Pose;
+use crate::{Actuator, Key, Omitted, Pose, Sensor, Wall};
 
 /// A tree of links and joints, as a file describes it.
 ///
 /// Joint `i` moves link `i + 1`: the list of links begins with the root, which is fixed in the world, and every link
 /// stands after its parent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Robot {
     /// Its name.
     pub name: String,
@@ -20,8 +20,22 @@ pub struct Robot {
     pub frames: Vec<Frame>,
     /// Gravity that the file asks for, m/s^2 in the world; none where the format has none.
     pub gravity: Option<[f64; 3]>,
-    /// What the file says that is not modelled, and what looks like a mistake, each once.
+    /// Actuators at joints, in the order of the file; only MJCF files have them.
+    pub actuators: Vec<Actuator>,
+    /// Sensors, in the order of the file; only MJCF files have them.
+    pub sensors: Vec<Sensor>,
+    /// Keyframes, in the order of the file; only MJCF files have them.
+    pub keys: Vec<Key>,
+    /// Named planes and boxes that do not move; only MJCF files have them.
+    pub walls: Vec<Wall>,
+    /// Actuators and sensors of the file that cannot be modelled, each with the reason.
+    pub omitted: Vec<Omitted>,
+    /// Files that the file includes, in the order in which they were read; only MJCF files include others.
+    pub included: Vec<PathBuf>,
+    /// What the file says that is not modelled, and what looks like a mistake: one sentence for all of a kind.
     pub warnings: Vec<String>,
+    /// The same with a sentence for every single one.
+    pub every_warning: Vec<String>,
 }
 
 /// A rigid body.

@@ -47,6 +47,15 @@ fn every_broken_file_has_its_error() {
     assert!(wrong.is_empty(), "case, error and what it should be:\n{wrong}");
 }
 
+#[test]
+fn meshes_out_of_reach_are_left_out() {
+    for (what, text, expected) in meshes::LEFT_OUT {
+        let robot = read(text).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert!(robot.links.iter().all(|link| link.meshes.is_empty()), "{what}: {:?}", robot.links);
+        assert_eq!((&robot.warnings, &robot.every_warning), (&vec![(*expected).to_owned()], &robot.warnings), "{what}");
+    }
+}
+
 /// A robot of two links.
 const PAIR: &str = r#"<?xml version="1.0"?>
 <robot name="r">
@@ -208,6 +217,19 @@ fn what_is_nested_up_to_the_limit_loads() {
 }
 
 #[test]
+fn warnings_of_a_kind_are_one_line_and_each_of_them_another() {
+    let visual = |i: usize| format!("<visual><geometry><mesh filename='/far/{i}.stl'/></geometry></visual>\n");
+    let visuals: String = (0..12).map(visual).collect();
+    let robot = read(&PAIR.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{visuals}</link>"))).unwrap();
+    let names: Vec<_> = (0..10).map(|i| format!("`/far/{i}.stl`")).collect();
+    let why = "leads out of the robot file's folder and of all package roots";
+    let all = format!("12 meshes are left out, each of which {why}: {} and 2 more (first at line 3)", names.join(", "));
+    assert_eq!(robot.warnings, [all]);
+    let one = |i: usize| format!("mesh `/far/{i}.stl` is left out: it {why} (line {})", 3 + i);
+    assert_eq!(robot.every_warning, (0..12).map(one).collect::<Vec<_>>());
+}
+
+#[test]
 fn long_names_and_many_mistakes_stay_short() {
     let (a, b) = ("a".repeat(5_000_000), "b".repeat(5_000_000));
     let error =
@@ -239,9 +261,10 @@ fn a_symbolic_link_does_not_lead_out() {
         std::fs::write(&path, format!("<robot name='r'>{visual}</robot>")).unwrap();
         load(&path, &LoadOptions::default())
     };
-    let error = write("mesh.stl").unwrap_err();
-    assert_eq!(error.message, "mesh `mesh.stl` leads out of the robot file's folder by a symbolic link");
-    assert_eq!((error.line, error.key.as_str()), (2, "mesh of link `a`"));
+    let without = write("mesh.stl").unwrap();
+    let why = "leads out of the robot file's folder and of all package roots by a symbolic link";
+    assert_eq!(without.warnings, [format!("mesh `mesh.stl` is left out: it {why} (line 2)")]);
+    assert_eq!(without.links[0].meshes, []);
     assert_eq!(write("alias.stl").unwrap().links[0].meshes[0].path, robot.join("alias.stl"));
     assert_eq!(write("missing/../own.stl").unwrap().links[0].meshes[0].path, robot.join("own.stl"));
 }

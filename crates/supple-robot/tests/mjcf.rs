@@ -167,7 +167,9 @@ fn the_arm_is_read_whole() {
     let frames: Vec<_> = robot.frames.iter().map(|frame| (frame.name.as_str(), frame.link)).collect();
     assert_eq!(frames, [("corner", 0), ("shoulder", 2), ("elbow", 4), ("grip", 5)]);
     assert_eq!(robot.joints[6].mimic, Some(Mimic { joint: 5, ratio: 0.9, offset: 0.002 }));
-    assert_eq!(robot.warnings, ["element `actuator` is ignored (line 55)", "element `light` is ignored (line 21)"]);
+    assert_eq!(robot.warnings, ["element `light` is ignored (line 21)"]);
+    let actuators: Vec<_> = robot.actuators.iter().map(|actuator| (actuator.name.as_str(), actuator.law)).collect();
+    assert_eq!(actuators, [("pan", Law::Motor { gain: 1.0 })]);
 }
 
 #[test]
@@ -326,6 +328,12 @@ fn meshes_that_are_shown_are_found() {
     // Shapes for contact, fitted shapes and meshes without a file are not shown.
     assert_eq!(file("", "mesh='m' group='3'"), []);
     assert_eq!(file("", "mesh='inline'"), []);
+    // Nor are those that lead out of the folder.
+    let far = "<mujoco><asset><mesh name='m' file='../../m.obj'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>";
+    let robot = parse(far, "robot.xml", &LoadOptions::default()).unwrap();
+    assert_eq!(robot.links[0].meshes, []);
+    let why = "leads out of the robot file's folder and of all package roots";
+    assert_eq!(robot.warnings, [format!("mesh `../../m.obj` is left out: it {why} (line 1)")]);
 }
 
 #[test]
@@ -333,19 +341,16 @@ fn what_is_not_modelled_is_listed_once() {
     let robot = read(
         "<mujoco>\n<compiler fusestatic='true'/>\n\
          <option density='1.2'><flag spring='disable'/></option>\n\
-         <size/><statistic/><visual><map/></visual><custom/><keyframe><key/></keyframe><sesnor/>\n\
+         <size/><statistic/><visual><map/></visual><custom/><sesnor/>\n\
          <asset><texture/><material/><texture/></asset><default><motor/><jiont/></default>\n\
          <worldbody><camera/><light/><body name='a' gravcomp='1' mocap='false'>\n\
          <joint actuatorfrcrange='-1 2' rnage='1 2'/><inertial pos='0 0 0' mass='1'/><geom cocon='1'/>\n\
          <site/><camera/><plugin/><jiont/></body></worldbody>\n\
-         <tendon/><sensor/><actuator/><actuator/><contact/>\n</mujoco>",
+         <tendon/><contact/>\n</mujoco>",
     );
     let expected = [
-        "element `keyframe` is ignored (line 4)",
         "`sesnor` in `mujoco` is not known and is ignored; did you mean `sensor`? (line 4)",
         "element `tendon` is ignored (line 9)",
-        "element `sensor` is ignored (line 9)",
-        "`actuator` elements are ignored (2 of them, first at line 9)",
         "element `contact` is ignored (line 9)",
         "attribute `density` of `option` is ignored (line 3)",
         "attribute `spring` of `flag` is ignored (line 3)",

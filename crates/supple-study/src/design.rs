@@ -5,7 +5,7 @@ use supple::design::{
     Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, StartSummary,
 };
 use supple::pipeline::TaskState;
-use supple::{EvaluateOptions, Evaluation, Named, Problem, Task, contact_reports, contact_warnings};
+use supple::{EvaluateOptions, Evaluation, Named, Problem, Task, contact_reports, contact_warnings, plan_warnings};
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
@@ -189,9 +189,10 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// Why the numbers of a plan cannot be trusted: contacts that it misses.
+/// Why the numbers of a plan cannot be trusted: how it ended, and contacts that it misses.
 pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<String> {
-    contact_warnings(task, phi, &contact_reports(task, phi, &state.plan.trajectory))
+    let contacts = contact_reports(task, phi, &state.plan.trajectory);
+    [plan_warnings(task, phi, &state.plan), contact_warnings(task, phi, &contacts)].concat()
 }
 
 fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -> Result<DesignReport, StudyError> {

@@ -108,6 +108,7 @@ fn problem() -> Problem {
         files: Vec::new(),
         catalogue: None,
         warnings: Vec::new(),
+        every_warning: Vec::new(),
     }
 }
 

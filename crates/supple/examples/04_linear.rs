@@ -81,6 +81,7 @@ fn problem(variance: f64) -> Result<Problem, supple::Error> {
         files: Vec::new(),
         catalogue: None,
         warnings: Vec::new(),
+        every_warning: Vec::new(),
     })
 }
 

@@ -40,7 +40,7 @@ pub use error::Error;
 pub use evaluation::{
     ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport,
     GradientReport, InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport,
-    TrajectoryReport, VALID_STATIONARITY,
+    TrajectoryReport, VALID_STATIONARITY, plan_warnings,
 };
 pub use file::FileError;
 pub use lenient::or_nan;

@@ -18,7 +18,8 @@ use crate::gradient::{
 use crate::information::{Information, information};
 use crate::noise::Noise;
 use crate::plan::{
-    Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, plan, plan_belief, plan_risk, plan_sampled,
+    Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan, plan_belief, plan_risk,
+    plan_sampled,
 };
 use crate::problem::Task;
 
@@ -87,6 +88,29 @@ impl TaskState {
     /// Whether the time that planning may take is over.
     pub(crate) fn is_late(&self) -> bool {
         self.plan_work.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Plans as [`plan_only`](Self::plan_only) does, but gives up as soon as whole steps do not serve.
+    ///
+    /// # Errors
+    /// Where something is not finite.
+    pub(crate) fn plan_hastily(
+        &mut self,
+        task: &Task,
+        phi: &[f64],
+        settings: &PlanSettings,
+        controls: &Matrices,
+    ) -> Result<(), Error> {
+        self.plan_work.hasty = true;
+        let planned = self.plan_only(task, phi, settings, Some(controls));
+        self.plan_work.hasty = false;
+        planned
+    }
+
+    /// Whether a task has contacts that are apart in the first state.
+    pub(crate) fn has_to_approach(&self, task: &Task, phi: &[f64]) -> bool {
+        let first: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(phi)).collect();
+        has_to_approach(&*task.system, &first, phi)
     }
 
     /// The controls of a plan that found its contacts from afar, starting from given controls; none where there is

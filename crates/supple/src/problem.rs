@@ -31,6 +31,8 @@ pub struct Problem {
     pub catalogue: Option<Vec<CatalogueSensor>>,
     /// What of the files is ignored or most likely wrong, for people; empty where all is well.
     pub warnings: Vec<String>,
+    /// The same with a sentence for every single thing, where `warnings` has one for all of a kind.
+    pub every_warning: Vec<String>,
 }
 
 impl Problem {

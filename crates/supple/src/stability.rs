@@ -60,6 +60,8 @@ impl fmt::Display for Stability {
 
 /// At most how many steps are looked at.
 const LOOKED_AT: usize = 20;
+/// Above so many states fewer steps are looked at.
+const LARGE: usize = 32;
 /// Growth `ln rho` in one time step up to which nothing is said: a plan doubles in 70 steps. What stands still, such as
 /// positions without springs, has `rho = 1`, and rounding of such multiple eigenvalues stays far below.
 const SLOW: f64 = 1e-2;
@@ -77,7 +79,7 @@ const MOST_SUBSTEPS: usize = 1000;
 
 /// Whether the time step is short enough for a plan, by its knots.
 pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knots) -> Stability {
-    Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps()))
+    Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps(), knots.dynamics.rows()))
 }
 
 /// The error with what to do about it, where a plan cannot be computed because the time step is too large; the error
@@ -99,16 +101,18 @@ pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Traje
     let points = Points { stages: steps, has_end: false, ..trajectory.points() };
     task.system.dynamics_jacobians(points, phi, &mut dynamics, &mut Scratch::new());
     // It began at the first of them; after that the states are not those of any plan.
-    let mut looks = spread(steps).into_iter().map(|t| Looker { task, phi }.look(trajectory, &dynamics, &[t]));
+    let mut looks =
+        spread(steps, size.states).into_iter().map(|t| Looker { task, phi }.look(trajectory, &dynamics, &[t]));
     match looks.find(|found| found.numerically_unstable) {
         Some(stability) => Error::TimeStep { task: task.name.clone(), error: Box::new(error), stability },
         None => error,
     }
 }
 
-/// The first, the last and others of `steps` steps.
-fn spread(steps: usize) -> Vec<usize> {
-    let count = steps.min(LOOKED_AT);
+/// The first, the last and others of `steps` steps of a system with `states` states: fewer where they are many, as eigenvalues
+/// take the third power of their number.
+fn spread(steps: usize, states: usize) -> Vec<usize> {
+    let count = steps.min((LOOKED_AT * LARGE * LARGE / states.max(LARGE).pow(2)).max(2));
     (0..count).map(|i| i * (steps - 1) / (count - 1).max(1)).collect()
 }
 

@@ -141,6 +141,9 @@ pub struct TaskArguments {
     /// Set a parameter; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+    /// Print every warning, and not one line for all of a kind
+    #[arg(long)]
+    pub verbose: bool,
 }
 
 impl TaskArguments {
@@ -154,7 +157,9 @@ impl TaskArguments {
             let set = loaded.problem.parameters.set(&mut loaded.phi, name.trim(), value);
             set.map_err(|error| wrong(&error.to_string()))?;
         }
-        loaded.problem.warnings.iter().for_each(|warning| warn(warning));
+        let problem = &loaded.problem;
+        let warnings = if self.verbose { &problem.every_warning } else { &problem.warnings };
+        warnings.iter().for_each(|warning| warn(warning));
         Ok(loaded)
     }
 }
@@ -279,7 +284,7 @@ pub struct CheckOptions {
 const DYNAMICS: &str = "\
 Dynamics, in SI units and radians:
   {\"joints\": [..], \"mass_matrix\": [[..]], \"bias\": [..], \"acceleration\": [..],
-   \"frames\": {\"LINK\": {\"position\": [..], \"rotation\": [[..]]}, ..}}
+   \"frames\": {\"LINK\": {\"position\": [..], \"rotation\": [[..]]}, ..}, \"warnings\": [..]}
 They satisfy mass_matrix acceleration + bias = tau: the bias holds Coriolis forces and gravity less the forces of \
 springs, dampers and friction in the joints. Friction is f v / sqrt(v^2 + 0.01^2), as in robot models by default. \
 `acceleration` is null, with a warning, where the mass matrix is singular. Frames are those of the links in the \
@@ -311,6 +316,9 @@ pub struct RobotOptions {
     /// Gravity in the world, m/s^2; 0,0,-9.81 where left out, whatever the file says
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub gravity: Option<String>,
+    /// Print every warning, and not one line for all of a kind
+    #[arg(long)]
+    pub verbose: bool,
     /// Print the dynamics as one JSON object and nothing else; without a state, those at rest with every position at 0
     #[arg(long)]
     pub json: bool,
@@ -320,4 +328,10 @@ pub struct RobotOptions {
 pub struct NewOptions {
     /// Name of the task; the file is NAME.toml
     pub name: String,
+    /// Robot file, URDF, SDF or MJCF, of which the task moves a limb
+    #[arg(long, value_name = "FILE")]
+    pub robot: Option<PathBuf>,
+    /// Folder with packages of the robot file; may be given several times
+    #[arg(long = "package-root", value_name = "DIR", requires = "robot")]
+    pub package_roots: Vec<PathBuf>,
 }

@@ -8,7 +8,7 @@ mod new;
 mod pareto;
 mod plot;
 mod report;
-mod robot;
+pub mod robot;
 mod robustness;
 mod sensors;
 mod show;

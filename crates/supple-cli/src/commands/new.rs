@@ -1,3 +1,5 @@
+mod robot;
+
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -17,10 +19,18 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     };
     let path = format!("{name}.toml");
     let title = title.replace(['\\', '"'], "'").replace(char::is_control, " ");
-    write_new(Path::new(&path), &TEMPLATE.replace("@TITLE@", &title)).map_err(|error| match error.kind() {
+    let text = match &options.robot {
+        None => TEMPLATE.replace("@TITLE@", &title),
+        Some(file) => {
+            let folder = Path::new(&path).parent().unwrap_or(Path::new(""));
+            robot::task(&title, file, &options.package_roots, folder)?
+        }
+    };
+    write_new(Path::new(&path), &text).map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => Failure::usage(format!("{path} exists already; nothing was written")),
         _ => Failure::write(&path, error),
     })?;
-    print_text(&format!("wrote {path}\nnow try: supple design {path}\n"))?;
+    let command = if options.robot.is_some() { "evaluate" } else { "design" };
+    print_text(&format!("wrote {path}\nnow try: supple {command} {path}\n"))?;
     Ok(Outcome::Success)
 }

@@ -1,6 +1,7 @@
 //! `supple robot`: what a robot file says, and the dynamics of its rigid bodies.
 
 mod page;
+mod planning;
 
 use std::io::{BufWriter, ErrorKind, Write};
 
@@ -10,6 +11,8 @@ use supple_robot::{
     passive_forces,
 };
 
+pub use planning::Planning;
+
 use crate::Outcome;
 use crate::arguments::RobotOptions;
 use crate::failure::Failure;
@@ -18,7 +21,7 @@ use crate::output::{print_text, warn};
 /// Gravity where nothing else is asked for, m/s^2.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Velocity over which friction is smoothed, rad/s or m/s: the default of robots in task files.
-const SMOOTHING: f64 = 1e-2;
+pub const SMOOTHING: f64 = 1e-2;
 
 /// `supple robot FILE`
 pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
@@ -31,12 +34,13 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     let tree = Tree::new(&robot);
     let lists = [("--q", &options.q), ("--v", &options.v), ("--tau", &options.tau)];
     if !options.json && lists.iter().all(|(_, list)| list.is_none()) {
-        print_text(&page::robot_page(&robot, &tree, gravity))?;
+        print_text(&page::robot_page(&robot, &tree, gravity, options.verbose))?;
         return Ok(Outcome::Success);
     }
     let [q, v, tau] = lists.map(|(option, list)| by_joint(option, list.as_deref().unwrap_or_default(), tree.joints()));
     let state = State { q: q?, v: v?, tau: tau?, gravity };
-    robot.warnings.iter().for_each(|warning| warn(warning));
+    let warnings = if options.verbose { &robot.every_warning } else { &robot.warnings };
+    warnings.iter().for_each(|warning| warn(warning));
     if let Some([x, y, z]) = robot.gravity.filter(|&said| options.gravity.is_none() && said != gravity) {
         warn(&format!("the file asks for gravity {x},{y},{z}; this is at 0,0,-9.81: see --gravity"));
     }
@@ -109,6 +113,8 @@ struct Dynamics<'a> {
     bias: Vec<f64>,
     acceleration: Option<Vec<f64>>,
     frames: Frames<'a>,
+    /// Every warning about the file.
+    warnings: &'a [String],
 }
 
 /// Poses in the world by link.
@@ -159,7 +165,14 @@ fn dynamics<'a>(robot: &'a Robot, tree: &'a Tree, state: &State) -> Result<Dynam
         }
     };
     let frames = robot.links.iter().zip(kinematics.poses()).map(|(link, pose)| (link.name.as_str(), *pose));
-    Ok(Dynamics { joints: tree.joints(), mass_matrix, bias, acceleration, frames: Frames(frames.collect()) })
+    Ok(Dynamics {
+        joints: tree.joints(),
+        mass_matrix,
+        bias,
+        acceleration,
+        frames: Frames(frames.collect()),
+        warnings: &robot.every_warning,
+    })
 }
 
 /// Prints JSON as it is made: that of many joints is larger than what it is made of. A reader that hung up is no

@@ -55,7 +55,7 @@ fn what_is_left_out_is_zero() {
     assert_eq!(rest, run(&["--v", "0,0", "--gravity", "0,0,-9.81"]));
     assert_eq!(rest, run(&["--q=-0", "--json"]));
     let keys: Vec<_> = rest.as_object().unwrap().keys().collect();
-    assert_eq!(keys, ["acceleration", "bias", "frames", "joints", "mass_matrix"]);
+    assert_eq!(keys, ["acceleration", "bias", "frames", "joints", "mass_matrix", "warnings"]);
     assert_eq!(rest["frames"].as_object().unwrap().len(), 10);
     assert_eq!(rest["frames"]["iiwa_link_1"]["position"], json!([0.0, 0.0, 0.1575]));
     assert_eq!(rest["frames"]["iiwa_link_1"]["rotation"], json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]));

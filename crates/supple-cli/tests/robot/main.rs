@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod dynamics;
+mod planning;
 mod refused;
 mod tree;
 

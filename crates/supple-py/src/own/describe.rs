@@ -92,7 +92,8 @@ impl Described {
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters));
         let tasks = tasks.collect::<Result<_, _>>()?;
         let (files, warnings) = (Vec::new(), Vec::new());
-        Ok(Problem { title, parameters, tasks, planning, design, files, catalogue: None, warnings })
+        let every_warning = warnings.clone();
+        Ok(Problem { title, parameters, tasks, planning, design, files, catalogue: None, warnings, every_warning })
     }
 }
 

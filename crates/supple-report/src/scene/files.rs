@@ -1,6 +1,6 @@
 //! Mesh files of bodies, each read once.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use supple::scene::{Body, Scene};
@@ -13,12 +13,16 @@ use super::surface::Surface;
 /// How many bytes of mesh files are read for one page.
 const MOST_BYTES: u64 = 256 << 20;
 
+/// Files that a warning names, at most.
+const MOST_NAMES: usize = 5;
+
 /// The mesh files that were read, and what went wrong.
 #[derive(Default)]
 pub struct Files {
     known: HashMap<PathBuf, Option<Surface>>,
     bytes: u64,
-    pub warnings: BTreeSet<String>,
+    /// Files that cannot be shown, by the reason.
+    failed: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl Files {
@@ -30,13 +34,32 @@ impl Files {
                     Some(surface)
                 }
                 Err(why) => {
-                    self.warnings.insert(format!("mesh {} {why}; a simple shape is shown instead", path.display()));
+                    self.failed.entry(why).or_default().insert(path.display().to_string());
                     None
                 }
             };
             self.known.insert(path.to_owned(), surface);
         }
         self.known.get(path)?.as_ref()
+    }
+
+    /// What to tell the reader: one sentence by reason.
+    pub fn warnings(&self) -> Vec<String> {
+        let sentence = |(why, paths): (&String, &BTreeSet<String>)| {
+            let shown: Vec<_> = paths.iter().take(MOST_NAMES).map(String::as_str).collect();
+            match paths.len() {
+                1 => format!("mesh {} {why}; a simple shape is shown instead", shown[0]),
+                count => {
+                    let rest = count.saturating_sub(MOST_NAMES);
+                    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+                    let shown = shown.join(", ");
+                    format!(
+                        "{count} meshes cannot be shown, each of which {why}: {shown}{more}; simple shapes are shown instead"
+                    )
+                }
+            }
+        };
+        self.failed.iter().map(sentence).collect()
     }
 
     /// The share of their triangles that the meshes of a scene may keep.

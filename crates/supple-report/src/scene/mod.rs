@@ -40,7 +40,7 @@ pub fn data(scenes: &[(&str, &Scene)]) -> Value {
     let mut files = Files::default();
     let mut shared = Shared::default();
     let designs: Vec<Value> = scenes.iter().map(|(name, scene)| design(name, scene, &mut files, &mut shared)).collect();
-    json!({ "meshes": shared.list, "designs": designs, "warnings": files.warnings })
+    json!({ "meshes": shared.list, "designs": designs, "warnings": files.warnings() })
 }
 
 /// Surfaces, each once.

@@ -133,6 +133,7 @@ fn unit_of<'a>(trajectory: &'a TrajectoryReport, limit: &str) -> &'a str {
         Some("velocity") => "v.",
         Some("position") => "q.",
         Some("effort") => "tau.",
+        Some("control" | "force") => "ctrl.",
         _ => return "",
     };
     let joint = limit.split('`').nth(1).unwrap_or_default();

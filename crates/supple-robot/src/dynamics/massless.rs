@@ -55,6 +55,25 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
     Err(SingularMass { joints: names.map(|(name, _)| name.clone()).collect() })
 }
 
+/// Degrees of freedom that have to be locked for every motion of the others to move inertia, in ascending order; of
+/// several that move nothing together, the last one. None where [`check_inertia`] finds nothing.
+///
+/// # Panics
+/// As [`Kinematics::of`].
+pub fn massless_joints(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Vec<usize> {
+    // A joint whose drive has inertia moves some: no acceleration of that joint is left that moves none.
+    let mut numbers = numbers.clone();
+    let mut found = Vec::new();
+    while let Err(singular) = check_inertia(tree, &numbers, q) {
+        let is_named = |dof: &usize| singular.joints.contains(&tree.joints()[*dof]) && !found.contains(dof);
+        let Some(dof) = (0..tree.dofs()).rev().find(is_named) else { break };
+        numbers.joints[tree.joint_indices()[dof]].armature += 1.0;
+        found.push(dof);
+    }
+    found.sort_unstable();
+    found
+}
+
 /// A mass matrix without the entries that are always 0.
 struct Sparse {
     diagonal: Vec<f64>,

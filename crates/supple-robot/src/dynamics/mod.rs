@@ -39,6 +39,6 @@ pub use frames::{frame_jacobian, frame_velocity};
 pub use inverse::{bias, inverse_dynamics};
 pub use kinematics::{Kinematics, Twist};
 pub use mass::mass_matrix;
-pub use massless::{SingularMass, check_inertia};
+pub use massless::{SingularMass, check_inertia, massless_joints};
 pub use passive::{Resisted, passive_forces, passive_forces_ahead, passive_resistance};
 pub use solve::solve;

@@ -8,7 +8,7 @@ use supple_files::FileError;
 use super::LoadOptions;
 use super::mimic::follow;
 use super::physics::{check_joint, check_link, warn_of_massless};
-use super::warnings::Warnings;
+use super::warnings::{Sentences, Warnings};
 use super::words::{listed, near, shown};
 use super::xml::{Document, Element};
 use crate::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Pose, Robot};
@@ -173,13 +173,16 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     let placed = |mimic: Mimic| Mimic { joint: order.joints[mimic.joint], ..mimic };
     let joints = joints.into_iter().zip(mimics).zip(&ends);
     let joints = joints.map(|((joint, mimic), ends)| joint.finish(order.links[ends.parent], mimic.map(placed)));
+    let Sentences { kinds, every } = warnings.into_sentences();
     Ok(Robot {
         name,
         links: sorted(links.into_iter().map(LinkPart::finish), &order.links),
         joints: sorted(joints, &order.joints),
         frames,
         gravity,
-        warnings: warnings.into_texts(),
+        warnings: kinds,
+        every_warning: every,
+        ..Robot::default()
     })
 }
 
@@ -207,8 +210,8 @@ impl<'n> Names<'n> {
         let mut index = HashMap::new();
         for (i, (name, at)) in all.clone().enumerate() {
             if let Some(first) = index.insert(name, i) {
-                let line = all.clone().nth(first).map_or(0, |(_, at)| at.line());
-                let message = format!("there is another {what} {}, at line {line}; names must differ", shown(name));
+                let place = all.clone().nth(first).map_or_else(String::new, |(_, at)| at.place());
+                let message = format!("there is another {what} {}, at {place}; names must differ", shown(name));
                 return Err(at.error_at("name", message));
             }
         }
@@ -293,10 +296,10 @@ fn order(document: &Document, parts: &Parts, ends: &[Ends]) -> Result<Order, Fil
             return Err(child.at.error_naming(
                 &child.name,
                 format!(
-                    "link {} is already the child of joint {} (line {}); closed loops are not supported",
+                    "link {} is already the child of joint {} ({}); closed loops are not supported",
                     shown(&child.name),
                     shown(&first.name),
-                    first.at.line()
+                    first.at.place()
                 ),
             ));
         }
@@ -336,9 +339,9 @@ fn root(document: &Document, parts: &Parts, ends: &[Ends], carrier: &[Option<usi
         Some(other) => {
             let (root, other) = (&parts.links[root], &parts.links[other]);
             Err(other.at.error(format!(
-                "two links have no parent joint, this one and {} (line {}); a robot is one tree with one root",
+                "two links have no parent joint, this one and {} ({}); a robot is one tree with one root",
                 shown(&root.name),
-                root.at.line()
+                root.at.place()
             )))
         }
     }

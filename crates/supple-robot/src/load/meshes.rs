@@ -2,68 +2,100 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use supple_files::FileError;
-
 use super::LoadOptions;
 use super::warnings::Warnings;
 use super::words::shown;
 use super::xml::Element;
 
-/// The file that a mesh's name `uri` means: relative to the robot file's `folder`, or with `package://`, `model://` or
-/// `file://`. `at` is the element whose attribute or text holds the name. `None`, and a warning, where the package is
-/// in no package root: a file loads without its meshes.
-///
-/// The name is resolved without its `..`; where the file exists, also without its symbolic links. It need not exist,
-/// and is not read.
-///
-/// # Errors
-/// Where the file is neither in the folder nor in a package root, or the name has another scheme.
+/// Where meshes may not be.
+const OUTSIDE: &str = "leads out of the robot file's folder and of all package roots";
+
+/// Why a mesh cannot be used.
+pub(super) enum Unusable {
+    /// Its package, with this name, is in no package root.
+    NoPackage(String),
+    /// Anything else: the end of a sentence about it.
+    Wrong(&'static str),
+}
+
+/// The file of a mesh that is only drawn; none, and a warning, where it cannot be used: a robot loads without its
+/// meshes. `at` is the element whose attribute or text holds the name `uri`.
 pub(super) fn mesh_path(
     at: Element,
     uri: &str,
     options: &LoadOptions,
     folder: &Path,
     warnings: &mut Warnings,
-) -> Result<Option<PathBuf>, FileError> {
-    let fail = |why: &str| {
-        let message = format!("mesh {} {why}", shown(uri));
-        at.error_naming(uri, message).with_help("meshes are in the robot file's folder or in a declared package root")
-    };
+) -> Option<PathBuf> {
+    match find_mesh(uri, options, folder) {
+        Ok(path) => return Some(path),
+        Err(Unusable::Wrong(why)) => warnings.leave_out_mesh(at, uri, why),
+        Err(Unusable::NoPackage(package)) => warnings.note(&format!("package {package}"), at, || {
+            format!("package {} is in no declared package root; its meshes are left out", shown(&package))
+        }),
+    }
+    None
+}
+
+/// The file that a mesh's name `uri` means: relative to the robot file's `folder`, or with `package://`, `model://` or
+/// `file://`.
+///
+/// The name is resolved without its `..`; where the file exists, also without its symbolic links. It need not exist,
+/// and is not read.
+///
+/// # Errors
+/// Where the file is neither in the folder nor in a package root, or the name has another scheme.
+pub(super) fn find_mesh(uri: &str, options: &LoadOptions, folder: &Path) -> Result<PathBuf, Unusable> {
+    let wrong = |why| Err(Unusable::Wrong(why));
     let named = uri.replace('\\', "/");
     let path = if let Some(rest) = named.strip_prefix("package://").or_else(|| named.strip_prefix("model://")) {
         let rest = rest.trim_start_matches('/');
         let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
         if matches!(package, "" | "." | "..") || rest.is_empty() {
-            return Err(fail("must name a package and a file in it: `package://NAME/FILE`"));
+            return wrong("must name a package and a file in it: `package://NAME/FILE`");
         }
         let Some(home) = options.package_roots.iter().map(|root| root.join(package)).find(|home| home.is_dir()) else {
-            warnings.note(&format!("package {package}"), at, || {
-                format!("package {} is in no declared package root; its meshes are left out", shown(package))
-            });
-            return Ok(None);
+            return Err(Unusable::NoPackage(package.to_owned()));
         };
         let rest = Path::new(rest.trim_start_matches('/'));
         if inside(&home.join(rest), &home).is_none() {
-            return Err(fail("leads out of its package"));
+            return wrong("leads out of its package");
         }
         home.join(rest)
     } else if let Some(rest) = named.strip_prefix("file://") {
         folder.join(rest)
     } else if named.split('/').next().is_some_and(|first| first.contains(':')) {
-        return Err(fail("must be relative, or begin with `package://`, `model://` or `file://`"));
+        return wrong("must be relative, or begin with `package://`, `model://` or `file://`");
     } else {
         folder.join(&named)
     };
-    let bases = || std::iter::once(folder).chain(options.package_roots.iter().map(PathBuf::as_path));
+    let bases = || bases(folder, options);
     let Some(path) = bases().find_map(|base| inside(&path, base)) else {
-        return Err(fail("leads out of the robot file's folder"));
+        return wrong(OUTSIDE);
     };
-    match path.canonicalize() {
-        Ok(real) if !bases().any(|base| known(base).canonicalize().is_ok_and(|base| real.starts_with(base))) => {
-            Err(fail("leads out of the robot file's folder by a symbolic link"))
-        }
-        _ => Ok(Some(path)),
+    if links_out(&path, folder, options) {
+        return wrong("leads out of the robot file's folder and of all package roots by a symbolic link");
     }
+    Ok(path)
+}
+
+/// Folders that the files of a robot may be in.
+fn bases<'b>(folder: &'b Path, options: &'b LoadOptions) -> impl Iterator<Item = &'b Path> {
+    std::iter::once(folder).chain(options.package_roots.iter().map(PathBuf::as_path))
+}
+
+/// Whether a file that exists is in none of the folders once its symbolic links are resolved.
+fn links_out(path: &Path, folder: &Path, options: &LoadOptions) -> bool {
+    let within = |real: &Path| {
+        bases(folder, options).any(|base| known(base).canonicalize().is_ok_and(|base| real.starts_with(base)))
+    };
+    path.canonicalize().is_ok_and(|real| !within(&real))
+}
+
+/// The path without `..`, where it is in the robot file's folder or in a package root, also by its symbolic links.
+pub(super) fn inside_of(path: &Path, folder: &Path, options: &LoadOptions) -> Option<PathBuf> {
+    let path = bases(folder, options).find_map(|base| inside(path, base))?;
+    (!links_out(&path, folder, options)).then_some(path)
 }
 
 /// The path without `..`, as seen from `base`, where it is in `base`.

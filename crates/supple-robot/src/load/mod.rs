@@ -50,7 +50,13 @@ pub fn parse(text: &str, name: &str, options: &LoadOptions) -> Result<Robot, Fil
     match root.tag() {
         "robot" => urdf::read(&document, options, folder),
         "sdf" => sdf::read(&document, options, folder),
-        "mujoco" => mjcf::read(&document, options, folder),
+        "mujoco" => {
+            let sources = mjcf::Sources::read(&document, Path::new(name), options)?;
+            let mut document = document;
+            sources.put_into(&mut document)?;
+            let robot = mjcf::read(&document, options, folder)?;
+            Ok(Robot { included: sources.paths(), ..robot })
+        }
         _ => Err(root.error("a robot file begins with `robot` (URDF), `sdf` (SDF) or `mujoco` (MJCF)")),
     }
 }

@@ -19,6 +19,8 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// Greatest negative principal moment that is taken as it is, with a warning, kg m^2: public files of robots have such
 /// moments of light links.
 const TINY: f64 = 1e-6;
+/// Advice where moments of inertia without their products are those of a body.
+const WITHOUT_PRODUCTS: &str = "without its products of inertia the body could be: correct them, or set them to 0";
 /// Excess over the triangle inequality that rounding in a file explains.
 const EXCESS: f64 = 0.01;
 
@@ -42,7 +44,10 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
     if least < -(ROUNDING * greatest.abs()).max(NEGLIGIBLE * mass) {
         let message = || format!("the principal moments of inertia must be at least 0, and are {}", said());
         if least <= -TINY {
-            return Err(at.error_about("inertia", message()));
+            let [xx, yy, zz] = [0, 1, 2].map(|i| moment[i][i]);
+            let alone = xx >= 0.0 && yy >= 0.0 && zz >= 0.0 && xx <= yy + zz && yy <= xx + zz && zz <= xx + yy;
+            let error = at.error_about("inertia", message());
+            return Err(if alone && mass > 0.0 { error.with_help(WITHOUT_PRODUCTS) } else { error });
         }
         warnings.note("negative moment", *at, || format!("{}; they are used as they are", message()));
     } else if greatest > (least + middle) * (1.0 + EXCESS) {

@@ -36,6 +36,12 @@ const JOINT_IGNORED: [&str; 4] = ["safety_controller", "calibration", "gazebo", 
 pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) -> Result<Robot, FileError> {
     refuse_macros(document)?;
     let root = document.root();
+    if root.children().next().is_none() && document.text().contains("xacro") {
+        let error = root.error("a robot has at least one link, and this one has none");
+        return Err(
+            error.with_help("xacro made it of a file that only declares macros: expand the file that uses them")
+        );
+    }
     let name = root.required("name")?.to_owned();
     let mut parts = Parts {
         name,
@@ -130,7 +136,7 @@ fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnin
     let Some(geometry) = at.child("geometry")? else { return Ok(None) };
     let Some(mesh) = geometry.child("mesh")? else { return Ok(None) };
     let scale = mesh.numbers("scale")?.unwrap_or([1.0; 3]);
-    let path = mesh_path(mesh, mesh.required("filename")?, options, folder, warnings)?;
+    let path = mesh_path(mesh, mesh.required("filename")?, options, folder, warnings);
     Ok(path.map(|path| Mesh { path, pose, scale }))
 }
 

@@ -2,11 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::words::{listed, near, shown};
+use super::words::{clipped, listed, near, shown};
 use super::xml::Element;
 
 /// Kinds of warnings, at most; further kinds are counted.
 const MOST_KINDS: usize = 100;
+/// Warnings that are kept one by one, at most; further ones are counted.
+const MOST_SINGLE: usize = 10_000;
 
 /// Warnings of one file, in the order in which they first arose.
 #[derive(Default)]
@@ -16,13 +18,26 @@ pub(super) struct Warnings {
     index: HashMap<String, usize>,
     /// Warnings of kinds beyond the limit.
     beyond: usize,
+    /// Every warning by itself.
+    single: Vec<String>,
+    /// Warnings beyond the limit of those.
+    uncounted: usize,
+}
+
+/// Warnings as sentences.
+pub(super) struct Sentences {
+    /// One by kind.
+    pub(super) kinds: Vec<String>,
+    /// Every single one.
+    pub(super) every: Vec<String>,
 }
 
 /// A kind of warning.
 struct Kind {
     text: Text,
     count: usize,
-    line: usize,
+    /// Where the first one is: `line 5`.
+    place: String,
 }
 
 /// What is said.
@@ -31,19 +46,43 @@ enum Text {
     Ignored(String),
     /// Another thing is: what, and what it is that there are more of.
     Note(String),
+    /// These meshes are left out: why, and their names.
+    Meshes(&'static str, Vec<String>),
+}
+
+impl Text {
+    /// The sentence about one element at a place.
+    fn single(&self, place: &str) -> String {
+        match self {
+            Self::Ignored(tag) => format!("element {tag} is ignored ({place})"),
+            Self::Note(text) => format!("{text} ({place})"),
+            Self::Meshes(why, names) => format!("mesh {} is left out: it {why} ({place})", listed(names)),
+        }
+    }
+
+    /// The sentence about `count` of them, the first at a place.
+    fn several(&self, count: usize, place: &str) -> String {
+        match self {
+            Self::Ignored(tag) => format!("{tag} elements are ignored ({count} of them, first at {place})"),
+            Self::Note(text) => format!("{text} ({place}, and {} more such)", count - 1),
+            Self::Meshes(why, names) => {
+                format!("{count} meshes are left out, each of which {why}: {} (first at {place})", listed(names))
+            }
+        }
+    }
 }
 
 impl Warnings {
     /// An element that is known and not modelled.
     pub(super) fn ignore(&mut self, element: Element) {
         let tag = element.tag();
-        self.add(format!("<{tag}>"), element.line(), || Text::Ignored(shown(tag)));
+        self.add(format!("<{tag}>"), element, || Text::Ignored(shown(tag)));
     }
 
     /// An element that is not known, where `valid` are: most often a misspelt one.
     pub(super) fn unknown<T: AsRef<str>>(&mut self, element: Element, valid: &[T]) {
         let (tag, within) = (element.tag(), element.parent().map_or("", |parent| parent.tag()));
-        self.add(format!("<{within}> <{tag}>"), element.line(), || {
+        self.add(format!("<{within}> <{tag}>"), element, || {
             let valid = near(tag, valid).unwrap_or_else(|| format!("known are {}", listed(valid)));
             Text::Note(format!("{} in {} is not known and is ignored; {valid}", shown(tag), shown(within)))
         });
@@ -51,7 +90,7 @@ impl Warnings {
 
     /// An attribute that is known and not modelled.
     pub(super) fn ignore_attribute(&mut self, element: Element, attribute: &str) {
-        self.add(format!("{}@{attribute}", element.tag()), element.line(), || {
+        self.add(format!("{}@{attribute}", element.tag()), element, || {
             Text::Note(format!("attribute {} of {} is ignored", shown(attribute), shown(element.tag())))
         });
     }
@@ -59,32 +98,55 @@ impl Warnings {
     /// Another warning about an element. Those of the same `kind` are counted, and the text of the first one is kept:
     /// a sentence without a dot.
     pub(super) fn note(&mut self, kind: &str, element: Element, text: impl FnOnce() -> String) {
-        self.add(format!("!{kind}"), element.line(), || Text::Note(format!("{}: {}", element.key(), text())));
+        self.add(format!("!{kind}"), element, || Text::Note(format!("{}: {}", element.key(), text())));
     }
 
-    fn add(&mut self, key: String, line: usize, text: impl FnOnce() -> Text) {
-        if let Some(kind) = self.index.get(&key).and_then(|&index| self.kinds.get_mut(index)) {
-            kind.count += 1;
-        } else if self.kinds.len() < MOST_KINDS {
-            self.index.insert(key, self.kinds.len());
-            self.kinds.push(Kind { text: text(), count: 1, line });
-        } else {
-            self.beyond += 1;
+    /// A mesh that is left out, and why: the end of a sentence about it.
+    pub(super) fn leave_out_mesh(&mut self, element: Element, name: &str, why: &'static str) {
+        let name = clipped(name).into_owned();
+        self.add(format!("mesh {why}"), element, || Text::Meshes(why, vec![name]));
+    }
+
+    fn add(&mut self, key: String, element: Element, text: impl FnOnce() -> Text) {
+        let known = self.index.get(&key).copied();
+        let is_new = known.is_none() && self.kinds.len() < MOST_KINDS;
+        let keeps = self.single.len() < MOST_SINGLE;
+        self.uncounted += usize::from(!keeps);
+        self.beyond += usize::from(known.is_none() && !is_new);
+        let kind = known.and_then(|index| self.kinds.get_mut(index));
+        let text = (is_new || keeps).then(text);
+        if let Some(text) = text.as_ref().filter(|_| keeps) {
+            self.single.push(text.single(&element.place()));
+        }
+        match (kind, text) {
+            (Some(kind), text) => {
+                kind.count += 1;
+                if let (Text::Meshes(_, names), Some(Text::Meshes(_, more))) = (&mut kind.text, text) {
+                    names.extend(more);
+                }
+            }
+            (None, Some(text)) if is_new => {
+                self.index.insert(key, self.kinds.len());
+                self.kinds.push(Kind { text, count: 1, place: element.place() });
+            }
+            _ => {}
         }
     }
 
     /// The warnings as sentences.
-    pub(super) fn into_texts(self) -> Vec<String> {
-        let text = |Kind { text, count, line }| match (text, count) {
-            (Text::Ignored(tag), 1) => format!("element {tag} is ignored (line {line})"),
-            (Text::Ignored(tag), _) => format!("{tag} elements are ignored ({count} of them, first at line {line})"),
-            (Text::Note(text), 1) => format!("{text} (line {line})"),
-            (Text::Note(text), _) => format!("{text} (line {line}, and {} more such)", count - 1),
+    pub(super) fn into_sentences(self) -> Sentences {
+        let text = |Kind { text, count, place }: Kind| match count {
+            1 => text.single(&place),
+            _ => text.several(count, &place),
         };
-        let mut texts: Vec<_> = self.kinds.into_iter().map(text).collect();
+        let mut kinds: Vec<_> = self.kinds.into_iter().map(text).collect();
         if self.beyond > 0 {
-            texts.push(format!("{} warnings of further kinds are left out", self.beyond));
+            kinds.push(format!("{} warnings of further kinds are left out", self.beyond));
         }
-        texts
+        let mut every = self.single;
+        if self.uncounted > 0 {
+            every.push(format!("{} further warnings are left out", self.uncounted));
+        }
+        Sentences { kinds, every }
     }
 }

@@ -1,5 +1,6 @@
 //! XML with errors for people: elements whose attributes and texts are read as numbers, vectors and names.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use roxmltree::{Error, Node, ParsingOptions};
@@ -15,6 +16,10 @@ pub(super) struct Document<'t> {
     file: String,
     /// Where each line begins, by byte.
     lines: Vec<usize>,
+    /// Documents whose elements stand in the place of an element, by the byte where that begins.
+    included: HashMap<usize, Document<'t>>,
+    /// Whether another file includes this one.
+    is_included: bool,
 }
 
 impl<'t> Document<'t> {
@@ -37,7 +42,12 @@ impl<'t> Document<'t> {
             FileError { help, ..fail(span, message) }
         })?;
         let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-        Ok(Self { tree, text, file: file.to_owned(), lines })
+        Ok(Self { tree, text, file: file.to_owned(), lines, included: HashMap::new(), is_included: false })
+    }
+
+    /// Puts the elements of another document in the place of the element that begins at a byte.
+    pub(super) fn include(&mut self, byte: usize, document: Document<'t>) {
+        self.included.insert(byte, Document { is_included: true, ..document });
     }
 
     /// The outermost element.
@@ -131,6 +141,18 @@ impl<'a> Element<'a> {
         self.document.line(self.node.range().start)
     }
 
+    /// The byte it begins at.
+    pub(super) fn start(self) -> usize {
+        self.node.range().start
+    }
+
+    /// Where it begins, for messages: `line 5`, or ``line 5 of `arm.xml` `` in a file that another one includes.
+    pub(super) fn place(self) -> String {
+        let file =
+            if self.document.is_included { format!(" of {}", shown(&self.document.file)) } else { String::new() };
+        format!("line {}{file}", self.line())
+    }
+
     /// The element it is in.
     pub(super) fn parent(self) -> Option<Self> {
         self.node.parent_element().map(|node| Self { node, ..self })
@@ -196,9 +218,23 @@ impl<'a> Element<'a> {
         self.node.descendants().filter(Node::is_element).map(move |node| Self { node, ..self })
     }
 
-    /// The elements in it.
+    /// The elements in it; in the place of elements that include a file, those of the file.
     pub(super) fn children(self) -> impl Iterator<Item = Self> {
-        self.node.children().filter(Node::is_element).map(move |node| Self { node, ..self })
+        let own = |outer: Self| outer.node.children().filter(Node::is_element).map(move |node| Self { node, ..outer });
+        // Files that are open, the innermost last.
+        let mut open: Vec<Box<dyn Iterator<Item = Self> + 'a>> = vec![Box::new(own(self))];
+        std::iter::from_fn(move || {
+            loop {
+                let Some(child) = open.last_mut()?.next() else {
+                    open.pop();
+                    continue;
+                };
+                match child.document.included.get(&child.start()) {
+                    Some(document) => open.push(Box::new(own(document.root()))),
+                    None => return Some(child),
+                }
+            }
+        })
     }
 
     /// The elements in it with this tag.
@@ -215,10 +251,10 @@ impl<'a> Element<'a> {
         let first = all.next();
         match (first, all.next()) {
             (Some(first), Some(second)) => Err(second.error(format!(
-                "there is at most one {} in a {}; the first is at line {}",
+                "there is at most one {} in a {}; the first is at {}",
                 shown(tag),
                 shown(self.tag()),
-                first.line()
+                first.place()
             ))),
             _ => Ok(first),
         }

@@ -2,11 +2,15 @@
 
 /// What is wrong, the file, and its error.
 pub const MJCF: &[(&str, &str, &str)] = &[
-    ("no world", "<mujoco/>", "robot.xml:1:1: mujoco: there is no `worldbody` in it"),
+    (
+        "no world",
+        "<mujoco/>",
+        "robot.xml:1:1: mujoco: there is no `worldbody` in it (a file of settings that others include holds no robot: read one that includes it)",
+    ),
     (
         "a file that includes another",
         "<mujoco>\n<worldbody/>\n<include file='other.xml'/></mujoco>",
-        "robot.xml:3:16: include: only this one file is read, and it includes another one (write the whole model to one file, for example with MuJoCo's `mj_saveLastXML`)",
+        "robot.xml:3:16: include: the included file `other.xml` is not there (files are looked for in the folder of the outermost file, and in that of the file that includes them)",
     ),
     (
         "a document type",
@@ -16,22 +20,22 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a ball joint",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j' type='ball'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:23: joint `j`: joint `j` is of type `ball`; supported are `hinge`, `slide`",
+        "robot.xml:4:23: joint `j`: ball joints are not supported: joint `j` is one (give the body three hinges at one place instead, each about another axis)",
     ),
     (
         "a ball joint of a class",
         "<mujoco><default>\n<default class='ball'>\n<joint type='ball'/></default></default>\n<worldbody>\n<body name='a'>\n<joint name='j' class='ball'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:3:14: joint: joint `j` is of type `ball`; supported are `hinge`, `slide`",
+        "robot.xml:3:14: joint: ball joints are not supported: joint `j` is one (give the body three hinges at one place instead, each about another axis)",
     ),
     (
         "a free joint",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j' type='free'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:23: joint `j`: joint `j` is of type `free`; supported are `hinge`, `slide` (a robot stands on the world: remove the joint, or give it hinges and slides)",
+        "robot.xml:4:23: joint `j`: floating bases are not supported: joint `j` lets body `a` move freely (remove the joint to fix the body in the world, or give it hinges and slides)",
     ),
     (
         "a freejoint",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<freejoint name='floating'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:1: freejoint `floating`: joint `floating` is free, which is not supported (a robot stands on the world: remove the joint, or give it hinges and slides)",
+        "robot.xml:4:1: freejoint `floating`: floating bases are not supported: joint `floating` lets body `a` move freely (remove the joint to fix the body in the world, or give it hinges and slides)",
     ),
     (
         "an unknown type",
@@ -61,7 +65,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "moments that are not positive",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' fullinertia='1 1 1 2 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:1: inertial of body `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3",
+        "robot.xml:5:1: inertial of body `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (without its products of inertia the body could be: correct them, or set them to 0)",
     ),
     (
         "moments given twice",
@@ -241,12 +245,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a misspelt unit of angles",
         "<mujoco><compiler meshdir='m' angel='radian'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:38: compiler: attribute `angel` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more (did you mean `angle`?)",
+        "robot.xml:1:38: compiler: attribute `angel` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 16 more (did you mean `angle`?)",
     ),
     (
         "a setting that is like no other",
         "<mujoco>\n<compiler qq='1'/><worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:15: compiler: attribute `qq` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 13 more",
+        "robot.xml:2:15: compiler: attribute `qq` is not known; valid are `angle`, `coordinate`, `eulerseq`, `autolimits`, `inertiafromgeom`, `inertiagrouprange`, `balanceinertia`, `boundmass`, `boundinertia`, `settotalmass` and 16 more",
     ),
     (
         "an unknown sequence of axes",
@@ -261,7 +265,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a total mass",
         "<mujoco><compiler settotalmass='5'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:33: compiler: setting the total mass is not supported (write the scaled masses and inertias into the file)",
+        "robot.xml:2:1: worldbody: `settotalmass` scales the masses of the bodies in it, and they have none",
     ),
     (
         "a negative bound",
@@ -339,11 +343,6 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:2:1: mesh: there is another mesh `m`, at line 1",
     ),
     (
-        "a mesh in another folder",
-        "<mujoco><asset><mesh name='m' file='../../m.obj'/></asset>\n<worldbody>\n<geom type='mesh' mesh='m'/>\n</worldbody></mujoco>",
-        "robot.xml:1:37: mesh `m`: mesh `../../m.obj` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)",
-    ),
-    (
         "a shell",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' shellinertia='true'/>\n</body>\n</worldbody></mujoco>",
         "robot.xml:5:30: geom of body `a`: the inertia of shells is not computed (give the body an `inertial`)",
@@ -397,5 +396,155 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "a composite",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<composite type='cable'/>\n</body>\n</worldbody></mujoco>",
         "robot.xml:4:1: composite of body `a`: `composite` is not supported (write the whole model out, for example with MuJoCo's `mj_saveLastXML`)",
+    ),
+    (
+        "an actuator of nothing",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor name='m'/></actuator></mujoco>",
+        "robot.xml:6:1: motor `m`: it acts on nothing (name the joint that it drives: `joint`)",
+    ),
+    (
+        "an actuator of an unknown joint",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='jj'/></actuator></mujoco>",
+        "robot.xml:6:15: motor: there is no joint `jj`; known are `j`, `k` (did you mean `j`?)",
+    ),
+    (
+        "two actuators of a name",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor name='m' joint='j'/>\n<motor name='m' joint='k'/></actuator></mujoco>",
+        "robot.xml:7:14: motor `m`: there is another actuator of this name, at line 6",
+    ),
+    (
+        "an actuator of an unknown class",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' class='x'/></actuator></mujoco>",
+        "robot.xml:6:25: motor: there is no class `x`; known are `main`",
+    ),
+    (
+        "a gear that is no number",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' gear='x'/></actuator></mujoco>",
+        "robot.xml:6:24: motor: `gear` holds `x`, which is not a number",
+    ),
+    (
+        "an endless gear",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' gear='inf'/></actuator></mujoco>",
+        "robot.xml:6:24: motor: `gear` holds `inf`, which is not finite",
+    ),
+    (
+        "too long a gear",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' gear='1 2 3 4 5 6 7'/></actuator></mujoco>",
+        "robot.xml:6:24: motor: `gear` is at most 6 numbers, and has 7",
+    ),
+    (
+        "a control range upside down",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' ctrlrange='1 -1'/></actuator></mujoco>",
+        "robot.xml:6:29: motor: the first number of `ctrlrange` must be less than the second",
+    ),
+    (
+        "a control range of three",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' ctrlrange='1 2 3'/></actuator></mujoco>",
+        "robot.xml:6:29: motor: `ctrlrange` must be 2 numbers, and has 3: `1 2 3`",
+    ),
+    (
+        "a limit of the force without a range",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' forcelimited='true'/></actuator></mujoco>",
+        "robot.xml:6:32: motor: it is limited, and has no `forcerange`",
+    ),
+    (
+        "an unknown word for limited",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' ctrllimited='yes'/></actuator></mujoco>",
+        "robot.xml:6:31: motor: `ctrllimited` is `yes`; valid are `true`, `false`, `auto`",
+    ),
+    (
+        "negative damping of an actuator",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kv='-1'/></actuator></mujoco>",
+        "robot.xml:6:25: position: `kv` must be at least 0, and is -1",
+    ),
+    (
+        "damping of an actuator twice",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' kv='1' dampratio='1'/></actuator></mujoco>",
+        "robot.xml:6:39: position: damping is given by `kv` or by `dampratio`",
+    ),
+    (
+        "too many numbers of a gain",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<general joint='j' gainprm='1 2 3 4 5 6 7 8 9 10 11'/></actuator></mujoco>",
+        "robot.xml:6:29: general: `gainprm` is at most 10 numbers, and has 11",
+    ),
+    (
+        "an unknown gain",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<general joint='j' gaintype='fix'/></actuator></mujoco>",
+        "robot.xml:6:30: general: `gaintype` is `fix`; valid are `fixed`, `affine`, `muscle`, `user`, `dcmotor` (did you mean `fixed`?)",
+    ),
+    (
+        "a range that is not there to inherit",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='k' inheritrange='1'/></actuator></mujoco>",
+        "robot.xml:6:35: position: its joint has no range to inherit",
+    ),
+    (
+        "a range by itself and inherited",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<position joint='j' inheritrange='1' ctrlrange='0 1'/></actuator></mujoco>",
+        "robot.xml:6:35: position: the range is given by `ctrlrange` or by `inheritrange`",
+    ),
+    (
+        "a sensor of an unknown joint",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<jointpos name='s' joint='x'/></sensor></mujoco>",
+        "robot.xml:6:27: jointpos `s`: there is no joint `x`; known are `j`, `k`",
+    ),
+    (
+        "a sensor of no joint",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<jointpos name='s'/></sensor></mujoco>",
+        "robot.xml:6:1: jointpos `s`: attribute `joint` is missing",
+    ),
+    (
+        "a sensor of an unknown site",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<framepos objtype='site' objname='x'/></sensor></mujoco>",
+        "robot.xml:6:35: framepos: there is no site `x`; there are none",
+    ),
+    (
+        "a sensor of an unknown body",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<framequat objtype='xbody' objname='b'/></sensor></mujoco>",
+        "robot.xml:6:37: framequat: there is no body `b`; known are `a`, `a/j`, `world`",
+    ),
+    (
+        "a sensor of an unknown kind of thing",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<framequat objtype='link' objname='a'/></sensor></mujoco>",
+        "robot.xml:6:21: framequat: `objtype` is `link`; valid are `body`, `xbody`, `geom`, `site`, `camera`",
+    ),
+    (
+        "a sensor of an unknown actuator",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<actuatorpos actuator='m'/></sensor></mujoco>",
+        "robot.xml:6:24: actuatorpos: there is no actuator `m`; there are none",
+    ),
+    (
+        "two sensors of a name",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<sensor>\n<jointpos name='s' joint='j'/>\n<touch name='s'/></sensor></mujoco>",
+        "robot.xml:7:14: touch `s`: there is another sensor of this name, at line 6",
+    ),
+    (
+        "too many positions",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<keyframe>\n<key qpos='1 2 3'/></keyframe></mujoco>",
+        "robot.xml:6:12: key: `qpos` has 3 numbers, and the robot has 2 moving joints",
+    ),
+    (
+        "too many controls",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<keyframe>\n<key name='h' ctrl='1'/></keyframe></mujoco>",
+        "robot.xml:6:21: key `h`: `ctrl` has 1 numbers, and the robot has 0 actuators",
+    ),
+    (
+        "a velocity that is no number",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<keyframe>\n<key qvel='1 nan'/></keyframe></mujoco>",
+        "robot.xml:6:12: key: `qvel` holds `nan`, which is not finite",
+    ),
+    (
+        "two keyframes of a name",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<keyframe>\n<key name='h'/>\n<key name='h'/></keyframe></mujoco>",
+        "robot.xml:7:12: key `h`: there is another keyframe `h`, at line 6",
+    ),
+    (
+        "a box without size",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body><geom name='box' type='box'/>\n</worldbody>\n</mujoco>",
+        "robot.xml:3:135: geom `box`: number 1 of `size` must be positive, and is 0",
+    ),
+    (
+        "two walls of a name",
+        "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body><geom name='p' type='plane'/><geom name='p' type='plane'/>\n</worldbody>\n</mujoco>",
+        "robot.xml:2:1: worldbody: there are two geoms `p`, at lines 3 and 3",
     ),
 ];

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod identities;
+mod locked;
 mod mimic;
 mod recorder;
 mod robots;

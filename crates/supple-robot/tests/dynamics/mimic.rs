@@ -81,6 +81,6 @@ fn joints_that_follow_in_a_circle_are_free() {
         joints[index].mimic = Some(Mimic { joint: master, ratio: 2.0, offset: 0.0 });
     }
     let links = (0..4).map(|i| link(&format!("l{i}"), None)).collect();
-    let robot = Robot { name: "r".into(), links, joints, frames: vec![], gravity: None, warnings: vec![] };
+    let robot = Robot { name: "r".into(), links, joints, ..Robot::default() };
     assert_eq!(Tree::new(&robot).joints(), ["j0", "j1", "j2"]);
 }

@@ -139,7 +139,7 @@ pub fn robot(random: &mut Random, joints: usize, mimic: bool) -> Robot {
     if mimic {
         follow(random, &mut joints);
     }
-    Robot { name: "random".into(), links, joints, frames: vec![], gravity: None, warnings: vec![] }
+    Robot { name: "random".into(), links, joints, ..Robot::default() }
 }
 
 /// Lets some joints follow others, before or after them, also in chains.

@@ -14,7 +14,7 @@ fn variables(from: usize, count: usize) -> Vec<Recorded> {
 fn robot(joints: Vec<Joint>, inertias: &[Option<Inertia>]) -> Robot {
     let links = std::iter::once(&None).chain(inertias).enumerate();
     let links = links.map(|(i, inertia)| link(&format!("l{i}"), *inertia)).collect();
-    Robot { name: "r".into(), links, joints, frames: vec![], gravity: None, warnings: vec![] }
+    Robot { name: "r".into(), links, joints, ..Robot::default() }
 }
 
 fn rod() -> Inertia {

@@ -287,7 +287,7 @@ impl SystemCheck<'_> {
     ) -> Row {
         let mut worst = Worst::new();
         for (index, &analytic) in analytic.iter().enumerate() {
-            let numeric = derivative(1e-3 * self.phi[index].abs().max(1e-3), |h| {
+            let numeric = derivative(1e-4 * self.phi[index].abs().max(1e-2), |h| {
                 let mut phi = self.phi.to_vec();
                 phi[index] += h;
                 vec![value(self, &phi)]

@@ -39,7 +39,9 @@ impl File {
         }
         let select = self.select.unwrap_or_else(|| joints.clone());
         if let Some(name) = select.iter().find(|name| !joints.contains(name)) {
-            return Err(CostError::unknown("select", &format!("the robot has no moving joint `{name}`"), name, joints));
+            let unknown =
+                || CostError::unknown("select", &format!("the robot has no moving joint `{name}`"), name, joints);
+            return Err(vocabulary.if_locked("select", name).unwrap_or_else(unknown));
         }
         let states: Vec<String> = select.iter().map(|name| format!("{prefix}.{name}")).collect();
         let kind = kind(State::select(&states, self.target, vocabulary)?);

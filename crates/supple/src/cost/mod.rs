@@ -38,6 +38,8 @@ pub struct Vocabulary {
     pub states: Vec<String>,
     /// Names of the joints, of which `q.NAME` and `v.NAME` are states.
     pub joints: Vec<String>,
+    /// Names of the joints that a task has taken out.
+    pub locked: Vec<String>,
     /// How many controls there are.
     pub controls: usize,
     /// Names of the model's signals.
@@ -52,10 +54,17 @@ impl Vocabulary {
         Self {
             states: model.state_names(),
             joints: model.joint_names(),
+            locked: model.locked_joints(),
             controls: model.dimensions().controls,
             signals: model.signals(),
             couplings: model.coupling_names(),
         }
+    }
+
+    /// What is wrong with the name of a joint or of a state, where that is one of a locked joint.
+    fn if_locked(&self, key: &'static str, name: &str) -> Option<CostError> {
+        let (message, help) = crate::model::locked_message(name, &self.locked)?;
+        Some(CostError { help: Some(help), ..CostError::new(key, message) })
     }
 
     /// The place of the signal `SIGNAL` of something named, `NAME.SIGNAL`; `key` is the one that names it, `what` what

@@ -50,8 +50,11 @@ impl State {
         let targets = super::targets(targets, names.len(), "that are selected")?;
         let selected = names.iter().zip(targets).map(|(name, target)| {
             let index = vocabulary.states.iter().position(|state| state == name);
-            let unknown =
-                || CostError::unknown("select", &format!("the model has no state `{name}`"), name, &vocabulary.states);
+            let unknown = || {
+                let what = format!("the model has no state `{name}`");
+                let locked = vocabulary.if_locked("select", name);
+                locked.unwrap_or_else(|| CostError::unknown("select", &what, name, &vocabulary.states))
+            };
             Ok((index.ok_or_else(unknown)?, target))
         });
         Ok(Self { selected: selected.collect::<Result<_, _>>()? })

@@ -44,11 +44,20 @@ pub fn best_plan(
     let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
     let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
     let mut candidates = Candidates::default();
-    for &factor in factors {
-        candidates.plan((problem, task), phi, (&task.guess(phi, factor), 0.0), state);
+    let (guess, apart) = (task.guess(phi, 1.0), state.has_to_approach(task, phi));
+    // Friction alone often needs no approach, and makes no branches that are worth another plan.
+    if !apart && task.system.widened().is_some() && state.plan_hastily(task, phi, settings, &guess).is_ok() {
+        candidates.keep(state, 0.0);
     }
-    if let Some(controls) = state.approach(task, phi, settings, &task.guess(phi, 1.0)) {
+    if candidates.converged().is_none()
+        && let Some(controls) = state.approach(task, phi, settings, &guess)
+    {
         candidates.plan((problem, task), phi, (&controls, 0.0), state);
+    }
+    if candidates.converged().is_none() || apart {
+        for &factor in factors {
+            candidates.plan((problem, task), phi, (&task.guess(phi, factor), 0.0), state);
+        }
     }
     if task.initial_control.is_empty() && candidates.converged().is_none() {
         candidates.plan((problem, task), phi, (&task.guess(phi, 0.0), 0.0), state);
@@ -100,6 +109,11 @@ impl Candidates {
             self.error.get_or_insert(error);
             return;
         }
+        self.keep(state, margin);
+    }
+
+    /// Counts the plan in `state` where it is cheaper than the others by the margin.
+    fn keep(&mut self, state: &TaskState, margin: f64) {
         let plan = &state.plan;
         let (converged, cost) = (plan.status.is_converged(), plan.objective);
         let far = |other: &Candidate| cost + margin * (1.0 + other.cost.abs()) < other.cost;

@@ -15,11 +15,13 @@ mod assemble;
 mod controller;
 mod report;
 mod sensing;
+mod trouble;
 
 use assemble::{cost_report, information_report, trajectory_report};
 pub use controller::ControllerReport;
 pub use report::*;
 pub use sensing::MeasurementReport;
+pub use trouble::plan_warnings;
 
 /// What to find beside information and cost.
 #[derive(Clone, Debug, Default)]
@@ -115,7 +117,7 @@ fn evaluate_task(
         belief_repairs: state.belief.repairs,
         branches,
         limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
-        warnings: contact_warnings(task, phi, &contacts),
+        warnings: [plan_warnings(task, phi, &state.plan), contact_warnings(task, phi, &contacts)].concat(),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),

@@ -105,7 +105,7 @@ pub struct TaskEvaluation {
     pub name: String,
     /// How its plan ended.
     pub status: PlanStatus,
-    /// Iterations of its plan, over all guesses that were tried.
+    /// Iterations of its plan, from the guess that led there.
     pub iterations: usize,
     /// The largest gradient of the Hamiltonian by a control, `|l_u + B' lambda|`.
     pub stationarity: f64,

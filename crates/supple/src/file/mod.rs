@@ -4,6 +4,7 @@ mod candidates;
 mod catalogue;
 mod csv_table;
 mod document;
+mod first_state;
 mod parameters;
 mod reader;
 mod rows;
@@ -88,11 +89,12 @@ impl Problem {
         let (read, used) = with_names(&parameters.names(), || {
             let model = read_model(&document, &parameters, folder)?;
             let (model, (catalogue, tables)) = candidates::equip(&document, &parameters, folder, model, sensors)?;
-            let tasks = tasks::read(&document, &*model, &parameters)?;
+            let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters)?;
             let files: Vec<_> = model.files().into_iter().chain(tables).collect();
-            Ok((tasks, files, model.warnings(), catalogue))
+            let warnings = [model.warnings(), of_tasks.clone()].concat();
+            Ok((tasks, files, (warnings, [model.every_warning(), of_tasks].concat()), catalogue))
         });
-        let (tasks, mut files, warnings, catalogue) = read?;
+        let (tasks, mut files, (warnings, every_warning), catalogue) = read?;
         files.extend(catalogues);
         if let Some(unused) = used.iter().position(|used| !used) {
             let name = &parameters.get(unused).name;
@@ -103,7 +105,7 @@ impl Problem {
                 .with_help("write its name in place of a number, or delete its table"));
         }
         let Top { title, planning, design, .. } = top;
-        Ok(Self { title, parameters, tasks, planning, design, files, catalogue, warnings })
+        Ok(Self { title, parameters, tasks, planning, design, files, catalogue, warnings, every_warning })
     }
 }
 

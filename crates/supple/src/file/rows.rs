@@ -94,15 +94,26 @@ impl<'de> Deserialize<'de> for Guess {
     }
 }
 
-/// Numbers given by names, of which `*` stands for any letters, in the order of `names`; 0 where none is given. A whole
-/// name counts before a pattern, a longer pattern before a shorter one.
+/// Numbers given by names, as of [`given_by_name`]; 0 where none is given.
 ///
 /// # Errors
-/// The first name or pattern that is none of them, with advice.
+/// As of that.
 pub(super) fn by_name(
     given: &BTreeMap<String, Value>,
     names: &[String],
 ) -> Result<Vec<Value>, (String, Option<String>)> {
+    Ok(given_by_name(given, names)?.into_iter().map(Option::unwrap_or_default).collect())
+}
+
+/// Numbers given by names, of which `*` stands for any letters, in the order of `names`; none where none is given. A
+/// whole name counts before a pattern, a longer pattern before a shorter one.
+///
+/// # Errors
+/// The first name or pattern that is none of them, with advice.
+pub(super) fn given_by_name(
+    given: &BTreeMap<String, Value>,
+    names: &[String],
+) -> Result<Vec<Option<Value>>, (String, Option<String>)> {
     for key in given.keys() {
         if !names.iter().any(|name| matches(key, name)) {
             return Err((key.clone(), nearest(key, names)));
@@ -110,7 +121,7 @@ pub(super) fn by_name(
     }
     let best = |name: &String| {
         let fitting = given.iter().filter(|(key, _)| matches(key, name));
-        fitting.max_by_key(|(key, _)| (*key == name, key.len())).map_or(Value::Number(0.0), |(_, &value)| value)
+        fitting.max_by_key(|(key, _)| (*key == name, key.len())).map(|(_, &value)| value)
     };
     Ok(names.iter().map(best).collect())
 }

@@ -7,6 +7,7 @@ use supple_kernels::{Matrices, rows};
 use toml::de::DeValue;
 
 use super::document::{Document, Place};
+use super::first_state::{FirstState, InitialState, outside_limits};
 use super::rows::{Guess, Rows, by_name};
 use super::varying;
 use crate::cost::{self, Cost, CostKind};
@@ -33,12 +34,14 @@ pub(super) struct TaskFile {
     /// Weight of its information in the objective; 1 where left out.
     #[serde(default = "one")]
     information_weight: f64,
-    /// Mean of the first state: one number per state, or by the states' names, 0 where left out.
-    initial_state: Rows,
-    /// First guess of the controls: one row for all steps, or one row per step. Where left out, what
-    /// holds the first state: the torques that carry a robot's weight.
+    /// Mean of the first state: one number per state, or by the states' names. What is left out of a robot is at rest
+    /// at 0, or at the middle of its range where that does not hold 0; of other models it is 0.
+    initial_state: Option<InitialState>,
+    /// First guess of the controls: one row for all steps, or one row per step. Where left out, what holds the first
+    /// state: the torques that carry a robot's weight.
     initial_control: Option<Guess>,
-    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints.
+    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints, and the
+    /// ranges of the actuators of its file.
     #[serde(default)]
     enforce_effort_limits: bool,
     /// Its noise.
@@ -75,10 +78,17 @@ const MOST_STEPS: usize = 1_000_000;
 const MOST_ENTRIES: usize = 40_000_000;
 
 /// Where limits of controls come from.
-const NO_LIMITS: &str = "the robot's file gives efforts to the joints with drives, whose gears must be numbers";
+const NO_LIMITS: &str =
+    "the robot's file gives efforts to the joints with drives, whose gears must be numbers, or ranges to its actuators";
 
 /// Reads `[[tasks]]`.
-pub(super) fn read(document: &Document, model: &dyn AnyModel, parameters: &Parameters) -> Result<Vec<Task>, FileError> {
+///
+/// Also what looks like a mistake.
+pub(super) fn read(
+    document: &Document,
+    model: &dyn AnyModel,
+    parameters: &Parameters,
+) -> Result<(Vec<Task>, Vec<String>), FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
         Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
@@ -93,7 +103,8 @@ pub(super) fn read(document: &Document, model: &dyn AnyModel, parameters: &Param
         }
         tasks.push(task);
     }
-    Ok(tasks)
+    let warnings = tasks.iter().flat_map(|task| outside_limits(task, &parameters.initial())).collect();
+    Ok((tasks, warnings))
 }
 
 /// Reads one task.
@@ -135,7 +146,8 @@ impl Reader<'_> {
             return Err(self.error(&["bound".into()], message));
         }
         let states = model.vocabulary().states;
-        let initial_state = self.initial_state(file.initial_state, &states)?;
+        let first = FirstState { document: self.document, index: self.index, parameters: self.parameters, model };
+        let initial_state = first.read(file.initial_state)?;
         let noise = self.noise(file.noise, model, &states)?;
         let costs = self.costs(model)?;
         let initial_control = match file.initial_control {
@@ -208,17 +220,6 @@ impl Reader<'_> {
             Ok(cost)
         };
         (0..count).map(read).collect()
-    }
-
-    fn initial_state(&self, rows: Rows, states: &[String]) -> Result<Vec<Value>, FileError> {
-        let found = match rows {
-            Rows::Flat(list) if list.len() == states.len() => return Ok(list),
-            Rows::Named(given) => return self.named(&["initial_state".into()], &given, states),
-            Rows::Flat(list) => list.len(),
-            Rows::Nested(rows) => rows.len(),
-        };
-        let message = format!("must have {} entries ({}); found {found}", states.len(), quoted(states));
-        Err(self.error(&["initial_state".into()], message))
     }
 
     /// Numbers by the names of states.

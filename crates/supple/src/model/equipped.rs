@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use supple_kernels::Scalar;
 
-use super::{AnyModel, Channel, Channels, Dimensions, Limit, Model, ModelFile, OwnCost, Point};
+use super::{AnyModel, Channel, Channels, Dimensions, Limit, Model, ModelFile, OwnCost, Point, Start};
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
 use crate::cost::{Cost, Vocabulary};
@@ -162,12 +162,16 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.substeps()
     }
 
-    fn widened(&self, by: Value) -> Option<Self> {
-        Some(Self { model: self.model.widened(by)?, equipment: self.equipment.clone() })
+    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
+        Some(Self { model: self.model.widened(length, speed)?, equipment: self.equipment.clone() })
     }
 
     fn joint_names(&self) -> Vec<String> {
         self.model.joint_names()
+    }
+
+    fn locked_joints(&self) -> Vec<String> {
+        self.model.locked_joints()
     }
 
     fn coupling_names(&self) -> Vec<String> {
@@ -211,6 +215,18 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     }
     fn warnings(&self) -> Vec<String> {
         self.model.warnings()
+    }
+    fn every_warning(&self) -> Vec<String> {
+        self.model.every_warning()
+    }
+    fn starts_by_itself(&self) -> bool {
+        self.model.starts_by_itself()
+    }
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+        ModelFile::first_state(&self.model, start)
+    }
+    fn followers(&self) -> Vec<(usize, usize)> {
+        ModelFile::followers(&self.model)
     }
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)

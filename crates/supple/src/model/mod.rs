@@ -18,6 +18,7 @@ mod equipped;
 mod linear;
 mod recorded;
 mod robot;
+mod start;
 mod two_mass;
 
 use equipped::Equipped;
@@ -25,7 +26,8 @@ pub(crate) use equipped::{Entry, Equipment};
 pub use linear::Linear;
 pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
 pub use robot::Robot;
-pub(crate) use robot::{sensor_schemas, turn};
+pub(crate) use robot::{locked_message, sensor_schemas, turn};
+pub(crate) use start::{PoseFile, Start};
 pub use two_mass::TwoMass;
 
 /// How many numbers a model's vectors have.
@@ -247,9 +249,10 @@ pub trait Model: Send + Sync + 'static {
         None
     }
 
-    /// The same model with contacts that set in over a length wider by the value, m, and are softer by as much, with which
-    /// planning finds contacts from afar; at 0 it is this model. None in models without contacts.
-    fn widened(&self, _by: Value) -> Option<Self>
+    /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with friction
+    /// that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from afar, and gets
+    /// friction moving. At 0 it is this model. None in models without contacts and friction.
+    fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
     {
@@ -258,6 +261,11 @@ pub trait Model: Send + Sync + 'static {
 
     /// Names of the joints, each with the states `q.NAME` and `v.NAME`; none in models that have no joints.
     fn joint_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Names of the joints that a task has taken out, of which nothing may be asked.
+    fn locked_joints(&self) -> Vec<String> {
         Vec::new()
     }
 
@@ -329,6 +337,27 @@ pub(crate) trait ModelFile: Model + Clone {
         Vec::new()
     }
 
+    /// The same with a sentence for every single thing.
+    fn every_warning(&self) -> Vec<String> {
+        self.warnings()
+    }
+
+    /// Whether its first state need not be given, and may be given by a keyframe or a pose.
+    fn starts_by_itself(&self) -> bool {
+        false
+    }
+
+    /// The first state where nothing is said of single states, or what does not fit: the key, what is valid, and
+    /// advice.
+    fn first_state(&self, _start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+        Ok(vec![0.0; self.dimensions().states])
+    }
+
+    /// States that are the same as another one where the first state does not name them: both places.
+    fn followers(&self) -> Vec<(usize, usize)> {
+        Vec::new()
+    }
+
     /// More of the schema than [`ModelFile::File`] says.
     fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator) {}
 }
@@ -357,6 +386,10 @@ pub(crate) trait AnyModel {
     fn variances(&self) -> Option<Vec<Value>>;
     fn files(&self) -> Vec<PathBuf>;
     fn warnings(&self) -> Vec<String>;
+    fn every_warning(&self) -> Vec<String>;
+    fn starts_by_itself(&self) -> bool;
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)>;
+    fn followers(&self) -> Vec<(usize, usize)>;
     fn vocabulary(&self) -> Vocabulary;
     fn channels(&self) -> Channels;
     fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System>;
@@ -390,6 +423,18 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn warnings(&self) -> Vec<String> {
         ModelFile::warnings(self)
+    }
+    fn every_warning(&self) -> Vec<String> {
+        ModelFile::every_warning(self)
+    }
+    fn starts_by_itself(&self) -> bool {
+        ModelFile::starts_by_itself(self)
+    }
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+        ModelFile::first_state(self, start)
+    }
+    fn followers(&self) -> Vec<(usize, usize)> {
+        ModelFile::followers(self)
     }
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)

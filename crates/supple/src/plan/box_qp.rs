@@ -264,7 +264,7 @@ mod tests {
             for a in 0..m {
                 for b in 0..m {
                     let product: f64 = (0..m).map(|c| seed(a * m + c) * seed(b * m + c)).sum();
-                    rows[a * wide + n + b] = product + if a == b { 0.01 } else { 0.0 };
+                    rows[a * wide + n + b] = product + if a == b { 0.11 } else { 0.0 };
                 }
                 rows[a * wide] = seed(90 + a);
                 rows[a * wide + n + m] = 3.0 * seed(100 + a);
@@ -274,14 +274,14 @@ mod tests {
             let bounds = ControlBounds::new(&bounds);
             let (mut feedback, mut k, mut clamped) = (vec![9.0; m * narrow], vec![0.0; m], vec![false; m]);
             let mut result = Err(());
-            let (mut qp, mu) = (BoxQp::new(m), 0.1);
+            let mut qp = BoxQp::new(m);
             let gains = Gains {
-                rows: &mut rows, wide, n, mu,
+                rows: &mut rows, wide, n,
                 feedback: &mut feedback, narrow, feedforward: &mut k, clamped: &mut clamped,
             };
             dispatch(Solve { qp: &mut qp, bounds: &bounds, gains, result: &mut result });
             result.unwrap();
-            let h = |a: usize, b: usize| given[a * wide + n + b] + if a == b { mu } else { 0.0 };
+            let h = |a: usize, b: usize| given[a * wide + n + b];
             for a in 0..m {
                 let slope: f64 = given[a * wide + n + m] + (0..m).map(|b| h(a, b) * k[b]).sum::<f64>();
                 prop_assert!(k[a] >= bounds.lower()[a] && k[a] <= bounds.upper()[a]);

@@ -14,7 +14,7 @@ mod sampled;
 mod search;
 mod settings;
 
-pub(crate) use approach::approach;
+pub(crate) use approach::{approach, has_to_approach};
 pub(crate) use belief::{Around, Memory, Solved, plan_belief};
 pub use bounds::ControlBounds;
 pub(crate) use costates::sweep_costates;

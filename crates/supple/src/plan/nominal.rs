@@ -75,6 +75,8 @@ pub struct PlanWorkspace {
     pub(super) candidate: Trajectory,
     pub(super) hessian: Matrices,
     guess: Matrices,
+    /// Whether searches give up as soon as whole steps do not serve.
+    pub(crate) hasty: bool,
     /// When searches stop where they are; none where they take the time they need.
     pub(crate) deadline: Option<Instant>,
 }
@@ -87,6 +89,7 @@ impl PlanWorkspace {
             candidate: Trajectory::zeros(dimensions, steps),
             hessian: Matrices::zeros(steps + 1, joint, joint + 1),
             guess: Matrices::vectors(steps, dimensions.controls),
+            hasty: false,
             deadline: None,
         }
     }

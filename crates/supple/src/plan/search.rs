@@ -11,8 +11,15 @@ use crate::system::Curvature;
 /// The least regularisation that is tried after none, and the most, as shares of the curvature.
 const FIRST_MU: f64 = 1e-4;
 const MOST_MU: f64 = 1e8;
+/// Regularisations with which second derivatives are tried in turn, where they are not positive without.
+const NEWTON_MU: [f64; 5] = [0.0, 1e-3, 1e-2, 0.1, 1.0];
+/// Halvings of a Newton step at most: more of them, and Gauss-Newton does better.
+const NEWTON_HALVINGS: usize = 3;
 /// Below this share regularisation is dropped.
 const LEAST_MU: f64 = 1e-6;
+
+/// Iterations at most of a search that gives up early.
+const HASTY_ITERATIONS: usize = 12;
 
 /// The search's state between iterations.
 pub(super) struct Search<'a> {
@@ -27,7 +34,7 @@ pub(super) struct Search<'a> {
     progress: Progress,
 }
 
-/// When Newton steps are tried: where the last step changed the cost little, and not just after one that failed.
+/// When second derivatives are used: where the last step changed the cost little, and not just after they failed.
 #[derive(Clone, Copy, Debug, Default)]
 struct Readiness {
     close: bool,
@@ -64,13 +71,9 @@ impl Progress {
             return false;
         }
         let gained = self.cost - plan.nominal_cost;
-        let creeps = gained <= 1e-6 * (1.0 + plan.nominal_cost.abs())
-            && plan.relative_stationarity > 0.1 * self.stationarity;
-        *self = Self {
-            iteration: plan.iterations,
-            cost: plan.nominal_cost,
-            stationarity: plan.relative_stationarity,
-        };
+        let creeps =
+            gained <= 1e-6 * (1.0 + plan.nominal_cost.abs()) && plan.relative_stationarity > 0.1 * self.stationarity;
+        *self = Self { iteration: plan.iterations, cost: plan.nominal_cost, stationarity: plan.relative_stationarity };
         creeps
     }
 }
@@ -102,10 +105,10 @@ impl<'a> Search<'a> {
 
     /// Searches from the trajectory of the plan, which is rolled out; leaves the best one there.
     pub fn run(mut self) -> PlanStatus {
-        let (mut unresolved, mut last_stationarity) = (0, f64::INFINITY);
+        let (mut unresolved, mut least) = (0, f64::INFINITY);
         loop {
-            let newton = self.settings.newton && self.problem.system.has_cheap_curvature() && self.newton.is_ready();
-            self.linearise(if newton { Curvature::Exact } else { Curvature::GaussNewton });
+            let newton = self.settings.newton && self.newton.is_ready();
+            self.linearise();
             if self.plan.relative_stationarity <= self.settings.tolerance {
                 return PlanStatus::Converged;
             }
@@ -115,19 +118,21 @@ impl<'a> Search<'a> {
             if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return self.ended(PlanStatus::TimeLimit);
             }
-            if self.progress.creeps(self.plan) {
+            if self.progress.creeps(self.plan)
+                || self.work.hasty && (self.mu > 0.0 || self.plan.iterations > HASTY_ITERATIONS)
+            {
                 return self.ended(PlanStatus::SlowProgress);
             }
             self.plan.iterations += 1;
             match self.advance(newton) {
                 Outcome::Accepted => unresolved = 0,
                 Outcome::Resolved => {
-                    // Rounding hides the cost's decrease. Steps that still bring the plan closer to stationary go on; a
-                    // few others settle the last digits.
-                    let closer = self.plan.relative_stationarity < 0.5 * last_stationarity;
+                    // Rounding hides the cost's decrease. Steps that still bring the plan closer to stationary go on; one
+                    // other is enough where it is stationary but for rounding, and a few elsewhere.
+                    let closer = self.plan.relative_stationarity < 0.5 * least;
+                    least = least.min(self.plan.relative_stationarity);
                     unresolved = if closer { 0 } else { unresolved + 1 };
-                    last_stationarity = self.plan.relative_stationarity;
-                    if unresolved > 3 {
+                    if unresolved > 3 || unresolved > 0 && self.is_nearly_stationary() {
                         return self.ended(PlanStatus::LineSearchStalled);
                     }
                 }
@@ -137,17 +142,20 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// One iteration: a Newton step where it was asked for and helps, otherwise one of Gauss-Newton.
+    /// One iteration: with second derivatives, as far as regularised as makes them positive, where they were asked for; and
+    /// otherwise by Gauss-Newton.
     fn advance(&mut self, newton: bool) -> Outcome {
         self.newton.wait = self.newton.wait.saturating_sub(1);
         if newton {
-            let outcome = self.attempt(true, 0.0);
-            let succeeded = matches!(outcome, Outcome::Accepted | Outcome::Resolved);
-            self.newton.tried(succeeded);
-            if succeeded {
-                return outcome;
+            self.find_curvature();
+            for mu in NEWTON_MU {
+                let outcome = self.attempt(true, mu);
+                if matches!(outcome, Outcome::Accepted | Outcome::Resolved) {
+                    self.newton.tried(true);
+                    return outcome;
+                }
             }
-            self.linearise(Curvature::GaussNewton);
+            self.newton.tried(false);
         }
         let mut mu = self.mu;
         loop {
@@ -165,32 +173,41 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Second derivatives of the Lagrangian at the trajectory, in the workspace.
+    fn find_curvature(&mut self) {
+        let Self { problem, plan, work, scratch, .. } = self;
+        let (at, phi) = (plan.trajectory.points(), problem.phi);
+        work.hessian.clear();
+        problem.system.cost_quadratics(at, phi, Curvature::Exact, &mut work.hessian, scratch);
+        problem.system.add_dynamics_curvature(at, phi, &plan.costates, &mut work.hessian, scratch);
+    }
+
     /// The status at a place where no progress is made: converged where it is stationary but for rounding.
     fn ended(&mut self, status: PlanStatus) -> PlanStatus {
-        self.linearise(Curvature::GaussNewton);
-        let loose = self.plan.relative_stationarity <= 1e3 * self.settings.tolerance;
-        if loose { PlanStatus::Converged } else { status }
+        self.linearise();
+        if self.is_nearly_stationary() { PlanStatus::Converged } else { status }
     }
 
-    fn linearise(&mut self, curvature: Curvature) {
-        linearise(self.problem, self.plan, curvature, self.scratch);
+    /// Whether the plan is as stationary as rounding may allow.
+    fn is_nearly_stationary(&self) -> bool {
+        self.plan.relative_stationarity <= 1e3 * self.settings.tolerance
     }
 
-    /// A sweep and a line search along its step.
+    fn linearise(&mut self) {
+        linearise(self.problem, self.plan, Curvature::GaussNewton, self.scratch);
+    }
+
+    /// A sweep and a line search along its step, with the second derivatives that were found or by Gauss-Newton.
     fn attempt(&mut self, newton: bool, mu: f64) -> Outcome {
         let Self { problem, settings, plan, work, scratch, .. } = self;
-        let hessian = newton.then(|| {
-            work.hessian.copy_from(&plan.knots.cost);
-            let (at, costates) = (plan.trajectory.points(), &plan.costates);
-            problem.system.add_dynamics_curvature(at, problem.phi, costates, &mut work.hessian, scratch);
-            &work.hessian
-        });
+        let hessian = newton.then_some(&work.hessian);
         let Ok(decrease) = sweep(*problem, settings.regularisation.of(mu), hessian, plan) else {
             return Outcome::Indefinite;
         };
         let resolution = 1e-14 * (1.0 + plan.nominal_cost.abs());
         let mut step = 1.0;
-        for _ in 0..=settings.max_halvings {
+        let halvings = if newton { settings.max_halvings.min(NEWTON_HALVINGS) } else { settings.max_halvings };
+        for _ in 0..=halvings {
             let predicted = -(step * decrease.linear + step * step * decrease.quadratic);
             let around = (problem.system, problem.phi, problem.bounds);
             let law = (&plan.policy, step);
@@ -202,7 +219,9 @@ impl<'a> Search<'a> {
                 std::mem::swap(&mut plan.trajectory, &mut work.candidate);
                 plan.nominal_cost = cost;
                 self.newton.close = actual <= 0.05 * (1.0 + cost.abs());
-                self.mu = next_mu(mu, step);
+                if !newton {
+                    self.mu = if self.work.hasty && step < 0.5 { FIRST_MU } else { next_mu(mu, step) };
+                }
                 return if resolved { Outcome::Resolved } else { Outcome::Accepted };
             }
             step *= 0.5;

@@ -159,7 +159,10 @@ impl PlanSettings {
             return Err(("max_iterations", "must be at least 1; found 0".into()));
         }
         if let Some(limit) = self.time_limit.filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
-            return Err(("time_limit", format!("must be above 0 s and finite; leave it out for no limit; found {limit}")));
+            return Err((
+                "time_limit",
+                format!("must be above 0 s and finite; leave it out for no limit; found {limit}"),
+            ));
         }
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
             return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));

@@ -4,6 +4,7 @@ use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Dual, Matrices, Scratch};
 
 use super::programs::Recorder;
+use super::wide::Along;
 use super::{Curvature, KnotAdjoints, Points, System, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::{Cost, Residual};
@@ -22,7 +23,7 @@ pub struct Authored<M> {
     parameters: usize,
     size: Dimensions,
     programs: Programs,
-    /// The same with wider contacts, by a parameter more.
+    /// The same with wider contacts and friction, by two parameters more.
     widened: OnceLock<Option<Box<Self>>>,
 }
 
@@ -40,6 +41,8 @@ struct Programs {
     /// By curvature, of a stage and of the end.
     cost_quadratic: [[OnceLock<Program>; 2]; 2],
     dynamics_curvature: OnceLock<Program>,
+    responses: OnceLock<Program>,
+    curvature_along: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
     contract_cost: [OnceLock<Program>; 2],
@@ -72,8 +75,8 @@ impl<M: Model> Authored<M> {
     }
 }
 
-/// Up to how many unknowns of a step second derivatives of the dynamics are used in planning: the program that finds them
-/// grows with the third power of their number.
+/// Up to how many unknowns of a step one program finds all second derivatives of the dynamics; it grows with the third power
+/// of their number.
 const MOST_UNKNOWNS: usize = 16;
 
 /// By how many states landmarks are differentiated at once.
@@ -104,7 +107,7 @@ fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
 }
 
 /// A source that is read at the state after.
-fn after(matrices: &Matrices) -> Source<'_> {
+pub(super) fn after(matrices: &Matrices) -> Source<'_> {
     Source { matrices, shift: 1 }
 }
 
@@ -217,8 +220,9 @@ impl<M: Model> System for Authored<M> {
 
     fn widened(&self) -> Option<&dyn System> {
         let widened = self.widened.get_or_init(|| {
-            let model = self.model.widened(Value::Parameter(self.parameters))?;
-            Some(Box::new(Self::new(model, self.costs.clone(), self.time_step, self.parameters + 1)))
+            let [length, speed] = [0, 1].map(|more| Value::Parameter(self.parameters + more));
+            let model = self.model.widened(length, speed)?;
+            Some(Box::new(Self::new(model, self.costs.clone(), self.time_step, self.parameters + 2)))
         });
         widened.as_deref().map(|system| system as &dyn System)
     }
@@ -249,10 +253,6 @@ impl<M: Model> System for Authored<M> {
         }
     }
 
-    fn has_cheap_curvature(&self) -> bool {
-        self.model.unknowns() <= MOST_UNKNOWNS
-    }
-
     fn add_dynamics_curvature(
         &self,
         at: Points,
@@ -261,6 +261,12 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
+        let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
+        if unknowns > MOST_UNKNOWNS {
+            let responses = self.program(&self.programs.responses, |r| r.responses());
+            let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
+            return Along { responses, curvature, joint, unknowns }.add(at, phi, costates, out, scratch);
+        }
         let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
         let sources = [at.states.into(), at.controls.into(), after(costates)];
         let batch = Batch { first: 0, count: at.stages };

@@ -18,6 +18,7 @@ mod programs;
 mod roll_out;
 mod sequence;
 mod trace;
+mod wide;
 
 pub use arrays::Arrays;
 pub use authored::Authored;
@@ -166,8 +167,9 @@ pub trait System: Send + Sync {
         None
     }
 
-    /// The same system with wider and softer contacts, with which planning finds contacts from afar. It has a parameter
-    /// more, after all others: the length by which contacts are wider, m. None where there are no contacts.
+    /// The same system with wider and softer contacts, and friction that sets in over higher speeds, with which planning
+    /// finds contacts from afar. It has two parameters more, after all others: the length by which contacts are wider, m, and
+    /// the speed by which friction is, m/s or rad/s. None where there are neither contacts nor friction.
     fn widened(&self) -> Option<&dyn System> {
         None
     }
@@ -177,11 +179,6 @@ pub trait System: Send + Sync {
 
     /// `[l_zz | l_z]` at every point: (n + m) x (n + m + 1).
     fn cost_quadratics(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, scratch: &mut Scratch);
-
-    /// Whether the second derivatives of the dynamics are worth their time in planning, beyond Gauss-Newton steps.
-    fn has_cheap_curvature(&self) -> bool {
-        true
-    }
 
     /// Adds the second derivatives of `lambda_{t+1}' f` by `z` to the square part of `out` at every stage.
     fn add_dynamics_curvature(

@@ -70,6 +70,13 @@ impl<'a, M: Model> Trace<'a, M> {
         residual
     }
 
+    /// `F` and `r` at given unknowns.
+    pub fn at(&self, w: &[Node]) -> (Vec<Node>, Vec<Node>) {
+        let mut next = vec![Node::zero(); self.model.dimensions().states];
+        self.model.step(&self.point(w), &mut next);
+        (next, self.balance(w))
+    }
+
     /// `f`, with what its unknowns are defined by.
     pub fn dynamics(&self) -> Dynamics {
         let count = self.model.unknowns();
@@ -79,9 +86,7 @@ impl<'a, M: Model> Trace<'a, M> {
         let mass: Vec<Vec<Node>> = matrix.chunks(count.max(1)).map(<[Node]>::to_vec).collect();
         let factor = Ldl::new(&mass);
         let w = factor.solve(self.balance(&zeros)).into_iter().map(|w| (-w).opaque()).collect::<Vec<_>>();
-        let mut next = vec![Node::zero(); self.model.dimensions().states];
-        self.model.step(&self.point(&w), &mut next);
-        let residual = self.balance(&w);
+        let (next, residual) = self.at(&w);
         Dynamics { next, residual, mass, factor, w }
     }
 

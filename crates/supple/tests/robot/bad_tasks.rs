@@ -69,18 +69,20 @@ fn robot_files() {
         (
             massless(),
             "task.toml:3:8: model.file: the joint `second` moves nothing that has inertia, so its acceleration \
-             is not determined",
+             is not determined (write `locked = [\"second\"]` in [model] to take them out, or give their drives a \
+             `rotor_inertia`)",
         ),
         (
             arm().with("[model.links.tip]\nmass = 0.0\ninertia_scale = 0.0\n"),
             "task.toml:3:8: model.file: the joint `slide` moves nothing that has inertia, so its acceleration \
-             is not determined",
+             is not determined (write `locked = [\"slide\"]` in [model] to take them out, or give their drives a \
+             `rotor_inertia`)",
         ),
         (Description { model: String::new(), ..arm() }, "task.toml:1:1: model.file: is missing"),
         (
             robot("arm.urdf\"\nfolder = \"x"),
             "task.toml:4:1: model.folder: unknown key `folder`; valid are `file`, `package_roots`, \
-             `independent_mimic`, `gravity`, `actuated`, `drives`, `links`, `joints`, `frames`, \
+             `independent_mimic`, `gravity`, `actuated`, `locked`, `file_actuators`, `drives`, `links`, `joints`, `frames`, \
              `friction_smoothing`, `integrator`, `substeps`, `compliance`, `sensors` (did you mean `file`?)",
         ),
     ]);
@@ -178,7 +180,7 @@ fn drives() {
         ),
         (
             arm().with("[model.drives.slide]\nratio = 2.0\n"),
-            "task.toml:5:1: model.drives.slide.ratio: unknown key `ratio`; valid are `gear`, `rotor_inertia`",
+            "task.toml:5:1: model.drives.slide.ratio: unknown key `ratio`; valid are `gear`, `rotor_inertia`, `kp`, `kv`",
         ),
     ]);
 }
@@ -268,6 +270,9 @@ fn elements_of_compliance() {
             contact("normal = [0.0, \"n\", 1.0]").where_(&[("n", 1.0)]),
             "task.toml:13:16: model.compliance[0].normal[1]: must be a number; found \"n\"",
         ),
-        (contact(""), "task.toml:4:1: model.compliance[0].normal: is missing"),
+        (
+            contact(""),
+            "task.toml:4:1: model.compliance[0].normal: is missing: give the wall's `normal`, or a `geom` of the robot's file",
+        ),
     ]);
 }

@@ -1,6 +1,6 @@
 //! One small task for every kind of compliance, sensor and cost of a robot, with parameters in every number.
 
-use crate::arm::{Description, arm, compliance, cost, sensor};
+use crate::arm::{Description, arm, compliance, cost, sensor, servo};
 
 /// A place for a coupling with the tool, where the tool is at the start.
 const ANCHOR: &str = "[model.frames.anchor]\non = \"base\"\nposition = [0.43, 0.03, 0.76]\nrpy = [0.1, 0.45, 0.05]\n";
@@ -76,6 +76,8 @@ pub fn of_sensors() -> Vec<Description> {
             "frame_pose",
             "frame = \"tool\"\nreference = [0.1, 0.5, 0.0]\nvariance = [1e-3, \"v\", 1e-3, 2e-3, 2e-3, \"w\"]",
         );
+    let turns = sensor("frame_turn", "frame = \"tool\"\nreference = [0.1, 0.5, 0.0]\nvariance = [1e-3, \"v\", \"w\"]");
+    let file = sensor("file", "select = [\"angle\", \"place\", \"turn\"]\nvariance = \"v\"");
     let forces = sensor("coupling_force", "coupling = \"gripper\"\nvariance = \"f\"")
         + &sensor("coupling_force", "coupling = \"wall\"\nvariance = 0.5")
         + &sensor("coupling_force", "coupling = \"gripper\"\nselect = [\"force_z\", \"torque_x\"]\nvariance = 0.2")
@@ -84,6 +86,8 @@ pub fn of_sensors() -> Vec<Description> {
     vec![
         equipped().sensing(&joints).where_(&[("v", 1e-3), ("w", 4e-3), ("t", 0.05)]),
         equipped().sensing(&frames).where_(&[("v", 1e-3), ("w", 4e-3)]),
+        equipped().sensing(&turns).where_(&[("v", 1e-3), ("w", 4e-3)]),
+        Description { time_step: "0.002".into(), ..servo().sensing(&file) }.where_(&[("v", 1e-3)]),
         equipped().sensing(&forces).where_(&[("f", 0.3)]),
     ]
 }
@@ -101,6 +105,8 @@ pub fn of_numbers() -> Vec<Description> {
     let passive = [("damping", 0.2), ("friction", 0.3), ("armature", 0.02), ("stiffness", 4.0), ("rest", -0.2)];
     let place = [("ox", 0.01), ("oy", -0.02), ("oz", 0.03), ("length", 1.1)];
     let drive = [("gear", 3.0), ("rotor", 0.001), ("smoothing", 0.2)];
+    let servos =
+        "[model.drives.servo]\nkp = \"kp\"\nkv = \"kv\"\ngear = \"gear\"\n[model.drives.speed]\nkv = \"speed\"\n";
     let poses = sensor("frame_pose", "frame = \"tool\"\nvariance = 1e-3");
     let mut task =
         arm().where_(&[("dt", 0.02), ("q", 0.3), ("u", 0.5), ("x0", 1e-3), ("w", 1e-4), ("y", 2e-3), ("d", 1e4)]);
@@ -114,13 +120,19 @@ pub fn of_numbers() -> Vec<Description> {
     vec![
         arm().with(links).sensing(&poses).where_(&weight).where_(&inertia),
         arm().with(joints).sensing(&poses).where_(&passive).where_(&place).where_(&drive),
+        Description { time_step: "0.002".into(), ..servo().with(servos) }.where_(&[
+            ("kp", 30.0),
+            ("kv", 1.5),
+            ("gear", 1.2),
+            ("speed", 5.0),
+        ]),
         task,
     ]
 }
 
 /// Several sub-steps, where accelerations are solved for on the way.
 pub fn of_substeps() -> Vec<Description> {
-    [spring(), elastic_joint(), contact(), of_numbers().remove(2)]
+    [spring(), elastic_joint(), contact(), of_numbers().remove(2), of_numbers().remove(3)]
         .map(|mut description| {
             description.model.insert_str(0, "substeps = 3\n");
             description

@@ -33,7 +33,7 @@ impl Unused<'_> {
     fn walk(&mut self, schema: &Json, values: &[(&Toml, &[String])], path: &str) {
         if let Some(reference) = schema["$ref"].as_str() {
             let name = reference.rsplit('/').next().unwrap();
-            if ["Value", "OneOrMore", "Numbers", "Guess"].contains(&name) {
+            if ["Value", "OneOrMore", "Numbers", "Guess", "InitialState"].contains(&name) {
                 if !values.iter().any(|(value, names)| holds(value, names)) {
                     self.keys.push(path.to_owned());
                 }

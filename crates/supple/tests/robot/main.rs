@@ -1,6 +1,7 @@
 //! Robots from files through the public interface: against independent programs, by their physics, and bad task files.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod actuators;
 mod arm;
 mod bad_tasks;
 mod bad_uses;
@@ -14,12 +15,15 @@ mod fields;
 mod golden;
 mod integrator;
 mod limits;
+mod locked;
 mod mimic;
 mod overrides;
+mod planning;
 #[path = "../common/reference/mod.rs"]
 mod reference;
 mod registries;
 mod stability;
+mod starts;
 mod substeps;
 mod torque_limits;
 mod touching;

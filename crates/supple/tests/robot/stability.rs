@@ -107,6 +107,7 @@ fn plan_that_cannot_be_computed_says_which_time_step_would_do() {
     let mut description = spring(OMEGA, 0.0, 0.03);
     description.steps = 400;
     description.start = "\"q.turn\" = 0.1\n".into();
+    description.time_step += "\ninitial_control = [0.0]";
     let error = description.problem().evaluate(&[], &EvaluateOptions::default()).unwrap_err();
     let Error::TimeStep { stability, .. } = &error else { panic!("{error}") };
     assert_eq!((stability.step, stability.suggested_time_step), (0, Some(0.0094)));

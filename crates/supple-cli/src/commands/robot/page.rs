@@ -1,7 +1,11 @@
+mod equipment;
+
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
 use supple_robot::{Joint, JointKind, Robot, Tree};
+
+use super::Planning;
 
 /// Levels of the tree that are drawn; what hangs deeper stands at the last one, with the name of what carries it.
 const LEVELS: usize = 20;
@@ -27,7 +31,7 @@ const COLUMNS: [(&str, bool); 15] = [
 ];
 
 /// The page of `supple robot` without a state.
-pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3]) -> String {
+pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], verbose: bool) -> String {
     let mass: f64 = robot.links.iter().filter_map(|link| link.inertia).map(|inertia| inertia.mass).sum();
     let (links, moving) = (robot.links.len(), tree.bodies().len());
     let mut page = format!("{}: {}, {}", name(&robot.name), count(links, "link"), count(moving, "moving joint"));
@@ -44,15 +48,37 @@ pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3]) -> String {
         page.push_str("\nFrames besides those of links\n\n");
         page.push_str(&text(&frame_table(robot)));
     }
+    page.push_str(&equipment::equipment(robot, tree));
     let said = robot
         .gravity
         .map_or_else(|| "the file says nothing".to_owned(), |said| format!("{} in the file", vector(said)));
     let _ = writeln!(page, "\nGravity, m/s^2: {said}; dynamics are at {}", vector(gravity));
-    if !robot.warnings.is_empty() {
+    page.push_str(&Planning::of(robot).text(robot));
+    let mut warnings = if verbose { robot.every_warning.clone() } else { robot.warnings.clone() };
+    warnings.extend(missing_meshes(robot, verbose));
+    if !warnings.is_empty() {
         page.push_str("\nWarnings\n");
-        robot.warnings.iter().for_each(|warning| page.extend(["- ", warning, "\n"]));
+        warnings.iter().for_each(|warning| page.extend(["- ", warning, "\n"]));
     }
     page
+}
+
+/// What to say of meshes that are not where the file says: one line, or one for each.
+fn missing_meshes(robot: &Robot, verbose: bool) -> Vec<String> {
+    let meshes = robot.links.iter().flat_map(|link| &link.meshes);
+    let mut missing: Vec<String> =
+        meshes.filter(|mesh| !mesh.path.is_file()).map(|mesh| mesh.path.display().to_string()).collect();
+    missing.sort();
+    missing.dedup();
+    match missing.len() {
+        0 => Vec::new(),
+        count if verbose || count == 1 => missing.iter().map(|path| format!("mesh not found: {path}")).collect(),
+        count => {
+            let shown = missing.iter().take(3).map(String::as_str).collect::<Vec<_>>().join(", ");
+            let rest = if count > 3 { format!(" and {} more", count - 3) } else { String::new() };
+            vec![format!("{count} meshes not found: {shown}{rest}")]
+        }
+    }
 }
 
 fn count(count: usize, what: &str) -> String {
@@ -60,7 +86,7 @@ fn count(count: usize, what: &str) -> String {
 }
 
 /// A name in one line, and short.
-fn name(name: &str) -> String {
+pub fn name(name: &str) -> String {
     let mut short: String = name.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if short.len() < name.len() {
         short.push_str("...");
@@ -69,7 +95,7 @@ fn name(name: &str) -> String {
 }
 
 /// A number with at most six significant digits.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let value: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     match f64::abs(value) {
         0.0 => "0".into(),

@@ -12,11 +12,13 @@ use super::super::warnings::Warnings;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::WORLD;
+use super::actuator::Actuators;
 use super::defaults::{Classes, MAIN, Values};
 use super::known::check_attributes;
 use super::orientation::{between, pose};
+use super::sensor::SensorPart;
 use super::settings::Settings;
-use crate::{JointKind, Pose};
+use crate::{JointKind, Key, Omitted, Pose, Wall};
 
 /// Elements of a body that are read, or cannot be passed over.
 const BODY: [&str; 7] = ["body", "inertial", "joint", "freejoint", "geom", "site", "frame"];
@@ -42,8 +44,8 @@ struct Task<'a> {
     frame: Pose,
     /// The class of its elements, where they name none.
     class: usize,
-    /// Whether its parent can move.
-    moves: bool,
+    /// Where its parent is in the world; none where that can move.
+    world: Option<Pose>,
 }
 
 /// The parts of a robot while its file is read.
@@ -56,6 +58,12 @@ pub(super) struct Reader<'a, 'o> {
     /// Meshes of the `asset` sections by name.
     pub(super) meshes: HashMap<&'a str, Element<'a>>,
     pub(super) parts: Parts<'a>,
+    pub(super) actuators: Actuators<'a>,
+    pub(super) sensors: Vec<SensorPart>,
+    /// Keyframes; joints by their place in the file.
+    pub(super) keys: Vec<Key>,
+    pub(super) walls: Vec<Wall>,
+    pub(super) omitted: Vec<Omitted>,
     /// Names that the file gives.
     names: HashSet<&'a str>,
     /// Bodies and joints so far.
@@ -80,8 +88,22 @@ impl<'a, 'o> Reader<'a, 'o> {
             gravity: None,
             warnings,
         };
-        let meshes = HashMap::new();
-        Self { settings, classes, options, folder, meshes, parts, names, bodies: 0, joints: 0 }
+        Self {
+            settings,
+            classes,
+            options,
+            folder,
+            meshes: HashMap::new(),
+            parts,
+            actuators: Actuators::default(),
+            sensors: Vec::new(),
+            keys: Vec::new(),
+            walls: Vec::new(),
+            omitted: Vec::new(),
+            names,
+            bodies: 0,
+            joints: 0,
+        }
     }
 
     /// The `worldbody` sections, and all bodies in them.
@@ -91,7 +113,10 @@ impl<'a, 'o> Reader<'a, 'o> {
     pub(super) fn world(&mut self, root: Element<'a>) -> Result<(), FileError> {
         let worlds: Vec<_> = root.all("worldbody").collect();
         let Some(&first) = worlds.first() else {
-            return Err(root.error("there is no `worldbody` in it"));
+            let error = root.error("there is no `worldbody` in it");
+            return Err(
+                error.with_help("a file of settings that others include holds no robot: read one that includes it")
+            );
         };
         let mut items = Items::default();
         for at in worlds {
@@ -104,12 +129,14 @@ impl<'a, 'o> Reader<'a, 'o> {
         if let Some(at) = items.inertial {
             return Err(at.error("the world has no inertia: an `inertial` is in a body"));
         }
-        self.finish(first, WORLD, &items, false)?;
-        let mut open: Vec<_> = tasks(items, WORLD, false).collect();
+        self.finish(first, WORLD, &items, Some(Pose::IDENTITY))?;
+        let mut open: Vec<_> = tasks(items, WORLD, Some(Pose::IDENTITY)).collect();
         while let Some(task) = open.pop() {
-            let (name, items, moves) = self.body(task)?;
-            open.extend(tasks(items, &name, moves));
+            let (name, items, world) = self.body(task)?;
+            open.extend(tasks(items, &name, world));
         }
+        self.scale_masses(first)?;
+        self.check_walls(first)?;
         self.check_sites()
     }
 
@@ -122,8 +149,8 @@ impl<'a, 'o> Reader<'a, 'o> {
         for frame in frames {
             let at = frame.link.at;
             if let Some(first) = sites.insert(frame.name.as_str(), at) {
-                let line = first.line();
-                return Err(at.error_at("name", format!("there is another site of this name, at line {line}")));
+                let message = format!("there is another site of this name, at {}", first.place());
+                return Err(at.error_at("name", message));
             }
             if links.contains(frame.name.as_str()) {
                 warnings.note("shadowed", at, || {
@@ -135,9 +162,10 @@ impl<'a, 'o> Reader<'a, 'o> {
         Ok(())
     }
 
-    /// A body: its link, its joints, and links between them. Returns its name, what is in it, and whether it can move.
-    fn body(&mut self, task: Task<'a>) -> Result<(String, Items<'a>, bool), FileError> {
-        let Task { at, parent, frame, class, moves } = task;
+    /// A body: its link, its joints, and links between them. Returns its name, what is in it, and where it is in the
+    /// world if it cannot move.
+    fn body(&mut self, task: Task<'a>) -> Result<(String, Items<'a>, Option<Pose>), FileError> {
+        let Task { at, parent, frame, class, world } = task;
         check_attributes(at, "body", &mut self.parts.warnings);
         self.bodies += 1;
         let name = self.name(at, "body", self.bodies);
@@ -151,7 +179,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         let mut items = Items::default();
         self.collect(at, Pose::IDENTITY, class, &mut items)?;
 
-        let moves = moves || !items.joints.is_empty();
+        let world = world.filter(|_| items.joints.is_empty()).map(|parent| parent.compose(&placed));
         let reference = |name: &str| Reference { at, name: name.to_owned() };
         if items.joints.is_empty() {
             let ends = [reference(&parent), reference(&name)];
@@ -178,17 +206,21 @@ impl<'a, 'o> Reader<'a, 'o> {
             self.parts.joints.push(joint);
             last = link;
         }
-        self.finish(at, &name, &items, moves)?;
-        Ok((name, items, moves))
+        self.finish(at, &name, &items, world)?;
+        Ok((name, items, world))
     }
 
-    /// The link of a body with its inertia, meshes and sites.
-    fn finish(&mut self, at: Element<'a>, name: &str, items: &Items<'a>, moves: bool) -> Result<(), FileError> {
-        let inertia = if name == WORLD { None } else { self.inertia(at, items, moves)? };
+    /// The link of a body with its inertia, meshes, sites and walls. `world` is where it is if it cannot move.
+    fn finish(&mut self, at: Element<'a>, name: &str, items: &Items<'a>, world: Option<Pose>) -> Result<(), FileError> {
+        let counts = world.is_none() || self.settings.total_mass.is_some();
+        let inertia = if name == WORLD { None } else { self.inertia(at, items, counts)? };
         let mut meshes = Vec::new();
         for &(geom, frame, class) in &items.geoms {
             check_attributes(geom, "geom", &mut self.parts.warnings);
             meshes.extend(self.mesh(geom, &frame, class)?);
+            if let Some(world) = world {
+                self.wall(geom, &world.compose(&frame), class)?;
+            }
         }
         self.parts.links.push(LinkPart { at, name: name.to_owned(), inertia, meshes });
         for &(site, frame, class) in &items.sites {
@@ -219,7 +251,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                     check_attributes(child, "inertial", &mut self.parts.warnings);
                     if let Some(first) = items.inertial.replace(child) {
                         let message =
-                            format!("there is at most one `inertial` in a body; the first is at line {}", first.line());
+                            format!("there is at most one `inertial` in a body; the first is at {}", first.place());
                         return Err(child.error(message));
                     }
                 }
@@ -257,13 +289,13 @@ impl<'a, 'o> Reader<'a, 'o> {
 }
 
 /// The bodies in a body, the last one first.
-fn tasks<'a>(items: Items<'a>, parent: &str, moves: bool) -> impl Iterator<Item = Task<'a>> {
+fn tasks<'a>(items: Items<'a>, parent: &str, world: Option<Pose>) -> impl Iterator<Item = Task<'a>> {
     let parent = parent.to_owned();
     items.bodies.into_iter().rev().map(move |(at, frame, class)| Task {
         at,
         parent: parent.clone(),
         frame,
         class,
-        moves,
+        world,
     })
 }

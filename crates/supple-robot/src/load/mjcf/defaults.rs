@@ -11,7 +11,8 @@ use supple_files::FileError;
 use super::super::warnings::Warnings;
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;
-use super::known::{ORIENTATIONS, attributes, check_attributes};
+use super::known::{ACTUATORS, ORIENTATIONS, attributes, check_attributes};
+use super::law::{LAWS, Numbers};
 
 /// The class `main`.
 pub(super) const MAIN: usize = 0;
@@ -20,8 +21,7 @@ const MOST: usize = 10_000;
 /// Elements whose defaults are read.
 const READ: [&str; 5] = ["joint", "geom", "site", "mesh", "equality"];
 /// Elements of a class that are known, and stand for what is not modelled.
-const PASSED: &str = "default material camera light pair tendon general motor position velocity intvelocity \
-    orientation pid damper cylinder muscle adhesion dcmotor skin";
+const PASSED: &str = "default material camera light pair tendon skin";
 
 /// A class: by tag and attribute, the element that has the value.
 #[derive(Clone, Default)]
@@ -29,6 +29,8 @@ struct Class<'a> {
     values: BTreeMap<(&'static str, &'static str), Element<'a>>,
     /// Sizes of geoms: an element may give fewer than it has, and keeps the others.
     size: [f64; 3],
+    /// Gain and bias of actuators.
+    numbers: Numbers,
 }
 
 /// The classes of a file.
@@ -71,7 +73,11 @@ impl<'a> Classes<'a> {
                 sizes(element, &mut class.size)?;
             }
         }
-        for element in at.children().filter(|element| !READ.contains(&element.tag())) {
+        let is_actuator = |element: &Element| ACTUATORS.split_ascii_whitespace().any(|tag| tag == element.tag());
+        for element in at.children().filter(is_actuator) {
+            self.actuator(index, element, warnings)?;
+        }
+        for element in at.children().filter(|element| !READ.contains(&element.tag()) && !is_actuator(element)) {
             if element.tag() == "default" {
                 self.nested(index, element, warnings)?;
             } else if PASSED.split_ascii_whitespace().all(|tag| tag != element.tag()) {
@@ -79,6 +85,26 @@ impl<'a> Classes<'a> {
             }
         }
         Ok(())
+    }
+
+    /// What an actuator element says of class `index`: all kinds of actuators share their defaults.
+    fn actuator(&mut self, index: usize, at: Element<'a>, warnings: &mut Warnings) -> Result<(), FileError> {
+        if LAWS.contains(&at.tag()) {
+            check_attributes(at, at.tag(), warnings);
+        }
+        let class = &mut self.classes[index];
+        for name in attributes("actuator").filter(|name| at.attribute(name).is_some()) {
+            class.values.insert(("actuator", name), at);
+        }
+        class.numbers.update(at)
+    }
+
+    /// Gain and bias of an actuator's class.
+    ///
+    /// # Errors
+    /// Where it names a class that is not known.
+    pub(super) fn numbers(&self, at: Element<'a>) -> Result<Numbers, FileError> {
+        Ok(self.classes[self.named(at, "class", MAIN)?].numbers)
     }
 
     /// A class in class `parent`.
@@ -89,7 +115,7 @@ impl<'a> Classes<'a> {
             return Err(at.error(format!("a file has at most {MOST} classes")));
         }
         if let Some((_, first)) = self.names.insert(name, (index, Some(at))) {
-            let place = first.map_or_else(String::new, |first| format!(", at line {}", first.line()));
+            let place = first.map_or_else(String::new, |first| format!(", at {}", first.place()));
             return Err(at.error_at("class", format!("there is another class {}{place}", shown(name))));
         }
         self.classes.push(self.classes[parent].clone());

@@ -87,8 +87,7 @@ impl<'a> Reader<'a, '_> {
         }
         let (led, lead) = (&self.parts.joints[follower], &self.parts.joints[leader]);
         if let Some(first) = &led.mimic {
-            let message =
-                format!("joint {} follows another already, at line {}", shown(&led.name), first.joint.at.line());
+            let message = format!("joint {} follows another already, at {}", shown(&led.name), first.joint.at.place());
             return Err(at.error_at("joint1", message));
         }
         let offset = led.reference + offset - ratio * lead.reference;

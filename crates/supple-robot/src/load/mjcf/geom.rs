@@ -1,14 +1,17 @@
 //! Shapes of geoms, and the mass that they give to their bodies.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use supple_files::FileError;
 
+use super::super::sdf::check_position;
+use super::super::words::shown;
 use super::super::xml::Element;
 use super::body::Reader;
 use super::defaults::Values;
 use super::orientation::{between, pose};
-use crate::Pose;
+use crate::{Pose, Wall, WallShape};
 
 /// Density where nothing is said, kg/m^3: that of water.
 const DENSITY: f64 = 1000.0;
@@ -86,8 +89,24 @@ impl<'a> Reader<'a, '_> {
             let message = "the inertia of shells is not computed";
             return Err(values.error("shellinertia", message).with_help("give the body an `inertial`"));
         }
+        let (size, placed) = self.placed(&values, shape)?;
+        let needed = match shape {
+            Shape::Sphere => 1,
+            Shape::Capsule | Shape::Cylinder => 2,
+            _ => 3,
+        };
+        check_sizes(&values, size, needed)?;
+        let mass = mass.unwrap_or(density * volume(shape, size));
+        Ok(Mass::Known(Solid { mass, pose: frame.compose(&placed), moments: moments(shape, size, mass) }))
+    }
+
+    /// Sizes of a geom, m, and where it is in its body or frame.
+    ///
+    /// # Errors
+    /// Where its place is given twice, or not valid.
+    fn placed(&self, values: &Values, shape: Shape) -> Result<([f64; 3], Pose), FileError> {
         let mut size = values.sizes()?;
-        let placed = match between(&values)? {
+        let placed = match between(values)? {
             Some((placed, half)) => {
                 match shape {
                     Shape::Sphere => {
@@ -100,19 +119,56 @@ impl<'a> Reader<'a, '_> {
                 }
                 placed
             }
-            None => pose(&values, self.settings)?,
+            None => pose(values, self.settings)?,
         };
-        let needed = match shape {
-            Shape::Sphere => 1,
-            Shape::Capsule | Shape::Cylinder => 2,
-            _ => 3,
-        };
-        if let Some(i) = size.iter().take(needed).position(|&size| size <= 0.0) {
-            let message = format!("number {} of `size` must be positive, and is {}", i + 1, size[i]);
-            return Err(values.error("size", message));
+        Ok((size, placed))
+    }
+
+    /// Keeps a plane or a box with a name as a wall; `world` is where its body or frame is, which does not move.
+    ///
+    /// # Errors
+    /// Where its sizes or its place are not valid.
+    pub(super) fn wall(&mut self, at: Element<'a>, world: &Pose, class: usize) -> Result<(), FileError> {
+        let Some(name) = at.attribute("name").filter(|name| !name.is_empty()) else { return Ok(()) };
+        let values = self.classes.values(at, "geom", class)?;
+        let shape = values.choice("type", &SHAPES)?.unwrap_or(Shape::Sphere);
+        if !matches!(shape, Shape::Plane | Shape::Box) || values.text("mesh").is_some() {
+            return Ok(());
         }
-        let mass = mass.unwrap_or(density * volume(shape, size));
-        Ok(Mass::Known(Solid { mass, pose: frame.compose(&placed), moments: moments(shape, size, mass) }))
+        let (size, placed) = self.placed(&values, shape)?;
+        let shape = if shape == Shape::Plane { WallShape::Plane } else { WallShape::Box(size) };
+        if shape != WallShape::Plane {
+            check_sizes(&values, size, 3)?;
+        }
+        let pose = world.compose(&placed);
+        check_position(at, &pose)?;
+        self.walls.push(Wall { name: name.to_owned(), shape, pose, line: at.line() });
+        Ok(())
+    }
+
+    /// # Errors
+    /// Where two walls have one name.
+    pub(super) fn check_walls(&self, root: Element<'a>) -> Result<(), FileError> {
+        let mut lines = HashMap::new();
+        for wall in &self.walls {
+            if let Some(first) = lines.insert(wall.name.as_str(), wall.line) {
+                let message = format!("there are two geoms {}, at lines {first} and {}", shown(&wall.name), wall.line);
+                return Err(root.error_naming(&wall.name, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// # Errors
+/// Where one of the first sizes is not positive.
+fn check_sizes(values: &Values, size: [f64; 3], needed: usize) -> Result<(), FileError> {
+    match size.iter().take(needed).position(|&size| size <= 0.0) {
+        None => Ok(()),
+        Some(i) => {
+            let message = format!("number {} of `size` must be positive, and is {}", i + 1, size[i]);
+            Err(values.error("size", message))
+        }
     }
 }
 

@@ -13,7 +13,8 @@ use crate::Inertia;
 use crate::pose::{add, scale, sub};
 
 impl<'a> Reader<'a, '_> {
-    /// The inertia of a body and where it stands; none where its mass is 0. `moves` is whether the body can move.
+    /// The inertia of a body and where it stands; none where its mass is 0. `counts` is whether it has a meaning:
+    /// where the body can move, or the mass of all bodies is set.
     ///
     /// # Errors
     /// Where it is not valid, or a mesh would have to be read for a body that moves.
@@ -21,7 +22,7 @@ impl<'a> Reader<'a, '_> {
         &mut self,
         body: Element<'a>,
         items: &Items<'a>,
-        moves: bool,
+        counts: bool,
     ) -> Result<Option<(Inertia, Element<'a>)>, FileError> {
         let written = match items.inertial {
             Some(at) => Some((self.written(at)?, at)),
@@ -32,7 +33,7 @@ impl<'a> Reader<'a, '_> {
             FromGeoms::WhereMissing => written.is_none(),
             FromGeoms::Never => false,
         };
-        let summed = if from_geoms { self.summed(items, moves)? } else { None };
+        let summed = if from_geoms { self.summed(items, counts)? } else { None };
         let (inertia, at) = match (summed, written) {
             (Some(inertia), _) => (inertia, body),
             (None, Some(written)) => written,
@@ -41,6 +42,25 @@ impl<'a> Reader<'a, '_> {
         let inertia = bounded(inertia, self.settings);
         let has_any = inertia.mass != 0.0 || inertia.moment != [[0.0; 3]; 3];
         Ok(has_any.then_some((inertia, at)))
+    }
+
+    /// Scales masses and moments of all bodies to the mass that the compiler settings ask for.
+    ///
+    /// # Errors
+    /// Where the bodies have no mass.
+    pub(super) fn scale_masses(&mut self, world: Element<'a>) -> Result<(), FileError> {
+        let Some(total) = self.settings.total_mass else { return Ok(()) };
+        let inertias = || self.parts.links.iter().filter_map(|link| link.inertia.as_ref());
+        let mass: f64 = inertias().map(|(inertia, _)| inertia.mass).sum();
+        if mass <= 0.0 {
+            return Err(world.error("`settotalmass` scales the masses of the bodies in it, and they have none"));
+        }
+        let factor = total / mass;
+        for (inertia, _) in self.parts.links.iter_mut().filter_map(|link| link.inertia.as_mut()) {
+            inertia.mass *= factor;
+            inertia.moment = inertia.moment.map(|row| scale(factor, row));
+        }
+        Ok(())
     }
 
     /// An `inertial` element.
@@ -72,13 +92,13 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// The sum over a body's geoms; none where they give none.
-    fn summed(&mut self, items: &Items<'a>, moves: bool) -> Result<Option<Inertia>, FileError> {
+    fn summed(&mut self, items: &Items<'a>, counts: bool) -> Result<Option<Inertia>, FileError> {
         let mut solids = Vec::new();
         for &(at, frame, class) in &items.geoms {
             match self.solid(at, &frame, class)? {
                 Mass::Known(solid) => solids.push(solid),
                 Mass::None => {}
-                Mass::OfMesh if moves => {
+                Mass::OfMesh if counts => {
                     let message = "the mass of its body would follow from this mesh, and meshes are not read";
                     let help = "give the body an `inertial`, or the geom the mass 0";
                     return Err(at.error(message).with_help(help));

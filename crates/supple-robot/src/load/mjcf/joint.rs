@@ -18,8 +18,8 @@ const LIMITED: [(&str, Option<bool>); 3] = [("true", Some(true)), ("false", Some
 enum Type {
     Hinge,
     Slide,
-    /// One that is not supported.
-    Other,
+    Ball,
+    Free,
 }
 
 impl<'a> Reader<'a, '_> {
@@ -36,20 +36,20 @@ impl<'a> Reader<'a, '_> {
         ends: [Reference<'a>; 2],
     ) -> Result<JointPart<'a>, FileError> {
         if at.tag() == "freejoint" {
-            return Err(at.error(format!("joint {} is free, which is not supported", shown(name))).with_help(HELP));
+            return Err(floating(at, name, |message| at.error(message)));
         }
         check_attributes(at, "joint", &mut self.parts.warnings);
         let values = self.classes.values(at, "joint", class)?;
-        let kinds = [("hinge", Type::Hinge), ("slide", Type::Slide), ("ball", Type::Other), ("free", Type::Other)];
+        let kinds = [("hinge", Type::Hinge), ("slide", Type::Slide), ("ball", Type::Ball), ("free", Type::Free)];
         let kind = values.choice("type", &kinds)?.unwrap_or(Type::Hinge);
         let unit = match kind {
             Type::Hinge => self.settings.angle,
             Type::Slide => 1.0,
-            Type::Other => {
-                let found = shown(values.text("type").unwrap_or(""));
-                let message = format!("joint {} is of type {found}; supported are `hinge`, `slide`", shown(name));
-                let error = values.error("type", message);
-                return Err(if values.text("type") == Some("free") { error.with_help(HELP) } else { error });
+            Type::Free => return Err(floating(at, name, |message| values.error("type", message))),
+            Type::Ball => {
+                let message = format!("ball joints are not supported: joint {} is one", shown(name));
+                let help = "give the body three hinges at one place instead, each about another axis";
+                return Err(values.error("type", message).with_help(help));
             }
         };
         let range = self.range(&values, "range", "limited")?.map(|range| range.map(|bound| bound * unit));
@@ -82,7 +82,12 @@ impl<'a> Reader<'a, '_> {
     ///
     /// # Errors
     /// Where the range is empty, missing, or not said to limit although `autolimits` is off.
-    fn range(&self, values: &Values, name: &'static str, limited: &'static str) -> Result<Option<[f64; 2]>, FileError> {
+    pub(super) fn range(
+        &self,
+        values: &Values,
+        name: &'static str,
+        limited: &'static str,
+    ) -> Result<Option<[f64; 2]>, FileError> {
         let range: Option<[f64; 2]> = values.numbers(name)?.filter(|range| *range != [0.0; 2]);
         match (values.choice(limited, &LIMITED)?.flatten(), range) {
             (Some(true), None) => Err(values.error(limited, format!("it is limited, and has no `{name}`"))),
@@ -111,11 +116,16 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// What helps against a free joint.
-const HELP: &str = "a robot stands on the world: remove the joint, or give it hinges and slides";
+/// The error about a joint that leaves its body free.
+fn floating(at: Element, name: &str, error: impl Fn(String) -> FileError) -> FileError {
+    let body = at.parent().and_then(|body| body.attribute("name")).filter(|body| !body.is_empty());
+    let body = body.map_or_else(|| "its body".to_owned(), |body| format!("body {}", shown(body)));
+    let message = format!("floating bases are not supported: joint {} lets {body} move freely", shown(name));
+    error(message).with_help("remove the joint to fix the body in the world, or give it hinges and slides")
+}
 
 /// A coefficient that grows linearly: further coefficients of the polynomial must be 0.
-fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
+pub(super) fn linear(values: &Values, name: &'static str) -> Result<f64, FileError> {
     let Some(found) = values.list(name)? else { return Ok(0.0) };
     match found[..] {
         [linear] | [linear, 0.0] | [linear, 0.0, 0.0] => Ok(linear),

@@ -22,10 +22,29 @@ const GEOM: &str = "name class type contype conaffinity condim group priority si
 const SITE: &str = "name class type group pos quat axisangle xyaxes zaxis euler material size fromto rgba user";
 const MESH: &str = "name class content_type file vertex normal texcoord face refpos refquat scale smoothnormal \
     maxhullvert inertia builtin params material";
+const ACTUATOR: &str = "name class group ctrllimited forcelimited ctrlrange forcerange lengthrange gear cranklength \
+    joint jointinparent tendon slidersite cranksite site refsite user armature damping delay interp nsample";
+const GENERAL: &str = "body actdim actearly actlimited actrange biasprm biastype dynprm dyntype ffrange gainprm \
+    gaintype inheritrange input velrange";
+const POSITION: &str = "kp kv dampratio timeconst inheritrange";
+const SENSOR: &str = "name joint actuator objtype objname reftype refname cutoff delay interp interval noise nsample \
+    user";
+const KEY: &str = "name time qpos qvel act ctrl mpos mquat plastic";
+/// Kinds of actuators.
+pub(super) const ACTUATORS: &str = "general motor position velocity intvelocity orientation pid damper cylinder \
+    muscle adhesion dcmotor plugin";
+/// Kinds of sensors.
+pub(super) const SENSORS: &str = "touch accelerometer velocimeter gyro force torque magnetometer camprojection \
+    rangefinder jointpos jointvel tendonpos tendonvel actuatorpos actuatorvel actuatorfrc jointactuatorfrc \
+    tendonactuatorfrc ballquat ballangvel jointlimitpos jointlimitvel jointlimitfrc tendonlimitpos tendonlimitvel \
+    tendonlimitfrc framepos framequat framexaxis frameyaxis framezaxis framelinvel frameangvel framelinacc \
+    frameangacc subtreecom subtreelinvel subtreeangmom insidesite distance normal fromto contact e_potential \
+    e_kinetic clock tactile user plugin";
 const EQUALITY: &str = "name class active solref solimp joint1 joint2 polycoef";
 const COMPILER: &str = "angle coordinate eulerseq autolimits inertiafromgeom inertiagrouprange balanceinertia \
     boundmass boundinertia settotalmass meshdir assetdir strippath texturedir fitaabb discardvisual usethread \
-    fusestatic saveinertial alignfree conflict convexhull exactmeshinertia";
+    fusestatic saveinertial alignfree conflict convexhull exactmeshinertia passthrough \
+    savecanonical savecompiled";
 
 /// The attributes of an element, as far as they are known. `equality` stands for the joints in it.
 pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
@@ -40,9 +59,18 @@ pub(super) fn attributes(tag: &str) -> impl Iterator<Item = &'static str> {
         "mesh" => MESH,
         "equality" => EQUALITY,
         "compiler" => COMPILER,
+        "actuator" | "motor" | "general" | "position" | "velocity" => ACTUATOR,
+        "sensor" => SENSOR,
+        "key" => KEY,
         _ => "",
     };
-    known.split_ascii_whitespace()
+    let more = match tag {
+        "actuator" | "general" => GENERAL,
+        "position" => POSITION,
+        "velocity" => "kv",
+        _ => "",
+    };
+    known.split_ascii_whitespace().chain(more.split_ascii_whitespace())
 }
 
 /// Finds attributes that are not known where they could change what the whole file means, such as its units.

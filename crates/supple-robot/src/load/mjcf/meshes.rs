@@ -39,7 +39,7 @@ impl<'a> Reader<'a, '_> {
             let stem = at.attribute("file").and_then(|file| Path::new(file).file_stem()?.to_str());
             let Some(name) = at.attribute("name").filter(|name| !name.is_empty()).or(stem) else { continue };
             if let Some(first) = self.meshes.insert(name, at) {
-                let message = format!("there is another mesh {}, at line {}", shown(name), first.line());
+                let message = format!("there is another mesh {}, at {}", shown(name), first.place());
                 return Err(at.error_naming(name, message));
             }
         }
@@ -76,7 +76,7 @@ impl<'a> Reader<'a, '_> {
         let origin = [0, 1, 2].map(|axis| scale[axis] * origin[axis]);
         let reference = Pose::from_quaternion(origin, turned)
             .ok_or_else(|| asset.error_at("refquat", "the quaternion must not be 0, nor too great to square"))?;
-        let path = mesh_path(asset, &self.file(file), self.options, self.folder, &mut self.parts.warnings)?;
+        let path = mesh_path(asset, &self.file(file), self.options, self.folder, &mut self.parts.warnings);
         Ok(path.map(|path| Mesh { path, pose: placed.compose(&reference.inverse()), scale }))
     }
 

@@ -2,15 +2,21 @@
 //!
 //! Source: the reference at <https://mujoco.readthedocs.io/en/stable/XMLreference.html>, versions up to 4.0.
 
+mod actuator;
 mod body;
 mod defaults;
 mod equality;
+mod equip;
 mod geom;
+mod include;
 mod inertia;
 mod joint;
+mod key;
 mod known;
+mod law;
 mod meshes;
 mod orientation;
+mod sensor;
 mod settings;
 
 use std::collections::HashSet;
@@ -20,6 +26,7 @@ use supple_files::FileError;
 
 use self::body::Reader;
 use self::defaults::Classes;
+pub(super) use self::include::Sources;
 use self::settings::{Settings, gravity};
 use super::LoadOptions;
 use super::assemble::assemble;
@@ -30,11 +37,12 @@ use crate::Robot;
 /// The name of the root link, which is the world.
 const WORLD: &str = "world";
 /// Sections that are read.
-const SECTIONS: [&str; 6] = ["compiler", "option", "default", "asset", "worldbody", "equality"];
+const SECTIONS: [&str; 9] =
+    ["compiler", "option", "default", "asset", "worldbody", "equality", "actuator", "sensor", "keyframe"];
 /// Sections that have no meaning for the dynamics.
 const SECTIONS_PASSED: [&str; 4] = ["size", "statistic", "visual", "custom"];
 /// Sections that are known and not modelled.
-const SECTIONS_IGNORED: [&str; 7] = ["contact", "tendon", "actuator", "sensor", "keyframe", "extension", "deformable"];
+const SECTIONS_IGNORED: [&str; 4] = ["contact", "tendon", "extension", "deformable"];
 
 /// Reads an MJCF file. Meshes are looked for in `folder`.
 ///
@@ -44,11 +52,10 @@ const SECTIONS_IGNORED: [&str; 7] = ["contact", "tendon", "actuator", "sensor", 
 /// by the number that MuJoCo gives them: bodies from 1, joints from 0.
 ///
 /// # Errors
-/// Where anything in it is wrong or cannot be modelled: free and ball joints, closed loops, files that are included,
-/// and what multiplies bodies.
+/// Where anything in it is wrong or cannot be modelled: free and ball joints, closed loops, and what multiplies bodies.
 pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) -> Result<Robot, FileError> {
     let root = document.root();
-    let names = names(root)?;
+    let names = names(root);
     let mut warnings = Warnings::default();
     for section in root.children() {
         let tag = section.tag();
@@ -67,31 +74,24 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     reader.meshes(root)?;
     reader.world(root)?;
     reader.equalities(root)?;
-    assemble(document, reader.parts, options)
+    reader.read_actuators(root)?;
+    reader.read_sensors(root)?;
+    reader.read_keys(root)?;
+    let equipment = reader.equipment();
+    let mut robot = assemble(document, reader.parts, options)?;
+    equipment.add_to(&mut robot);
+    Ok(robot)
 }
 
 /// The names of bodies and joints, so that others get names unlike them.
-///
-/// # Errors
-/// Where another file is included: this one is not the whole robot.
-fn names<'a>(root: Element<'a>) -> Result<HashSet<&'a str>, FileError> {
+fn names<'a>(root: Element<'a>) -> HashSet<&'a str> {
     let mut names = HashSet::new();
     let mut open = vec![root];
-    let mut included: Option<Element> = None;
     while let Some(element) = open.pop() {
-        match element.tag() {
-            "include" if included.is_none_or(|first| element.line() < first.line()) => included = Some(element),
-            "body" | "joint" => names.extend(element.attribute("name")),
-            _ => {}
+        if matches!(element.tag(), "body" | "joint") {
+            names.extend(element.attribute("name"));
         }
         open.extend(element.children());
     }
-    match included {
-        Some(element) => {
-            let message = "only this one file is read, and it includes another one";
-            let help = "write the whole model to one file, for example with MuJoCo's `mj_saveLastXML`";
-            Err(element.error_at("file", message).with_help(help))
-        }
-        None => Ok(names),
-    }
+    names
 }

@@ -47,6 +47,8 @@ pub(super) struct Settings {
     pub(super) least_mass: f64,
     /// Least principal moment of inertia of a body, kg m^2.
     pub(super) least_moment: f64,
+    /// Mass of all bodies together, to which masses and moments are scaled, kg.
+    pub(super) total_mass: Option<f64>,
     /// Folder of meshes, as the file gives it.
     pub(super) mesh_folder: String,
     /// Whether folders in names of files are left out.
@@ -68,6 +70,7 @@ impl Settings {
             balance: false,
             least_mass: 0.0,
             least_moment: 0.0,
+            total_mass: None,
             mesh_folder: String::new(),
             strip_folders: false,
         };
@@ -91,10 +94,8 @@ impl Settings {
             let message = "global coordinates are not supported, nor are they by MuJoCo since version 2.3.4";
             return Err(at.error_at("coordinate", message));
         }
-        if at.number("settotalmass")?.is_some_and(|mass| mass > 0.0) {
-            let message = "setting the total mass is not supported";
-            let help = "write the scaled masses and inertias into the file";
-            return Err(at.error_at("settotalmass", message).with_help(help));
+        if let Some(mass) = at.number("settotalmass")? {
+            self.total_mass = Some(mass).filter(|&mass| mass > 0.0);
         }
         let degree = std::f64::consts::PI / 180.0;
         set(&mut self.angle, at.choice("angle", &[("radian", 1.0), ("degree", degree)])?);

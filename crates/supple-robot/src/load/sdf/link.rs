@@ -117,7 +117,7 @@ impl Reader<'_> {
         }
         let scale = mesh.child("scale")?.map(Element::content_numbers).transpose()?.unwrap_or([1.0; 3]);
         let uri = mesh.required_child("uri")?;
-        let path = mesh_path(uri, &uri.content()?, self.options, self.folder, &mut self.warnings)?;
+        let path = mesh_path(uri, &uri.content()?, self.options, self.folder, &mut self.warnings);
         Ok(path.map(|path| Mesh { path, pose, scale }))
     }
 }

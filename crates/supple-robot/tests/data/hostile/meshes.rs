@@ -1,14 +1,14 @@
-//! Mesh files that a robot file must not reach.
+//! Mesh files that a robot file must not reach: the robot loads without them.
 
-/// What it is, the text, and the error.
-pub const MESHES: &[(&str, &str, &str)] = &[
+/// What it is, the text, and the warning.
+pub const LEFT_OUT: &[(&str, &str, &str)] = &[
     (
         "out of the folder",
         r#"<robot name="r">
 <link name="a"><visual><geometry>
 <mesh filename="../secret.stl"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `../secret.stl` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `../secret.stl` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
     ),
     (
         "out of the folder from within",
@@ -16,12 +16,12 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="meshes/../../secret.stl"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `meshes/../../secret.stl` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `meshes/../../secret.stl` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
     ),
     (
         "out of the folder as Windows has it",
         "<robot name=\"r\">\n<link name=\"a\"><visual><geometry>\n<mesh filename=\"..\\..\\secret.stl\"/></geometry></visual></link>\n</robot>",
-        r#"robot.urdf:3:17: mesh of link `a`: mesh `..\..\secret.stl` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)"#,
+        r#"mesh `..\..\secret.stl` is left out: it leads out of the robot file's folder and of all package roots (line 3)"#,
     ),
     (
         "from the top",
@@ -29,12 +29,12 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="/etc/passwd"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `/etc/passwd` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `/etc/passwd` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
     ),
     (
         "a drive",
         "<robot name=\"r\">\n<link name=\"a\"><visual><geometry>\n<mesh filename=\"C:\\secret.stl\"/></geometry></visual></link>\n</robot>",
-        r#"robot.urdf:3:17: mesh of link `a`: mesh `C:\secret.stl` must be relative, or begin with `package://`, `model://` or `file://` (meshes are in the robot file's folder or in a declared package root)"#,
+        r#"mesh `C:\secret.stl` is left out: it must be relative, or begin with `package://`, `model://` or `file://` (line 3)"#,
     ),
     (
         "a file scheme",
@@ -42,7 +42,7 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="file:///etc/passwd"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `file:///etc/passwd` leads out of the robot file's folder (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `file:///etc/passwd` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
     ),
     (
         "the net",
@@ -50,7 +50,7 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="http://example.com/a.stl"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `http://example.com/a.stl` must be relative, or begin with `package://`, `model://` or `file://` (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `http://example.com/a.stl` is left out: it must be relative, or begin with `package://`, `model://` or `file://` (line 3)",
     ),
     (
         "the net in capitals",
@@ -58,7 +58,7 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="HTTPS://example.com/a.stl"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `HTTPS://example.com/a.stl` must be relative, or begin with `package://`, `model://` or `file://` (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `HTTPS://example.com/a.stl` is left out: it must be relative, or begin with `package://`, `model://` or `file://` (line 3)",
     ),
     (
         "a package that is none",
@@ -66,7 +66,7 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="package://../secret.stl"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `package://../secret.stl` must name a package and a file in it: `package://NAME/FILE` (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `package://../secret.stl` is left out: it must name a package and a file in it: `package://NAME/FILE` (line 3)",
     ),
     (
         "a package without a file",
@@ -74,8 +74,12 @@ pub const MESHES: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="package://arm"/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: mesh `package://arm` must name a package and a file in it: `package://NAME/FILE` (meshes are in the robot file's folder or in a declared package root)",
+        "mesh `package://arm` is left out: it must name a package and a file in it: `package://NAME/FILE` (line 3)",
     ),
+];
+
+/// What it is, the text, and the error.
+pub const MESHES: &[(&str, &str, &str)] = &[
     (
         "no name",
         r#"<robot name="r">

@@ -32,7 +32,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="a"><inertial><mass value="1"/>
 <inertia ixx="1" ixy="2" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 </robot>"#,
-        "robot.urdf:3:1: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3",
+        "robot.urdf:3:1: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (without its products of inertia the body could be: correct them, or set them to 0)",
     ),
     (
         "a mass that is no number",

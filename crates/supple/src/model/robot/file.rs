@@ -8,9 +8,11 @@ use supple_files::FileError;
 use supple_robot::{LoadOptions, Tree, load};
 
 use super::compliance::{self, Compliance, Element, Names, Unfit, find};
+use super::drive::DriveFile;
+use super::locked::Locked;
 use super::numbers::{FrameNumbers, Override};
 use super::sensor::{self, Context, Sensor};
-use super::{Drive, Integrator, Robot};
+use super::{Integrator, Robot};
 use crate::Model;
 use crate::Value;
 use crate::file::{Document, Place, Reader};
@@ -30,9 +32,17 @@ pub(crate) struct File {
     independent_mimic: bool,
     /// Acceleration by gravity in the world, m/s^2; that of the robot's file where left out, or 0, 0, -9.81.
     gravity: Option<[Value; 3]>,
-    /// Names of the joints with drives, in the order of the controls; all that move where left out.
+    /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
+    /// actuators of the file where left out, or all joints that move where it has none.
     actuated: Option<Vec<String>>,
-    /// Gears and rotors of drives, by joint.
+    /// Joints that are taken out: names of those that are fixed at 0, or at the middle of their range where that does
+    /// not hold 0, or positions by name, rad or m.
+    #[serde(default)]
+    locked: Locked,
+    /// Whether actuators of the robot's file are used; if not, all drives are plain.
+    #[serde(default = "yes")]
+    file_actuators: bool,
+    /// Numbers of drives, by joint or actuator.
     #[serde(default)]
     drives: BTreeMap<String, DriveFile>,
     /// Numbers of links, by link, in place of those of the robot's file.
@@ -64,18 +74,6 @@ pub(crate) struct File {
     #[schemars(skip)]
     #[allow(dead_code)]
     sensors: IgnoredAny,
-}
-
-/// The drive of a joint.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct DriveFile {
-    /// Torque or force on the joint for a unit of control; not 0.
-    #[serde(default = "unit")]
-    gear: Value,
-    /// Inertia of the rotor, felt `gear^2` times at the joint, kg m^2; at least 0.
-    #[serde(default)]
-    rotor_inertia: Value,
 }
 
 /// Numbers of a link.
@@ -128,8 +126,8 @@ fn slow() -> Value {
     Value::Number(1e-2)
 }
 
-fn unit() -> Value {
-    Value::Number(1.0)
+fn yes() -> bool {
+    true
 }
 
 fn one() -> usize {
@@ -140,15 +138,19 @@ fn one() -> usize {
 const MOST_WORK: usize = 150_000;
 
 /// Reads a robot from the parts of its table.
-struct Build<'a> {
+pub(super) struct Build<'a> {
     document: &'a Document<'a>,
     parameters: &'a Parameters,
     /// The robot's file.
     path: PathBuf,
-    robot: supple_robot::Robot,
-    tree: Tree,
-    joints: Vec<String>,
+    pub robot: supple_robot::Robot,
+    pub tree: Tree,
+    /// Names of the degrees of freedom.
+    pub joints: Vec<String>,
     frames: Vec<String>,
+    locked: Locked,
+    /// Their names.
+    locked_names: Vec<String>,
 }
 
 /// Reads `[model]` of kind `robot`; `folder` is that of the task file.
@@ -163,26 +165,29 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
     let path: PathBuf = folder.join(&file.file);
     let named = ["model".into(), "file".into()];
     let robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
+    let locked = file.locked.clone();
+    let robot = locked.apply(document, robot)?;
+    let locked_names = locked.names();
     let tree = Tree::new(&robot);
     let joints = tree.joints().to_vec();
     let links = robot.links.iter().map(|link| link.name.clone());
     let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
-    Build { document, parameters, path, robot, tree, joints, frames }.build(file)
+    Build { document, parameters, path, robot, tree, joints, frames, locked, locked_names }.build(file)
 }
 
 impl Build<'_> {
-    fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
+    pub(super) fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
         let at: Vec<Place> = std::iter::once("model".into()).chain(keys.iter().copied()).collect();
         self.document.error(&at, message)
     }
 
-    fn unfit(&self, keys: &[Place], (key, message, help): Unfit) -> FileError {
+    pub(super) fn unfit(&self, keys: &[Place], (key, message, help): Unfit) -> FileError {
         let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
         FileError { help, ..self.error(&keys, message) }
     }
 
     /// Checks that a value is at least `least`, or more than it.
-    fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
+    pub(super) fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
         match self.parameters.least(value) {
             Some(found) if found < least || more && found <= least => {
                 let valid = if more { "must be above" } else { "must be at least" };
@@ -204,6 +209,7 @@ impl Build<'_> {
         let frames = self.frames(file.frames)?;
         let overrides = self.overrides(file.links, file.joints)?;
         let compliance = self.compliance()?;
+        self.check_locked_uses(&file.drives)?;
         let positions = self.tree.dofs() + compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>();
         let most = (MOST_WORK / positions.pow(3)).max(1);
         if file.substeps > most {
@@ -211,7 +217,7 @@ impl Build<'_> {
             let error = self.error(&["substeps".into()], message);
             return Err(error.with_help("a shorter time_step with more steps does the same"));
         }
-        let drives = self.drives(file.actuated, file.drives, &compliance)?;
+        let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
         let sensors = self.sensors(&compliance)?;
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
@@ -226,10 +232,18 @@ impl Build<'_> {
             compliance,
             sensors,
             friction_smoothing: file.friction_smoothing,
+            friction_widening: None,
             integrator: file.integrator,
             substeps: file.substeps,
+            locked: self.locked_names.clone(),
         };
         self.check_inertia(&robot)?;
+        for (index, element) in robot.compliance.iter().enumerate() {
+            if let Some((key, message, help)) = robot.rigid(element) {
+                let keys = ["compliance".into(), index.into(), key.into()];
+                return Err(self.error(&keys, message).with_help(help));
+            }
+        }
         Ok(robot)
     }
 
@@ -244,7 +258,23 @@ impl Build<'_> {
         }
         let q = vec![0.1; self.tree.dofs()];
         let checked = supple_robot::check_inertia(&self.tree, &numbers, &q);
-        checked.map_err(|error| self.error(&["file".into()], error.to_string()))
+        checked.map_err(|error| {
+            let massless = supple_robot::massless_joints(&self.tree, &numbers, &q);
+            let names: Vec<_> = massless.into_iter().map(|dof| self.joints[dof].clone()).collect();
+            let line = self.locked.line_with(&names);
+            let help = format!("write `{line}` in [model] to take them out, or give their drives a `rotor_inertia`");
+            self.error(&["file".into()], error.to_string()).with_help(help)
+        })
+    }
+
+    /// Nothing may be said of the drive of a locked joint.
+    fn check_locked_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
+        for name in drives.keys() {
+            if let Some((message, help)) = super::locked_message(name, &self.locked_names) {
+                return Err(self.error(&["drives".into(), Place::Key(name)], message).with_help(help));
+            }
+        }
+        Ok(())
     }
 
     fn frames(&mut self, list: BTreeMap<String, FrameFile>) -> Result<Vec<FrameNumbers>, FileError> {
@@ -296,44 +326,8 @@ impl Build<'_> {
         })
     }
 
-    fn drives(
-        &self,
-        actuated: Option<Vec<String>>,
-        mut files: BTreeMap<String, DriveFile>,
-        compliance: &[Element],
-    ) -> Result<Vec<Drive>, FileError> {
-        let names = actuated.unwrap_or_else(|| self.joints.clone());
-        let mut drives: Vec<Drive> = Vec::new();
-        for name in &names {
-            let dof = find("actuated", "moving joint", name, &self.joints).map_err(|unfit| self.unfit(&[], unfit))?;
-            if drives.iter().any(|drive| drive.dof == dof) {
-                return Err(self.error(&["actuated".into()], format!("joint `{name}` is there twice")));
-            }
-            let DriveFile { gear, rotor_inertia: rotor } =
-                files.remove(name).unwrap_or(DriveFile { gear: unit(), rotor_inertia: Value::default() });
-            let keys = |key: &'static str| ["drives".into(), Place::Key(name), key.into()];
-            self.check(&keys("rotor_inertia"), rotor, 0.0, false)?;
-            if gear.is_zero() {
-                return Err(self.error(&keys("gear"), "must not be 0: the drive would do nothing"));
-            }
-            let motor = compliance.iter().find(|element| element.kind.is_motor_of(dof));
-            drives.push(Drive { dof, motor: motor.map(|element| element.coordinate), gear, rotor });
-        }
-        if drives.is_empty() {
-            return Err(self.error(&["actuated".into()], "name at least one joint: there must be a control"));
-        }
-        if let Some((name, _)) = files.pop_first() {
-            let keys = ["drives".into(), Place::Key(&name)];
-            find("", "moving joint", &name, &self.joints)
-                .map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
-            let message = format!("joint `{name}` is not actuated: actuated are {}", supple_files::quoted(&names));
-            return Err(self.error(&keys, message));
-        }
-        Ok(drives)
-    }
-
-    fn names(&self) -> Names<'_> {
-        Names { joints: &self.joints, frames: &self.frames }
+    pub(super) fn names(&self) -> Names<'_> {
+        Names { joints: &self.joints, frames: &self.frames, robot: &self.robot, locked: &self.locked_names }
     }
 
     fn compliance(&self) -> Result<Vec<Element>, FileError> {
@@ -416,7 +410,8 @@ pub(super) fn catalogue_sensor(
 ) -> Result<Sensor, FileError> {
     let frames: Vec<String> = robot.frame_names().into_iter().map(str::to_owned).collect();
     let joints = robot.joint_names();
-    let context = Context { names: Names { joints: &joints, frames: &frames }, compliance: &robot.compliance };
+    let names = Names { joints: &joints, frames: &frames, robot: &robot.robot, locked: &robot.locked };
+    let context = Context { names, compliance: &robot.compliance };
     let (_, table) = document.table_with_kind(at, sensor::KINDS)?;
     read_sensor((kind, table.without("name").without("price"), &context), (document, at), parameters)
 }

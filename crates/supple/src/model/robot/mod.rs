@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
-//! situation.rs: where everything is               compliance/: forces        sensor/: measurements
+//! situation.rs: where everything is               compliance/, drive.rs: forces        sensor/: measurements
 //! picture.rs: what it looks like
 //! ```
 
@@ -20,16 +20,22 @@ use crate::parameters::Parameters;
 use crate::scene::Picture;
 
 mod compliance;
+mod drive;
 mod file;
 mod integrator;
+mod locked;
 mod numbers;
 mod picture;
+mod rigid;
 mod schema;
 mod sensor;
 mod situation;
+mod start;
 
 use compliance::{CONTACT_FORCE, Compliance, Element, Resistance};
-use integrator::Integrator;
+use drive::Drive;
+use integrator::{Integrator, widened};
+pub(crate) use locked::locked_message;
 use numbers::{FrameNumbers, Override};
 use sensor::{Measure, Sensor};
 pub(crate) use sensor::{schemas as sensor_schemas, turn};
@@ -39,7 +45,7 @@ use situation::{Forces, Situation};
 ///
 /// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such as
 /// motors of elastic joints), their velocities, and constants that are not known exactly (such as where a wall is). The
-/// controls are torques or forces of the drives. A step is
+/// controls are torques or forces of the drives, or what the actuators of the file take. A step is
 ///
 /// ```text
 /// M(q) a = tau(q, v, u) - h(q, v)      v+ = v + dt a      q+ = q + dt v+
@@ -60,21 +66,12 @@ pub struct Robot {
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
     friction_smoothing: Value,
+    /// A speed by which friction of joints sets in later, for planning.
+    friction_widening: Option<Value>,
     integrator: Integrator,
     substeps: usize,
-}
-
-/// A drive: one control.
-#[derive(Clone, Debug)]
-struct Drive {
-    /// Index of the degree of freedom whose joint it drives.
-    dof: usize,
-    /// Place of the motor among what compliance adds, where the joint is elastic.
-    motor: Option<usize>,
-    /// Torque on the joint for a unit of control.
-    gear: Value,
-    /// Inertia of the rotor, felt `gear^2` times at the joint.
-    rotor: Value,
+    /// Joints that the task has taken out.
+    locked: Vec<String>,
 }
 
 impl Robot {
@@ -114,21 +111,39 @@ impl Robot {
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
     fn forces<S: Scalar>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
-        let (dofs, positions) = self.positions();
-        let smoothing = at.value(self.friction_smoothing);
+        let (_, positions) = self.positions();
+        let smoothing = self.friction_speed(at);
         let mut forces = Forces {
             generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
             wrenches: Vec::new(),
         };
         forces.generalised.resize(positions, S::zero());
         for (drive, &u) in self.drives.iter().zip(at.u) {
-            let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
-            forces.generalised[place] += at.value(drive.gear) * u;
+            let place = self.driven(drive);
+            let (mut position, mut rate) = (at.x[place], at.x[positions + place]);
+            if drive.resistance(at, now.lead()).is_some() {
+                rate = now.rates()[place];
+                position = now.lead().mul_add(rate, position);
+            }
+            forces.generalised[place] += drive.force(at, u, position, rate);
         }
         for element in &self.compliance {
             element.kind.apply(&now.seen_by(element), &mut forces);
         }
         forces
+    }
+
+    /// The speed over which friction of joints sets in.
+    fn friction_speed<S: Scalar>(&self, at: &Point<S>) -> S {
+        let own = at.value(self.friction_smoothing);
+        self.friction_widening.map_or(own, |speed| widened(at, own, speed))
+    }
+
+    /// Whether any joint has friction.
+    fn has_friction(&self) -> bool {
+        let given =
+            |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
+        self.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.overrides.iter().any(given)
     }
 
     /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
@@ -156,10 +171,16 @@ impl Robot {
 
     /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
     fn resist<S: Scalar>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
-        let (lead, smoothing) = (now.lead(), now.at.value(self.friction_smoothing));
+        let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
+        }
+        for drive in &self.drives {
+            if let Some(resistance) = drive.resistance(now.at, lead) {
+                let place = self.driven(drive);
+                mass[place][place] += lead * resistance;
+            }
         }
         for element in &self.compliance {
             for Resistance { coefficient, row } in element.kind.resistance(&now.seen_by(element)) {
@@ -177,11 +198,15 @@ impl Robot {
         }
     }
 
+    /// Place among all positions of what a drive acts on: its joint, or the motor of an elastic one.
+    fn driven(&self, drive: &Drive) -> usize {
+        drive.motor.map_or(drive.dof, |motor| self.positions().0 + motor)
+    }
+
     /// Inertias of rotors, felt at their joints or motors.
     fn rotors<S: Scalar>(&self, at: &Point<S>) -> Vec<(usize, S)> {
-        let (dofs, _) = self.positions();
         let felt = |drive: &Drive| {
-            let place = drive.motor.map_or(drive.dof, |motor| dofs + motor);
+            let place = self.driven(drive);
             (place, at.value(drive.gear).square() * at.value(drive.rotor))
         };
         self.drives.iter().map(felt).collect()
@@ -301,6 +326,10 @@ impl Model for Robot {
         self.tree.joints().to_vec()
     }
 
+    fn locked_joints(&self) -> Vec<String> {
+        self.locked.clone()
+    }
+
     fn coupling_names(&self) -> Vec<String> {
         self.compliance.iter().map(|element| element.name.clone()).collect()
     }
@@ -321,13 +350,9 @@ impl Model for Robot {
     }
 
     fn channels(&self) -> Channels {
-        let drive = |drive: &Drive| {
-            let unit = if self.slides(drive.dof) { "N" } else { "N m" };
-            Channel::new(format!("tau.{}", self.tree.joints()[drive.dof]), unit)
-        };
         Channels {
             states: self.state_channels(),
-            controls: self.drives.iter().map(drive).collect(),
+            controls: self.drives.iter().map(|drive| self.control_channel(drive)).collect(),
             measurements: self.sensors.iter().flat_map(|sensor| sensor.channels(self)).collect(),
         }
     }
@@ -343,11 +368,7 @@ impl Model for Robot {
             limits.push(Limit::state(format!("velocity of joint `{}`", joint.name), positions + dof, -most, most));
         }
         for (control, drive) in self.drives.iter().enumerate() {
-            let joint = &self.robot.joints[self.tree.joint_indices()[drive.dof]];
-            if let Value::Number(gear) = drive.gear {
-                let most = joint.limits.effort / gear.abs();
-                limits.push(Limit::control(format!("effort of joint `{}`", joint.name), control, -most, most));
-            }
+            limits.extend(self.control_limits(control, drive));
         }
         limits.retain(|limit| limit.lower.is_finite() || limit.upper.is_finite());
         limits
@@ -369,11 +390,11 @@ impl Model for Robot {
         Some(self.substeps)
     }
 
-    fn widened(&self, by: Value) -> Option<Self> {
-        let mut wide = self.clone();
-        let mut any = false;
+    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
+        let mut wide = Self { friction_widening: Some(speed), ..self.clone() };
+        let mut any = self.has_friction();
         for element in &mut wide.compliance {
-            if let Some(kind) = element.kind.widened(by) {
+            if let Some(kind) = element.kind.widened(length, speed) {
                 element.kind = kind;
                 any = true;
             }
@@ -419,11 +440,27 @@ impl ModelFile for Robot {
     }
 
     fn files(&self) -> Vec<PathBuf> {
-        vec![self.file.clone()]
+        std::iter::once(&self.file).chain(&self.robot.included).cloned().collect()
     }
 
     fn warnings(&self) -> Vec<String> {
         self.robot.warnings.clone()
+    }
+
+    fn every_warning(&self) -> Vec<String> {
+        self.robot.every_warning.clone()
+    }
+
+    fn starts_by_itself(&self) -> bool {
+        true
+    }
+
+    fn first_state(&self, start: &super::Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+        Robot::first_state(self, start)
+    }
+
+    fn followers(&self) -> Vec<(usize, usize)> {
+        self.motor_states()
     }
 
     fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator) {

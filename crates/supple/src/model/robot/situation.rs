@@ -2,9 +2,9 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
 use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, frame_jacobian};
 
-use super::{Integrator, Robot};
 use super::compliance::{Compliance, Element};
 use super::numbers::Place;
+use super::{Integrator, Robot};
 use crate::Point;
 
 /// Where everything is and how it moves.
@@ -153,10 +153,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
 /// The velocity of a frame in its own axes.
 fn in_frame<S: Scalar>(kinematics: &Kinematics<S>, place: &Place<S>) -> Twist<S> {
     let twist = kinematics.velocity(place.link);
-    Twist {
-        angular: place.pose.unrotate(twist.angular),
-        linear: place.pose.unrotate(twist.at(place.pose.position)),
-    }
+    Twist { angular: place.pose.unrotate(twist.angular), linear: place.pose.unrotate(twist.at(place.pose.position)) }
 }
 
 impl Situation<'_, f64> {

@@ -6,11 +6,14 @@ use super::trace::{Dynamics, Trace};
 use crate::cost::Cost;
 use crate::{Model, Value};
 
+mod along;
 mod contraction;
 mod curvature;
 mod jacobians;
 mod parameters;
 mod values;
+
+pub(super) use along::TOGETHER;
 
 /// A model with its costs, to be recorded.
 #[derive(Clone, Copy)]

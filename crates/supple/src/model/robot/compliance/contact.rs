@@ -1,9 +1,10 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
-use supple_robot::{Pose, Twist, Wrench};
+use supple_robot::{Pose, Twist, WallShape, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit, find};
+use crate::model::robot::integrator::widened;
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
@@ -32,8 +33,8 @@ pub(crate) struct Contact {
     smoothing: Value,
     friction: Value,
     slip: Value,
-    /// A length by which the contact is wider and softer than it is, for planning.
-    widening: Option<Value>,
+    /// A length by which the contact is wider and softer than it is, and a speed by which its friction is, for planning.
+    widening: Option<(Value, Value)>,
 }
 
 /// A point or sphere on a frame against a wall of uncertain place.
@@ -42,11 +43,14 @@ pub(crate) struct Contact {
 pub(crate) struct File {
     /// Name of the frame or link that the point or the sphere's centre is the origin of.
     frame: String,
-    /// Normal of the wall in the world, out of the wall; of any length above 0.
-    normal: [f64; 3],
-    /// A point of the world from which the wall's place is counted along the normal, m.
-    #[serde(default)]
-    point: [Value; 3],
+    /// Normal of the wall in the world, out of the wall; of any length above 0; required without `geom`.
+    normal: Option<[f64; 3]>,
+    /// A point of the world from which the wall's place is counted along the normal, m; the origin where left out.
+    point: Option<[Value; 3]>,
+    /// Name of a plane or box of the robot's file that does not move, in place of `normal` and `point`.
+    geom: Option<String>,
+    /// Face of the box that is the wall; required for a box.
+    face: Option<Face>,
     /// Radius of the sphere, m; 0 for a point.
     #[serde(default)]
     radius: Value,
@@ -66,6 +70,78 @@ pub(crate) struct File {
     slip: Value,
 }
 
+/// A face of a box, by the direction of its outward normal in the axes of the box.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
+pub(crate) enum Face {
+    /// Towards x.
+    #[serde(rename = "+x")]
+    PlusX,
+    /// Against x.
+    #[serde(rename = "-x")]
+    MinusX,
+    /// Towards y.
+    #[serde(rename = "+y")]
+    PlusY,
+    /// Against y.
+    #[serde(rename = "-y")]
+    MinusY,
+    /// Towards z.
+    #[serde(rename = "+z")]
+    PlusZ,
+    /// Against z.
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl Face {
+    /// Its axis, and whether it is against that.
+    fn side(self) -> (usize, bool) {
+        match self {
+            Self::PlusX => (0, false),
+            Self::MinusX => (0, true),
+            Self::PlusY => (1, false),
+            Self::MinusY => (1, true),
+            Self::PlusZ => (2, false),
+            Self::MinusZ => (2, true),
+        }
+    }
+}
+
+impl File {
+    /// Normal and point of the wall: those given, or those of a geom of the robot's file.
+    fn wall(&self, names: &Names) -> Result<([f64; 3], [Value; 3]), Unfit> {
+        let Some(geom) = &self.geom else {
+            let missing =
+                || ("normal", "is missing: give the wall's `normal`, or a `geom` of the robot's file".into(), None);
+            if self.face.is_some() {
+                return Err(("face", "goes with `geom`, a box of the robot's file".into(), None));
+            }
+            return Ok((self.normal.ok_or_else(missing)?, self.point.unwrap_or_default()));
+        };
+        for (key, given) in [("normal", self.normal.is_some()), ("point", self.point.is_some())] {
+            if given {
+                let help = format!("leave `{key}` out, or `geom`");
+                return Err((key, format!("`geom` gives the wall already: that of `{geom}`"), Some(help)));
+            }
+        }
+        let walls: Vec<String> = names.robot.walls.iter().map(|wall| wall.name.clone()).collect();
+        let wall = &names.robot.walls[find("geom", "plane or box that does not move", geom, &walls)?];
+        let face = match (self.face, wall.shape) {
+            (Some(face), _) => face,
+            (None, WallShape::Plane) => Face::PlusZ,
+            (None, WallShape::Box(_)) => {
+                let message = format!("is missing: `{geom}` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, `-z`");
+                return Err(("face", message, Some("the face that the robot touches, in the axes of the box".into())));
+            }
+        };
+        let (axis, negative) = face.side();
+        let (normal, point) = wall
+            .face(axis, negative)
+            .ok_or_else(|| ("face", format!("`{geom}` is a plane, whose one face is `+z`"), None))?;
+        Ok((normal, point.map(Value::Number)))
+    }
+}
+
 fn slow() -> Value {
     Value::Number(1e-2)
 }
@@ -75,11 +151,12 @@ impl ComplianceFile for Contact {
 
     fn build(file: File, names: &Names) -> Result<Self, Unfit> {
         let frame = names.frame("frame", &file.frame)?;
-        let length = dot(file.normal, file.normal).sqrt();
+        let (normal, point) = file.wall(names)?;
+        let length = dot(normal, normal).sqrt();
         if !(length > 0.0 && length.is_finite()) {
-            return Err(("normal", format!("must have a length above 0; found {:?}", file.normal), None));
+            return Err(("normal", format!("must have a length above 0; found {normal:?}"), None));
         }
-        let File { point, radius, stiffness, dissipation, smoothing, friction, slip, normal, .. } = file;
+        let File { radius, stiffness, dissipation, smoothing, friction, slip, .. } = file;
         let normal = normal.map(|entry| entry / length);
         let widening = None;
         Ok(Self { frame, normal, point, radius, stiffness, dissipation, smoothing, friction, slip, widening })
@@ -110,8 +187,8 @@ impl Contact {
     /// smoothings is the same.
     fn spring<S: Scalar>(&self, at: &Point<S>) -> (S, S) {
         let (stiffness, smoothing): (S, S) = (at.value(self.stiffness), at.value(self.smoothing));
-        let Some(widening) = self.widening else { return (stiffness, smoothing) };
-        let wide = smoothing.mul_add(smoothing, at.value(widening).square()).sqrt();
+        let Some((length, _)) = self.widening else { return (stiffness, smoothing) };
+        let wide = widened(at, smoothing, length);
         (stiffness * smoothing / wide, wide)
     }
 
@@ -132,7 +209,8 @@ impl Contact {
         let (rise, damped) = rise(dissipation * approach);
         let stiff = own.now.lead() * stiffness * tangent(depth, smoothing, -approach * own.now.lead()) * rise;
         let resistance = pressed * dissipation * damped + stiff;
-        let force = pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
+        let force =
+            pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
 
         let mut total = scale(force, normal);
         let mut along = S::zero();
@@ -140,7 +218,7 @@ impl Contact {
             let lever = self.lever(at, &pose);
             let [touch, touch_then] = [twist, twist_then].map(|twist| pose.rotate(twist.at(lever)));
             let slide = add(touch, scale(approach, normal));
-            let slip: S = at.value(self.slip);
+            let slip = self.widening.map_or(at.value(self.slip), |(_, speed)| widened(at, at.value(self.slip), speed));
             let speed = (dot(slide, slide) + slip * slip).sqrt();
             along = at.value(self.friction) * pressed * rise / speed;
             total = sub(total, scale(along, add(touch_then, scale(approach_then, normal))));
@@ -166,8 +244,9 @@ fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
     // Force by stiffness: the depth itself deep inside, and 0 with the clearance of one smoothing.
     let t = depth.place_in_rounding(smoothing);
     let near = smoothing * t * (t * (t - 6.0) + 10.0) / ((t * (t * 3.0 - 15.0) + 20.0) * 2.0);
-    let effective = near + (depth - smoothing).positive_part();
-    let share = departure / (effective + smoothing * 1e-6);
+    let least = smoothing * 1e-6;
+    let effective = least + (near + (depth - smoothing).positive_part() - least).positive_part();
+    let share = departure / effective;
     let half = S::constant(0.5);
     depth.rounded_step(smoothing) / ((share - half).rounded_positive_part(half) + 1.0)
 }
@@ -211,8 +290,8 @@ impl Compliance for Contact {
         list
     }
 
-    fn widened(&self, by: Value) -> Option<Kind> {
-        Some(Kind::Contact(Self { widening: Some(by), ..self.clone() }))
+    fn widened(&self, length: Value, speed: Value) -> Option<Kind> {
+        Some(Kind::Contact(Self { widening: Some((length, speed)), ..self.clone() }))
     }
 
     /// From the wall to the point that touches it.

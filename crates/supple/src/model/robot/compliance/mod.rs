@@ -61,8 +61,9 @@ pub(super) trait Compliance {
     /// How its forces fall with the [rates](super::situation::Situation::rates) that they are linear in.
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
 
-    /// The same element with forces that set in over a length wider by the value, m; none where it has no such length.
-    fn widened(&self, _by: Value) -> Option<Kind> {
+    /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by a
+    /// value, m/s; none where it has no such length.
+    fn widened(&self, _length: Value, _speed: Value) -> Option<Kind> {
         None
     }
 
@@ -151,6 +152,10 @@ pub(super) struct Names<'a> {
     pub joints: &'a [String],
     /// All frames.
     pub frames: &'a [String],
+    /// Joints that the task has taken out.
+    pub locked: &'a [String],
+    /// The robot's file.
+    pub robot: &'a supple_robot::Robot,
 }
 
 /// A key that does not fit the robot: which one, what is valid, and advice.
@@ -159,6 +164,9 @@ pub(super) type Unfit = (&'static str, String, Option<String>);
 impl Names<'_> {
     /// The degree of freedom of a joint.
     pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        if let Some((message, help)) = super::locked_message(name, self.locked) {
+            return Err((key, message, Some(help)));
+        }
         find(key, "moving joint", name, self.joints)
     }
 
@@ -244,8 +252,8 @@ macro_rules! compliance_kinds {
             fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
                 match self { $(Self::$kind(kind) => kind.resistance(own),)* }
             }
-            fn widened(&self, by: Value) -> Option<Kind> {
-                match self { $(Self::$kind(kind) => kind.widened(by),)* }
+            fn widened(&self, length: Value, speed: Value) -> Option<Kind> {
+                match self { $(Self::$kind(kind) => kind.widened(length, speed),)* }
             }
             fn draw(&self, own: &Own<f64>) -> Drawn {
                 match self { $(Self::$kind(kind) => kind.draw(own),)* }

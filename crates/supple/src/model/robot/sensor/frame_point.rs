@@ -23,6 +23,13 @@ pub(crate) struct File {
     variance: Variance,
 }
 
+impl FramePoint {
+    /// The position of the frame with this number.
+    pub fn of(frame: usize) -> Self {
+        Self { frame }
+    }
+}
+
 impl SensorFile for FramePoint {
     type File = File;
 

@@ -66,6 +66,13 @@ impl Kind {
     }
 }
 
+impl JointPosition {
+    /// The position of a degree of freedom.
+    pub fn of(dof: usize) -> Self {
+        Self { selected: vec![dof] }
+    }
+}
+
 impl SensorFile for JointPosition {
     type File = File;
 

@@ -24,6 +24,23 @@ pub(crate) struct File {
     variance: Variance,
 }
 
+impl JointTorque {
+    /// The torque through an elastic joint.
+    pub fn of(joint: &str, context: &Context) -> Result<Self, Unfit> {
+        Ok(Self { selected: vec![element(joint, context)?] })
+    }
+}
+
+/// The element of compliance that makes a joint elastic.
+fn element(joint: &str, context: &Context) -> Result<usize, Unfit> {
+    let dof = context.names.joint("select", joint)?;
+    context.compliance.iter().position(|element| element.kind.is_motor_of(dof)).ok_or_else(|| {
+        let message = format!("the torque of joint `{joint}` cannot be measured: it is no elastic joint");
+        let help = "add compliance of kind \"elastic_joint\" to it".to_owned();
+        ("select", message, Some(help))
+    })
+}
+
 impl SensorFile for JointTorque {
     type File = File;
 
@@ -31,15 +48,7 @@ impl SensorFile for JointTorque {
         if file.select.is_empty() {
             return Err(("select", "name at least one joint".into(), None));
         }
-        let element = |name: &String| {
-            let dof = context.names.joint("select", name)?;
-            context.compliance.iter().position(|element| element.kind.is_motor_of(dof)).ok_or_else(|| {
-                let message = format!("the torque of joint `{name}` cannot be measured: it is no elastic joint");
-                let help = "add compliance of kind \"elastic_joint\" to it".to_owned();
-                ("select", message, Some(help))
-            })
-        };
-        let selected = file.select.iter().map(element).collect::<Result<_, _>>()?;
+        let selected = file.select.iter().map(|joint| element(joint, context)).collect::<Result<_, _>>()?;
         Ok((Self { selected }, file.variance))
     }
 }

@@ -14,6 +14,13 @@ pub(crate) struct JointVelocity {
     selected: Vec<usize>,
 }
 
+impl JointVelocity {
+    /// The velocity of a degree of freedom.
+    pub fn of(dof: usize) -> Self {
+        Self { selected: vec![dof] }
+    }
+}
+
 impl SensorFile for JointVelocity {
     type File = File;
 

@@ -15,6 +15,8 @@ use crate::{Channel, Value};
 mod coupling_force;
 mod frame_point;
 mod frame_pose;
+mod frame_turn;
+mod from_file;
 mod joint_position;
 mod joint_torque;
 mod joint_velocity;
@@ -23,6 +25,8 @@ use coupling_force::CouplingForce;
 use frame_point::FramePoint;
 use frame_pose::FramePose;
 pub(crate) use frame_pose::turn;
+use frame_turn::FrameTurn;
+use from_file::FromFile;
 use joint_position::JointPosition;
 use joint_torque::JointTorque;
 use joint_velocity::JointVelocity;
@@ -144,10 +148,14 @@ macro_rules! sensor_kinds {
 sensor_kinds! {
     /// Forces and torques in an element of compliance.
     "coupling_force" => CouplingForce,
+    /// Sensors of the robot's file.
+    "file" => FromFile,
     /// Position of a frame's origin.
     "frame_point" => FramePoint,
     /// Position and orientation of a frame.
     "frame_pose" => FramePose,
+    /// Orientation of a frame.
+    "frame_turn" => FrameTurn,
     /// Positions of joints, or of motors of elastic joints.
     "joint_position" => JointPosition,
     /// Torques through elastic joints.

@@ -1,0 +1,230 @@
+//! A task file for a robot: the end of a limb reaches a point.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, bias, load};
+
+use crate::commands::robot::{Planning, SMOOTHING};
+use crate::failure::Failure;
+
+/// Joints that the task moves at most; others are locked.
+const MOST_JOINTS: usize = 7;
+/// How far joints turn or slide to the goal, rad or m.
+const TURN: f64 = 0.2;
+const SLIDE: f64 = 0.05;
+/// Time that the task lasts, s.
+const DURATION: f64 = 0.5;
+/// Time steps to choose from, s: the longest that damping and friction allow.
+const TIME_STEPS: [f64; 4] = [0.01, 0.005, 0.002, 0.001];
+/// Speed over which stiff friction sets in, rad/s or m/s.
+const SMOOTHER: f64 = 0.1;
+
+/// The task file: of the robot in `file`, to be written in `folder`.
+///
+/// # Errors
+/// Where the file is wrong, or nothing in it can be planned.
+pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) -> Result<String, Failure> {
+    let options = LoadOptions { package_roots: package_roots.to_vec(), ..LoadOptions::default() };
+    let robot = load(file, &options)?;
+    let whole = Planning::of(&robot);
+    if let Some(why) = whole.obstacle() {
+        return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
+    }
+    let (planning, end) = limb(&whole);
+    let gravity = robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
+    let pace = Pace::of(&planning, gravity);
+    let mut text = format!(
+        "# The end of a limb reaches a point. Try:\n#\n#     supple evaluate FILE    plan, information and cost\n\
+         #     supple check FILE       compare every derivative with finite differences\n#\n\
+         # docs/tasks.md lists all keys; `[parameters]` with `bounds` make numbers that `supple design` chooses.\n\
+         title = {title:?}\n\n[model]\nkind = \"robot\"\nfile = {:?}\n",
+        relative(file, folder)
+    );
+    if !package_roots.is_empty() {
+        let roots: Vec<_> = package_roots.iter().map(|root| format!("{:?}", relative(root, folder))).collect();
+        let _ = writeln!(text, "package_roots = [{}]", roots.join(", "));
+    }
+    if let Some(line) = planning.locked_line() {
+        let _ = writeln!(text, "{line}   # leave out those to be planned");
+    }
+    let driven = driven(&planning);
+    if driven.len() < planning.tree.dofs() {
+        let names: Vec<_> = driven.iter().map(|&dof| format!("{:?}", planning.tree.joints()[dof])).collect();
+        let _ = writeln!(text, "actuated = [{}]   # the file gives the other joints no effort", names.join(", "));
+    }
+    pace.write(&planning, &mut text);
+    write_rest(&planning, &end, (&pace, gravity), &mut text);
+    Ok(text)
+}
+
+/// The limb with the most joints up to [`MOST_JOINTS`], other joints locked where there are more than that, and the name
+/// of the link at its end.
+fn limb(whole: &Planning) -> (Planning, String) {
+    let (tree, robot) = (&whole.tree, &whole.robot);
+    let joints_to = |link: usize| {
+        let mut dofs = Vec::new();
+        let mut body = tree.body_of(link);
+        while let Some(found) = body.map(|body| &tree.bodies()[body]) {
+            if !dofs.contains(&found.dof) {
+                dofs.push(found.dof);
+            }
+            body = found.parent;
+        }
+        dofs
+    };
+    let mut best = (0, Vec::new());
+    for link in 0..robot.links.len() {
+        let dofs = joints_to(link);
+        if dofs.len() >= best.1.len() && dofs.len() <= MOST_JOINTS {
+            best = (link, dofs);
+        }
+    }
+    let end = robot.links[best.0].name.clone();
+    if tree.dofs() <= MOST_JOINTS {
+        return (whole.locking(&[]), end);
+    }
+    let others: Vec<usize> = (0..tree.dofs()).filter(|dof| !best.1.contains(dof)).collect();
+    (whole.locking(&others), end)
+}
+
+/// Joints with drives: those with an effort limit above 0, or all where none has.
+fn driven(planning: &Planning) -> Vec<usize> {
+    let effort = |dof: &usize| planning.robot.joints[planning.tree.joint_indices()[*dof]].limits.effort > 0.0;
+    let all: Vec<usize> = (0..planning.tree.dofs()).collect();
+    let some: Vec<usize> = all.iter().copied().filter(effort).collect();
+    if some.is_empty() || !planning.robot.actuators.is_empty() { all } else { some }
+}
+
+/// How fast the task goes, and what is changed of the robot for it.
+struct Pace {
+    time_step: f64,
+    smoothing: f64,
+    /// Inertia of drives of joints that are too light for their damping, kg m^2 or kg.
+    armatures: Vec<(usize, f64)>,
+}
+
+impl Pace {
+    fn of(planning: &Planning, gravity: [f64; 3]) -> Self {
+        let mut numbers = Numbers::of(&planning.robot, gravity);
+        let rate = |numbers: &Numbers<f64>, smoothing| planning.fastest(numbers, smoothing).0;
+        let fits = |rate: f64| TIME_STEPS.into_iter().find(|step| rate * step <= 1.0);
+        let smoothing = if fits(rate(&numbers, SMOOTHING)).is_some() { SMOOTHING } else { SMOOTHER };
+        let mut armatures: Vec<(usize, f64)> = Vec::new();
+        loop {
+            if let Some(time_step) = fits(rate(&numbers, smoothing)) {
+                return Self { time_step, smoothing, armatures };
+            }
+            let shortest = TIME_STEPS[TIME_STEPS.len() - 1];
+            let (mass, damping) = (planning.mass(&numbers), planning.damping(&numbers, smoothing));
+            let by_inertia = |dof: usize| damping[dof] / mass[dof][dof];
+            let is_left = |dof: &usize| armatures.iter().all(|(other, _)| other != dof);
+            let lightest = (0..mass.len()).filter(is_left).max_by(|&a, &b| by_inertia(a).total_cmp(&by_inertia(b)));
+            let Some(dof) = lightest else { return Self { time_step: shortest, smoothing, armatures } };
+            let armature = &mut numbers.joints[planning.tree.joint_indices()[dof]].armature;
+            *armature += damping[dof] * shortest;
+            armatures.push((dof, *armature));
+        }
+    }
+
+    /// What it changes of the robot, in `[model]`.
+    fn write(&self, planning: &Planning, text: &mut String) {
+        if self.smoothing != SMOOTHING {
+            let _ = writeln!(text, "friction_smoothing = {:?}   # rad/s or m/s: friction is stiff", self.smoothing);
+        }
+        for (dof, armature) in &self.armatures {
+            let _ = writeln!(
+                text,
+                "\n# The file gives this joint damping that stops what it moves within less than a time step; the drive \
+                 has\n# inertia too, of which the file says nothing.\n[model.joints.{:?}]\narmature = {armature:.2e}",
+                planning.tree.joints()[*dof]
+            );
+        }
+    }
+}
+
+/// Sensors, task and costs.
+fn write_rest(planning: &Planning, end: &str, (pace, gravity): (&Pace, [f64; 3]), text: &mut String) {
+    let (robot, tree, start) = (&planning.robot, &planning.tree, &planning.start);
+    let numbers = Numbers::of(robot, gravity);
+    let names: Vec<_> = tree.joints().iter().map(|name| format!("{name:?}")).collect();
+    let select = names.join(", ");
+    let goal: Vec<f64> = tree
+        .joint_indices()
+        .iter()
+        .zip(start)
+        .map(|(&joint, &start)| {
+            let (joint, limits) = (&robot.joints[joint], robot.joints[joint].limits);
+            let by = if joint.kind == JointKind::Prismatic { SLIDE } else { TURN };
+            let (up, down) = ((start + by).min(limits.upper), (start - by).max(limits.lower));
+            if up - start >= start - down { up } else { down }
+        })
+        .collect();
+    let link = robot.link(end).unwrap_or(0);
+    let place = |q: &[f64]| Kinematics::at_rest(tree, &numbers, q).poses()[link].position;
+    let (from, to) = (place(start), place(&goal));
+    let moves = (0..3).any(|i| (to[i] - from[i]).abs() > 1e-3);
+
+    let kinematics = Kinematics::at_rest(tree, &numbers, start);
+    let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
+    let torque = held.iter().fold(1.0, |most: f64, entry| most.max(entry.abs()));
+    let list = |list: &[f64]| list.iter().map(|entry| format!("{:?}", rounded(*entry))).collect::<Vec<_>>().join(", ");
+    let _ = write!(
+        text,
+        "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = [{select}]\nvariance = 1e-6                  # rad^2 or m^2\n\n\
+         [[model.sensors]]\nkind = \"joint_velocity\"\nselect = [{select}]\nvariance = 1e-4                  # squares of rad/s or m/s\n\n\
+         [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {:?}               # s\n",
+        (DURATION / pace.time_step).round(),
+        pace.time_step,
+    );
+    if robot.actuators.is_empty() {
+        let held: Vec<f64> = driven(planning).into_iter().map(|dof| held[dof]).collect();
+        let _ = writeln!(text, "initial_control = [{}]   # holds the robot up where it starts", list(&held));
+    }
+    let _ = write!(
+        text,
+        "# initial_state is left out: at rest at 0, or at the middle of the range where that does not hold 0.\n\n\
+         [tasks.noise]                    # variances; of the process per step\n\
+         initial = {{ \"q.*\" = 1e-6, \"v.*\" = 1e-4 }}\nprocess = {{ \"q.*\" = 1e-10, \"v.*\" = 1e-5 }}\n\n",
+    );
+    if moves {
+        let _ = write!(
+            text,
+            "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {end:?}\ntarget = [{}]   # m; it starts at [{}]\n\
+             weight = 1.0\nfinal_weight = 1e3\n\n",
+            list(&to),
+            list(&from)
+        );
+    } else {
+        let _ = write!(
+            text,
+            "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [{select}]\ntarget = [{}]\nweight = 1.0\nfinal_weight = 1e2\n\n",
+            list(&goal)
+        );
+    }
+    let _ = write!(
+        text,
+        "[[tasks.costs]]\nkind = \"joint_velocity\"\nweight = 0.1\nfinal_weight = 1.0\n\n\
+         [[tasks.costs]]\nkind = \"control\"\nweight = {:.1e}\n",
+        1e-2 / (torque * torque)
+    );
+}
+
+/// A number with six digits.
+fn rounded(value: f64) -> f64 {
+    if value.abs() < 1e-9 { 0.0 } else { format!("{value:.5e}").parse().unwrap_or(value) }
+}
+
+/// A path as seen from a folder, where it has a part in common with it; else from the top.
+fn relative(path: &Path, folder: &Path) -> String {
+    let absolute = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let (Ok(full), Ok(from)) = (absolute(path), absolute(here)) else { return path.display().to_string() };
+    let common = full.components().zip(from.components()).take_while(|(a, b)| a == b).count();
+    if common <= 1 {
+        return full.display().to_string();
+    }
+    let up = from.components().skip(common).map(|_| "..".into());
+    let down = full.components().skip(common).map(|part| part.as_os_str().to_owned());
+    up.chain(down).collect::<PathBuf>().display().to_string()
+}

@@ -1,0 +1,178 @@
+//! What it takes to plan with a robot.
+
+use std::fmt::Write;
+
+use supple_files::quoted;
+use supple_robot::{Kinematics, Numbers, Robot, Tree, mass_matrix, massless_joints, solve};
+
+use super::SMOOTHING;
+use super::page::{name, number};
+
+/// Joints of a robot that is looked at, at most: plans of more take too long.
+const MOST_JOINTS: usize = 300;
+/// Mass of a root below which it only stands for one, kg.
+const LIGHT: f64 = 1e-3;
+/// Rate above which damping is worth a line, 1/s: below it time steps of 10 ms do.
+const FAST: f64 = 200.0;
+
+/// What it takes to plan with a robot.
+pub struct Planning {
+    /// Joints to lock: they move nothing with inertia.
+    pub lock: Vec<String>,
+    /// The robot without them.
+    pub robot: Robot,
+    pub tree: Tree,
+    /// Where it starts, rad or m.
+    pub start: Vec<f64>,
+}
+
+impl Planning {
+    pub fn of(robot: &Robot) -> Self {
+        let tree = Tree::new(robot);
+        if tree.dofs() > MOST_JOINTS {
+            return Self::without(robot.clone(), Vec::new());
+        }
+        let at = vec![0.1; tree.dofs()];
+        let massless = massless_joints(&tree, &Numbers::of(robot, [0.0; 3]), &at);
+        let lock = massless.iter().map(|&dof| tree.joints()[dof].clone()).collect();
+        let neutral = |joint: usize| (joint, robot.joints[joint].limits.neutral());
+        let locked: Vec<_> = massless.iter().map(|&dof| neutral(tree.joint_indices()[dof])).collect();
+        Self::without(robot.locked(&locked), lock)
+    }
+
+    /// The robot with these further joints locked where they start.
+    pub fn locking(&self, more: &[usize]) -> Self {
+        let joints: Vec<_> = more.iter().map(|&dof| (self.tree.joint_indices()[dof], self.start[dof])).collect();
+        let names = more.iter().map(|&dof| self.tree.joints()[dof].clone());
+        Self::without(self.robot.locked(&joints), self.lock.iter().cloned().chain(names).collect())
+    }
+
+    fn without(robot: Robot, lock: Vec<String>) -> Self {
+        let tree = Tree::new(&robot);
+        let start = tree.joint_indices().iter().map(|&joint| robot.joints[joint].limits.neutral()).collect();
+        Self { lock, robot, tree, start }
+    }
+
+    /// The line of `[model]` that locks joints; none where there is nothing to lock.
+    pub fn locked_line(&self) -> Option<String> {
+        let names: Vec<_> = self.lock.iter().map(|name| format!("{name:?}")).collect();
+        (!names.is_empty()).then(|| format!("locked = [{}]", names.join(", ")))
+    }
+
+    /// Why there can be no plan; none where there can.
+    pub fn obstacle(&self) -> Option<String> {
+        match (self.tree.dofs(), self.lock.is_empty()) {
+            (0, true) => Some("no joint moves, so there is nothing to control".into()),
+            (0, false) => {
+                Some("no joint moves anything that has inertia; write `inertial` elements for its links".into())
+            }
+            (count, _) if count > MOST_JOINTS => {
+                Some(format!("{count} joints are too many; `locked` in [model] takes out those that need not move"))
+            }
+            _ => None,
+        }
+    }
+
+    /// Diagonal of the mass matrix at the start, and damping of each degree of freedom, N m s/rad or N s/m, with friction
+    /// at rest that is smoothed over a speed.
+    pub fn damping(&self, numbers: &Numbers<f64>, smoothing: f64) -> Vec<f64> {
+        let mut damping = vec![0.0; self.tree.dofs()];
+        for body in self.tree.bodies() {
+            let joint = &numbers.joints[body.joint];
+            damping[body.dof] += body.ratio.powi(2) * (joint.damping + joint.friction / smoothing);
+        }
+        damping
+    }
+
+    /// The mass matrix at the start.
+    pub fn mass(&self, numbers: &Numbers<f64>) -> Vec<Vec<f64>> {
+        mass_matrix(&self.tree, numbers, &Kinematics::at_rest(&self.tree, numbers, &self.start))
+    }
+
+    /// The greatest rate at which damping and friction slow the joints down, 1/s, and the degree of freedom that has the
+    /// greatest part in it: by power iteration with `M^-1 D`.
+    pub fn fastest(&self, numbers: &Numbers<f64>, smoothing: f64) -> (f64, usize) {
+        let (mass, damping) = (self.mass(numbers), self.damping(numbers, smoothing));
+        let (mut rate, mut v) = (0.0, vec![1.0; self.tree.dofs()]);
+        for _ in 0..100 {
+            let force: Vec<f64> = v.iter().zip(&damping).map(|(v, damping)| v * damping).collect();
+            v = solve(mass.clone(), &force);
+            rate = v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            if rate == 0.0 {
+                break;
+            }
+            v.iter_mut().for_each(|v| *v /= rate);
+        }
+        let greatest = (0..v.len()).max_by(|&a, &b| v[a].abs().total_cmp(&v[b].abs()));
+        (rate, greatest.unwrap_or(0))
+    }
+
+    /// The section of `supple robot`.
+    pub fn text(&self, whole: &Robot) -> String {
+        let mut text = String::from("\nTo plan with it\n");
+        let mut line = |line: String| {
+            let _ = writeln!(text, "- {line}");
+        };
+        match (self.obstacle(), self.lock.is_empty()) {
+            (None, true) => line("ready: `supple new NAME --robot FILE` writes a task file that runs".into()),
+            (None, false) => line(format!(
+                "{} with inertia: write `{}` in [model], as `supple new NAME --robot FILE` does",
+                match self.lock.len() {
+                    1 => "lock a joint that moves nothing",
+                    _ => "lock joints that move nothing",
+                },
+                self.locked_line().unwrap_or_default()
+            )),
+            (Some(why), _) => line(format!("not possible: {why}")),
+        }
+        let root = &whole.links[0];
+        if let Some(inertia) = root.inertia.filter(|inertia| inertia.mass > LIGHT) {
+            let mass = number(inertia.mass);
+            line(format!(
+                "link `{}` of {mass} kg is fixed in the world: a robot that walks, drives or flies is planned as if it \
+                 were held there",
+                name(&root.name)
+            ));
+        }
+        if self.obstacle().is_none() {
+            self.joints(&mut line);
+        }
+        text
+    }
+
+    /// What is to say of single joints.
+    fn joints(&self, line: &mut dyn FnMut(String)) {
+        let joints: Vec<_> = self.tree.joint_indices().iter().map(|&joint| &self.robot.joints[joint]).collect();
+        let named = |holds: &dyn Fn(f64) -> bool| -> Vec<_> {
+            joints.iter().filter(|joint| holds(joint.limits.effort)).map(|joint| name(&joint.name)).collect()
+        };
+        let (free, none) = (named(&f64::is_infinite), named(&|effort| effort == 0.0));
+        if self.robot.actuators.is_empty() && !free.is_empty() {
+            line(format!("no effort limit: {}; plans may ask any torque of them", quoted(&free)));
+        }
+        if self.robot.actuators.is_empty() && !none.is_empty() {
+            line(format!(
+                "effort limit of 0: {}; name the joints with drives in `actuated` where these have none",
+                quoted(&none)
+            ));
+        }
+        let moved = joints.iter().zip(&self.start).filter(|(_, start)| **start != 0.0);
+        let moved: Vec<_> =
+            moved.map(|(joint, start)| format!("`{}` at {}", name(&joint.name), number(*start))).collect();
+        if !moved.is_empty() {
+            let rest = moved.len().saturating_sub(10);
+            let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+            let moved = moved[..moved.len() - rest].join(", ");
+            line(format!("starts at the middle of its range where that does not hold 0: {moved}{more}"));
+        }
+        let (rate, dof) = self.fastest(&Numbers::of(&self.robot, [0.0; 3]), SMOOTHING);
+        if rate > FAST {
+            let longest: f64 = format!("{:.1e}", 2.0 / rate).parse().unwrap_or(2.0 / rate);
+            let (joint, longest) = (name(&self.tree.joints()[dof]), number(longest));
+            line(format!(
+                "damping and friction of joint `{joint}` are stiff for the inertia that it moves: explicit integration \
+                 needs steps below {longest} s"
+            ));
+        }
+    }
+}

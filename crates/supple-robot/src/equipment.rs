@@ -1,0 +1,227 @@
+//! What a robot's file holds besides links and joints: actuators, sensors, keyframes and walls. SI units and radians.
+
+use crate::{JointKind, Pose, Robot, Tree};
+
+/// An actuator at a joint.
+///
+/// Its *length* is `l = gear q`, with the joint's position `q`. The torque or force on the joint is
+///
+/// ```text
+/// tau = gear force        force = gain u + offset - kp l - kv l'
+/// ```
+///
+/// with the control `u` and the numbers of its [`Law`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    /// Its name, unlike that of any other actuator; that of its joint where the file gives none.
+    pub name: String,
+    /// Index of the joint that it drives, which moves and follows no other.
+    pub joint: usize,
+    /// Its length for a unit of the joint's position, and the joint's torque for a unit of its force; not 0.
+    pub gear: f64,
+    /// What force it makes of a control.
+    pub law: Law,
+    /// The least and greatest control; infinite where the file sets no limit. In the unit of the control: see [`Law`].
+    pub control: [f64; 2],
+    /// The least and greatest force before the gear, N m or N; infinite where the file sets no limit.
+    pub force: [f64; 2],
+    /// Line in the file.
+    pub line: usize,
+}
+
+/// What force an actuator makes of its control `u`, given its length `l` and rate `l'`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    /// `force = gain u`. With a gain of 1 the control is the force, N m or N.
+    Motor {
+        /// Force for a unit of control.
+        gain: f64,
+    },
+    /// `force = kp (u - l) - kv l'`. The control is a length, rad or m.
+    Position {
+        /// Stiffness, N m/rad or N/m.
+        kp: f64,
+        /// Damping, N m s/rad or N s/m.
+        kv: f64,
+    },
+    /// `force = kv (u - l')`. The control is a rate, rad/s or m/s.
+    Velocity {
+        /// Damping, N m s/rad or N s/m.
+        kv: f64,
+    },
+    /// `force = gain u + offset - kp l - kv l'`. The unit of the control is the file's own.
+    Affine {
+        /// Force for a unit of control.
+        gain: f64,
+        /// Force at control, length and rate 0, N m or N.
+        offset: f64,
+        /// Stiffness, N m/rad or N/m.
+        kp: f64,
+        /// Damping, N m s/rad or N s/m.
+        kv: f64,
+    },
+}
+
+impl Law {
+    /// The law with these numbers of `force = gain u + offset - kp l - kv l'`: the simplest one that has them.
+    pub fn new(gain: f64, offset: f64, kp: f64, kv: f64) -> Self {
+        match (offset, kp, kv) {
+            (0.0, 0.0, 0.0) => Self::Motor { gain },
+            (0.0, kp, kv) if kp == gain && kp != 0.0 => Self::Position { kp, kv },
+            (0.0, 0.0, kv) if kv == gain => Self::Velocity { kv },
+            _ => Self::Affine { gain, offset, kp, kv },
+        }
+    }
+
+    /// What it is called: `motor`, `position`, `velocity` or `affine`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Motor { .. } => "motor",
+            Self::Position { .. } => "position",
+            Self::Velocity { .. } => "velocity",
+            Self::Affine { .. } => "affine",
+        }
+    }
+}
+
+/// A sensor of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// Its name, unlike that of any other sensor.
+    pub name: String,
+    /// What it measures.
+    pub measures: Measured,
+    /// Standard deviation of its noise as the file gives it, in the unit of the measurement; 0 where it gives none.
+    pub noise: f64,
+    /// Line in the file.
+    pub line: usize,
+}
+
+/// What a sensor of the file measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measured {
+    /// Position of the joint with this index, rad or m.
+    JointPosition(usize),
+    /// Velocity of the joint with this index, rad/s or m/s.
+    JointVelocity(usize),
+    /// Torque or force that actuators exert on the joint with this index, N m or N.
+    JointTorque(usize),
+    /// Position in the world of the frame with this number, m: links first, then [`Robot::frames`].
+    FramePosition(usize),
+    /// Orientation in the world of the frame with this number: links first, then [`Robot::frames`].
+    FrameOrientation(usize),
+}
+
+impl Measured {
+    /// What it is called.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::JointPosition(_) => "joint position",
+            Self::JointVelocity(_) => "joint velocity",
+            Self::JointTorque(_) => "joint torque",
+            Self::FramePosition(_) => "frame position",
+            Self::FrameOrientation(_) => "frame orientation",
+        }
+    }
+}
+
+/// An actuator or a sensor of the file that cannot be modelled.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Omitted {
+    /// What it is: `actuator` or `sensor`.
+    pub what: &'static str,
+    /// Its name.
+    pub name: String,
+    /// Why it cannot be modelled, as the end of a sentence: "its transmission is a tendon".
+    pub why: String,
+    /// Line in the file.
+    pub line: usize,
+}
+
+/// A keyframe: a state of the robot with a name, and controls for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    /// Its name, unlike that of any other key; `keyN` with its number from 0 where the file gives none.
+    pub name: String,
+    /// Position of every joint of [`Robot::joints`], rad or m; 0 for those that are fixed.
+    pub positions: Vec<f64>,
+    /// Velocity of every joint of [`Robot::joints`], rad/s or m/s; 0 for those that are fixed.
+    pub velocities: Vec<f64>,
+    /// Control of every actuator of [`Robot::actuators`], in the unit of the control; 0 where the file gives none.
+    pub controls: Vec<f64>,
+    /// Line in the file.
+    pub line: usize,
+}
+
+impl Key {
+    /// Positions of the degrees of freedom of a tree, in their order, rad or m.
+    pub fn q(&self, tree: &Tree) -> Vec<f64> {
+        tree.joint_indices().iter().map(|&joint| self.positions[joint]).collect()
+    }
+
+    /// Velocities of the degrees of freedom of a tree, in their order, rad/s or m/s.
+    pub fn v(&self, tree: &Tree) -> Vec<f64> {
+        tree.joint_indices().iter().map(|&joint| self.velocities[joint]).collect()
+    }
+}
+
+/// A plane or a box of the environment, which does not move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wall {
+    /// Its name, unlike that of any other wall.
+    pub name: String,
+    /// What it is.
+    pub shape: WallShape,
+    /// Where it is in the world: the centre of a box; a point of a plane, whose normal is z.
+    pub pose: Pose,
+    /// Line in the file.
+    pub line: usize,
+}
+
+/// What a wall is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallShape {
+    /// A plane without end.
+    Plane,
+    /// A box with these halves of its edges along its axes, m.
+    Box([f64; 3]),
+}
+
+impl Wall {
+    /// The outward normal of a face in the world, and a point of the face, m. `axis` is 0, 1 or 2 for x, y or z of the
+    /// wall, and `negative` means the face on the other side. A plane has the face +z only; none where there is no such
+    /// face.
+    pub fn face(&self, axis: usize, negative: bool) -> Option<([f64; 3], [f64; 3])> {
+        let half = match self.shape {
+            WallShape::Plane if axis == 2 && !negative => 0.0,
+            WallShape::Plane => return None,
+            WallShape::Box(halves) => *halves.get(axis)?,
+        };
+        let sign = if negative { -1.0 } else { 1.0 };
+        let normal = self.pose.rotation.map(|row| sign * row[axis]);
+        let at = self.pose.position;
+        Some((normal, [0, 1, 2].map(|entry| at[entry] + half * normal[entry])))
+    }
+}
+
+impl Robot {
+    /// The actuator `name`.
+    pub fn actuator(&self, name: &str) -> Option<&Actuator> {
+        self.actuators.iter().find(|actuator| actuator.name == name)
+    }
+
+    /// The keyframe `name`.
+    pub fn key(&self, name: &str) -> Option<&Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// The wall `name`.
+    pub fn wall(&self, name: &str) -> Option<&Wall> {
+        self.walls.iter().find(|wall| wall.name == name)
+    }
+
+    /// Whether the joint of an actuator slides: its force is then in N, and not in N m.
+    pub fn slides(&self, actuator: &Actuator) -> bool {
+        self.joints.get(actuator.joint).is_some_and(|joint| joint.kind == JointKind::Prismatic)
+    }
+}

@@ -1,0 +1,281 @@
+//! Positions of joints that bring a frame to a pose.
+//!
+//! Levenberg-Marquardt steps of least length on the errors of position and orientation, with limits of joints kept by
+//! projection, from several starts that are always the same.
+//!
+//! ```text
+//! e = (l turn, shift)    dq = J' (J J' + mu I)^-1 e    q <- within limits of (q + dq)
+//! ```
+//!
+//! `J` holds the columns of the joints that may move: not those at a limit that the step would leave.
+
+use supple_kernels::Ldl;
+
+use crate::vector::{scale, sub};
+use crate::{Kinematics, Numbers, Pose, Tree, frame_jacobian};
+
+/// Length by which a turn counts as a shift, m/rad: about that of an arm's links.
+const LEVER: f64 = 0.3;
+/// Starts, the given one among them.
+const STARTS: usize = 64;
+/// Steps from one start, at most.
+const STEPS: usize = 200;
+/// Error below which nothing is left to improve, m.
+const EXACT: f64 = 1e-12;
+/// Part by which a step has to lower the squared error to go on.
+const PROGRESS: f64 = 1e-12;
+/// How far joints are searched that have no limits: half a turn, or this many m.
+const FAR: f64 = 1.0;
+
+/// What is to be where.
+#[derive(Clone, Debug)]
+pub struct PoseGoal {
+    /// The link that the frame is on.
+    pub link: usize,
+    /// The frame in its link.
+    pub frame: Pose,
+    /// Where its origin is to be in the world, m.
+    pub position: [f64; 3],
+    /// How it is to be turned in the world, by rows; any way where left out.
+    pub rotation: Option<[[f64; 3]; 3]>,
+}
+
+/// What a search for a pose may move. Lists in the order of the degrees of freedom.
+#[derive(Clone, Debug)]
+pub struct Reach<'a> {
+    /// Where it starts, rad or m. What is not moved stays there.
+    pub start: &'a [f64],
+    /// Least positions; may be infinite.
+    pub lower: &'a [f64],
+    /// Greatest positions; may be infinite.
+    pub upper: &'a [f64],
+    /// Whether each may be moved.
+    pub free: &'a [bool],
+}
+
+/// Where a search for a pose ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reached {
+    /// Positions of the degrees of freedom, rad or m.
+    pub q: Vec<f64>,
+    /// How far the frame's origin is from where it is to be, m.
+    pub distance: f64,
+    /// By which angle the frame is turned from how it is to be, rad; 0 where any turn will do.
+    pub angle: f64,
+    /// Degrees of freedom that move the frame and are at a limit.
+    pub at_limits: Vec<usize>,
+}
+
+impl Reached {
+    /// Whether the frame is where it is to be, to 1 micrometre and 1 microradian.
+    pub fn is_there(&self) -> bool {
+        self.distance < 1e-6 && self.angle < 1e-6
+    }
+}
+
+/// Positions at which a frame is where it is to be, or else those found at which it is nearest. From the given start,
+/// and then from others within the limits, until one leads there.
+///
+/// # Panics
+/// Where a list has not one entry by degree of freedom, or there is no such link.
+pub fn inverse_kinematics(tree: &Tree, numbers: &Numbers<f64>, goal: &PoseGoal, reach: &Reach) -> Reached {
+    let search = Search { tree, numbers, goal, reach };
+    let mut best = search.descend(search.within(reach.start.to_vec()));
+    for start in 1..STARTS {
+        if search.reached(&best).is_there() {
+            break;
+        }
+        let found = search.descend(search.start(start));
+        if found.cost < best.cost {
+            best = found;
+        }
+    }
+    search.reached(&best)
+}
+
+struct Search<'a> {
+    tree: &'a Tree,
+    numbers: &'a Numbers<f64>,
+    goal: &'a PoseGoal,
+    reach: &'a Reach<'a>,
+}
+
+/// Positions, what is left there, and half its square.
+struct Candidate {
+    q: Vec<f64>,
+    error: Vec<f64>,
+    cost: f64,
+}
+
+impl Search<'_> {
+    /// The positions within limits; those that are not to be moved stay where they are.
+    fn within(&self, mut q: Vec<f64>) -> Vec<f64> {
+        let Reach { start, lower, upper, free } = self.reach;
+        for (i, q) in q.iter_mut().enumerate() {
+            *q = if free[i] { q.max(lower[i]).min(upper[i]) } else { start[i] };
+        }
+        q
+    }
+
+    /// A start, the same for the same number: points of a Halton sequence, which fills the limits evenly.
+    fn start(&self, number: usize) -> Vec<f64> {
+        let Reach { lower, upper, .. } = self.reach;
+        let turns = self.tree.bodies().iter();
+        let mut far = vec![FAR; self.tree.dofs()];
+        turns.filter(|body| body.motion == crate::Motion::Turn).for_each(|body| far[body.dof] = std::f64::consts::PI);
+        let place = |dof: usize| {
+            let (low, high) = match (lower[dof].is_finite(), upper[dof].is_finite()) {
+                (true, true) => (lower[dof], upper[dof]),
+                (true, false) => (lower[dof], lower[dof] + 2.0 * far[dof]),
+                (false, true) => (upper[dof] - 2.0 * far[dof], upper[dof]),
+                (false, false) => (-far[dof], far[dof]),
+            };
+            low + (high - low) * radical_inverse(number, prime(dof))
+        };
+        self.within((0..self.tree.dofs()).map(place).collect())
+    }
+
+    fn kinematics(&self, q: &[f64]) -> Kinematics<f64> {
+        Kinematics::at_rest(self.tree, self.numbers, q)
+    }
+
+    /// What is left: turn times lever, where one is asked for, and shift, in the world.
+    fn error(&self, kinematics: &Kinematics<f64>) -> Vec<f64> {
+        let at = kinematics.poses()[self.goal.link].compose(&self.goal.frame);
+        let shift = sub(self.goal.position, at.position);
+        let turn = self.goal.rotation.map(|rotation| {
+            let goal = Pose { rotation, position: [0.0; 3] };
+            let current = Pose { position: [0.0; 3], ..at };
+            scale(LEVER, rotation_vector(&goal.compose(&current.inverse()).rotation))
+        });
+        turn.into_iter().flatten().chain(shift).collect()
+    }
+
+    fn at(&self, q: Vec<f64>) -> Candidate {
+        let error = self.error(&self.kinematics(&q));
+        let cost = 0.5 * error.iter().map(|entry| entry * entry).sum::<f64>();
+        Candidate { q, error, cost }
+    }
+
+    /// Rows of the Jacobian of what is left, without sign.
+    fn jacobian(&self, q: &[f64]) -> Vec<Vec<f64>> {
+        let rows = frame_jacobian(self.tree, &self.kinematics(q), self.goal.link, self.goal.frame.position);
+        let lever = |row: Vec<f64>| row.into_iter().map(|entry| LEVER * entry).collect();
+        let [a, b, c, x, y, z] = rows;
+        let turn = self.goal.rotation.map(|_| [a, b, c].map(lever));
+        turn.into_iter().flatten().chain([x, y, z]).collect()
+    }
+
+    /// Goes downhill from positions.
+    fn descend(&self, q: Vec<f64>) -> Candidate {
+        let mut at = self.at(q);
+        let mut damping = 1e-3 * LEVER * LEVER;
+        for _ in 0..STEPS {
+            if at.cost < 0.5 * EXACT * EXACT {
+                break;
+            }
+            let jacobian = self.jacobian(&at.q);
+            let mut next = None;
+            while damping < 1e9 {
+                let step = self.step(&at, &jacobian, damping);
+                let moved = at.q.iter().zip(&step).map(|(q, step)| q + step).collect();
+                let found = self.at(self.within(moved));
+                if found.cost < at.cost {
+                    next = Some(found);
+                    damping = (damping * 0.2).max(1e-15);
+                    break;
+                }
+                damping *= 4.0;
+            }
+            let Some(next) = next else { break };
+            let stuck = at.cost - next.cost <= PROGRESS * at.cost;
+            at = next;
+            if stuck {
+                break;
+            }
+        }
+        at
+    }
+
+    /// `J' (J J' + mu I)^-1 e` over the joints that may move: not those that the step would take beyond a limit at which
+    /// they are.
+    fn step(&self, at: &Candidate, jacobian: &[Vec<f64>], damping: f64) -> Vec<f64> {
+        let Reach { lower, upper, free, .. } = self.reach;
+        let mut moves = free.to_vec();
+        loop {
+            let dot = |a: &[f64], b: &[f64]| -> f64 {
+                a.iter().zip(b).zip(&moves).filter(|(_, moves)| **moves).map(|((a, b), _)| a * b).sum()
+            };
+            let mut square: Vec<Vec<f64>> =
+                jacobian.iter().map(|a| jacobian.iter().map(|b| dot(a, b)).collect()).collect();
+            for (i, row) in square.iter_mut().enumerate() {
+                row[i] += damping;
+            }
+            let weights = Ldl::new(&square).solve(at.error.clone());
+            let along = |dof: usize| jacobian.iter().zip(&weights).map(|(row, weight)| row[dof] * weight).sum();
+            let step: Vec<f64> =
+                moves.iter().enumerate().map(|(dof, &moves)| if moves { along(dof) } else { 0.0 }).collect();
+            let leaves =
+                |dof: usize| step[dof] < 0.0 && at.q[dof] <= lower[dof] || step[dof] > 0.0 && at.q[dof] >= upper[dof];
+            let beyond: Vec<usize> = (0..step.len()).filter(|&dof| moves[dof] && leaves(dof)).collect();
+            if beyond.is_empty() {
+                return step;
+            }
+            beyond.into_iter().for_each(|dof| moves[dof] = false);
+        }
+    }
+
+    fn reached(&self, at: &Candidate) -> Reached {
+        let length = |entries: &[f64]| entries.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+        let (turn, shift) = at.error.split_at(at.error.len() - 3);
+        let Reach { lower, upper, free, .. } = self.reach;
+        let near = |q: f64, limit: f64| (q - limit).abs() < 1e-9;
+        let jacobian = self.jacobian(&at.q);
+        let at_limits = (0..at.q.len()).filter(|&dof| {
+            let moves_it = jacobian.iter().any(|row| row[dof] != 0.0);
+            free[dof] && moves_it && (near(at.q[dof], lower[dof]) || near(at.q[dof], upper[dof]))
+        });
+        Reached {
+            q: at.q.clone(),
+            distance: length(shift),
+            angle: length(turn) / LEVER,
+            at_limits: at_limits.collect(),
+        }
+    }
+}
+
+/// Axis times angle of a rotation, rad; the angle is at most half a turn.
+fn rotation_vector(r: &[[f64; 3]; 3]) -> [f64; 3] {
+    let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]].map(|entry| 0.5 * entry);
+    let sin = skew.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+    let cos = 0.5 * (r[0][0] + r[1][1] + r[2][2] - 1.0);
+    let angle = sin.atan2(cos);
+    if sin > 1e-6 {
+        return scale(angle / sin, skew);
+    }
+    if cos > 0.0 {
+        return skew;
+    }
+    // Near half a turn R = 2 a a' - I: the longest column of R + I is along the axis a.
+    let columns = [0, 1, 2].map(|j| [0, 1, 2].map(|i| r[i][j] + if i == j { 1.0 } else { 0.0 }));
+    let squared = |v: &[f64; 3]| v.iter().map(|entry| entry * entry).sum::<f64>();
+    let longest = columns.into_iter().fold([0.0; 3], |best, v| if squared(&v) > squared(&best) { v } else { best });
+    scale(angle / squared(&longest).sqrt(), longest)
+}
+
+/// The digits of a number in a base, mirrored at the point: from 0 to 1.
+fn radical_inverse(mut number: usize, base: usize) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / base as f64);
+    while number > 0 {
+        value += (number % base) as f64 * digit;
+        number /= base;
+        digit /= base as f64;
+    }
+    value
+}
+
+/// The prime with this number, from 0.
+fn prime(number: usize) -> usize {
+    let is_prime = |n: &usize| (2..).take_while(|d| d * d <= *n).all(|d| n % d != 0);
+    (2..).filter(is_prime).nth(number).unwrap_or(2)
+}

@@ -1,0 +1,73 @@
+//! From parts by index and name in the file to the equipment of the robot.
+
+use std::collections::HashMap;
+
+use super::body::Reader;
+use super::sensor::{SensorPart, Target};
+use crate::{Actuator, Key, Omitted, Robot, Sensor, Wall};
+
+/// What a file holds besides bodies, while joints have their place in the file.
+pub(super) struct Equipment {
+    actuators: Vec<Actuator>,
+    sensors: Vec<SensorPart>,
+    keys: Vec<Key>,
+    walls: Vec<Wall>,
+    omitted: Vec<Omitted>,
+    /// Names of the joints in the order of the file.
+    joints: Vec<String>,
+}
+
+impl Reader<'_, '_> {
+    /// Takes the equipment out of the parts that were read.
+    pub(super) fn equipment(&mut self) -> Equipment {
+        Equipment {
+            actuators: std::mem::take(&mut self.actuators.kept),
+            sensors: std::mem::take(&mut self.sensors),
+            keys: std::mem::take(&mut self.keys),
+            walls: std::mem::take(&mut self.walls),
+            omitted: std::mem::take(&mut self.omitted),
+            joints: self.parts.joints.iter().map(|joint| joint.name.clone()).collect(),
+        }
+    }
+}
+
+impl Equipment {
+    /// Adds all of it to the robot that the parts became. What the robot does not have is left out.
+    pub(super) fn add_to(self, robot: &mut Robot) {
+        let by_name: HashMap<_, _> =
+            robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
+        let places: Vec<_> = self.joints.iter().map(|name| by_name.get(name.as_str()).copied()).collect();
+        let place = |joint: usize| places.get(joint).copied().flatten();
+        let actuators = self.actuators.into_iter();
+        let actuators = actuators.filter_map(|part| Some(Actuator { joint: place(part.joint)?, ..part })).collect();
+
+        let links: HashMap<_, _> = robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
+        let frames = robot.frames.iter().enumerate().map(|(i, frame)| (frame.name.as_str(), robot.links.len() + i));
+        let frames: HashMap<_, _> = frames.collect();
+        let sensors = self.sensors.into_iter().filter_map(|SensorPart { name, target, noise, line }| {
+            let measures = match target {
+                Target::Joint(joint, of) => of(place(joint)?),
+                Target::Body(body, of) => of(*links.get(body.as_str())?),
+                Target::Site(site, of) => of(*frames.get(site.as_str())?),
+            };
+            Some(Sensor { name, measures, noise, line })
+        });
+        let sensors = sensors.collect();
+
+        let sorted = |numbers: &[f64]| {
+            let mut sorted = vec![0.0; robot.joints.len()];
+            for (number, place) in numbers.iter().zip(&places) {
+                if let Some(entry) = place.and_then(|place| sorted.get_mut(place)) {
+                    *entry = *number;
+                }
+            }
+            sorted
+        };
+        let keys = self.keys.into_iter();
+        let keys = keys
+            .map(|key| Key { positions: sorted(&key.positions), velocities: sorted(&key.velocities), ..key })
+            .collect();
+        (robot.actuators, robot.sensors, robot.keys) = (actuators, sensors, keys);
+        (robot.walls, robot.omitted) = (self.walls, self.omitted);
+    }
+}

@@ -1,0 +1,158 @@
+//! What force an actuator makes of its control: gain, bias and dynamics, by its class and by itself.
+//!
+//! All kinds of actuators are `general` ones with certain numbers, and share their defaults.
+
+use supple_files::FileError;
+
+use super::super::xml::Element;
+use crate::Law;
+
+/// How many numbers `gainprm` and `biasprm` hold at most.
+const MOST: usize = 10;
+/// Kinds of actuators that are read.
+pub(super) const LAWS: [&str; 4] = ["general", "motor", "position", "velocity"];
+
+/// Words for how a control is filtered: whether it is not.
+const DYNAMICS: [(&str, bool); 7] = [
+    ("none", true),
+    ("integrator", false),
+    ("filter", false),
+    ("filterexact", false),
+    ("muscle", false),
+    ("user", false),
+    ("dcmotor", false),
+];
+/// Words for gains: whether it is a number.
+const GAINS: [(&str, bool); 5] =
+    [("fixed", true), ("affine", false), ("muscle", false), ("user", false), ("dcmotor", false)];
+/// Words for biases: none, affine in length and rate, or another one.
+const BIASES: [(&str, Bias); 5] = [
+    ("none", Bias::None),
+    ("affine", Bias::Affine),
+    ("muscle", Bias::Other),
+    ("user", Bias::Other),
+    ("dcmotor", Bias::Other),
+];
+
+/// What is added to the product of gain and control.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Bias {
+    None,
+    Affine,
+    Other,
+}
+
+/// Gain and bias while they are read: those of a class, changed by an actuator of it.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers {
+    /// The last kind but `general` that set the numbers.
+    kind: &'static str,
+    gain: f64,
+    bias: [f64; 3],
+    /// Whether the gain is a number.
+    fixed: bool,
+    affine: Bias,
+    /// Whether the control acts at once.
+    direct: bool,
+}
+
+impl Default for Numbers {
+    fn default() -> Self {
+        Self { kind: "", gain: 1.0, bias: [0.0; 3], fixed: true, affine: Bias::None, direct: true }
+    }
+}
+
+impl Numbers {
+    /// What an element says, which stands in a class or is an actuator.
+    ///
+    /// # Errors
+    /// Where a number or a word is not valid.
+    pub(super) fn update(&mut self, at: Element) -> Result<(), FileError> {
+        match at.tag() {
+            "general" => {
+                self.direct = at.choice("dyntype", &DYNAMICS)?.unwrap_or(self.direct);
+                self.fixed = at.choice("gaintype", &GAINS)?.unwrap_or(self.fixed);
+                self.affine = at.choice("biastype", &BIASES)?.unwrap_or(self.affine);
+                let mut gain = [self.gain];
+                overlay(at, "gainprm", &mut gain)?;
+                [self.gain] = gain;
+                overlay(at, "biasprm", &mut self.bias)?;
+            }
+            "motor" => *self = Self { kind: "motor", ..Self::default() },
+            "position" => {
+                self.become_kind("position");
+                let kp = at.number("kp")?.unwrap_or(self.gain);
+                (self.gain, self.bias[1]) = (kp, -kp);
+                match (least_zero(at, "kv")?, least_zero(at, "dampratio")?) {
+                    (Some(_), Some(_)) => {
+                        return Err(at.error_at("dampratio", "damping is given by `kv` or by `dampratio`"));
+                    }
+                    (Some(kv), None) => self.bias[2] = -kv,
+                    (None, Some(ratio)) => self.bias[2] = ratio,
+                    (None, None) => {}
+                }
+                if let Some(time) = least_zero(at, "timeconst")? {
+                    self.direct = time == 0.0;
+                }
+                (self.fixed, self.affine) = (true, Bias::Affine);
+            }
+            "velocity" => {
+                self.become_kind("velocity");
+                let kv = at.number("kv")?.unwrap_or(self.gain);
+                (self.gain, self.bias) = (kv, [0.0, 0.0, -kv]);
+                (self.fixed, self.affine, self.direct) = (true, Bias::Affine, true);
+            }
+            // Another kind, which is not modelled: neither is what takes its numbers from it.
+            _ => (self.kind, self.fixed) = ("other", false),
+        }
+        Ok(())
+    }
+
+    /// Another kind does not take over numbers that mean something else.
+    fn become_kind(&mut self, kind: &'static str) {
+        if !matches!(self.kind, "" | "other") && self.kind != kind {
+            *self = Self::default();
+        }
+        self.kind = kind;
+    }
+
+    /// The law, or why there is none.
+    pub(super) fn law(&self) -> Result<Law, &'static str> {
+        if !self.direct {
+            return Err(
+                "its control is filtered: only actuators whose force follows the control at once are supported",
+            );
+        }
+        if !self.fixed {
+            return Err("its gain is no plain number: only `gaintype` \"fixed\" is supported");
+        }
+        let [offset, slope, rate] = match self.affine {
+            Bias::None => [0.0; 3],
+            Bias::Affine => self.bias,
+            Bias::Other => return Err("its bias is neither `none` nor `affine`"),
+        };
+        if rate > 0.0 && slope == -self.gain && self.gain != 0.0 {
+            return Err("`dampratio` is not supported, as it depends on the inertia of the whole robot: give `kv`");
+        }
+        // Zero is written without its sign.
+        Ok(Law::new(self.gain, offset, 0.0 - slope, 0.0 - rate))
+    }
+}
+
+/// The first numbers of a list over those that are there.
+fn overlay(at: Element, name: &str, into: &mut [f64]) -> Result<(), FileError> {
+    let Some(found) = at.list(name)? else { return Ok(()) };
+    if found.len() > MOST {
+        return Err(at.error_at(name, format!("`{name}` is at most {MOST} numbers, and has {}", found.len())));
+    }
+    into.iter_mut().zip(found).for_each(|(into, found)| *into = found);
+    Ok(())
+}
+
+/// A number that is at least 0, where there is one.
+fn least_zero(at: Element, name: &str) -> Result<Option<f64>, FileError> {
+    match at.number(name)? {
+        Some(number) if number < 0.0 => Err(at.error_at(name, format!("`{name}` must be at least 0, and is {number}"))),
+        number => Ok(number),
+    }
+}

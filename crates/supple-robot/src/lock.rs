@@ -1,0 +1,117 @@
+//! Joints that are taken out of a robot: fixed where they stand.
+
+use crate::pose::{dot, scale};
+use crate::{Joint, JointKind, Limits, Measured, Omitted, Pose, Robot};
+
+impl Limits {
+    /// The position at which a joint starts where nothing is said: 0 where the limits allow it, else the middle of the
+    /// range, and the one limit where the other is infinite. Rad or m.
+    pub fn neutral(&self) -> f64 {
+        let Self { lower, upper, .. } = *self;
+        match (lower.is_finite(), upper.is_finite()) {
+            _ if lower <= 0.0 && upper >= 0.0 => 0.0,
+            (true, true) => 0.5 * (lower + upper),
+            (true, false) => lower,
+            (false, true) => upper,
+            (false, false) => 0.0,
+        }
+    }
+}
+
+impl Robot {
+    /// The robot without some of its joints: each of `joints` is fixed at its position, rad or m, and so are those that
+    /// follow it, where they then are. Links, joints and frames keep their numbers. Actuators and sensors of joints that
+    /// are fixed are [`Robot::omitted`]. Indices that no joint has do nothing.
+    pub fn locked(&self, joints: &[(usize, f64)]) -> Self {
+        let mut held = vec![None; self.joints.len()];
+        for &(joint, position) in joints {
+            if let Some(held) = held.get_mut(joint) {
+                *held = Some(position);
+            }
+        }
+        let mut robot = self.clone();
+        for (index, joint) in robot.joints.iter_mut().enumerate() {
+            if joint.kind != JointKind::Fixed
+                && let Some(position) = self.held_at(index, &held)
+            {
+                joint.fix(position);
+            }
+        }
+        robot.omit_of_fixed();
+        robot
+    }
+
+    /// Where a joint is held: itself, or by a joint that it follows.
+    fn held_at(&self, joint: usize, held: &[Option<f64>]) -> Option<f64> {
+        let (mut at, mut ratio, mut offset) = (joint, 1.0, 0.0);
+        // A chain longer than the list of joints goes in a circle.
+        for _ in 0..=self.joints.len() {
+            if let Some(position) = held.get(at).copied().flatten() {
+                return Some(ratio * position + offset);
+            }
+            let mimic = self.joints.get(at)?.mimic?;
+            (at, ratio, offset) = (mimic.joint, ratio * mimic.ratio, ratio * mimic.offset + offset);
+        }
+        None
+    }
+
+    /// Takes out actuators and sensors of joints that do not move.
+    fn omit_of_fixed(&mut self) {
+        let Self { joints, actuators, sensors, keys, omitted, .. } = self;
+        let moves = |joint: usize| joints.get(joint).is_some_and(|joint| joint.kind != JointKind::Fixed);
+        let mut omit = |what, name: &str, line| {
+            omitted.push(Omitted { what, name: name.to_owned(), why: "its joint is locked".to_owned(), line });
+        };
+        let kept: Vec<bool> = actuators.iter().map(|actuator| moves(actuator.joint)).collect();
+        for (actuator, _) in actuators.iter().zip(&kept).filter(|(_, kept)| !**kept) {
+            omit("actuator", &actuator.name, actuator.line);
+        }
+        actuators.retain(|actuator| moves(actuator.joint));
+        for key in keys {
+            let mut kept = kept.iter();
+            key.controls.retain(|_| kept.next().copied().unwrap_or(true));
+        }
+        sensors.retain(|sensor| match sensor.measures {
+            Measured::JointPosition(joint) | Measured::JointVelocity(joint) | Measured::JointTorque(joint)
+                if !moves(joint) =>
+            {
+                omit("sensor", &sensor.name, sensor.line);
+                false
+            }
+            _ => true,
+        });
+    }
+}
+
+impl Joint {
+    /// The pose of the moved joint frame in the joint frame, at a position, rad or m.
+    fn moved(&self, position: f64) -> Pose {
+        let (by, axis) = (position - self.reference, self.axis);
+        if self.kind == JointKind::Prismatic {
+            return Pose::at(scale(by, axis));
+        }
+        // R = I + sin [axis] + (1 - cos) [axis]^2
+        let (sin, cos) = by.sin_cos();
+        let [x, y, z] = axis;
+        let skew = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        let mut rotation = Pose::IDENTITY.rotation;
+        for (i, row) in rotation.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let squared = dot(skew[i], [skew[0][j], skew[1][j], skew[2][j]]);
+                *entry += sin * skew[i][j] + (1.0 - cos) * squared;
+            }
+        }
+        Pose { rotation, position: [0.0; 3] }
+    }
+
+    /// Makes it a fixed joint at a position, rad or m: its motion goes into the pose of what it carries.
+    fn fix(&mut self, position: f64) {
+        self.child_pose = self.moved(position).compose(&self.child_pose);
+        self.kind = JointKind::Fixed;
+        self.mimic = None;
+        self.axis = [1.0, 0.0, 0.0];
+        self.limits = Limits::default();
+        (self.reference, self.rest) = (0.0, 0.0);
+        (self.damping, self.friction, self.armature, self.stiffness) = (0.0, 0.0, 0.0, 0.0);
+    }
+}

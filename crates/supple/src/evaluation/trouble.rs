@@ -1,0 +1,67 @@
+use crate::plan::Plan;
+use crate::problem::Task;
+
+/// Why a plan should not be trusted, in words: how its search ended where it did not converge, with the step and the control
+/// where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
+pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if !plan.status.is_converged() {
+        warnings.push(unconverged(task, phi, plan));
+    }
+    if let Some(cost) = plan.passed_over {
+        warnings.push(format!(
+            "task `{}`: a plan of cost {cost:.6} did not converge and was not kept; the one that was kept costs {:.6}. Raise \
+             `planning.max_iterations`, or start from another `initial_control`",
+            task.name, plan.objective
+        ));
+    }
+    warnings
+}
+
+fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
+    let time_step: f64 = task.time_step.resolve(phi);
+    let when = |step: usize| format!("step {step} ({:.4} s)", step as f64 * time_step);
+    let channels = task.system.channels();
+    let name = |list: &[crate::Channel], index: usize, what: &str| {
+        list.get(index).map_or_else(|| format!("{what} {}", index + 1), |channel| channel.name.clone())
+    };
+    let unit = |index: usize| channels.states.get(index).map_or("", |channel| channel.unit.as_str());
+    let (step, control) = plan.steepest;
+    let mut text = format!(
+        "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {:.2e} for a unit of `{}`",
+        task.name,
+        plan.status,
+        plan.iterations,
+        when(step),
+        plan.stationarity,
+        name(&channels.controls, control, "control"),
+    );
+    if let Some((step, state, change)) = fastest(plan) {
+        let rate = change / time_step;
+        text += &format!(
+            "; the state that changes fastest is `{}`, by {rate:.3} {}/s at {}",
+            name(&channels.states, state, "state"),
+            unit(state),
+            when(step)
+        );
+    }
+    text
+}
+
+/// The step and the state of the largest change from one step to the next, relative to how large that state becomes.
+fn fastest(plan: &Plan) -> Option<(usize, usize, f64)> {
+    let states = &plan.trajectory.states;
+    let mut largest: Option<(f64, (usize, usize, f64))> = None;
+    for state in 0..states.cols() {
+        let at = |t: usize| states.vector(t)[state];
+        let size = (0..states.count()).fold(0.0, |size: f64, t| size.max(at(t).abs()));
+        for t in 0..plan.trajectory.steps() {
+            let change = at(t + 1) - at(t);
+            let share = change.abs() / (1.0 + size);
+            if largest.is_none_or(|(most, _)| share > most) {
+                largest = Some((share, (t, state, change)));
+            }
+        }
+    }
+    largest.map(|(_, found)| found)
+}

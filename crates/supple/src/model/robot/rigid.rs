@@ -1,0 +1,27 @@
+//! Elements of compliance that could do nothing, as nothing moves where they act.
+
+use super::Robot;
+use super::compliance::{Compliance, Element};
+
+impl Robot {
+    /// What is wrong with an element that acts between frames which cannot move against one another, or on one that
+    /// cannot move: the key, what is wrong, and advice.
+    pub(super) fn rigid(&self, element: &Element) -> Option<(&'static str, String, String)> {
+        let names = self.frame_names();
+        let body = |frame: usize| self.tree.body_of(self.link_of(frame));
+        match element.kind.frames()[..] {
+            [a, c] if body(a) == body(c) => {
+                let message = format!(
+                    "frames `{}` and `{}` cannot move against one another: no joint that moves is between them",
+                    names[a], names[c]
+                );
+                Some(("frame_c", message, "name frames on two sides of a joint".to_owned()))
+            }
+            [frame] if body(frame).is_none() => {
+                let message = format!("frame `{}` cannot move: it is fixed to the world", names[frame]);
+                Some(("frame", message, "name a frame that a joint moves".to_owned()))
+            }
+            _ => None,
+        }
+    }
+}

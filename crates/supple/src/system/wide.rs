@@ -1,0 +1,103 @@
+use supple_kernels::graph::{Batch, Program};
+use supple_kernels::rows::{self, Into, Left};
+use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
+
+use super::Points;
+use super::programs::TOGETHER;
+
+/// The programs of second derivatives for dynamics with many unknowns.
+pub(super) struct Along<'a> {
+    pub responses: &'a Program,
+    pub curvature: &'a Program,
+    /// Lengths of `z` and of the unknowns.
+    pub joint: usize,
+    pub unknowns: usize,
+}
+
+impl Along<'_> {
+    /// Adds `(lambda' f)_zz` at every stage (theory, equation U.5): column b of `D' (lambda' F + mu' r)'' D` is `D'` times the
+    /// second derivatives along `D_b = (e_b, W_b)`.
+    pub fn add(&self, at: Points, phi: &[f64], costates: &Matrices, out: &mut Matrices, scratch: &mut Scratch) {
+        let Self { joint, unknowns, .. } = *self;
+        let stages = at.stages;
+        let batch = Batch { first: 0, count: stages };
+        let after = super::authored::after(costates);
+        let mut responses = Matrices::zeros(stages, joint + 2, unknowns);
+        let sources = [at.states.into(), at.controls.into(), after];
+        self.responses.run(batch, (&sources, phi), (Some(&mut responses), &mut []), scratch);
+        let by_unknown = transposed(&responses, joint);
+        let mut directions = Matrices::zeros(stages, TOGETHER, joint + unknowns);
+        let mut rates = Matrices::zeros(stages, TOGETHER, joint + unknowns);
+        for first in (0..joint).step_by(TOGETHER) {
+            self.choose(first, &responses, &mut directions);
+            // What is not read stands in for sources of other programs.
+            let [x, u, _] = sources;
+            let sources = [x, u, after, (&responses).into(), x, x, (&directions).into()];
+            self.curvature.run(batch, (&sources, phi), (Some(&mut rates), &mut []), scratch);
+            dispatch(Columns { joint, unknowns, first, rates: &rates, by_unknown: &by_unknown, out });
+        }
+    }
+
+    /// Writes the directions from number `first` on.
+    fn choose(&self, first: usize, responses: &Matrices, directions: &mut Matrices) {
+        let (stride, width) = (directions.stride(), responses.stride());
+        for t in 0..directions.count() {
+            let (to, from) = (directions.at_mut(t), responses.at(t));
+            to.fill(0.0);
+            for (place, b) in (first..self.joint).take(TOGETHER).enumerate() {
+                let row = &mut to[place * stride..(place + 1) * stride];
+                row[b] = 1.0;
+                row[self.joint..self.joint + self.unknowns]
+                    .copy_from_slice(&from[b * width..b * width + self.unknowns]);
+            }
+        }
+    }
+}
+
+/// The first `rows` rows of each matrix as columns.
+fn transposed(matrices: &Matrices, rows: usize) -> Matrices {
+    let mut out = Matrices::zeros(matrices.count(), matrices.cols(), rows);
+    for t in 0..matrices.count() {
+        for i in 0..rows {
+            for j in 0..matrices.cols() {
+                out.set(t, j, i, matrices.get(t, i, j));
+            }
+        }
+    }
+    out
+}
+
+/// Adds `D'` times the rates along some directions to their columns, as far as the diagonal, and to the rows that mirror
+/// them.
+struct Columns<'a> {
+    joint: usize,
+    unknowns: usize,
+    first: usize,
+    rates: &'a Matrices,
+    by_unknown: &'a Matrices,
+    out: &'a mut Matrices,
+}
+
+impl Job for Columns<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { joint, unknowns, first, rates, by_unknown, out } = self;
+        let (narrow, wide, stride) = (padded(joint), rates.stride(), out.stride());
+        let mut through = Matrices::zeros(1, TOGETHER, joint);
+        for t in 0..rates.count() {
+            let (rates, through) = (rates.at(t), through.at_mut(0));
+            let left = Left::plain(&rates[joint..], wide);
+            rows::multiply::<L>(through, left, by_unknown.at(t), narrow, (TOGETHER, unknowns), Into::Set);
+            let out = out.at_mut(t);
+            for (place, b) in (first..joint).take(TOGETHER).enumerate() {
+                for a in 0..=b {
+                    let sum = rates[place * wide + a] + through[place * narrow + a];
+                    out[b * stride + a] += sum;
+                    if a != b {
+                        out[a * stride + b] += sum;
+                    }
+                }
+            }
+        }
+    }
+}
