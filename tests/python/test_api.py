@@ -40,10 +40,12 @@ def test_tasks_say_what_they_are(task: supple.Task) -> None:
 def test_simulations_are_motions_under_given_controls(task: supple.Task) -> None:
     path = task.evaluate(k1=200.0).tasks["press"].trajectory
     assert path is not None
-    assert np.array_equal(task.simulate(path.u, k1=200.0), path.x)
+    assert np.allclose(task.simulate(path.u, k1=200.0), path.x, rtol=1e-12, atol=1e-12)
     assert not np.allclose(task.simulate(path.u), path.x, atol=1e-4), "the parameters count"
     later = task.simulate(path.u[50:], initial_state=path.x[50], task="press", at={"k1": 200.0})
-    assert np.array_equal(later, path.x[50:]), "from any state, over as many steps as there are controls"
+    assert np.allclose(later, path.x[50:], rtol=1e-12, atol=1e-12), (
+        "from any state, over as many steps as there are controls"
+    )
     longer = task.simulate(np.zeros((300, 1)))
     assert longer.shape == (301, 5) and np.array_equal(longer[0], path.x[0])
 

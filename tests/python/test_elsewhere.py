@@ -166,8 +166,10 @@ def test_motion_converges_to_that_of_mujoco(case: Case, tmp_path: Path) -> None:
     for prefix in "qv":
         sizes = [error[prefix] for error in errors]
         assert own[prefix] < 0.01 * sizes[-1], "the reference must be far closer to the truth than supple's steps"
-        ratios = [longer / shorter for longer, shorter in zip(sizes, sizes[1:])]
-        assert all(1.6 < ratio < 2.5 for ratio in ratios), (prefix, sizes)
+        first, second = (longer / shorter for longer, shorter in zip(sizes, sizes[1:]))
+        # At the task's own time step velocities are off by up to a fifth, so that terms of second order still count.
+        assert 1.4 < first < 2.7 and 1.6 < second < 2.5, (prefix, sizes)
+        assert abs(second - 2.0) < abs(first - 2.0) + 0.02, (prefix, sizes)
 
 
 def test_forces_are_those_of_mujoco_and_the_theory(case: Case, tmp_path: Path) -> None:
