@@ -184,7 +184,7 @@ fn wrong_actuators() {
     assert_errors(vec![
         (
             actuated("cable"),
-            "task.toml:4:12: model.actuated: actuator `cable` of the robot's file (line 32) is not supported: it acts on a \
+            "task.toml:4:12: model.actuated: actuator `cable` of the robot's file (line 30) is not supported: it acts on a \
              tendon, `cable`; only actuators of joints are supported (name the joints that shall have drives instead)",
         ),
         (
@@ -213,7 +213,7 @@ fn wrong_actuators() {
         ),
         (
             drive("elbow]\ngear = 2.0"),
-            "task.toml:4:15: model.drives.elbow: `elbow` is not actuated: actuated are `motor`, `servo`, `speed`, `affine`",
+            "task.toml:4:1: model.drives.elbow: joint `elbow` is not actuated: actuated are `motor`, `servo`, `speed`, `affine`",
         ),
     ]);
 }
@@ -229,7 +229,7 @@ fn wrong_sensors_of_the_file() {
         ),
         (
             file("\"touch\""),
-            "task.toml:6:10: model.sensors[0].select: sensor `touch` of the robot's file (line 40) is not supported: sensors \
+            "task.toml:6:10: model.sensors[0].select: sensor `touch` of the robot's file (line 38) is not supported: sensors \
              of kind `touch` are not supported (sensors of the file that are: it has `angle`, `rate`, `place`, `turn`, `torque`)",
         ),
         (
@@ -250,16 +250,16 @@ fn wrong_walls() {
         ),
         (
             touching("geom = \"flor\""),
-            "task.toml:11:8: model.compliance[0].geom: the robot has no plane or box that does not move `flor`: it has \
+            "task.toml:12:8: model.compliance[0].geom: the robot has no plane or box that does not move `flor`: it has \
              `floor`, `block` (did you mean `floor`?)",
         ),
         (
             touching("geom = \"floor\"\nnormal = [0.0, 0.0, 1.0]"),
-            "task.toml:12:10: model.compliance[0].normal: `geom` gives the wall already: that of `floor` (leave `normal` out, or `geom`)",
+            "task.toml:13:10: model.compliance[0].normal: `geom` gives the wall already: that of `floor` (leave `normal` out, or `geom`)",
         ),
         (
             touching("point = [0.0, 0.0, 1.0]\ngeom = \"floor\""),
-            "task.toml:11:9: model.compliance[0].point: `geom` gives the wall already: that of `floor` (leave `point` out, or `geom`)",
+            "task.toml:12:9: model.compliance[0].point: `geom` gives the wall already: that of `floor` (leave `point` out, or `geom`)",
         ),
         (
             touching("geom = \"block\""),
@@ -268,11 +268,11 @@ fn wrong_walls() {
         ),
         (
             touching("geom = \"floor\"\nface = \"-z\""),
-            "task.toml:12:8: model.compliance[0].face: `floor` is a plane, whose one face is `+z`",
+            "task.toml:13:8: model.compliance[0].face: `floor` is a plane, whose one face is `+z`",
         ),
         (
             touching("normal = [0.0, 0.0, 1.0]\nface = \"-z\""),
-            "task.toml:12:8: model.compliance[0].face: goes with `geom`, a box of the robot's file",
+            "task.toml:13:8: model.compliance[0].face: goes with `geom`, a box of the robot's file",
         ),
     ]);
 }

@@ -80,7 +80,7 @@ fn robot_files() {
         (
             robot("arm.urdf\"\nfolder = \"x"),
             "task.toml:4:1: model.folder: unknown key `folder`; valid are `file`, `package_roots`, \
-             `independent_mimic`, `gravity`, `actuated`, `drives`, `links`, `joints`, `frames`, \
+             `independent_mimic`, `gravity`, `actuated`, `file_actuators`, `drives`, `links`, `joints`, `frames`, \
              `friction_smoothing`, `substeps`, `compliance`, `sensors` (did you mean `file`?)",
         ),
     ]);
@@ -178,7 +178,7 @@ fn drives() {
         ),
         (
             arm().with("[model.drives.slide]\nratio = 2.0\n"),
-            "task.toml:5:1: model.drives.slide.ratio: unknown key `ratio`; valid are `gear`, `rotor_inertia`",
+            "task.toml:5:1: model.drives.slide.ratio: unknown key `ratio`; valid are `gear`, `rotor_inertia`, `kp`, `kv`",
         ),
     ]);
 }
@@ -268,6 +268,9 @@ fn elements_of_compliance() {
             contact("normal = [0.0, \"n\", 1.0]").where_(&[("n", 1.0)]),
             "task.toml:13:16: model.compliance[0].normal[1]: must be a number; found \"n\"",
         ),
-        (contact(""), "task.toml:4:1: model.compliance[0].normal: is missing"),
+        (
+            contact(""),
+            "task.toml:4:1: model.compliance[0].normal: is missing: give the wall's `normal`, or a `geom` of the robot's file",
+        ),
     ]);
 }

@@ -11,8 +11,8 @@ fn sensors() {
         (arm().sensing(""), "task.toml:1:1: model.sensors: is missing"),
         (
             arm().sensing(&sensor("joint_angle", "select = [\"elbow\"]\nvariance = 1.0")),
-            "task.toml:5:8: model.sensors[0].kind: must be one of `coupling_force`, `frame_point`, \
-             `frame_pose`, `joint_position`, `joint_torque`, `joint_velocity`; found `joint_angle` (did you \
+            "task.toml:5:8: model.sensors[0].kind: must be one of `coupling_force`, `file`, `frame_point`, \
+             `frame_pose`, `frame_turn`, `joint_position`, `joint_torque`, `joint_velocity`; found `joint_angle` (did you \
              mean `joint_torque`?)",
         ),
         (

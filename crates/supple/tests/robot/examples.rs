@@ -88,7 +88,7 @@ pub fn of_sensors() -> Vec<Description> {
         equipped().sensing(&joints).where_(&[("v", 1e-3), ("w", 4e-3), ("t", 0.05)]),
         equipped().sensing(&frames).where_(&[("v", 1e-3), ("w", 4e-3)]),
         equipped().sensing(&turns).where_(&[("v", 1e-3), ("w", 4e-3)]),
-        servo().sensing(&file).where_(&[("v", 1e-3)]),
+        Description { time_step: "0.002".into(), ..servo().sensing(&file) }.where_(&[("v", 1e-3)]),
         equipped().sensing(&forces).where_(&[("f", 0.3)]),
     ]
 }
@@ -121,7 +121,12 @@ pub fn of_numbers() -> Vec<Description> {
     vec![
         arm().with(links).sensing(&poses).where_(&weight).where_(&inertia),
         arm().with(joints).sensing(&poses).where_(&passive).where_(&place).where_(&drive),
-        servo().with(servos).where_(&[("kp", 30.0), ("kv", 1.5), ("gear", 1.2), ("speed", 5.0)]),
+        Description { time_step: "0.002".into(), ..servo().with(servos) }.where_(&[
+            ("kp", 30.0),
+            ("kv", 1.5),
+            ("gear", 1.2),
+            ("speed", 5.0),
+        ]),
         task,
     ]
 }

@@ -105,7 +105,7 @@ impl Robot {
             return Channel::new(format!("tau.{}", self.tree.joints()[drive.dof]), force);
         };
         let unit = match actuator.law {
-            Law::Motor { gain } if gain == 1.0 => force.to_owned(),
+            Law::Motor { gain: 1.0 } => force.to_owned(),
             Law::Position { .. } => length.to_owned(),
             Law::Velocity { .. } => format!("{length}/s"),
             Law::Motor { .. } | Law::Affine { .. } => String::new(),
@@ -178,11 +178,13 @@ impl Build<'_> {
         }
         if let Some((name, _)) = files.pop_first() {
             let keys = ["drives".into(), Place::Key(&name)];
-            if !actuators.iter().any(|actuator| actuator.name == name) {
+            let is_actuator = actuators.iter().any(|actuator| actuator.name == name);
+            if !is_actuator {
                 find("", "moving joint", &name, &self.joints)
                     .map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
             }
-            let message = format!("`{name}` is not actuated: actuated are {}", supple_files::quoted(&names));
+            let what = if is_actuator { "actuator" } else { "joint" };
+            let message = format!("{what} `{name}` is not actuated: actuated are {}", supple_files::quoted(&names));
             return Err(self.error(&keys, message));
         }
         Ok(drives)
