@@ -143,7 +143,7 @@ def test_file_is_parsed_with_its_dynamics_or_refused_for_a_reason(program: Path,
 
 @pytest.mark.skipif(not FILES, reason="neither dm_control nor gymnasium is installed")
 def test_table_of_outcomes(capsys: pytest.CaptureFixture[str]) -> None:
-    """The table of all files. Of those that can be told, more than half have their dynamics compared."""
+    """The table of all files. More than a third have their dynamics compared."""
     if len(OUTCOMES) < len(FILES):
         pytest.skip("not all files were tested")
     with capsys.disabled():
