@@ -68,7 +68,9 @@ fn commands_that_load_tasks_warn_on_standard_error() {
             let run = folder.run(&arguments);
             assert!(matches!(run.code, Some(0 | 1)), "{command}: {run:?}");
             assert!(run.stderr.starts_with(WARNING), "{command}: {}", run.stderr);
-            assert_eq!(run.stderr.matches("warning: ").count(), 1, "{command}: {}", run.stderr);
+            assert_eq!(run.stderr.matches("warning: ").count(), 2, "{command}: {}", run.stderr);
+            let start = "warning: task `hold` starts at position of joint `slide` of 0.35, outside its range";
+            assert!(run.stderr.contains(start), "{command}: {}", run.stderr);
             assert!(!run.stdout.contains("inertial of link"), "{command}: {}", run.stdout);
         }
     }
