@@ -287,8 +287,8 @@ impl SystemCheck<'_> {
     ) -> Row {
         let mut worst = Worst::new();
         for (index, &analytic) in analytic.iter().enumerate() {
-            // A long step where rounding counts, a short one beside a kink of a higher derivative: the better of both.
-            let numeric = [1e-3, 1e-4].map(|share| {
+            // Long steps where rounding counts, short ones beside a kink of a higher derivative: the best of them.
+            let numeric = [1e-2, 1e-3, 1e-4].map(|share| {
                 let step = share * self.phi[index].abs().max(1e-2);
                 let moved = derivative(step, |h| {
                     let mut phi = self.phi.to_vec();
@@ -298,7 +298,7 @@ impl SystemCheck<'_> {
                 moved[0]
             });
             let error = |numeric: &f64| (numeric - analytic).abs();
-            let better = if error(&numeric[0]) <= error(&numeric[1]) { numeric[0] } else { numeric[1] };
+            let better = numeric.into_iter().min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(f64::NAN);
             worst.add(analytic, better, || format!("parameter {}", index + 1));
         }
         worst.row(name, tolerance)

@@ -20,7 +20,6 @@ pub struct PlanSettings {
     pub max_iterations: usize,
     /// How long the planning of one task at one design may take, s; no limit by default. A plan that is stopped is not
     /// converged. Where the limit strikes depends on the machine.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,
     /// The plan is converged when the largest `|l_u + B' lambda|` is at most this, relative to 1 plus the largest
     /// `|l_u|`; or, where rounding allows no further step, at most a thousand times this.
