@@ -276,6 +276,6 @@ fn radical_inverse(mut number: usize, base: usize) -> f64 {
 
 /// The prime with this number, from 0.
 fn prime(number: usize) -> usize {
-    let is_prime = |n: &usize| (2..).take_while(|d| d * d <= *n).all(|d| n % d != 0);
+    let is_prime = |n: &usize| (2..).take_while(|d| d * d <= *n).all(|d| !n.is_multiple_of(d));
     (2..).filter(is_prime).nth(number).unwrap_or(2)
 }

@@ -1,7 +1,7 @@
 //! Options and files that are refused: exit code 2, an error that says what is valid, and nothing printed.
 
 use crate::common::Folder;
-use crate::{INERTIAL, gripper, robot};
+use crate::{gripper, robot};
 
 #[test]
 fn bad_options_are_named_with_what_is_valid() {

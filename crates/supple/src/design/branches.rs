@@ -28,7 +28,7 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 ///
 /// Keeps the converged plan of least nominal cost; that from the neighbour only where it is on another, cheaper branch, so
 /// that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that did not converge but is
-/// cheaper is told in [`Plan::passed_over`](crate::Plan::passed_over).
+/// cheaper is mentioned in [`Plan::passed_over`](crate::plan::Plan::passed_over).
 ///
 /// # Errors
 /// Where nothing leads to a finite plan, or a covariance is indefinite.

@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 use supple::{Channel, Problem};
 
-use crate::arm::{Description, accelerations, arm, compliance, cost, observe, sensor, servo, step};
+use crate::arm::{Description, accelerations, compliance, cost, observe, sensor, servo, step};
 use crate::assert_close;
 use crate::bad_tasks::assert_errors;
 

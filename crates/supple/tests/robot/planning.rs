@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use supple::plan::PlanStatus;
-use supple::system::{Points, System, Times};
+use supple::system::{Points, Times};
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, TaskEvaluation};
 
 use crate::arm::{Description, arm, compliance, cost, sensor};
