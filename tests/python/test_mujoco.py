@@ -43,6 +43,7 @@ ARM = """
 TASK = """
 [model]
 kind = "robot"
+integrator = "semi_implicit"
 file = "arm.xml"
 actuated = ["shoulder"]
 substeps = 5
