@@ -104,7 +104,7 @@ impl ContactReport {
             name,
             touches: count > 0,
             first_s: touching().next().map(time),
-            last_s: touching().last().map(time),
+            last_s: touching().next_back().map(time),
             share_of_time: count as f64 / all as f64,
             peak_force: forces().fold(0.0, f64::max),
             mean_force: if count > 0 { forces().sum::<f64>() / count as f64 } else { 0.0 },
