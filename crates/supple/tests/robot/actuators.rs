@@ -3,19 +3,9 @@
 use serde_json::Value as Json;
 use supple::{Channel, Problem};
 
-use crate::arm::{Description, accelerations, arm, compliance, cost, observe, sensor, step};
+use crate::arm::{Description, accelerations, compliance, cost, observe, sensor, servo, step};
 use crate::assert_close;
 use crate::bad_tasks::assert_errors;
-
-/// The arm of `data/servo.xml` with the controls of its file.
-pub fn servo() -> Description {
-    Description {
-        model: "file = \"servo.xml\"\n".into(),
-        sensors: sensor("joint_position", "select = [\"shoulder\", \"elbow\", \"slide\"]\nvariance = 1e-3"),
-        costs: cost("joint_position", "target = [0.4, 0.2, 0.05]\nweight = 2.0") + &cost("control", "weight = 0.01"),
-        ..arm()
-    }
-}
 
 fn golden() -> Json {
     serde_json::from_str(include_str!("data/servo.json")).unwrap()

@@ -35,6 +35,16 @@ pub fn arm() -> Description {
     }
 }
 
+/// The arm of `data/servo.xml` with the controls of its file.
+pub fn servo() -> Description {
+    Description {
+        model: "file = \"servo.xml\"\n".into(),
+        sensors: sensor("joint_position", "select = [\"shoulder\", \"elbow\", \"slide\"]\nvariance = 1e-3"),
+        costs: cost("joint_position", "target = [0.4, 0.2, 0.05]\nweight = 2.0") + &cost("control", "weight = 0.01"),
+        ..arm()
+    }
+}
+
 /// A table of `[[model.compliance]]`.
 pub fn compliance(kind: &str, name: &str, keys: &str) -> String {
     format!("[[model.compliance]]\nkind = \"{kind}\"\nname = \"{name}\"\n{keys}\n")

@@ -1,7 +1,6 @@
 //! One small task for every kind of compliance, sensor and cost of a robot, with parameters in every number.
 
-use crate::actuators::servo;
-use crate::arm::{Description, arm, compliance, cost, sensor};
+use crate::arm::{Description, arm, compliance, cost, sensor, servo};
 
 /// A place for a coupling with the tool, where the tool is at the start.
 const ANCHOR: &str = "[model.frames.anchor]\non = \"base\"\nposition = [0.43, 0.03, 0.76]\nrpy = [0.1, 0.45, 0.05]\n";
