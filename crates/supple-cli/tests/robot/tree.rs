@@ -30,6 +30,12 @@ fn frames_springs_gravity_and_warnings_are_shown() {
 }
 
 #[test]
+fn actuators_sensors_keyframes_and_walls_are_shown() {
+    let run = shipped("crates/supple-robot/tests/data_equipment/arm.xml", &[]);
+    assert_eq!(run.quiet(), (Some(0), include_str!("equipment.txt")));
+}
+
+#[test]
 fn a_fixed_joint_that_follows_is_a_warning() {
     let text = gripper().replacen("type='prismatic'", "type='fixed'", 1);
     let text = text.replacen("<mimic joint='left'", "<mimic joint='swing'", 1);
