@@ -6,7 +6,7 @@ mod common;
 
 use std::sync::atomic::AtomicBool;
 
-use common::{repository, shipped};
+use common::{repository, shipped, task_files};
 use supple::design::{Control, DesignSettings, NoObserver, design};
 use supple::{EvaluateOptions, Evaluation, Problem, Task};
 
@@ -108,15 +108,6 @@ fn models_without_contacts_have_no_reports() {
     }
 }
 
-/// All files in `tasks`: a new one is walked without a line here.
-fn files() -> Vec<String> {
-    let entries = std::fs::read_dir(repository("tasks")).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.retain(|name| name.ends_with(".toml"));
-    names.sort();
-    names
-}
-
 /// `stiffness smoothing` of every contact of a task.
 fn scales(task: &Task, phi: &[f64]) -> Vec<f64> {
     let start: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(phi)).collect();
@@ -127,7 +118,7 @@ fn scales(task: &Task, phi: &[f64]) -> Vec<f64> {
 #[test]
 fn shipped_plans_touch_what_they_press_and_nothing_pushes_at_a_distance() {
     let (mut faults, mut contacts, mut wanted) = (Vec::new(), 0, 0);
-    for file in files() {
+    for file in task_files() {
         let problem = shipped(&file);
         let text = std::fs::read_to_string(repository("tasks").join(&file)).unwrap();
         let masses = text.contains("kind = \"two_mass\"");

@@ -10,28 +10,19 @@ mod reference;
 
 use std::sync::atomic::AtomicBool;
 
-use common::{repository, shipped};
+use common::{repository, shipped, task_files};
 use reference::differences::total_gradient_errors;
 use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, design};
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Problem};
-
-/// The files in `tasks`.
-fn files() -> Vec<String> {
-    let entries = std::fs::read_dir(repository("tasks")).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.retain(|name| name.ends_with(".toml"));
-    names.sort();
-    names
-}
 
 /// Plants with nothing to design, there to be bounded.
 const PLANTS: [&str; 1] = ["tanaka_plant.toml"];
 
 #[test]
 fn every_task_plans_from_its_file() {
-    assert!(files().len() >= 7);
-    for file in files().into_iter().filter(|file| !PLANTS.contains(&file.as_str())) {
+    assert!(task_files().len() >= 7);
+    for file in task_files().into_iter().filter(|file| !PLANTS.contains(&file.as_str())) {
         let problem = shipped(&file);
         let found = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
         for task in &found.tasks {
@@ -45,7 +36,7 @@ fn every_task_plans_from_its_file() {
 
 #[test]
 fn total_gradients_are_those_of_tasks_planned_anew() {
-    for file in files().into_iter().filter(|file| !PLANTS.contains(&file.as_str())) {
+    for file in task_files().into_iter().filter(|file| !PLANTS.contains(&file.as_str())) {
         let problem = shipped(&file);
         let phi = problem.parameters.initial();
         let scales: Vec<f64> = phi.iter().map(|value| value.abs()).collect();

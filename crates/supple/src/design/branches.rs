@@ -1,5 +1,7 @@
 //! Local minima of the nominal problem: contact makes many, one for each order of bounces.
 
+use std::borrow::Borrow;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -130,24 +132,20 @@ impl Candidates {
 
     /// The one to keep, and the cost of a cheaper one that did not converge.
     fn choose(self) -> Result<(Candidate, Option<f64>), Error> {
-        let cheapest = |converged: bool| {
-            let of_kind = self.list.iter().enumerate().filter(|(_, candidate)| candidate.converged == converged);
-            of_kind.min_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost)).map(|(place, candidate)| (place, candidate.cost))
+        let (converged, others): (Vec<_>, Vec<_>) = self.list.into_iter().partition(|candidate| candidate.converged);
+        let other = cheapest(others.into_iter());
+        let Some(kept) = cheapest(converged.into_iter()) else {
+            let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 });
+            return other.map(|other| (other, None)).ok_or(error);
         };
-        let (kept, other) = match (cheapest(true), cheapest(false)) {
-            (Some((place, cost)), other) => {
-                (place, other.map(|(_, other)| other).filter(|other| *other < cost - CHEAPER * (1.0 + cost.abs())))
-            }
-            (None, Some((place, _))) => (place, None),
-            (None, None) => return Err(self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 })),
-        };
-        let kept = self.list.into_iter().nth(kept);
-        kept.map(|kept| (kept, other)).ok_or(Error::NotFinite { what: "the first guess", step: 0 })
+        let much_less = |cost: &f64| *cost < kept.cost - CHEAPER * (1.0 + kept.cost.abs());
+        let passed_over = other.map(|other| other.cost).filter(much_less);
+        Ok((kept, passed_over))
     }
 }
 
-fn cheapest<'a>(list: impl Iterator<Item = &'a Candidate>) -> Option<&'a Candidate> {
-    list.min_by(|a, b| a.cost.total_cmp(&b.cost))
+fn cheapest<C: Borrow<Candidate>>(list: impl Iterator<Item = C>) -> Option<C> {
+    list.min_by(|a, b| a.borrow().cost.total_cmp(&b.borrow().cost))
 }
 
 /// By how much cheaper, relatively, a plan that did not converge must be to be mentioned.

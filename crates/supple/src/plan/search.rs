@@ -25,7 +25,6 @@ const HASTY_ITERATIONS: usize = 12;
 pub(super) struct Search<'a> {
     problem: NominalProblem<'a>,
     settings: &'a PlanSettings,
-    deadline: Option<Instant>,
     plan: &'a mut Plan,
     work: &'a mut PlanWorkspace,
     scratch: &'a mut Scratch,
@@ -99,8 +98,7 @@ impl<'a> Search<'a> {
         scratch: &'a mut Scratch,
     ) -> Self {
         let progress = Progress { iteration: 0, cost: f64::INFINITY, stationarity: f64::INFINITY };
-        let (deadline, newton) = (work.deadline, Readiness::default());
-        Self { problem, settings, deadline, plan, work, scratch, mu: 0.0, newton, progress }
+        Self { problem, settings, plan, work, scratch, mu: 0.0, newton: Readiness::default(), progress }
     }
 
     /// Searches from the trajectory of the plan, which is rolled out; leaves the best one there.
@@ -115,7 +113,7 @@ impl<'a> Search<'a> {
             if self.plan.iterations >= self.settings.max_iterations {
                 return self.ended(PlanStatus::MaxIterations);
             }
-            if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            if self.work.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return self.ended(PlanStatus::TimeLimit);
             }
             if self.progress.creeps(self.plan)

@@ -15,6 +15,15 @@ pub fn shipped(name: &str) -> Problem {
     Problem::load(repository("tasks").join(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// All files in `tasks`: what walks them needs no line for a new one.
+pub fn task_files() -> Vec<String> {
+    let entries = std::fs::read_dir(repository("tasks")).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name.ends_with(".toml"));
+    names.sort();
+    names
+}
+
 /// All parameters of a problem, the first ones as given and the others at their initial values.
 pub fn starting_with(problem: &Problem, first: &[f64]) -> Vec<f64> {
     let mut phi = problem.parameters.initial();
