@@ -3,7 +3,12 @@
 //! `out`, `right` and every square matrix are row-major with the given stride, a multiple of [`LANES`], and zero
 //! padding; kernels read and write whole rows, so padding stays zero.
 
+mod lower;
+
 use crate::{LANES, Lanes};
+pub use lower::{
+    cholesky, cholesky_solve, cholesky_solve_from, log_determinant, mirror, multiply_lower, solve_lower, solve_upper,
+};
 
 /// The left factor of a product: entry `(i, k)` is `data[i * row + k * inner]`, which covers a matrix
 /// (`row = stride, inner = 1`) and its transpose (`row = 1, inner = stride`).
@@ -66,17 +71,17 @@ pub fn multiply<L: Lanes>(
     // SAFETY: the assertions above cover every row, column and inner index used below.
     unsafe {
         while L::WIDE && column + 2 * LANES <= stride {
-            columns::<L, 2>(out, left, right, stride, (rows, inner), into, column);
+            columns::<L, 2>(out, left, right, (stride, stride), (0, rows, inner), into, column);
             column += 2 * LANES;
         }
         while column < stride {
-            columns::<L, 1>(out, left, right, stride, (rows, inner), into, column);
+            columns::<L, 1>(out, left, right, (stride, stride), (0, rows, inner), into, column);
             column += LANES;
         }
     }
 }
 
-/// `C` lanes of columns of a product, from `column` on.
+/// `C` lanes of columns of rows `row..rows` of a product, from `column` on; strides are those of `out` and `right`.
 ///
 /// # Safety
 /// As [`multiply`] asserts.
@@ -85,24 +90,23 @@ unsafe fn columns<L: Lanes, const C: usize>(
     out: *mut f64,
     left: Left,
     right: *const f64,
-    stride: usize,
-    (rows, inner): (usize, usize),
+    strides: (usize, usize),
+    (mut row, rows, inner): (usize, usize, usize),
     into: Into,
     column: usize,
 ) {
-    let mut row = 0;
     // SAFETY: the caller's.
     unsafe {
         while row + 4 <= rows {
-            let to = out.add(row * stride + column);
-            block::<L, 4, C>(to, left, row, right.add(column), stride, inner, into, column);
+            let to = out.add(row * strides.0 + column);
+            block::<L, 4, C>(to, left, row, right.add(column), strides, inner, into, column);
             row += 4;
         }
-        let (out, right) = (out.add(row * stride + column), right.add(column));
+        let (out, right) = (out.add(row * strides.0 + column), right.add(column));
         match rows - row {
-            3 => block::<L, 3, C>(out, left, row, right, stride, inner, into, column),
-            2 => block::<L, 2, C>(out, left, row, right, stride, inner, into, column),
-            1 => block::<L, 1, C>(out, left, row, right, stride, inner, into, column),
+            3 => block::<L, 3, C>(out, left, row, right, strides, inner, into, column),
+            2 => block::<L, 2, C>(out, left, row, right, strides, inner, into, column),
+            1 => block::<L, 1, C>(out, left, row, right, strides, inner, into, column),
             _ => {}
         }
     }
@@ -119,7 +123,7 @@ unsafe fn block<L: Lanes, const R: usize, const C: usize>(
     left: Left,
     row: usize,
     right: *const f64,
-    stride: usize,
+    (out_stride, right_stride): (usize, usize),
     inner: usize,
     into: Into,
     column: usize,
@@ -131,7 +135,7 @@ unsafe fn block<L: Lanes, const R: usize, const C: usize>(
         for k in 0..inner {
             let mut lines = [L::zero(); C];
             for (c, line) in lines.iter_mut().enumerate() {
-                *line = L::load(right.add(k * stride + c * LANES));
+                *line = L::load(right.add(k * right_stride + c * LANES));
             }
             for (r, sums) in sums.iter_mut().enumerate() {
                 let factor = L::constant(*left_row.add(r * left.row + k * left.inner));
@@ -142,8 +146,8 @@ unsafe fn block<L: Lanes, const R: usize, const C: usize>(
         }
         for (r, sums) in sums.into_iter().enumerate() {
             for (c, sum) in sums.into_iter().enumerate() {
-                let to = out.add(r * stride + c * LANES);
-                let place = (row + r) * stride + column + c * LANES;
+                let to = out.add(r * out_stride + c * LANES);
+                let place = (row + r) * out_stride + column + c * LANES;
                 match into {
                     Into::Set => sum.store(to),
                     Into::Add => (L::load(to) + sum).store(to),
@@ -324,93 +328,36 @@ unsafe fn symmetrise_blocks<L: Lanes>(a: *mut f64, (i, j): (usize, usize), strid
     }
 }
 
+/// A block and its transpose in the mirrored place.
+///
+/// # Safety
+/// Blocks of eight by eight from rows and columns `i` and `j` must lie inside.
+#[inline(always)]
+unsafe fn mirror_block<L: Lanes>(a: *mut f64, (i, j): (usize, usize), stride: usize) {
+    // SAFETY: the caller's.
+    unsafe {
+        let (here, there) = (a.add(i * stride + j), a.add(j * stride + i));
+        let transposed = L::transposed(load_block::<L>(here, stride));
+        if i != j {
+            return store_block(transposed, there, stride);
+        }
+        // What lies above the diagonal of a block on it is not read.
+        let mut block = [[0.0; LANES]; LANES];
+        for (r, row) in block.iter_mut().enumerate() {
+            L::load(here.add(r * stride)).store(row.as_mut_ptr());
+        }
+        for r in 0..LANES {
+            for c in r + 1..LANES {
+                *here.add(r * stride + c) = block[c][r];
+            }
+        }
+    }
+}
+
 /// The dot product of two vectors of equal length.
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// Factors a symmetric positive definite matrix in place: `a = G G'`, `G` lower triangular. Only the lower triangle is
-/// read; the upper one is left as it was. `Err(i)` where the leading minor of order `i + 1` is not positive.
-#[inline(always)]
-pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
-    for j in 0..n {
-        let mut pivot = a[j * stride + j];
-        for k in 0..j {
-            pivot -= a[j * stride + k] * a[j * stride + k];
-        }
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return Err(j);
-        }
-        let root = pivot.sqrt();
-        a[j * stride + j] = root;
-        let reciprocal = 1.0 / root;
-        for i in j + 1..n {
-            let mut sum = a[i * stride + j];
-            for k in 0..j {
-                sum -= a[i * stride + k] * a[j * stride + k];
-            }
-            a[i * stride + j] = sum * reciprocal;
-        }
-    }
-    Ok(())
-}
-
-/// `log |a|` from the factor that [`cholesky`] left.
-#[inline(always)]
-pub fn log_determinant(factor: &[f64], n: usize, stride: usize) -> f64 {
-    2.0 * (0..n).map(|i| factor[i * stride + i].ln()).sum::<f64>()
-}
-
-/// Solves `G G' X = B` in place, the `n` rows of `right` being those of `B`, with the factor that [`cholesky`] left.
-#[inline(always)]
-pub fn cholesky_solve<L: Lanes>(
-    factor: &[f64],
-    factor_stride: usize,
-    right: &mut [f64],
-    right_stride: usize,
-    n: usize,
-) {
-    for i in 0..n {
-        let (done, rest) = right.split_at_mut(i * right_stride);
-        let row = &mut rest[..right_stride];
-        for k in 0..i {
-            add_scaled::<L>(row, -factor[i * factor_stride + k], &done[k * right_stride..(k + 1) * right_stride]);
-        }
-        scale::<L>(row, 1.0 / factor[i * factor_stride + i]);
-    }
-    for i in (0..n).rev() {
-        let (head, below) = right.split_at_mut((i + 1) * right_stride);
-        let row = &mut head[i * right_stride..];
-        for k in i + 1..n {
-            let from = (k - i - 1) * right_stride;
-            add_scaled::<L>(row, -factor[k * factor_stride + i], &below[from..from + right_stride]);
-        }
-        scale::<L>(row, 1.0 / factor[i * factor_stride + i]);
-    }
-}
-
-/// As [`cholesky_solve`], with the rows of `B` in `right` and the solution in `out`.
-#[inline(always)]
-pub fn cholesky_solve_from<L: Lanes>(
-    factor: &[f64],
-    factor_stride: usize,
-    right: &[f64],
-    out: &mut [f64],
-    stride: usize,
-    n: usize,
-) {
-    assert!(out.len() >= n * stride && right.len() >= n * stride);
-    for i in 0..n {
-        for column in (0..stride).step_by(LANES) {
-            // SAFETY: row i and this column are inside both.
-            unsafe {
-                let at = i * stride + column;
-                L::load(right.as_ptr().add(at)).store(out.as_mut_ptr().add(at));
-            }
-        }
-    }
-    cholesky_solve::<L>(factor, factor_stride, out, stride, n);
 }
 
 /// `row *= factor`, over whole padded rows.

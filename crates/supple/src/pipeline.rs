@@ -18,8 +18,8 @@ use crate::gradient::{
 use crate::information::{Information, information};
 use crate::noise::Noise;
 use crate::plan::{
-    Memory, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan, plan_belief, plan_risk,
-    plan_sampled,
+    Memory, Patience, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan_belief, plan_risk,
+    plan_sampled, search,
 };
 use crate::problem::Task;
 
@@ -36,7 +36,8 @@ pub struct TaskState {
     /// Its expected cost in parts.
     pub cost: CostParts,
     plan_work: PlanWorkspace,
-    gradient_work: GradientWorkspace,
+    /// Once there were gradients.
+    gradient_work: Option<Box<GradientWorkspace>>,
     /// Where there are belief-space plans.
     memory: Option<Box<Memory>>,
     scratch: Scratch,
@@ -56,7 +57,7 @@ impl TaskState {
             information: Information::default(),
             cost: CostParts::default(),
             plan_work: PlanWorkspace::new(size, steps),
-            gradient_work: GradientWorkspace::new(size, steps),
+            gradient_work: None,
             memory: None,
             scratch: Scratch::new(),
             effort: 0,
@@ -90,23 +91,6 @@ impl TaskState {
         self.plan_work.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Plans as [`plan_only`](Self::plan_only) does, but gives up as soon as whole steps do not serve.
-    ///
-    /// # Errors
-    /// Where something is not finite.
-    pub(crate) fn plan_hastily(
-        &mut self,
-        task: &Task,
-        phi: &[f64],
-        settings: &PlanSettings,
-        controls: &Matrices,
-    ) -> Result<(), Error> {
-        self.plan_work.hasty = true;
-        let planned = self.plan_only(task, phi, settings, Some(controls));
-        self.plan_work.hasty = false;
-        planned
-    }
-
     /// Whether a task has contacts that are apart in the first state.
     pub(crate) fn has_to_approach(&self, task: &Task, phi: &[f64]) -> bool {
         let first: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(phi)).collect();
@@ -114,18 +98,18 @@ impl TaskState {
     }
 
     /// The controls of a plan that found its contacts from afar, starting from given controls; none where there is
-    /// nothing to approach.
+    /// nothing to approach. With how many iterations that took.
     pub(crate) fn approach(
         &mut self,
         task: &Task,
         phi: &[f64],
         settings: &PlanSettings,
         controls: &Matrices,
-    ) -> Option<Matrices> {
-        self.gradient_work.forget();
+    ) -> Option<(Matrices, usize)> {
+        self.forget();
         task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
         let found = approach((task, phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch);
-        self.effort += self.plan.iterations;
+        self.effort += found.as_ref().map_or(0, |(_, iterations)| *iterations);
         found
     }
 
@@ -140,17 +124,36 @@ impl TaskState {
         settings: &PlanSettings,
         controls: Option<&Matrices>,
     ) -> Result<(), Error> {
-        self.gradient_work.forget();
         task.write_guess(phi, controls, &mut self.plan.trajectory);
-        let planned = self.plan_from_guess(task, phi, settings);
+        self.plan_from_guess((task, phi), (settings, Patience::Full))
+    }
+
+    /// As [`plan_only`](Self::plan_only) from given controls, with some patience.
+    ///
+    /// # Errors
+    /// Where something is not finite.
+    pub(crate) fn plan_with(
+        &mut self,
+        (task, phi): (&Task, &[f64]),
+        how: (&PlanSettings, Patience),
+        controls: &Matrices,
+    ) -> Result<(), Error> {
+        task.write_guess(phi, Some(controls), &mut self.plan.trajectory);
+        self.plan_from_guess((task, phi), how)
+    }
+
+    fn plan_from_guess(&mut self, at: (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
+        self.forget();
+        let planned = self.plan_in_mode(at, how);
         self.effort += self.plan.iterations;
         planned
     }
 
-    fn plan_from_guess(&mut self, task: &Task, phi: &[f64], settings: &PlanSettings) -> Result<(), Error> {
+    fn plan_in_mode(&mut self, (task, phi): (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
+        let settings = how.0;
         match settings.plan {
             PlanMode::Nominal => {
-                plan(task.nominal(phi), settings, &mut self.plan, &mut self.plan_work, &mut self.scratch)
+                search(task.nominal(phi), how, &mut self.plan, &mut self.plan_work, &mut self.scratch)
             }
             PlanMode::Sampled => {
                 task.noise.resolve(phi, &mut self.noise)?;
@@ -160,12 +163,12 @@ impl TaskState {
                 let Self { plan: found, plan_work, memory, scratch, .. } = self;
                 let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
                 let first = found.trajectory.controls.clone();
-                plan(task.nominal(phi), settings, found, plan_work, scratch)?;
+                search(task.nominal(phi), how, found, plan_work, scratch)?;
                 plan_belief((task, phi), &first, settings, found, memory, scratch)
             }
             PlanMode::Risk => {
                 let Self { plan: found, plan_work, scratch, .. } = self;
-                plan(task.nominal(phi), settings, found, plan_work, scratch)?;
+                search(task.nominal(phi), how, found, plan_work, scratch)?;
                 plan_risk((task, phi), settings, found, scratch)
             }
         }
@@ -176,12 +179,19 @@ impl TaskState {
     /// # Errors
     /// Where a covariance is indefinite.
     pub fn assess(&mut self, task: &Task, phi: &[f64]) -> Result<(), Error> {
-        self.gradient_work.forget();
+        self.forget();
         task.noise.resolve_along(phi, &self.plan.trajectory.states, &mut self.noise)?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
         Ok(())
+    }
+
+    /// Forgets what gradients knew of the last plan.
+    fn forget(&mut self) {
+        if let Some(work) = &mut self.gradient_work {
+            work.forget();
+        }
     }
 
     fn gradient_task<'a>(
@@ -216,8 +226,9 @@ impl TaskState {
         }
         self.has_total_gradient()?;
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
+        let work = gradient_work.get_or_insert_with(|| workspace(task));
         let given = Self::gradient_task(task, phi, (plan, belief, noise));
-        total_gradient(&given, functional, gradient_work, scratch, out)
+        total_gradient(&given, functional, work, scratch, out)
     }
 
     /// The total gradient of the nominal cost at the evaluated design.
@@ -274,6 +285,11 @@ impl TaskState {
     /// The frozen gradient at the evaluated design.
     pub fn frozen_gradient(&mut self, task: &Task, phi: &[f64], out: &mut FrozenGradient) {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
-        frozen_gradient((&*task.system, phi, &task.noise), (plan, belief, noise), gradient_work, scratch, out);
+        let work = gradient_work.get_or_insert_with(|| workspace(task));
+        frozen_gradient((&*task.system, phi, &task.noise), (plan, belief, noise), work, scratch, out);
     }
+}
+
+fn workspace(task: &Task) -> Box<GradientWorkspace> {
+    Box::new(GradientWorkspace::new(task.system.dimensions(), task.steps))
 }

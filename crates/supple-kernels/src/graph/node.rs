@@ -96,11 +96,14 @@ impl Hasher for Mix {
     }
 }
 
+/// A map whose keys nobody chooses. The order of its entries says nothing.
+pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mix>>;
+
 /// All nodes that a thread has recorded.
 #[derive(Default)]
 pub(super) struct Graph {
     pub ops: Vec<Op>,
-    known: HashMap<Op, Node, BuildHasherDefault<Mix>>,
+    known: Map<Op, Node>,
     opaque: u32,
 }
 

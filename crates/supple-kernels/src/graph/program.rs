@@ -1,6 +1,5 @@
-use std::collections::HashMap;
 
-use super::node::{Node, Op, operations};
+use super::node::{Map, Node, Op, operations};
 use super::schedule::{Kind, Step, Units, fuse, results, schedule, without_negatives};
 use crate::Scalar;
 
@@ -106,16 +105,16 @@ impl Program {
 struct Slots {
     fixed: Vec<Fixed>,
     varying: Vec<(usize, usize)>,
-    place: HashMap<Node, usize>,
+    place: Map<Node, usize>,
     /// Place of the last instruction that reads a node.
-    last: HashMap<Node, usize>,
+    last: Map<Node, usize>,
     free: Vec<usize>,
     next: usize,
 }
 
 impl Slots {
     fn new(steps: &[Step], ends: &[Node]) -> Self {
-        let mut last = HashMap::new();
+        let mut last = Map::default();
         for (place, step) in steps.iter().enumerate() {
             for node in step.reads() {
                 last.insert(node, place);
@@ -125,7 +124,7 @@ impl Slots {
             last.insert(end, usize::MAX);
         }
         let mut slots =
-            Self { fixed: Vec::new(), varying: Vec::new(), place: HashMap::new(), last, free: Vec::new(), next: 0 };
+            Self { fixed: Vec::new(), varying: Vec::new(), place: Map::default(), last, free: Vec::new(), next: 0 };
         let mut inputs: Vec<Node> = slots.last.keys().copied().collect();
         inputs.sort();
         let ops: Vec<(Node, Op)> = inputs.into_iter().map(|node| (node, node.op())).collect();

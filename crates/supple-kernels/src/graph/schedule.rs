@@ -1,6 +1,6 @@
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
-use super::node::{Node, Op};
+use super::node::{Map, Node, Op};
 use crate::Scalar;
 
 /// What an instruction does.
@@ -153,14 +153,14 @@ pub(super) struct Units {
 
 /// The same instructions without negative products: one factor of each is negated beforehand, once for all.
 pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
-    let mut wanted: HashMap<Node, usize> = HashMap::new();
+    let mut wanted: Map<Node, usize> = Map::default();
     for step in steps.iter().filter(|step| step.negative) {
         for node in step.operands[..2].iter().flatten() {
             *wanted.entry(*node).or_default() += 1;
         }
     }
     let made: HashSet<Node> = steps.iter().map(|step| step.to).collect();
-    let mut negated: HashMap<Node, Node> = HashMap::new();
+    let mut negated: Map<Node, Node> = Map::default();
     let mut out = Vec::with_capacity(steps.len());
     for mut step in steps {
         if let (true, [Some(a), Some(b), c]) = (step.negative, step.operands) {
@@ -190,11 +190,11 @@ pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
 /// sine is another node than that of what stands behind it.
 fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
     let used = ops[..uses.len()].iter().enumerate().filter(|&(i, _)| uses[i] > 0);
-    let sines: HashMap<Node, Node> = used
+    let sines: Map<Node, Node> = used
         .clone()
         .filter_map(|(i, op)| if let Op::Sin(a) = op { Some((*a, Node(i as u32))) } else { None })
         .collect();
-    let cosines: HashMap<Node, Node> =
+    let cosines: Map<Node, Node> =
         used.filter_map(|(i, op)| if let Op::Cos(a) = op { Some((*a, Node(i as u32))) } else { None }).collect();
     for step in steps.iter_mut().filter(|step| step.kind == Kind::SinCos) {
         let (Op::Sin(angle) | Op::Cos(angle)) = ops[step.to.index()] else { continue };
@@ -216,7 +216,7 @@ pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
 }
 
 fn schedule_window(window: &[Step]) -> Vec<Step> {
-    let mut made: HashMap<Node, usize> = HashMap::new();
+    let mut made: Map<Node, usize> = Map::default();
     for (i, step) in window.iter().enumerate() {
         made.insert(step.to, i);
         made.extend(step.second.map(|second| (second, i)));
@@ -229,7 +229,7 @@ fn schedule_window(window: &[Step]) -> Vec<Step> {
             readers[maker].push(i);
         }
     }
-    let mut ready: HashMap<Kind, Vec<usize>> = HashMap::new();
+    let mut ready: Map<Kind, Vec<usize>> = Map::default();
     for i in (0..window.len()).filter(|&i| waits_for[i] == 0) {
         ready.entry(window[i].kind).or_default().push(i);
     }

@@ -1,7 +1,5 @@
 //! Local minima of the nominal problem: contact makes many, one for each order of bounces.
 
-use std::borrow::Borrow;
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -9,6 +7,7 @@ use supple_kernels::Matrices;
 
 use super::visit::{Failed, Scaling, continue_plan};
 use crate::pipeline::TaskState;
+use crate::plan::{Patience, Plan};
 use crate::problem::{Problem, Task};
 use crate::stability::explain;
 use crate::{Error, Value};
@@ -48,104 +47,102 @@ pub fn best_plan(
     let mut candidates = Candidates::default();
     let (guess, apart) = (task.guess(phi, 1.0), state.has_to_approach(task, phi));
     // Friction alone often needs no approach, and makes no branches that are worth another plan.
-    if !apart && task.system.widened().is_some() && state.plan_hastily(task, phi, settings, &guess).is_ok() {
-        candidates.keep(state, 0.0);
+    if !apart && task.system.widened().is_some() && state.plan_with((task, phi), (settings, Patience::Little), &guess).is_ok() {
+        candidates.keep(&state.plan, 0.0);
     }
-    if candidates.converged().is_none()
-        && let Some(controls) = state.approach(task, phi, settings, &guess)
+    if candidates.converged.is_none()
+        && let Some((controls, before)) = state.approach(task, phi, settings, &guess)
     {
-        candidates.plan((problem, task), phi, (&controls, 0.0), state);
+        candidates.plan((problem, task), phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
     }
-    if candidates.converged().is_none() || apart {
+    if candidates.converged.is_none() || apart {
         for &factor in factors {
-            candidates.plan((problem, task), phi, (&task.guess(phi, factor), 0.0), state);
+            candidates.plan((problem, task), phi, Start::of(&task.guess(phi, factor)), state);
         }
     }
-    if task.initial_control.is_empty() && candidates.converged().is_none() {
-        candidates.plan((problem, task), phi, (&task.guess(phi, 0.0), 0.0), state);
+    if task.initial_control.is_empty() && candidates.converged.is_none() {
+        candidates.plan((problem, task), phi, Start::of(&task.guess(phi, 0.0)), state);
     }
     if let Some(controls) = neighbour {
-        candidates.plan((problem, task), phi, (controls, SAME_BRANCH), state);
+        candidates.plan((problem, task), phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
     }
     match candidates.choose() {
-        Ok((best, passed_over)) => {
-            let planned = state.plan_only(task, phi, settings, Some(&best.controls));
-            state.plan.iterations += best.iterations;
-            state.plan.passed_over = passed_over;
-            let assessed = planned.and_then(|()| state.assess(task, phi));
-            assessed.map_err(|error| explain(task, phi, error, &state.plan.trajectory))
+        Ok(kept) => {
+            state.plan = kept;
+            state.assess(task, phi).map_err(|error| explain(task, phi, error, &state.plan.trajectory))
         }
         Err(error) => Err(explain(task, phi, error, &state.plan.trajectory)),
     }
 }
 
-/// A plan that may be kept.
-struct Candidate {
-    converged: bool,
-    cost: f64,
-    controls: Matrices,
-    iterations: usize,
+/// Where a plan starts from.
+#[derive(Clone, Copy)]
+struct Start<'a> {
+    controls: &'a Matrices,
+    patience: Patience,
+    /// Iterations that it took to find these controls.
+    before: usize,
+    /// How much cheaper than the others the plan must be to be kept.
+    margin: f64,
 }
 
-/// The plans from several guesses, and why the first of those without one has none.
+impl<'a> Start<'a> {
+    fn of(controls: &'a Matrices) -> Self {
+        Self { controls, patience: Patience::Full, before: 0, margin: 0.0 }
+    }
+}
+
+/// The best of the plans from several guesses, and why the first of those without one has none.
 #[derive(Default)]
 struct Candidates {
-    list: Vec<Candidate>,
+    /// The cheapest that converged.
+    converged: Option<Plan>,
+    /// The cheapest of the others.
+    other: Option<Plan>,
     error: Option<Error>,
 }
 
 impl Candidates {
-    /// Plans from controls; the plan counts only where it is cheaper than the others by the margin. Once planning is late
+    /// Plans from some controls. Once planning is late
     /// nothing is tried any more but a first plan.
     fn plan(
         &mut self,
         (problem, task): (&Problem, &Task),
         phi: &[f64],
-        (controls, margin): (&Matrices, f64),
+        start: Start,
         state: &mut TaskState,
     ) {
-        if state.is_late() && !self.list.is_empty() {
+        if state.is_late() && (self.converged.is_some() || self.other.is_some()) {
             return;
         }
-        if let Err(error) = state.plan_only(task, phi, &problem.planning, Some(controls)) {
+        if let Err(error) = state.plan_with((task, phi), (&problem.planning, start.patience), start.controls) {
             self.error.get_or_insert(error);
             return;
         }
-        self.keep(state, margin);
+        state.plan.iterations += start.before;
+        self.keep(&state.plan, start.margin);
     }
 
-    /// Counts the plan in `state` where it is cheaper than the others by the margin.
-    fn keep(&mut self, state: &TaskState, margin: f64) {
-        let plan = &state.plan;
-        let (converged, cost) = (plan.status.is_converged(), plan.objective);
-        let far = |other: &Candidate| cost + margin * (1.0 + other.cost.abs()) < other.cost;
-        if margin == 0.0 || self.converged().is_none_or(far) {
-            let controls = plan.trajectory.controls.clone();
-            self.list.push(Candidate { converged, cost, controls, iterations: plan.iterations });
+    /// Keeps a plan where it is cheaper than the others of its kind by the margin.
+    fn keep(&mut self, plan: &Plan, margin: f64) {
+        let best = if plan.status.is_converged() { &mut self.converged } else { &mut self.other };
+        let cost = plan.objective;
+        let cheaper = |best: &Plan| cost + margin * (1.0 + best.objective.abs()) < best.objective;
+        if best.as_ref().is_none_or(|best| cheaper(best) || best.objective.is_nan()) {
+            *best = Some(plan.clone());
         }
     }
 
-    /// The cheapest of those that converged.
-    fn converged(&self) -> Option<&Candidate> {
-        cheapest(self.list.iter().filter(|candidate| candidate.converged))
-    }
-
-    /// The one to keep, and the cost of a cheaper one that did not converge.
-    fn choose(self) -> Result<(Candidate, Option<f64>), Error> {
-        let (converged, others): (Vec<_>, Vec<_>) = self.list.into_iter().partition(|candidate| candidate.converged);
-        let other = cheapest(others.into_iter());
-        let Some(kept) = cheapest(converged.into_iter()) else {
+    /// The one to keep: it says what a cheaper one costs that did not converge.
+    fn choose(self) -> Result<Plan, Error> {
+        let (Some(mut kept), other) = (self.converged, &self.other) else {
             let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 });
-            return other.map(|other| (other, None)).ok_or(error);
+            return self.other.ok_or(error);
         };
-        let much_less = |cost: &f64| *cost < kept.cost - CHEAPER * (1.0 + kept.cost.abs());
-        let passed_over = other.map(|other| other.cost).filter(much_less);
-        Ok((kept, passed_over))
+        let much_less = |cost: &f64| *cost < kept.objective - CHEAPER * (1.0 + kept.objective.abs());
+        kept.passed_over = other.as_ref().map(|other| other.objective).filter(much_less);
+        Ok(kept)
     }
-}
-
-fn cheapest<C: Borrow<Candidate>>(list: impl Iterator<Item = C>) -> Option<C> {
-    list.min_by(|a, b| a.borrow().cost.total_cmp(&b.borrow().cost))
 }
 
 /// By how much cheaper, relatively, a plan that did not converge must be to be mentioned.
@@ -263,7 +260,7 @@ fn attempt_branch(
     let source = scaling.unscaled(phi, &source);
     let factor = (uniform(random) * 1.8).exp();
     let mut guess = task.guess(&source, factor);
-    if approach && let Some(controls) = state.approach(task, &source, &problem.planning, &guess) {
+    if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
         guess = controls;
     }
     state.plan_only(task, &source, &problem.planning, Some(&guess))?;

@@ -1,4 +1,4 @@
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVectorView, Dyn, U1};
 
 use crate::Error;
 use crate::belief::Belief;
@@ -72,46 +72,86 @@ impl Means {
     /// What `K mu` tells about the states, in nats; past controls include it afterwards. One control at a time, the one
     /// that is known least first.
     fn tell(&mut self, feedback: &DMatrix<f64>) -> f64 {
-        let mut controls: Vec<DVector<f64>> = feedback.row_iter().map(|row| row.transpose()).collect();
+        let rows = feedback.transpose();
+        // How large the variance of each control could be, given the states.
+        let through = &self.known * &rows;
+        let all: Vec<f64> = (0..rows.ncols()).map(|a| rows.column(a).dot(&through.column(a))).collect();
+        let mut left: Vec<usize> = (0..rows.ncols()).collect();
         let mut nats = 0.0;
-        let [mut told, mut both] = [Rounding::of(&self.told), Rounding::of(&self.both)];
-        while let Some((index, unknown)) =
-            controls.iter().map(|row| self.unknown(row)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+        let [mut told, mut both] = [&mut self.told, &mut self.both].map(|factor| Telling::of(factor, &rows));
+        // The share of a control's variance that past controls leave, from 0 to 1.
+        let unknown = |both: &Telling, a: usize| if all[a] > 0.0 { both.variance(a) / all[a] } else { 0.0 };
+        while let Some((place, share)) =
+            left.iter().map(|&a| unknown(&both, a)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
         {
-            if unknown <= KNOWN {
+            if share <= KNOWN {
                 break;
             }
-            let row = controls.swap_remove(index);
-            let (without, with) = (condition(&mut self.told, &row), condition(&mut self.both, &row));
+            let a = left.swap_remove(place);
+            let (without, with) = (told.condition(a), both.condition(a));
             nats += (0.5 * (without / with).ln()).max(0.0);
-            told.grow(&row, without);
-            both.grow(&row, with);
         }
-        told.clear(&mut self.told);
-        both.clear(&mut self.both);
+        told.end();
+        both.end();
         nats
-    }
-
-    /// How much of a control's variance, given the states, past controls leave: from 0 to 1.
-    fn unknown(&self, row: &DVector<f64>) -> f64 {
-        let all = row.dot(&(&self.known * row));
-        if all > 0.0 { self.both.tr_mul(row).norm_squared() / all } else { 0.0 }
     }
 }
 
 /// Below this a control is known from the past ones but for rounding.
 const KNOWN: f64 = 1e-12;
 
-/// Conditions `G G'` on `row' mu` exactly: turns `G` so that one column alone bears on the row, and leaves that out.
-/// Returns the variance that the row had.
-fn condition(factor: &mut DMatrix<f64>, row: &DVector<f64>) -> f64 {
-    let mut normal = factor.tr_mul(row);
-    let norm = normal.norm();
-    normal[0] += norm.copysign(normal[0]);
-    let turned = &*factor * &normal;
-    factor.ger(-2.0 / normal.norm_squared(), &turned, &normal, 1.0);
-    *factor = factor.columns(1, factor.ncols() - 1).into_owned();
-    norm * norm
+/// A covariance `G G'` that controls are told of, one after the other.
+struct Telling<'a> {
+    factor: &'a mut DMatrix<f64>,
+    /// The controls' rows of `K`, as columns.
+    rows: &'a DMatrix<f64>,
+    /// `G' K'`.
+    seen: DMatrix<f64>,
+    /// Leading columns of `G` that are left out: rows of `seen`.
+    out: usize,
+    rounding: Rounding,
+}
+
+impl<'a> Telling<'a> {
+    fn of(factor: &'a mut DMatrix<f64>, rows: &'a DMatrix<f64>) -> Self {
+        let (seen, rounding) = (factor.tr_mul(rows), Rounding::of(factor));
+        Self { factor, rows, seen, out: 0, rounding }
+    }
+
+    fn seen(&self, a: usize) -> DVectorView<'_, f64> {
+        let len = self.seen.nrows() - self.out;
+        self.seen.generic_view((self.out, a), (Dyn(len), U1))
+    }
+
+    fn variance(&self, a: usize) -> f64 {
+        self.seen(a).norm_squared()
+    }
+
+    /// Conditions `G G'` on control `a` exactly: turns `G` so that one column alone bears on it, and leaves that out.
+    /// Returns the variance that the control had.
+    fn condition(&mut self, a: usize) -> f64 {
+        let mut normal = self.seen(a).into_owned();
+        let norm = normal.norm();
+        normal[0] += norm.copysign(normal[0]);
+        let scale = -2.0 / normal.norm_squared();
+        let (out, columns) = (self.out, normal.len());
+        let mut factor = self.factor.columns_mut(out, columns);
+        let turned = &factor * &normal;
+        factor.ger(scale, &turned, &normal, 1.0);
+        let mut seen = self.seen.rows_mut(out, columns);
+        let turned = seen.tr_mul(&normal);
+        seen.ger(scale, &normal, &turned, 1.0);
+        self.out += 1;
+        self.rounding.grow(self.rows.column(a), norm * norm);
+        norm * norm
+    }
+
+    /// Leaves in `G` what the controls have not told.
+    fn end(self) {
+        let kept = self.factor.ncols() - self.out;
+        *self.factor = self.factor.columns(self.out, kept).into_owned();
+        self.rounding.clear(self.factor);
+    }
 }
 
 /// What rounding can leave of a factor where controls have told all. Told on and on, it would grow where the step from
@@ -129,7 +169,7 @@ impl Rounding {
     }
 
     /// Once a row of this variance has been told: the less of the factor it bears on, the more it leaves.
-    fn grow(&mut self, row: &DVector<f64>, variance: f64) {
+    fn grow(&mut self, row: DVectorView<f64>, variance: f64) {
         let whole: f64 = row.iter().zip(&self.sizes).map(|(entry, size)| entry.abs() * size).sum();
         self.left += 16.0 * f64::EPSILON * whole / variance.sqrt();
     }

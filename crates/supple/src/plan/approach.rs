@@ -2,7 +2,7 @@
 
 use supple_kernels::{Matrices, Scratch};
 
-use super::{NominalProblem, Plan, PlanSettings, PlanWorkspace, plan};
+use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within, search};
 use crate::contacts::ContactState;
 use crate::problem::Task;
 use crate::system::System;
@@ -14,46 +14,117 @@ const STAGES: usize = 40;
 const FIRST_WIDTH: f64 = 2.0;
 /// By how much contacts stay wider than the clearance that is left, so that they are still felt.
 const REACH: f64 = 1.25;
-/// Speeds by which friction sets in later, rad/s or m/s, one after the other; the last of them stays while contacts narrow.
-const SPEEDS: [f64; 7] = [1.0, 0.3, 0.1, 0.06, 0.035, 0.02, 0.01];
+/// Speeds over which friction sets in beyond its own, rad/s or m/s, one after the other.
+const SPEEDS: [f64; 5] = [1.0, 0.1, 0.03, 0.01, 0.0];
+/// Below this speed the next is 0.
+const LEAST_SPEED: f64 = 1e-3;
+/// Speeds in between at most, where a step was too long.
+const REFINEMENTS: usize = 8;
 /// Searches on the way end early.
-const TOLERANCE: f64 = 1e-3;
-const ITERATIONS: usize = 30;
+const TOLERANCE: f64 = 1e-2;
 
 /// The controls of a plan whose contacts were first wider and softer than they are, and whose friction set in over higher
 /// speeds, starting from the controls in `found.trajectory`. The width begins at twice the greatest clearance of the first
 /// state and is then halved, but kept above 5/4 of the clearance that the plan still leaves, until it is below half of the
-/// least smoothing. None where there is nothing to approach, or no plan was found on the way.
+/// least smoothing. A speed from which no plan is found goes half of the way back, by its logarithm. None where there is
+/// nothing to approach, or no plan was found on the way. With the iterations of all of it.
 pub(crate) fn approach(
     (task, phi): (&Task, &[f64]),
     settings: &PlanSettings,
     found: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
-) -> Option<Matrices> {
+) -> Option<(Matrices, usize)> {
     let wide = task.system.widened()?;
     let states = |x: &[f64]| task.system.contact_states(x, phi);
     let mut widening = Widening::of(&states(found.trajectory.states.vector(0)));
-    let loose = PlanSettings {
-        tolerance: settings.tolerance.max(TOLERANCE),
-        max_iterations: settings.max_iterations.min(ITERATIONS),
-        ..settings.clone()
-    };
-    let mut controls = None;
-    for stage in 0..STAGES {
-        let (length, speed) = (widening.width.unwrap_or(0.0), SPEEDS[stage.min(SPEEDS.len() - 1)]);
-        let phi: Vec<f64> = phi.iter().copied().chain([length, speed]).collect();
+    let mut friction = Slowing::default();
+    let loose = PlanSettings { tolerance: settings.tolerance.max(TOLERANCE), ..settings.clone() };
+    let mut kept: Option<Plan> = None;
+    let mut iterations = 0;
+    for _ in 0..STAGES {
+        let phi: Vec<f64> = phi.iter().copied().chain([widening.width.unwrap_or(0.0), friction.speed()]).collect();
         let problem = NominalProblem { system: wide, phi: &phi, bounds: task.control_bounds.as_ref() };
-        if plan(problem, &loose, found, work, scratch).is_err() {
-            return controls;
+        let mut patience = Patience::Full;
+        if let Some(kept) = &kept {
+            patience = Patience::Continued;
+            follow(problem, kept, found, work, scratch);
         }
-        controls = Some(found.trajectory.controls.clone());
+        let settings = if friction.is_last() { settings } else { &loose };
+        let planned = search(problem, (settings, patience), found, work, scratch).is_ok();
+        iterations += found.iterations;
+        if !(planned && found.status.is_converged()) && friction.go_back() {
+            continue;
+        }
+        if !planned {
+            break;
+        }
+        kept = Some(found.clone());
         let narrow = widening.narrow(clearance_left(&found.trajectory, states));
-        if narrow && stage + 1 >= SPEEDS.len() {
+        if friction.slow_down(narrow) && narrow {
             break;
         }
     }
-    controls
+    kept.map(|kept| (kept.trajectory.controls, iterations))
+}
+
+/// Controls for a problem that differs little from that of another plan: those that keep to its trajectory by its feedback,
+/// or its own where these lead nowhere.
+fn follow(problem: NominalProblem, kept: &Plan, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
+    let around = (problem.system, problem.phi, problem.bounds);
+    let law = (&kept.policy, 0.0);
+    let cost = rollout_within(around, &kept.trajectory, law, &mut work.candidate, scratch);
+    let controls = if cost.is_finite() { &work.candidate.controls } else { &kept.trajectory.controls };
+    found.trajectory.controls.copy_from(controls);
+}
+
+/// Over which speed friction sets in beyond its own.
+struct Slowing {
+    /// Speeds to come, the next one last.
+    ahead: Vec<f64>,
+    /// The last speed at which a plan was found.
+    reached: Option<f64>,
+    refinements: usize,
+}
+
+impl Default for Slowing {
+    fn default() -> Self {
+        Self { ahead: SPEEDS.iter().rev().copied().collect(), reached: None, refinements: 0 }
+    }
+}
+
+impl Slowing {
+    fn speed(&self) -> f64 {
+        self.ahead.last().copied().unwrap_or(0.0)
+    }
+
+    fn is_last(&self) -> bool {
+        self.speed() == 0.0
+    }
+
+    /// On to the next speed, to the last one only where contacts are `narrow`; whether it was the last.
+    fn slow_down(&mut self, narrow: bool) -> bool {
+        self.reached = Some(self.speed());
+        match self.ahead.len() {
+            0 | 1 => return true,
+            2 if !narrow => {}
+            _ => drop(self.ahead.pop()),
+        }
+        false
+    }
+
+    /// Part of the way back to the last speed that served; false where there is no use in that.
+    fn go_back(&mut self) -> bool {
+        let speed = self.speed().max(LEAST_SPEED);
+        match self.reached {
+            Some(reached) if reached > 1.2 * speed && self.refinements < REFINEMENTS => {
+                self.refinements += 1;
+                self.ahead.push((reached * speed).sqrt());
+                true
+            }
+            _ => false,
+        }
+    }
 }
 
 /// Whether contacts of a system have to be approached at `phi` from the first state `x`.

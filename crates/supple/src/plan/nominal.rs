@@ -4,7 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 
 use super::box_qp::Limits;
 use super::costates::Stationarity;
-use super::search::Search;
+use super::search::{Patience, Search};
 use super::{
     ControlBounds, Decrease, Lq, PlanMode, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within,
     simulate_controls, solve_limited,
@@ -75,8 +75,6 @@ pub struct PlanWorkspace {
     pub(super) candidate: Trajectory,
     pub(super) hessian: Matrices,
     guess: Matrices,
-    /// Whether searches give up as soon as whole steps do not serve.
-    pub(crate) hasty: bool,
     /// When searches stop where they are; none where they take the time they need.
     pub(crate) deadline: Option<Instant>,
 }
@@ -89,7 +87,6 @@ impl PlanWorkspace {
             candidate: Trajectory::zeros(dimensions, steps),
             hessian: Matrices::zeros(steps + 1, joint, joint + 1),
             guess: Matrices::vectors(steps, dimensions.controls),
-            hasty: false,
             deadline: None,
         }
     }
@@ -125,15 +122,29 @@ pub fn plan(
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
+    search(problem, (settings, Patience::Full), plan, work, scratch)
+}
+
+/// As [`plan`], with less patience.
+///
+/// # Errors
+/// As those of [`plan`].
+pub(crate) fn search(
+    problem: NominalProblem,
+    (settings, patience): (&PlanSettings, Patience),
+    plan: &mut Plan,
+    work: &mut PlanWorkspace,
+    scratch: &mut Scratch,
+) -> Result<(), Error> {
     let controls = &plan.trajectory.controls;
     let free_first = problem.bounds.is_some_and(|bounds| !(bounds.hold(controls) && bounds.are_met(controls)));
     let before = if free_first {
-        start_from_free(problem, settings, plan, work, scratch)?
+        start_from_free(problem, (settings, patience), plan, work, scratch)?
     } else {
         start(problem, plan, scratch)?;
         0
     };
-    let status = Search::new(problem, settings, plan, work, scratch).run();
+    let status = Search::new(problem, (settings, patience), plan, work, scratch).run();
     plan.iterations += before;
     finish(problem, plan, status, scratch)
 }
@@ -145,7 +156,7 @@ pub fn plan(
 /// minimum; and a plan within the bounds is the same with and without them.
 fn start_from_free(
     problem: NominalProblem,
-    settings: &PlanSettings,
+    (settings, patience): (&PlanSettings, Patience),
     plan: &mut Plan,
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
@@ -154,7 +165,7 @@ fn start_from_free(
     work.guess.copy_from(&plan.trajectory.controls);
     let mut found = start(free, plan, scratch).is_ok();
     if found {
-        let status = Search::new(free, settings, plan, work, scratch).run();
+        let status = Search::new(free, (settings, patience), plan, work, scratch).run();
         found = status.is_converged() && sweep(free, Regularisation::default(), None, plan).is_ok();
     }
     let (iterations, regularised) = (plan.iterations, plan.regularised);

@@ -11,20 +11,42 @@ use crate::system::Curvature;
 /// The least regularisation that is tried after none, and the most, as shares of the curvature.
 const FIRST_MU: f64 = 1e-4;
 const MOST_MU: f64 = 1e8;
-/// Regularisations with which second derivatives are tried in turn, where they are not positive without.
-const NEWTON_MU: [f64; 5] = [0.0, 1e-3, 1e-2, 0.1, 1.0];
+/// How often what second derivatives add to Gauss-Newton's is halved, where they are not positive or lead nowhere.
+const CURVATURE_HALVINGS: usize = 5;
 /// Halvings of a Newton step at most: more of them, and Gauss-Newton does better.
 const NEWTON_HALVINGS: usize = 3;
+/// Stationarity above which no plan counts as stationary for rounding.
+const NEARLY: f64 = 1e-6;
 /// Below this share regularisation is dropped.
 const LEAST_MU: f64 = 1e-6;
 
 /// Iterations at most of a search that gives up early.
-const HASTY_ITERATIONS: usize = 12;
+const FEW_ITERATIONS: usize = 12;
+
+/// How long a search is kept up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Patience {
+    /// As long as the settings say.
+    Full,
+    /// Until whole steps do not serve, or a few iterations.
+    Little,
+    /// As long as the settings say, from close to an optimum: second derivatives are of use from the start.
+    Close,
+    /// A few iterations, from the plan of a problem that differs little.
+    Continued,
+}
+
+impl Patience {
+    fn is_close(self) -> bool {
+        matches!(self, Self::Close | Self::Continued)
+    }
+}
 
 /// The search's state between iterations.
 pub(super) struct Search<'a> {
     problem: NominalProblem<'a>,
     settings: &'a PlanSettings,
+    patience: Patience,
     plan: &'a mut Plan,
     work: &'a mut PlanWorkspace,
     scratch: &'a mut Scratch,
@@ -48,7 +70,7 @@ impl Readiness {
 
     fn tried(&mut self, succeeded: bool) {
         self.failures = if succeeded { 0 } else { self.failures + 1 };
-        self.wait = if succeeded { 0 } else { 1 << self.failures.min(5) };
+        self.wait = if succeeded { 0 } else { (1 << self.failures.min(5)) - 1 };
     }
 }
 
@@ -92,13 +114,14 @@ enum Outcome {
 impl<'a> Search<'a> {
     pub fn new(
         problem: NominalProblem<'a>,
-        settings: &'a PlanSettings,
+        (settings, patience): (&'a PlanSettings, Patience),
         plan: &'a mut Plan,
         work: &'a mut PlanWorkspace,
         scratch: &'a mut Scratch,
     ) -> Self {
         let progress = Progress { iteration: 0, cost: f64::INFINITY, stationarity: f64::INFINITY };
-        Self { problem, settings, plan, work, scratch, mu: 0.0, newton: Readiness::default(), progress }
+        let newton = Readiness { close: patience.is_close(), ..Readiness::default() };
+        Self { problem, settings, patience, plan, work, scratch, mu: 0.0, newton, progress }
     }
 
     /// Searches from the trajectory of the plan, which is rolled out; leaves the best one there.
@@ -116,9 +139,7 @@ impl<'a> Search<'a> {
             if self.work.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return self.ended(PlanStatus::TimeLimit);
             }
-            if self.progress.creeps(self.plan)
-                || self.work.hasty && (self.mu > 0.0 || self.plan.iterations > HASTY_ITERATIONS)
-            {
+            if self.progress.creeps(self.plan) || self.gives_up() {
                 return self.ended(PlanStatus::SlowProgress);
             }
             self.plan.iterations += 1;
@@ -140,14 +161,25 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// One iteration: with second derivatives, as far as regularised as makes them positive, where they were asked for; and
-    /// otherwise by Gauss-Newton.
+    fn gives_up(&self) -> bool {
+        match self.patience {
+            Patience::Full | Patience::Close => false,
+            Patience::Little => self.mu > 0.0 || self.plan.iterations > FEW_ITERATIONS,
+            Patience::Continued => self.plan.iterations > FEW_ITERATIONS,
+        }
+    }
+
+    /// One iteration: with second derivatives, or as large a part of them as serves, where they were asked for; and otherwise
+    /// by Gauss-Newton.
     fn advance(&mut self, newton: bool) -> Outcome {
         self.newton.wait = self.newton.wait.saturating_sub(1);
         if newton {
             self.find_curvature();
-            for mu in NEWTON_MU {
-                let outcome = self.attempt(true, mu);
+            for halvings in 0..=CURVATURE_HALVINGS {
+                if halvings > 0 {
+                    self.halve_curvature();
+                }
+                let outcome = self.attempt(true, 0.0);
                 if matches!(outcome, Outcome::Accepted | Outcome::Resolved) {
                     self.newton.tried(true);
                     return outcome;
@@ -180,6 +212,14 @@ impl<'a> Search<'a> {
         problem.system.add_dynamics_curvature(at, phi, &plan.costates, &mut work.hessian, scratch);
     }
 
+    /// Halves what second derivatives add to Gauss-Newton's.
+    fn halve_curvature(&mut self) {
+        let (hessian, base) = (self.work.hessian.as_mut_slice(), self.plan.knots.cost.as_slice());
+        for (h, b) in hessian.iter_mut().zip(base) {
+            *h = 0.5 * (*h + b);
+        }
+    }
+
     /// The status at a place where no progress is made: converged where it is stationary but for rounding.
     fn ended(&mut self, status: PlanStatus) -> PlanStatus {
         self.linearise();
@@ -188,7 +228,8 @@ impl<'a> Search<'a> {
 
     /// Whether the plan is as stationary as rounding may allow.
     fn is_nearly_stationary(&self) -> bool {
-        self.plan.relative_stationarity <= 1e3 * self.settings.tolerance
+        let tolerance = self.settings.tolerance;
+        self.plan.relative_stationarity <= (1e3 * tolerance).min(tolerance.max(NEARLY))
     }
 
     fn linearise(&mut self) {
@@ -218,7 +259,7 @@ impl<'a> Search<'a> {
                 plan.nominal_cost = cost;
                 self.newton.close = actual <= 0.05 * (1.0 + cost.abs());
                 if !newton {
-                    self.mu = if self.work.hasty && step < 0.5 { FIRST_MU } else { next_mu(mu, step) };
+                    self.mu = if self.patience == Patience::Little && step < 0.5 { FIRST_MU } else { next_mu(mu, step) };
                 }
                 return if resolved { Outcome::Resolved } else { Outcome::Accepted };
             }

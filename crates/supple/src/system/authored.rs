@@ -43,6 +43,7 @@ struct Programs {
     dynamics_curvature: OnceLock<Program>,
     responses: OnceLock<Program>,
     curvature_along: OnceLock<Program>,
+    affine_in_controls: OnceLock<bool>,
     contract_dynamics: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
     contract_cost: [OnceLock<Program>; 2],
@@ -265,7 +266,9 @@ impl<M: Model> System for Authored<M> {
         if unknowns > MOST_UNKNOWNS {
             let responses = self.program(&self.programs.responses, |r| r.responses());
             let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
-            return Along { responses, curvature, joint, unknowns }.add(at, phi, costates, out, scratch);
+            let affine = *self.programs.affine_in_controls.get_or_init(|| self.recorder().is_affine_in_controls());
+            let curved = if affine { self.size.states } else { joint };
+            return Along { responses, curvature, joint, curved, unknowns }.add(at, phi, costates, out, scratch);
         }
         let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
         let sources = [at.states.into(), at.controls.into(), after(costates)];

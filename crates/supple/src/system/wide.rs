@@ -11,6 +11,8 @@ pub(super) struct Along<'a> {
     pub curvature: &'a Program,
     /// Lengths of `z` and of the unknowns.
     pub joint: usize,
+    /// Leading variables of `z` along which there is curvature: all, or the states.
+    pub curved: usize,
     pub unknowns: usize,
 }
 
@@ -18,7 +20,7 @@ impl Along<'_> {
     /// Adds `(lambda' f)_zz` at every stage (theory, equation U.5): column b of `D' (lambda' F + mu' r)'' D` is `D'` times the
     /// second derivatives along `D_b = (e_b, W_b)`.
     pub fn add(&self, at: Points, phi: &[f64], costates: &Matrices, out: &mut Matrices, scratch: &mut Scratch) {
-        let Self { joint, unknowns, .. } = *self;
+        let Self { joint, curved, unknowns, .. } = *self;
         let stages = at.stages;
         let batch = Batch { first: 0, count: stages };
         let after = super::authored::after(costates);
@@ -28,13 +30,13 @@ impl Along<'_> {
         let by_unknown = transposed(&responses, joint);
         let mut directions = Matrices::zeros(stages, TOGETHER, joint + unknowns);
         let mut rates = Matrices::zeros(stages, TOGETHER, joint + unknowns);
-        for first in (0..joint).step_by(TOGETHER) {
+        for first in (0..curved).step_by(TOGETHER) {
             self.choose(first, &responses, &mut directions);
             // What is not read stands in for sources of other programs.
             let [x, u, _] = sources;
             let sources = [x, u, after, (&responses).into(), x, x, (&directions).into()];
             self.curvature.run(batch, (&sources, phi), (Some(&mut rates), &mut []), scratch);
-            dispatch(Columns { joint, unknowns, first, rates: &rates, by_unknown: &by_unknown, out });
+            dispatch(Columns { joint, curved, unknowns, first, rates: &rates, by_unknown: &by_unknown, out });
         }
     }
 
@@ -44,7 +46,7 @@ impl Along<'_> {
         for t in 0..directions.count() {
             let (to, from) = (directions.at_mut(t), responses.at(t));
             to.fill(0.0);
-            for (place, b) in (first..self.joint).take(TOGETHER).enumerate() {
+            for (place, b) in (first..self.curved).take(TOGETHER).enumerate() {
                 let row = &mut to[place * stride..(place + 1) * stride];
                 row[b] = 1.0;
                 row[self.joint..self.joint + self.unknowns]
@@ -67,10 +69,11 @@ fn transposed(matrices: &Matrices, rows: usize) -> Matrices {
     out
 }
 
-/// Adds `D'` times the rates along some directions to their columns, as far as the diagonal, and to the rows that mirror
-/// them.
+/// Adds `D'` times the rates along some directions to their columns, as far as the diagonal and from the variables without
+/// curvature on, and to the rows that mirror them.
 struct Columns<'a> {
     joint: usize,
+    curved: usize,
     unknowns: usize,
     first: usize,
     rates: &'a Matrices,
@@ -81,7 +84,7 @@ struct Columns<'a> {
 impl Job for Columns<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { joint, unknowns, first, rates, by_unknown, out } = self;
+        let Self { joint, curved, unknowns, first, rates, by_unknown, out } = self;
         let (narrow, wide, stride) = (padded(joint), rates.stride(), out.stride());
         let mut through = Matrices::zeros(1, TOGETHER, joint);
         for t in 0..rates.count() {
@@ -89,8 +92,8 @@ impl Job for Columns<'_> {
             let left = Left::plain(&rates[joint..], wide);
             rows::multiply::<L>(through, left, by_unknown.at(t), narrow, (TOGETHER, unknowns), Into::Set);
             let out = out.at_mut(t);
-            for (place, b) in (first..joint).take(TOGETHER).enumerate() {
-                for a in 0..=b {
+            for (place, b) in (first..curved).take(TOGETHER).enumerate() {
+                for a in (0..=b).chain(curved..joint) {
                     let sum = rates[place * wide + a] + through[place * narrow + a];
                     out[b * stride + a] += sum;
                     if a != b {

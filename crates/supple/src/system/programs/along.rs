@@ -9,7 +9,7 @@ use crate::Model;
 use crate::system::trace::{Linearised, entries, source};
 
 /// Directions that one run of [`Recorder::curvature_along`] takes together.
-pub(in crate::system) const TOGETHER: usize = 4;
+pub(in crate::system) const TOGETHER: usize = 8;
 
 impl<M: Model> Recorder<'_, M> {
     /// How the unknowns respond (theory, equations U.2 and U.4), as rows of length k: `W_j` for every variable of `z`, then
@@ -28,6 +28,22 @@ impl<M: Model> Recorder<'_, M> {
                 row.iter().enumerate().map(move |(l, &entry)| (entry, target(l))).collect::<Vec<_>>()
             };
             Program::compile(&rows.enumerate().flat_map(of_row).collect::<Vec<_>>())
+        })
+    }
+
+    /// Whether next states are an affine function of the controls: whether neither dynamics nor residual curve along controls
+    /// and unknowns, as in rigid bodies with motors.
+    pub fn is_affine_in_controls(&self) -> bool {
+        record(|| {
+            let trace = self.trace(false);
+            let w: Vec<Node> = (0..self.model.unknowns()).map(|l| Node::entry(source::DYNAMICS, l)).collect();
+            let (next, residual) = trace.at(&w);
+            let entries_of = |source, from: &[Node]| entries(source, from.len());
+            let (lambda, mu) = (entries_of(source::COSTATE, &next), entries_of(source::VARIATION, &residual));
+            let lagrangian: Vec<_> = weigh(&next, &lambda).chain(weigh(&residual, &mu)).collect();
+            let moving: Vec<Node> = trace.z[self.model.dimensions().states..].iter().chain(&w).copied().collect();
+            let seeds: Vec<_> = moving.iter().map(|&node| (node, node.opaque())).collect();
+            tangent(&vjp(&lagrangian, &moving), &seeds).iter().all(|rate| rate.is_zero())
         })
     }
 

@@ -44,9 +44,12 @@ impl<M: Model> Recorder<'_, M> {
         let mut hessian = vec![vec![Node::zero(); joint]; joint];
         for (cost, r) in self.costs.iter().zip(trace.residuals(self.costs)) {
             let rows = jacobian(&r, &trace.z);
+            // Most residuals depend on few variables.
+            let on = |row: &Vec<Node>| (0..joint).filter(|&a| !row[a].is_zero()).collect::<Vec<_>>();
+            let on: Vec<Vec<usize>> = rows.iter().map(on).collect();
             let mut add = |i: usize, j: usize, weight: Node| {
-                for a in 0..joint {
-                    for b in a..joint {
+                for &a in &on[i] {
+                    for &b in on[j].iter().filter(|&&b| b >= a) {
                         hessian[a][b] += weight * rows[i][a] * rows[j][b];
                     }
                 }

@@ -1,6 +1,9 @@
-use supple_kernels::rows::{self, Into, Left, multiply};
+mod quadratic;
+
+use supple_kernels::rows::{self, Into, Left, multiply, multiply_lower};
 use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 
+use self::quadratic::{Carried, Products, quadratic};
 use super::box_qp::{BoxQp, Gains, Limits};
 use crate::Dimensions;
 use crate::shape::{Shape, with_shape};
@@ -23,8 +26,8 @@ pub struct Policy {
     box_qp: BoxQp,
     q: Matrices,
     gain: Matrices,
-    product: Matrices,
     factor: Matrices,
+    products: Products,
     measurements: usize,
 }
 
@@ -42,8 +45,8 @@ impl Policy {
             box_qp: BoxQp::new(m),
             q: Matrices::zeros(1, joint, joint + 1),
             gain: Matrices::zeros(1, m, joint + 1),
-            product: Matrices::zeros(1, n.max(m), joint + 1),
             factor: Matrices::zeros(1, m, m),
+            products: Products::new(n, joint),
             measurements: dimensions.measurements,
         }
     }
@@ -149,47 +152,89 @@ fn sweep<L: Lanes>(shape: Shape, lq: Lq, policy: &mut Policy) -> Result<Decrease
         }
         policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
     }
+    let carried = Carried::of(dynamics);
     let mut total = Decrease::default();
     for t in (0..steps).rev() {
-        let decrease = step::<L>(shape, t, lq, policy).map_err(|()| t)?;
+        let Policy { curvature, slope, q, products, .. } = policy;
+        let next = (curvature.at(t + 1), slope.vector(t + 1));
+        quadratic::<L>(shape, carried, (dynamics.at(t), cost.at(t)), next, q.at_mut(0), products);
+        let decrease = if lq.limits.is_none() && lq.regularisation == Regularisation::default() {
+            minimise::<L>(shape, t, policy)
+        } else {
+            follow::<L>(shape, t, lq, policy)
+        };
+        let decrease = decrease.map_err(|()| t)?;
         total.linear += decrease.linear;
         total.quadratic += decrease.quadratic;
     }
     Ok(total)
 }
 
+/// The minimiser at a step, by `Q_uu = G G'` and `Y = G^-1 Q_ux`: `K = -G^-T Y`, `S = Q_xx - Y' Y`, `Xi = Y' Y`.
 #[inline(always)]
-fn step<L: Lanes>(shape: Shape, t: usize, lq: Lq, policy: &mut Policy) -> Result<Decrease, ()> {
-    let Lq { dynamics, cost, regularisation, limits } = lq;
+fn minimise<L: Lanes>(shape: Shape, t: usize, policy: &mut Policy) -> Result<Decrease, ()> {
+    let Shape { n, m, .. } = shape;
+    let (joint, narrow, wide, small) = (shape.joint(), shape.narrow(), shape.full(), padded(m));
+    let Policy { feedback, feedforward, curvature, slope, value_of_information, q, factor, .. } = policy;
+    let (q, factor) = (q.at(0), factor.at_mut(0));
+    let (y, k) = (feedback.at_mut(t), &mut feedforward.at_mut(t)[..m]);
+    for a in 0..m {
+        let row = &q[(n + a) * wide..(n + a + 1) * wide];
+        factor[a * small..=a * small + a].copy_from_slice(&row[n..=n + a]);
+        y[a * narrow..a * narrow + n].copy_from_slice(&row[..n]);
+        k[a] = row[joint];
+    }
+    rows::cholesky(factor, m, small).map_err(drop)?;
+    rows::solve_lower::<L>(factor, small, y, narrow, m);
+    for a in 0..m {
+        let done: f64 = rows::dot(&factor[a * small..a * small + a], &k[..a]);
+        k[a] = (k[a] - done) / factor[a * small + a];
+    }
+
+    let (xi, curvature) = (value_of_information.at_mut(t), curvature.at_mut(t));
+    multiply_lower::<L>((xi, narrow), Left::transposed(y, narrow), (y, narrow), (n, m), Into::Set);
+    for i in 0..n {
+        let (q, xi) = (&q[i * wide..=i * wide + i], &xi[i * narrow..=i * narrow + i]);
+        for ((to, q), xi) in curvature[i * narrow..=i * narrow + i].iter_mut().zip(q).zip(xi) {
+            *to = q - xi;
+        }
+    }
+    rows::mirror::<L>(xi, n, narrow);
+    rows::mirror::<L>(curvature, n, narrow);
+    let slope = slope.at_mut(t);
+    for i in 0..n {
+        slope[i] = q[i * wide + joint];
+    }
+    for (a, &k) in k.iter().enumerate() {
+        rows::add_scaled::<L>(&mut slope[..narrow], -k, &y[a * narrow..(a + 1) * narrow]);
+    }
+    let square = rows::dot(k, k);
+
+    rows::solve_upper::<L>(factor, small, y, narrow, m);
+    rows::scale::<L>(&mut y[..m * narrow], -1.0);
+    for a in (0..m).rev() {
+        let done: f64 = (a + 1..m).map(|b| factor[b * small + a] * k[b]).sum();
+        k[a] = (k[a] - done) / factor[a * small + a];
+    }
+    k.iter_mut().for_each(|k| *k = -*k);
+    Ok(Decrease { linear: -square, quadratic: 0.5 * square })
+}
+
+/// The gains of a regularised problem or one with limits, and the cost-to-go of following them:
+/// `S = [I K'] Q [I; K]`.
+#[inline(always)]
+fn follow<L: Lanes>(shape: Shape, t: usize, lq: Lq, policy: &mut Policy) -> Result<Decrease, ()> {
+    let Lq { dynamics, regularisation, limits, .. } = lq;
     let Shape { n, m, .. } = shape;
     let (joint, narrow, stride, wide) = (shape.joint(), shape.narrow(), shape.wide(), shape.full());
     let small = padded(m);
     let Policy { feedback, feedforward, curvature, slope, value_of_information, .. } = policy;
-    let Policy { q, gain, product, factor, clamped, box_qp, .. } = policy;
-    let (q, gain, product, factor_rows) = (q.at_mut(0), gain.at_mut(0), product.at_mut(0), factor.at_mut(0));
-    let f = dynamics.at(t);
+    let Policy { q, gain, products, factor, clamped, box_qp, .. } = policy;
+    let (q, gain, factor_rows) = (q.at_mut(0), gain.at_mut(0), factor.at_mut(0));
+    rows::mirror::<L>(q, joint, wide);
+    let (f, next) = (dynamics.at(t), curvature.at(t + 1));
 
-    // Q = [l_zz | l_z] + F' [S F | J_x].
-    let next = curvature.at(t + 1);
-    let next_slope = slope.vector(t + 1);
-    if stride == wide {
-        multiply::<L>(product, Left::plain(next, narrow), f, wide, (n, n), Into::Set);
-    } else {
-        for i in 0..n {
-            let row = &mut product[i * wide..(i + 1) * wide];
-            row.fill(0.0);
-            for k in 0..n {
-                rows::add_scaled::<L>(&mut row[..stride], next[i * narrow + k], &f[k * stride..(k + 1) * stride]);
-            }
-        }
-    }
-    for i in 0..n {
-        product[i * wide + joint] = next_slope[i];
-    }
-    let base = Into::AddTo(cost.at(t));
-    multiply::<L>(q, Left::transposed(f, stride), product, wide, (joint, n), base);
-
-    // Gains from the regularised lower rows [Q_ux Q_uu | Q_u]. F's padding is zero: the gradient is untouched.
+    // From the regularised lower rows [Q_ux Q_uu | Q_u]. F's padding is zero: the gradient is untouched.
     gain[..m * wide].copy_from_slice(&q[n * wide..joint * wide]);
     if regularisation.state > 0.0 {
         for a in 0..m {
@@ -234,7 +279,7 @@ fn step<L: Lanes>(shape: Shape, t: usize, lq: Lq, policy: &mut Policy) -> Result
 
     // Xi = K' Q_uu K, by rows of Q_uu K.
     let xi = value_of_information.at_mut(t);
-    let quu_k = &mut product[..m * narrow];
+    let quu_k = products.of_controls(m * narrow);
     multiply::<L>(quu_k, Left::plain(&q[n * wide + n..], wide), feedback, narrow, (m, m), Into::Set);
     multiply::<L>(xi, Left::transposed(feedback, narrow), quu_k, narrow, (n, m), Into::Set);
     rows::symmetrise::<L>(xi, n, narrow);
