@@ -23,7 +23,7 @@ trap 'rm -rf "$out"' EXIT
 short=(--bench --noplot --warm-up-time 0.5 --measurement-time "${SECONDS_EACH:-2}")
 for round in $(seq "$rounds"); do
     echo "round $round of $rounds" >&2
-    CRITERION_HOME="$out/$round" taskset -c "$core" "$bench" "${short[@]}" "door/$level/" >"$out/log" 2>&1
+    CRITERION_HOME="$out/$round" taskset -c "$core" "$bench" "${short[@]}" "door/$level/|integrator/" >"$out/log" 2>&1
     taskset -c "$core" "$python" benches/peers/crocoddyl_door.py >>"$out/crocoddyl"
 done
 echo "designs" >&2

@@ -3,7 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -16,8 +16,41 @@ use supple::plan::{PlanSettings, Policy, Regularisation, rollout, solve_riccati}
 use supple::system::Curvature;
 use supple::{EvaluateOptions, Level, Problem, Scratch};
 
+fn file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/iiwa_door.toml")
+}
+
 fn load() -> Problem {
-    Problem::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/iiwa_door.toml")).unwrap()
+    Problem::load(file()).unwrap()
+}
+
+/// The same task with the default integrator.
+fn implicit() -> Problem {
+    let models = concat!("file = \"", env!("CARGO_MANIFEST_DIR"), "/../../models/");
+    let text = std::fs::read_to_string(file()).unwrap().replace("file = \"../models/", models);
+    Problem::parse(&text.replace("\"semi_implicit\"", "\"implicit\""), "iiwa_door.toml").unwrap()
+}
+
+/// One iteration of a task's plan with either integrator, beside each other.
+fn integrators(c: &mut Criterion) {
+    for (name, problem) in [("semi_implicit", load()), ("implicit", implicit())] {
+        let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+        let system = &*task.system;
+        let mut state = TaskState::new(task);
+        state.evaluate(task, &phi, &PlanSettings::default(), None).unwrap();
+        let trajectory = state.plan.trajectory.clone();
+        let (mut knots, mut candidate) = (state.plan.knots.clone(), trajectory.clone());
+        let mut policy = Policy::zeros(system.dimensions(), task.steps);
+        let mut scratch = Scratch::new();
+        c.bench_function(&format!("integrator/{name}"), |b| {
+            b.iter(|| {
+                let at = black_box(&trajectory).points();
+                knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
+                solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+                rollout(system, &phi, &trajectory, (&policy, 1.0), &mut candidate, &mut scratch)
+            });
+        });
+    }
 }
 
 /// The parts of one iLQG iteration, of the belief and of the gradient, at every level of instructions.
@@ -103,5 +136,5 @@ fn whole(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, parts, whole);
+criterion_group!(benches, parts, integrators, whole);
 criterion_main!(benches);

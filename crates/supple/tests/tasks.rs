@@ -59,8 +59,8 @@ fn short(number: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// What a file says of its design: parameters, bits, costs.
-fn said(problem: &Problem) -> (Vec<String>, DesignStatus) {
+/// What a file says of its design: parameters, bits, costs; and the design itself.
+fn said(problem: &Problem) -> (Vec<String>, DesignStatus, Vec<f64>) {
     let start = problem.parameters.initial();
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
     let settings = DesignSettings { starts: 1, ..problem.design.clone() };
@@ -79,7 +79,7 @@ fn said(problem: &Problem) -> (Vec<String>, DesignStatus) {
     for (task, &cost) in before.tasks.iter().zip(&best.costs) {
         lines.push(line(&format!("cost of {}", task.name), task.cost.expected, cost, ""));
     }
-    (lines, found.status)
+    (lines, found.status, best.to.clone())
 }
 
 #[test]
@@ -87,9 +87,22 @@ fn files_say_what_a_design_gives() {
     for file in ["elastic_elbow", "wiping_arm", "soft_gripper", "peg_on_wall", "iiwa_door"] {
         let path = format!("{file}.toml");
         let text = std::fs::read_to_string(repository("tasks").join(&path)).unwrap();
-        let (lines, status) = said(&shipped(&path));
+        let problem = shipped(&path);
+        let (lines, status, design) = said(&problem);
         assert_eq!(status, DesignStatus::Converged, "{path}");
         let missing: Vec<_> = lines.iter().filter(|line| !text.lines().any(|other| other == *line)).collect();
         assert!(missing.is_empty(), "{path} does not say\n{}", lines.join("\n"));
+        for (place, phi) in [("start", &problem.parameters.initial()), ("design", &design)] {
+            costs_what_is_predicted((&path, place), &problem, phi);
+        }
+    }
+}
+
+/// Closed-loop roll-outs stay with the plan, and cost what is predicted to a tenth.
+fn costs_what_is_predicted(of: (&str, &str), problem: &Problem, phi: &[f64]) {
+    let options = EvaluateOptions { rollouts: 500, seed: 1, ..Default::default() };
+    for task in &problem.evaluate(phi, &options).unwrap().tasks {
+        let (expected, sampled) = (task.cost.expected, task.monte_carlo.as_ref().unwrap().cost_mean);
+        assert!((sampled / expected - 1.0).abs() < 0.1, "{of:?}, {}: {sampled}, predicted {expected}", task.name);
     }
 }

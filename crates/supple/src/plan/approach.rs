@@ -21,7 +21,7 @@ const LEAST_SPEED: f64 = 1e-3;
 /// Speeds in between at most, where a step was too long.
 const REFINEMENTS: usize = 8;
 /// Searches on the way end early.
-const TOLERANCE: f64 = 1e-2;
+const TOLERANCE: f64 = 5e-2;
 
 /// The controls of a plan whose contacts were first wider and softer than they are, and whose friction set in over higher
 /// speeds, starting from the controls in `found.trajectory`. The width begins at twice the greatest clearance of the first

@@ -13,12 +13,9 @@ const MOST_JOINTS: usize = 7;
 /// How far joints turn or slide to the goal, rad or m.
 const TURN: f64 = 0.2;
 const SLIDE: f64 = 0.05;
-/// Time that the task lasts, s.
+/// Time that the task lasts, and its time step, s.
 const DURATION: f64 = 0.5;
-/// Time steps to choose from, s: the longest that damping and friction allow.
-const TIME_STEPS: [f64; 4] = [0.01, 0.005, 0.002, 0.001];
-/// Speed over which stiff friction sets in, rad/s or m/s.
-const SMOOTHER: f64 = 0.1;
+const TIME_STEP: f64 = 0.005;
 
 /// The task file: of the robot in `file`, to be written in `folder`.
 ///
@@ -33,7 +30,6 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     }
     let (planning, end) = limb(&whole);
     let gravity = robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
-    let pace = Pace::of(&planning, gravity);
     let mut text = format!(
         "# The end of a limb reaches a point. Try:\n#\n#     supple evaluate FILE    plan, information and cost\n\
          #     supple check FILE       compare every derivative with finite differences\n#\n\
@@ -53,8 +49,7 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
         let names: Vec<_> = driven.iter().map(|&dof| format!("{:?}", planning.tree.joints()[dof])).collect();
         let _ = writeln!(text, "actuated = [{}]   # the file gives the other joints no effort", names.join(", "));
     }
-    pace.write(&planning, &mut text);
-    write_rest(&planning, &end, (&pace, gravity), &mut text);
+    write_rest(&planning, &end, gravity, &mut text);
     Ok(text)
 }
 
@@ -96,55 +91,8 @@ fn driven(planning: &Planning) -> Vec<usize> {
     if some.is_empty() || !planning.robot.actuators.is_empty() { all } else { some }
 }
 
-/// How fast the task goes, and what is changed of the robot for it.
-struct Pace {
-    time_step: f64,
-    smoothing: f64,
-    /// Inertia of drives of joints that are too light for their damping, kg m^2 or kg.
-    armatures: Vec<(usize, f64)>,
-}
-
-impl Pace {
-    fn of(planning: &Planning, gravity: [f64; 3]) -> Self {
-        let mut numbers = Numbers::of(&planning.robot, gravity);
-        let rate = |numbers: &Numbers<f64>, smoothing| planning.fastest(numbers, smoothing).0;
-        let fits = |rate: f64| TIME_STEPS.into_iter().find(|step| rate * step <= 1.0);
-        let smoothing = if fits(rate(&numbers, SMOOTHING)).is_some() { SMOOTHING } else { SMOOTHER };
-        let mut armatures: Vec<(usize, f64)> = Vec::new();
-        loop {
-            if let Some(time_step) = fits(rate(&numbers, smoothing)) {
-                return Self { time_step, smoothing, armatures };
-            }
-            let shortest = TIME_STEPS[TIME_STEPS.len() - 1];
-            let (mass, damping) = (planning.mass(&numbers), planning.damping(&numbers, smoothing));
-            let by_inertia = |dof: usize| damping[dof] / mass[dof][dof];
-            let is_left = |dof: &usize| armatures.iter().all(|(other, _)| other != dof);
-            let lightest = (0..mass.len()).filter(is_left).max_by(|&a, &b| by_inertia(a).total_cmp(&by_inertia(b)));
-            let Some(dof) = lightest else { return Self { time_step: shortest, smoothing, armatures } };
-            let armature = &mut numbers.joints[planning.tree.joint_indices()[dof]].armature;
-            *armature += damping[dof] * shortest;
-            armatures.push((dof, *armature));
-        }
-    }
-
-    /// What it changes of the robot, in `[model]`.
-    fn write(&self, planning: &Planning, text: &mut String) {
-        if self.smoothing != SMOOTHING {
-            let _ = writeln!(text, "friction_smoothing = {:?}   # rad/s or m/s: friction is stiff", self.smoothing);
-        }
-        for (dof, armature) in &self.armatures {
-            let _ = writeln!(
-                text,
-                "\n# The file gives this joint damping that stops what it moves within less than a time step; the drive \
-                 has\n# inertia too, of which the file says nothing.\n[model.joints.{:?}]\narmature = {armature:.2e}",
-                planning.tree.joints()[*dof]
-            );
-        }
-    }
-}
-
 /// Sensors, task and costs.
-fn write_rest(planning: &Planning, end: &str, (pace, gravity): (&Pace, [f64; 3]), text: &mut String) {
+fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut String) {
     let (robot, tree, start) = (&planning.robot, &planning.tree, &planning.start);
     let numbers = Numbers::of(robot, gravity);
     let names: Vec<_> = tree.joints().iter().map(|name| format!("{name:?}")).collect();
@@ -173,17 +121,13 @@ fn write_rest(planning: &Planning, end: &str, (pace, gravity): (&Pace, [f64; 3])
         text,
         "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = [{select}]\nvariance = 1e-6                  # rad^2 or m^2\n\n\
          [[model.sensors]]\nkind = \"joint_velocity\"\nselect = [{select}]\nvariance = 1e-4                  # squares of rad/s or m/s\n\n\
-         [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {:?}               # s\n",
-        (DURATION / pace.time_step).round(),
-        pace.time_step,
+         [[tasks]]\nname = \"reach\"\nsteps = {}\ntime_step = {TIME_STEP:?}               # s\n",
+        (DURATION / TIME_STEP).round(),
     );
-    if robot.actuators.is_empty() {
-        let held: Vec<f64> = driven(planning).into_iter().map(|dof| held[dof]).collect();
-        let _ = writeln!(text, "initial_control = [{}]   # holds the robot up where it starts", list(&held));
-    }
     let _ = write!(
         text,
-        "# initial_state is left out: at rest at 0, or at the middle of the range where that does not hold 0.\n\n\
+        "# initial_state is left out: at rest at 0, or at the middle of the range where that does not hold 0.\n\
+         # initial_control is left out: the plan starts from controls that hold the robot up.\n\n\
          [tasks.noise]                    # variances; of the process per step\n\
          initial = {{ \"q.*\" = 1e-6, \"v.*\" = 1e-4 }}\nprocess = {{ \"q.*\" = 1e-10, \"v.*\" = 1e-5 }}\n\n",
     );

@@ -3,17 +3,14 @@
 use std::fmt::Write;
 
 use supple_files::quoted;
-use supple_robot::{Kinematics, Numbers, Robot, Tree, mass_matrix, massless_joints, solve};
+use supple_robot::{Numbers, Robot, Tree, massless_joints};
 
-use super::SMOOTHING;
 use super::page::{name, number};
 
 /// Joints of a robot that is looked at, at most: plans of more take too long.
 const MOST_JOINTS: usize = 300;
 /// Mass of a root below which it only stands for one, kg.
 const LIGHT: f64 = 1e-3;
-/// Rate above which damping is worth a line, 1/s: below it time steps of 10 ms do.
-const FAST: f64 = 200.0;
 
 /// What it takes to plan with a robot.
 pub struct Planning {
@@ -73,40 +70,6 @@ impl Planning {
         }
     }
 
-    /// Diagonal of the mass matrix at the start, and damping of each degree of freedom, N m s/rad or N s/m, with friction
-    /// at rest that is smoothed over a speed.
-    pub fn damping(&self, numbers: &Numbers<f64>, smoothing: f64) -> Vec<f64> {
-        let mut damping = vec![0.0; self.tree.dofs()];
-        for body in self.tree.bodies() {
-            let joint = &numbers.joints[body.joint];
-            damping[body.dof] += body.ratio.powi(2) * (joint.damping + joint.friction / smoothing);
-        }
-        damping
-    }
-
-    /// The mass matrix at the start.
-    pub fn mass(&self, numbers: &Numbers<f64>) -> Vec<Vec<f64>> {
-        mass_matrix(&self.tree, numbers, &Kinematics::at_rest(&self.tree, numbers, &self.start))
-    }
-
-    /// The greatest rate at which damping and friction slow the joints down, 1/s, and the degree of freedom that has the
-    /// greatest part in it: by power iteration with `M^-1 D`.
-    pub fn fastest(&self, numbers: &Numbers<f64>, smoothing: f64) -> (f64, usize) {
-        let (mass, damping) = (self.mass(numbers), self.damping(numbers, smoothing));
-        let (mut rate, mut v) = (0.0, vec![1.0; self.tree.dofs()]);
-        for _ in 0..100 {
-            let force: Vec<f64> = v.iter().zip(&damping).map(|(v, damping)| v * damping).collect();
-            v = solve(mass.clone(), &force);
-            rate = v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-            if rate == 0.0 {
-                break;
-            }
-            v.iter_mut().for_each(|v| *v /= rate);
-        }
-        let greatest = (0..v.len()).max_by(|&a, &b| v[a].abs().total_cmp(&v[b].abs()));
-        (rate, greatest.unwrap_or(0))
-    }
-
     /// The section of `supple robot`.
     pub fn text(&self, whole: &Robot) -> String {
         let mut text = String::from("\nTo plan with it\n");
@@ -164,15 +127,6 @@ impl Planning {
             let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
             let moved = moved[..moved.len() - rest].join(", ");
             line(format!("starts at the middle of its range where that does not hold 0: {moved}{more}"));
-        }
-        let (rate, dof) = self.fastest(&Numbers::of(&self.robot, [0.0; 3]), SMOOTHING);
-        if rate > FAST {
-            let longest: f64 = format!("{:.1e}", 2.0 / rate).parse().unwrap_or(2.0 / rate);
-            let (joint, longest) = (name(&self.tree.joints()[dof]), number(longest));
-            line(format!(
-                "damping and friction of joint `{joint}` are stiff for the inertia that it moves: explicit integration \
-                 needs steps below {longest} s"
-            ));
         }
     }
 }

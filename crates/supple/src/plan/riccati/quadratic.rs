@@ -15,7 +15,7 @@ pub(super) struct Carried {
 }
 
 /// Below so many states products are too small for their structure to pay.
-const SMALL: usize = 12;
+const SMALL: usize = 24;
 
 impl Carried {
     /// What all of some matrices `[A B]` have in common; none where some row does not follow another.
