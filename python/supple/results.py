@@ -163,6 +163,7 @@ class _Evaluated:
     def __init__(self, data: Mapping[str, Any], about: Mapping[str, Any]) -> None:
         self.parameters: dict[str, float] = dict(data["parameters"])
         self.feasible: bool = data["feasible"]
+        self.feasibility = float(data["feasibility"])
         self.price: Prices | None = build(Prices, data["price"]) if data.get("price") else None
         self.tasks: dict[str, TaskReport] = {task["name"]: build(TaskReport, task) for task in data["tasks"]}
         objective = data["objective"]
@@ -215,6 +216,11 @@ class _OfDesign(Result):
     def feasible(self) -> bool:
         """Whether every plan converged, every task meets its bound and the price the budget."""
         return self._evaluated.feasible
+
+    @property
+    def feasibility(self) -> float:
+        """How far above its bound an expected cost may be, relative to it, for the task to count as met."""
+        return self._evaluated.feasibility
 
     @property
     def price(self) -> Prices | None:
