@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ._citation import cite
 from ._linear import linear
 from ._state_space import from_state_space
 from ._supple import __version__
 from .bounds import Bounds
+from .checks import CheckReport, Linearisation
+from .closed_loop import Rollouts
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
 from .loading import load, loads
 from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
@@ -20,11 +23,13 @@ from .table import Table
 from .task import CatalogueEntry, Grid, Parameter, Task
 
 if TYPE_CHECKING:
+    from . import executors as executors
     from . import mujoco as mujoco
 
 __all__ = [
     "Bounds",
     "CatalogueEntry",
+    "CheckReport",
     "ComputeError",
     "DerivativeError",
     "Derivatives",
@@ -35,6 +40,7 @@ __all__ = [
     "Grid",
     "Interrupted",
     "KeptError",
+    "Linearisation",
     "Model",
     "Noise",
     "Parameter",
@@ -42,6 +48,7 @@ __all__ = [
     "Progress",
     "Result",
     "Robustness",
+    "Rollouts",
     "StorageError",
     "SuppleError",
     "SensorSet",
@@ -56,6 +63,7 @@ __all__ = [
     "VaryingVariance",
     "WorkerError",
     "__version__",
+    "cite",
     "combine",
     "from_state_space",
     "linear",
@@ -66,9 +74,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """``supple.mujoco`` is imported where it is first used: it needs MuJoCo."""
-    if name == "mujoco":
+    """Modules that are imported where they are first used: ``supple.executors``, and ``supple.mujoco``, which needs MuJoCo."""
+    if name in ("executors", "mujoco"):
         from importlib import import_module
 
-        return import_module(".mujoco", __name__)
+        return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ._records import Array
 from .errors import UsageError
 
-__all__ = ["Sizes", "array", "covariance", "finite_array", "symmetric"]
+__all__ = ["Sizes", "array", "check_unmasked", "covariance", "finite_array", "symmetric"]
 
 #: Asymmetry up to this, relative to the largest entry, is rounding.
 ROUNDING = 1e-9
@@ -72,8 +72,18 @@ def _text(shape: tuple[int, ...]) -> str:
     return str(tuple(int(length) for length in shape))
 
 
+def check_unmasked(name: str, given: object) -> None:
+    """Refuses arrays with masked entries: NumPy would take the numbers below the mask."""
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
+        place = ", ".join(str(index) for index in np.argwhere(np.ma.getmaskarray(given))[0])
+        raise UsageError(
+            f"{name}[{place}] is masked: every number is needed; fill masked entries first, such as by `.filled(0.0)`"
+        )
+
+
 def numbers(name: str, given: ArrayLike) -> Array:
     """A copy as float64, which nobody else changes; anything but real numbers is an error."""
+    check_unmasked(name, given)
     try:
         found = np.asarray(given)
     except ValueError:

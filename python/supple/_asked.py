@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._arrays import check_unmasked
 from .errors import UsageError
 
 __all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "bound_points", "bound_words", "check_choice"]
@@ -105,6 +106,7 @@ def bound_words(task: str | None, cost: float | None, points: int | None, statio
 def axis_values(name: str, values: ArrayLike) -> str | list[float]:
     if isinstance(values, str):
         return values
+    check_unmasked(name, values)
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):

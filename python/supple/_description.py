@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._arrays import check_unmasked
 from ._records import Array
 from ._source import source
 from ._supple import NativeTask
@@ -224,6 +225,7 @@ def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, .
         return value
 
     def resolve(what: str, entries: Any, shape: tuple[int, ...]) -> Array:
+        check_unmasked(what, entries)
         if not _is_list(entries):
             raise UsageError(f"{what}={entries!r}: it must be a list of {shape[-1]} numbers")
         if any(_is_list(row) for row in entries):

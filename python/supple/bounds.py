@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from . import _frames
 from ._records import Array, Record, build
 from .errors import UsageError
 from .results import Result
+from .table import Table
 
 __all__ = [
     "BoundReport",
@@ -85,7 +87,13 @@ class SensorWindow(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredState(Record):
-    """How much of the information is about one state: bits over all decisions."""
+    """How much of the information is about one state: bits over all decisions.
+
+    Attributes:
+        state: Its name.
+        unit: Its unit.
+        bits: Bits over all decisions.
+    """
 
     state: str
     unit: str
@@ -196,7 +204,15 @@ class BoundReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CurvePoint(Record):
-    """The least information at one cost, bits by decision; NaN where it could not be found."""
+    """The least information at one cost, bits by decision; NaN where it could not be found.
+
+    Attributes:
+        cost: The expected cost to keep.
+        minimum_bits_per_step: The least information, bits by decision.
+        minimum_lower_bits_per_step: What it is certified to be at least.
+        closed_form_bits_per_step: A floor in closed form.
+        error: Why it could not be found; ``None`` where it was.
+    """
 
     cost: float
     minimum_bits_per_step: float
@@ -233,6 +249,9 @@ class Bounds(Result):
             raise UsageError(f"{name}: there are several tasks; take one of .tasks: {', '.join(self.tasks)}")
         (report,) = self.tasks.values()
         return getattr(report, name)
+
+    def _table(self) -> Table:
+        return _frames.bounds(self)
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = []

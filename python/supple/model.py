@@ -263,8 +263,17 @@ class Model:
             "planning": dict(planning or {}),
             "design": dict(design or {}),
         }
+        text = json.dumps(plain)
         system, error = self._system(near, time_step)
-        return describe.made({"plain": json.dumps(plain), "systems": [system], "derivative_error": error})
+        try:
+            return describe.made({"plain": text, "systems": [system], "derivative_error": error})
+        except UsageError as why:
+            if self._wanted != "auto" or system["kind"] != "recorded":
+                raise
+            # What is wrong with the task itself is said of the functions called in JAX as well.
+            LOGGER.info("functions are called in JAX, because the engine does not take their record: %s", why)
+            system, error = self._called(near)
+            return describe.made({"plain": text, "systems": [system], "derivative_error": error})
 
     def _near(self, state: Any, rows: list[list[Number]], steps: int) -> tuple[Array, Array, Array]:
         """The first state (n,), guess of the controls (N, m) and parameters (P,) as numbers."""
@@ -291,8 +300,13 @@ class Model:
                 if self._wanted == "recorded":
                     raise UsageError(f'backend="recorded": {why}. Or take backend="jax"') from why
                 LOGGER.info("functions are called in JAX, and not recorded: %s", why)
+        return self._called(near)
+
+    def _called(self, near: tuple[Array, Array, Array]) -> tuple[dict[str, Any], DerivativeError]:
+        """The system of functions that are called in JAX, whose derivatives are exact."""
+        x, controls, phi = near
         checks.check_guess(self._jax, x, controls, phi)
-        return self._described(self._overridden(self._jax, self._jax, near)), exact
+        return self._described(self._overridden(self._jax, self._jax, near)), DerivativeError(0.0, 0.0, 0.0)
 
     def _by_differences(self, x: Array, controls: Array, phi: Array) -> tuple[dict[str, Any], DerivativeError]:
         functions = self._functions

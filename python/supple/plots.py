@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ._supple import Kept
 from .errors import UsageError
@@ -47,16 +47,30 @@ class Figure:
 
 
 class Plots:
-    """The figures of a result. ``others`` are results to draw into the same figure, ``task`` names one of several."""
+    """The figures of a result. ``others`` are results to draw into the same figure, ``task`` names one of several.
+
+    ``ax`` draws the figure on axes of matplotlib as well: one pair of axes for each of its panels.
+    """
 
     def __init__(self, result: Result) -> None:
         self._result = result
 
-    def _figure(self, figure: str, others: Sequence[Result], task: str | None, wide: bool) -> Figure:
-        return Figure(self._result._kept, [other._kept for other in others], figure, task, wide)
+    def _figure(self, figure: str, others: Sequence[Result], task: str | None, wide: bool, ax: Any) -> Figure:
+        kept = [other._kept for other in others]
+        if ax is not None:
+            from ._axes import draw
+
+            draw(self._result._kept.figure(figure, others=kept, task=task), ax)
+        return Figure(self._result._kept, kept, figure, task, wide)
 
     def landscape(
-        self, *others: Result, sweep: Sweep | None = None, points: int = 21, task: str | None = None, wide: bool = True
+        self,
+        *others: Result,
+        sweep: Sweep | None = None,
+        points: int = 21,
+        task: str | None = None,
+        wide: bool = True,
+        ax: Any = None,
     ) -> Figure:
         """Information and cost over one or two parameters, with this result on it.
 
@@ -68,7 +82,7 @@ class Plots:
             others = (*others, self._swept(points))
         elif sweep is not None:
             others = (*others, sweep)
-        return self._figure("landscape", others, task, wide)
+        return self._figure("landscape", others, task, wide, ax)
 
     def _swept(self, points: int) -> Sweep:
         task = self._result.task
@@ -85,26 +99,26 @@ class Plots:
         values = getattr(self._result, "parameters", {})
         return task.sweep(grid, at={name: value for name, value in values.items() if name not in names})
 
-    def belief(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+    def belief(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """States over time: plan, truth, estimate."""
-        return self._figure("belief", others, task, wide)
+        return self._figure("belief", others, task, wide, ax)
 
-    def gains(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+    def gains(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """Feedback gains and feedforward over time."""
-        return self._figure("gains", others, task, wide)
+        return self._figure("gains", others, task, wide, ax)
 
-    def information(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+    def information(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """Information over time, by measurement."""
-        return self._figure("information", others, task, wide)
+        return self._figure("information", others, task, wide, ax)
 
-    def robustness(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+    def robustness(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """Costs as a noise grows."""
-        return self._figure("robustness", others, task, wide)
+        return self._figure("robustness", others, task, wide, ax)
 
-    def pareto(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+    def pareto(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """Information against cost."""
-        return self._figure("pareto", others, task, wide)
+        return self._figure("pareto", others, task, wide, ax)
 
-    def bound(self, *others: Result, task: str | None = None, wide: bool = True) -> Figure:
+    def bound(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """The least information over the cost to keep; needs ``curve=True``."""
-        return self._figure("bound", others, task, wide)
+        return self._figure("bound", others, task, wide, ax)

@@ -98,7 +98,11 @@ class TotalGradient(Record):
     Attributes:
         valid: Whether the plan is stationary enough for the gradient to hold.
         information_nats: Of the directed information, nats per unit of the parameter.
-        expected_cost: Of the expected cost; the others are of its parts.
+        expected_cost: Of the expected cost.
+        nominal_cost: Of its nominal part.
+        belief_cost: Of its belief part.
+        process_cost: Of its process noise part.
+        initial_cost: Of its initial part.
     """
 
     valid: bool
@@ -127,7 +131,12 @@ class FrozenGradient(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GradientReport(Record):
-    """Gradients of a task, where they were asked for."""
+    """Gradients of a task, where they were asked for.
+
+    Attributes:
+        total: With everything moving; ``None`` where it was not asked for.
+        frozen: With the trajectory frozen; ``None`` where it was not asked for.
+    """
 
     total: TotalGradient | None
     frozen: FrozenGradient | None
@@ -135,7 +144,16 @@ class GradientReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stability(Record):
-    """Whether the time step is short enough for the model."""
+    """Whether the time step is short enough for the model.
+
+    Attributes:
+        time_step: Time step, s.
+        spectral_radius: The largest spectral radius of ``A`` over the steps looked at.
+        step: The step where it is.
+        numerically_unstable: Whether the time step is too large there, and not the system itself unstable.
+        suggested_time_step: A time step that is short enough, s; ``None`` where the present one is.
+        suggested_substeps: How many sub-steps are short enough; ``None`` where the model has none, or needs no more.
+    """
 
     time_step: float
     spectral_radius: float
@@ -147,7 +165,15 @@ class Stability(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LimitViolation(Record):
-    """A limit of the model that a plan violates."""
+    """A limit of the model that a plan violates.
+
+    Attributes:
+        name: What is limited.
+        worst: The value that is furthest outside, in the unit of the state or control.
+        limit: The limit, in the same unit.
+        step: The first step at which the value is ``worst``.
+        steps: At how many steps the value is outside.
+    """
 
     name: str
     worst: float
@@ -189,7 +215,14 @@ class ContactReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControllerReport(Record):
-    """How much a controller changes over time."""
+    """How much a controller changes over time.
+
+    Attributes:
+        feedback_variance: Temporal variance of the feedback gains.
+        feedback_variation: Its root over the root mean square of the gains, from 0 to 1.
+        feedforward_variance: Temporal variance of the feedforward.
+        feedforward_variation: Its root over the root mean square of the feedforward, from 0 to 1.
+    """
 
     feedback_variance: float
     feedback_variation: float
@@ -237,7 +270,16 @@ class MeasurementReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SampleRun(Record):
-    """One run in closed loop: true states and estimates (N+1, n), their deviations, controls (N, m), cost."""
+    """One run in closed loop: true states and estimates (N+1, n), their deviations, controls (N, m), cost.
+
+    Attributes:
+        seed: Seed of its noise.
+        states: True states, (N+1, n).
+        estimates: Estimates of the filter, (N+1, n).
+        deviations: Standard deviations that the filter gives them, (N+1, n).
+        controls: Controls, (N, m).
+        cost: Its cost; infinite where it diverged.
+    """
 
     seed: int
     states: Array

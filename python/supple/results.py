@@ -12,12 +12,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from . import _html
+from . import _frames, _html
 from ._records import Array, Record, build
 from ._supple import Kept
 from .errors import UsageError
 from .plots import Plots
 from .reports import TaskReport
+from .table import Table
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -60,6 +61,21 @@ class Result:
     def to_dict(self) -> Any:
         """The same as dicts, lists, numbers and texts."""
         return json.loads(self.to_json())
+
+    def _table(self) -> Table:
+        raise UsageError(f"a result of `{self._kept.kind}` is no table")
+
+    def to_pandas(self) -> Any:
+        """The result as a pandas ``DataFrame``: its table, one row by step, level, point, visited design or sensor."""
+        return self._table().to_pandas()
+
+    def to_polars(self) -> Any:
+        """The same table as a polars ``DataFrame``."""
+        return self._table().to_polars()
+
+    def to_xarray(self) -> Any:
+        """The result as an xarray ``Dataset``, with units as attributes."""
+        return self._table().to_xarray()
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Keeps the result in a folder that the command line reads too; the folder."""
@@ -147,6 +163,7 @@ class _Evaluated:
     def __init__(self, data: Mapping[str, Any], about: Mapping[str, Any]) -> None:
         self.parameters: dict[str, float] = dict(data["parameters"])
         self.feasible: bool = data["feasible"]
+        self.feasibility = float(data["feasibility"])
         self.price: Prices | None = build(Prices, data["price"]) if data.get("price") else None
         self.tasks: dict[str, TaskReport] = {task["name"]: build(TaskReport, task) for task in data["tasks"]}
         objective = data["objective"]
@@ -201,6 +218,11 @@ class _OfDesign(Result):
         return self._evaluated.feasible
 
     @property
+    def feasibility(self) -> float:
+        """How far above its bound an expected cost may be, relative to it, for the task to count as met."""
+        return self._evaluated.feasibility
+
+    @property
     def price(self) -> Prices | None:
         """What the parameters cost; ``None`` where none has a price."""
         return self._evaluated.price
@@ -215,6 +237,22 @@ class _OfDesign(Result):
         """Why the numbers cannot be trusted, of all tasks; empty where all is well."""
         return [warning for task in self.tasks.values() for warning in task.warnings]
 
+    def _table(self) -> Table:
+        return _frames.trajectories(self.tasks.values())
+
+    def to_xarray(self, task: str | None = None) -> Any:
+        """The plan of a task as an xarray ``Dataset`` over time, states and controls, with units.
+
+        Args:
+            task: Name of the task. Required where there are several.
+        """
+        if task is None and len(self.tasks) > 1:
+            raise UsageError(f"there are several tasks: give task= one of {', '.join(self.tasks)}")
+        name = next(iter(self.tasks)) if task is None else task
+        if name not in self.tasks:
+            raise UsageError(f"there is no task `{name}`: give task= one of {', '.join(self.tasks)}")
+        return _frames.trajectory_dataset(self.tasks[name])
+
     def _summary(self) -> list[tuple[str, str]]:
         return self._evaluated.summary()
 
@@ -227,7 +265,21 @@ class Evaluation(_OfDesign):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Start(Record):
-    """One start of a search; the command line's JSON has the same keys."""
+    """One start of a search; the command line's JSON has the same keys.
+
+    Attributes:
+        status: How it ended.
+        to: All parameters where it ended.
+        information_nats: The information there, nats; NaN where nothing could be evaluated.
+        price: The sum of the parameters' prices there.
+        expected_costs: Expected cost of each task there, (tasks,).
+        violation: How far the worst task is above its bound, relative to it.
+        optimality: First-order optimality.
+        branches: Different local minima of the plans seen at the end.
+        evaluations: Designs evaluated.
+        evaluations_without_contact: Of these, how many have a plan that misses a contact.
+        error: Why it ended early; ``None`` where it did not.
+    """
 
     status: str
     to: dict[str, float]

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from . import _frames
 from ._records import Record, build
 from .results import Result
+from .table import Table
 
 __all__ = ["SensorSet", "SensorValue", "Sensors", "SensorsCertificate", "sensors_words"]
 
@@ -136,6 +138,9 @@ class Sensors(Result):
     def _set(self, name: str) -> SensorSet | None:
         found = self._data[name]
         return None if found is None else build(SensorSet, found)
+
+    def _table(self) -> Table:
+        return _frames.sensors(self)
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [

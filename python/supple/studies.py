@@ -6,14 +6,18 @@ import math
 import os
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
-from . import _html
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _frames, _html
 from ._records import Array, Record, build
 from ._supple import Kept
 from .bounds import Bounds
 from .results import Design, Evaluation, Result
 from .sensors import Sensors
-from .table import Table
+from .table import Table, dataset
 
 __all__ = ["Comparison", "Pareto", "ParetoPoint", "RobustDesign", "Robustness", "RobustnessCell"]
 __all__ += ["Sweep", "Trace", "TracePoint", "TraceRun", "load_result"]
@@ -32,17 +36,32 @@ class Sweep(Result):
             self._kept.columns(),
             units={column["name"]: column["unit"] for column in columns},
             descriptions={column["name"]: column["description"] for column in columns},
+            kinds=dict(self._kept.kinds()),
         )
+
+    def _table(self) -> Table:
+        return self.table
+
+    def to_xarray(self) -> Any:
+        """The table as an xarray ``Dataset`` along the axes of the grid, with units and descriptions as attributes."""
+        axes = tuple(self.axes)
+        variables = {name: (axes, self.grid(name)) for name in self.table if name not in axes}
+        return dataset(variables, self.table.units, self.table.descriptions, self.axes)
 
     @property
     def axes(self) -> dict[str, Array]:
         """Values along each axis."""
         return {axis["parameter"]: axis["values"] for axis in self._data["options"]["axes"]}
 
-    def grid(self, column: str) -> Array:
-        """A column of numbers in the shape of the grid."""
-        values: Array = self.table[column].reshape([len(values) for values in self.axes.values()])
-        return values
+    def grid(self, column: str) -> NDArray[Any]:
+        """A column in the shape of the grid; texts, such as of ``press.status``, as an array of objects."""
+        values = self.table[column]
+        if isinstance(values, list):
+            texts = np.empty(len(values), dtype=object)
+            texts[:] = values
+            values = texts
+        found: NDArray[Any] = values.reshape([len(values) for values in self.axes.values()])
+        return found
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [
@@ -57,7 +76,15 @@ class Sweep(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RobustDesign(Record):
-    """A design of a study of robustness."""
+    """A design of a study of robustness.
+
+    Attributes:
+        name: Its name.
+        parameters: All parameters.
+        information_nats: Its information, nats.
+        status: How its search ended; ``None`` where it was given.
+        warnings: Why its numbers cannot be trusted.
+    """
 
     name: str
     parameters: dict[str, float]
@@ -68,7 +95,21 @@ class RobustDesign(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RobustnessCell(Record):
-    """Costs of one design in one task at one level of noise, planned for the ``nominal`` noise or the ``truth``."""
+    """Costs of one design in one task at one level of noise, planned for the ``nominal`` noise or the ``truth``.
+
+    Attributes:
+        design: Index of the design.
+        task: Index of the task.
+        planned_for: ``nominal`` or ``truth``: the noise that the controller is planned for.
+        level: Index of the level.
+        mean: Mean cost; NaN where a roll-out diverged.
+        deviation: Standard deviation of the cost over roll-outs.
+        confidence: Half-width of the 95 % confidence interval of the mean.
+        quantiles: Of the cost at 5, 25, 50, 75 and 95 %, (5,).
+        diverged: How many roll-outs diverged.
+        expected: Expected cost by the theory; ``None`` where the controller is not planned for the truth.
+        error: Why it could not be computed; ``None`` where it was.
+    """
 
     design: int
     task: int
@@ -85,7 +126,19 @@ class RobustnessCell(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Record):
-    """How the growth of cost compares between two designs, roll-out by roll-out."""
+    """How the growth of cost compares between two designs, roll-out by roll-out.
+
+    Attributes:
+        task: Index of the task.
+        planned_for: ``nominal`` or ``truth``.
+        design: Index of the design that is asked about.
+        other: Index of the design that it is compared with.
+        levels: Indices of the least and the greatest level.
+        growths: Growth of the design's cost and of the other's, (2,).
+        difference: Growth of the design's cost less that of the other's.
+        interval: Its 95 % confidence interval, (2,).
+        p_value: Of the hypothesis that there is no difference.
+    """
 
     task: int
     planned_for: str
@@ -118,6 +171,9 @@ class Robustness(Result):
         """How designs compare."""
         return [build(Comparison, comparison) for comparison in self._data["comparisons"]]
 
+    def _table(self) -> Table:
+        return _frames.robustness(self)
+
     @property
     def levels(self) -> Array:
         """Values of the parameter that grows."""
@@ -137,7 +193,21 @@ class Robustness(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ParetoPoint(Record):
-    """A point of a front; the command line's JSON has the same keys."""
+    """A point of a front; the command line's JSON has the same keys.
+
+    Attributes:
+        factor: All bounds are this times those of the task.
+        bounds: The bounds here; infinite where a task has none, (tasks,).
+        status: How the search ended.
+        parameters: All parameters.
+        information_nats: Its information, nats.
+        task_nats: Information of each task, nats, (tasks,).
+        costs: Expected cost of each task, (tasks,).
+        prices: Nats that a unit more of each task's bound would save, (tasks,).
+        price: What its parameters cost; ``None`` where none has a price.
+        at_ends: Parameters at an end of their range.
+        warnings: Why its numbers cannot be trusted.
+    """
 
     factor: float
     bounds: Array
@@ -162,6 +232,9 @@ class Pareto(Result):
         """Points by increasing factor of the bounds: the tightest first."""
         return [build(ParetoPoint, point) for point in self._data["points"]]
 
+    def _table(self) -> Table:
+        return _frames.pareto(self)
+
     @property
     def remarks(self) -> list[str]:
         """Where bounds become active along the front."""
@@ -174,7 +247,13 @@ class Pareto(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TracePoint(Record):
-    """A visited design."""
+    """A visited design.
+
+    Attributes:
+        parameters: All parameters.
+        information_nats: Its information, nats.
+        costs: Expected cost of each task, (tasks,).
+    """
 
     parameters: dict[str, float]
     information_nats: float
@@ -183,7 +262,18 @@ class TracePoint(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TraceRun(Record):
-    """One search from one start."""
+    """One search from one start.
+
+    Attributes:
+        method: The optimiser.
+        gradient: The gradient that it followed.
+        start: Number of the start.
+        status: How it ended.
+        path: Designs in the order in which they were visited.
+        steps: Places in ``path`` of the designs that the optimiser stepped to.
+        end: Where it ended: the best design.
+        error: Why it ended early; ``None`` where it did not.
+    """
 
     method: str
     gradient: str
@@ -204,6 +294,9 @@ class Trace(Result):
     def runs(self) -> list[TraceRun]:
         """One run per method, gradient and start."""
         return [build(TraceRun, run) for run in self._data["runs"]]
+
+    def _table(self) -> Table:
+        return _frames.trace(self)
 
     def _summary(self) -> list[tuple[str, str]]:
         return [

@@ -6,16 +6,29 @@ import html
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from .errors import UsageError
 
-__all__ = ["Table"]
+__all__ = ["Table", "dataset"]
 
 
 class Table(Mapping[str, Any]):
-    """Named columns of equal length: arrays of numbers, NaN where there is none, or lists of texts."""
+    """Named columns of equal length: arrays of numbers, whole numbers or booleans, or lists of texts.
 
-    def __init__(self, columns: Mapping[str, Any], units: Mapping[str, str], descriptions: Mapping[str, str]) -> None:
+    Numbers are NaN where there is none. Whole numbers and booleans of which some are missing are numbers as well; in a pandas
+    or polars frame they stay what they are, with their missing values.
+    """
+
+    def __init__(
+        self,
+        columns: Mapping[str, Any],
+        units: Mapping[str, str],
+        descriptions: Mapping[str, str],
+        kinds: Mapping[str, str] | None = None,
+    ) -> None:
         self._columns = dict(columns)
+        self._kinds = dict(kinds or {})
         self.units = dict(units)
         self.descriptions = dict(descriptions)
 
@@ -47,7 +60,9 @@ class Table(Mapping[str, Any]):
             import pandas
         except ImportError as error:
             raise UsageError("to_pandas() needs pandas: pip install pandas") from error
-        return pandas.DataFrame(self._columns)
+        types = {"counts": "Int64", "truths": "boolean"}
+        frame = pandas.DataFrame(self._columns)
+        return frame.astype({name: types[self._kinds[name]] for name in self._gaps()})
 
     def to_polars(self) -> Any:
         """A polars ``DataFrame``."""
@@ -55,7 +70,19 @@ class Table(Mapping[str, Any]):
             import polars
         except ImportError as error:
             raise UsageError("to_polars() needs polars: pip install polars") from error
-        return polars.DataFrame(self._columns)
+        types = {"counts": polars.Int64, "truths": polars.Boolean}
+        frame = polars.DataFrame(self._columns, nan_to_null=False)
+        gaps = (polars.col(name).fill_nan(None).cast(types[self._kinds[name]]) for name in self._gaps())
+        return frame.with_columns(*gaps)
+
+    def to_xarray(self) -> Any:
+        """An xarray ``Dataset`` along ``row``, with units and descriptions as attributes."""
+        return dataset({name: ("row", self[name]) for name in self}, self.units, self.descriptions)
+
+    def _gaps(self) -> list[str]:
+        """Columns of whole numbers and booleans of which some are missing."""
+        missing = [name for name, kind in self._kinds.items() if kind in ("counts", "truths")]
+        return [name for name in missing if getattr(self._columns[name], "dtype", None) == np.float64]
 
     def __repr__(self) -> str:
         return f"Table of {len(self)} rows: {', '.join(self._columns)}"
@@ -69,6 +96,31 @@ class Table(Mapping[str, Any]):
         body = "".join(f"<tr>{row}</tr>" for row in rows)
         rest = f"<p>{len(self) - most} rows more</p>" if len(self) > most else ""
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{rest}"
+
+
+def dataset(
+    variables: Mapping[str, tuple[Any, Any]],
+    units: Mapping[str, str],
+    descriptions: Mapping[str, str],
+    coordinates: Mapping[str, Any] | None = None,
+) -> Any:
+    """An xarray ``Dataset`` of variables with their axes, with units and descriptions as attributes."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise UsageError("to_xarray() needs xarray: pip install xarray") from error
+    found = xarray.Dataset(
+        {
+            name: (axes, np.asarray(values, dtype=object) if isinstance(values, list) else values)
+            for name, (axes, values) in variables.items()
+        },
+        coords=dict(coordinates or {}),
+    )
+    for name in (*found.data_vars, *found.coords):
+        for key, words in (("units", units), ("description", descriptions)):
+            if words.get(str(name)):
+                found[name].attrs[key] = words[str(name)]
+    return found
 
 
 def _text(value: object) -> str:

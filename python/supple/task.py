@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import ArrayLike
 
@@ -26,8 +26,11 @@ from ._asked import (
     option_words,
     pairs,
 )
+from ._records import build
 from ._supple import NativeTask
 from .bounds import Bounds
+from .checks import CheckReport, Linearisation
+from .closed_loop import Plant, Rollouts, roll_out
 from .errors import UsageError
 from .parameter import CatalogueEntry, Parameter
 from .progress import Progress, watching
@@ -152,34 +155,113 @@ class Task:
         )
         return Evaluation(kept, task)
 
+    @overload
     def simulate(
         self,
         controls: ArrayLike,
         *,
+        plant: None = None,
+        rollouts: int = 1,
+        seed: int = 0,
+        noise: bool = True,
         initial_state: ArrayLike | None = None,
         task: str | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
-    ) -> Array:
-        """Simulates the model under given controls, without noise and feedback.
+    ) -> Array: ...
+
+    @overload
+    def simulate(
+        self,
+        controls: None = None,
+        *,
+        plant: Plant,
+        rollouts: int = 1,
+        seed: int = 0,
+        noise: bool = True,
+        initial_state: ArrayLike | None = None,
+        task: str | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Rollouts: ...
+
+    def simulate(
+        self,
+        controls: ArrayLike | None = None,
+        *,
+        plant: Plant | None = None,
+        rollouts: int = 1,
+        seed: int = 0,
+        noise: bool = True,
+        initial_state: ArrayLike | None = None,
+        task: str | None = None,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Array | Rollouts:
+        """Simulates the model under given controls, without noise and feedback; or the plan's controller on a plant.
 
         Args:
             controls: One row for each step, (N, m). The number of rows is the number of steps; bounds of the task on its
                 controls are not applied.
+            plant: In place of ``controls``: a function of a state (n,), controls (m,) and the number of the step that returns
+                the next state. The controller and filter of the plan run on it, and know the plan alone.
+            rollouts: Runs on the plant.
+            seed: Seed of the noise of these runs.
+            noise: Whether first state, process and measurements of these runs have the task's noise.
             initial_state: The first state, (n,); default: that of the task.
             task: Name of the task. Required where there are several.
             at: Values of parameters.
             **parameters: Values of parameters.
 
         Returns:
-            The states at steps 0 to N, (N+1, n), in the order of ``state_names`` of trajectories.
+            The states at steps 0 to N, (N+1, n), in the order of ``state_names`` of trajectories; on a plant
+            :class:`supple.Rollouts`.
         """
+        name = self._one_task(task)
+        if plant is not None:
+            if controls is not None:
+                raise UsageError("controls are for the model, and plant has the plan's controller: give one of them")
+            if not callable(plant):
+                raise UsageError(f"plant={plant!r}: a function of state, controls and step")
+            check_counts(rollouts=rollouts, seed=seed)
+            first = None if initial_state is None else finite_array("initial_state", initial_state, ("n",))
+            found = self.linearise(task=name, at=at, **parameters)
+            return roll_out(found, plant, int(rollouts), int(seed), first, bool(noise))
+        if controls is None:
+            raise UsageError("give controls=, one row for each step, or plant=, a function that returns the next state")
+        rows = finite_array("controls", controls, ("N", "m"))
+        start = None if initial_state is None else finite_array("initial_state", initial_state, ("n",)).tolist()
+        return self.at(at, **parameters)._native.simulate(name, rows, start)
+
+    def check(self, at: Mapping[str, float] | None = None, /, **parameters: float) -> CheckReport:
+        """Compares every derivative with finite differences, as ``supple check`` does.
+
+        Args:
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
+        with logged("check"):
+            return build(CheckReport, self.at(at, **parameters)._native.check())
+
+    def linearise(
+        self, *, task: str | None = None, at: Mapping[str, float] | None = None, **parameters: float
+    ) -> Linearisation:
+        """The linear system that a task is along its plan: dynamics, costs, noise and controller as arrays.
+
+        Args:
+            task: Name of the task. Required where there are several.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
+        name = self._one_task(task)
+        return build(Linearisation, self.at(at, **parameters)._native.linearise(name))
+
+    def _one_task(self, task: str | None) -> str:
+        """The task of a name, or the only one."""
         check_name("task", task)
         if task is None and len(self._tasks) > 1:
             raise UsageError(f"there are several tasks: give task= one of {', '.join(self._tasks)}")
-        rows = finite_array("controls", controls, ("N", "m"))
-        start = None if initial_state is None else finite_array("initial_state", initial_state, ("n",)).tolist()
-        return self.at(at, **parameters)._native.simulate(task or self.tasks[0], rows, start)
+        return task or self.tasks[0]
 
     def design(
         self,

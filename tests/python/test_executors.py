@@ -351,3 +351,10 @@ def test_the_page_runs(tmp_path: Path) -> None:
 def test_results_are_json(task: supple.Task, pool: Executor) -> None:
     rows = task.sweep(SMALL, executor=pool).to_json().splitlines()
     assert len(rows) == 80 and json.loads(rows[0])["k1"] == 100
+
+
+def test_executors_are_there_after_import_supple() -> None:
+
+    words = "import supple; supple.executors.use_instructions('baseline'); print(supple.executors.__name__)"
+    done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "supple.executors"

@@ -27,6 +27,13 @@ enum Outcome {
     Shortfall,
 }
 
+impl Outcome {
+    /// That of two things that both have to be as asked.
+    fn and(self, other: Self) -> Self {
+        if self == Self::Success { other } else { self }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     match run(arguments) {

@@ -23,6 +23,7 @@ pub fn listen() {
 /// A progress line on standard error, where that is a terminal.
 pub struct Progress {
     bar: ProgressBar,
+    feasibility: f64,
     state: Mutex<State>,
 }
 
@@ -37,13 +38,14 @@ struct State {
 }
 
 impl Progress {
-    pub fn new() -> Self {
+    /// Of a search in which costs may be above their bounds by a share `feasibility`.
+    pub fn new(feasibility: f64) -> Self {
         let bar = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, state: Mutex::default() }
+        Self { bar, feasibility, state: Mutex::default() }
     }
 
     pub fn finish(&self) {
@@ -59,7 +61,7 @@ impl Observer for Progress {
             Event::StartEnded { .. } => state.ended += 1,
             Event::Evaluated { information, violation, .. } => {
                 state.evaluations += 1;
-                if violation <= supple::FEASIBILITY && state.best.is_none_or(|best| information < best) {
+                if violation <= self.feasibility && state.best.is_none_or(|best| information < best) {
                     state.best = Some(information);
                 }
             }

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
-use supple::check::CheckReport;
 use supple::design::DesignStatus;
 use supple::parameters::Role;
 use supple::{Evaluation, LimitViolation, TaskEvaluation};
@@ -80,7 +79,7 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     }
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
         let (from, to) = (before.cost.expected, after.cost.expected);
-        let missed = after.cost.bound.filter(|bound| to > bound + supple::FEASIBILITY * bound.abs());
+        let missed = optimum.missed_bound(after);
         let note = match report.bound_prices.get(index).filter(|price| price.nats_per_unit > 0.0) {
             _ if missed.is_some() => "missed".into(),
             Some(price) => {
@@ -164,18 +163,26 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         DesignStatus::Stopped => "Stopped: the best design until then.".into(),
         DesignStatus::BoundViolated => {
             let over = |(task, at): (&AboutTask, &TaskEvaluation)| {
-                let bound = at.cost.bound?;
-                (at.cost.expected > bound)
-                    .then(|| format!("misses the bound of {} by {}", task.name, excess(at.cost.expected, bound)))
+                let bound = report.optimum.missed_bound(at)?;
+                Some(format!("misses the bound of {} by {}", task.name, excess(at.cost.expected, bound)))
             };
             let unfinished = |(task, at): (&AboutTask, &TaskEvaluation)| {
                 (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
             };
             let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
             let dear = report.optimum.price.as_ref().and_then(|price| {
-                Some(format!("costs {} of a budget of {}", number(price.total), number(price.exceeded()?)))
+                Some(format!(
+                    "costs {} of a budget of {}",
+                    number(price.total),
+                    number(report.optimum.exceeded_budget()?)
+                ))
             });
-            let list: Vec<_> = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(dear).collect();
+            let broken = |(task, at): (&AboutTask, &TaskEvaluation)| {
+                (!at.cost.expected.is_finite()).then(|| format!("has an infinite expected cost of {}", task.name))
+            };
+            let causes =
+                tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(tasks().filter_map(broken));
+            let list: Vec<_> = causes.chain(dear).collect();
             let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
             let closest =
                 if list.is_empty() { String::new() } else { format!(" The closest {}.", list.join(", and ")) };
@@ -219,13 +226,19 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         if let Some(control) = &information.control {
             rows.add_row(["  that reaches controls", &number(control.total_bits), "bits"]);
         }
-        rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(task)]);
+        rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(at, task)]);
         let parts = task.cost.parts;
         let names = ["  nominal", "  belief", "  process noise", "  unknown start"];
         for (name, part) in names.into_iter().zip([parts.nominal, parts.belief, parts.process, parts.initial]) {
             rows.add_row([name, &number(part), ""]);
         }
-        if let Some(sampled) = &task.monte_carlo {
+        if let Some(sampled) = task.monte_carlo.as_ref().filter(|sampled| sampled.diverged > 0) {
+            rows.add_row([
+                "sampled cost",
+                "none",
+                &format!("{} of {} roll-outs diverged", sampled.diverged, sampled.rollouts),
+            ]);
+        } else if let Some(sampled) = &task.monte_carlo {
             let note = format!(
                 "+- {} over {} roll-outs, {:+.4} from the expected",
                 number(sampled.cost_standard_error),
@@ -264,7 +277,7 @@ fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
     let before = report
         .and_then(|report| report.start.price.as_ref())
         .map_or_else(String::new, |start| format!("; {} at the start", number(start.total)));
-    let within = match (price.exceeded(), price.budget) {
+    let within = match (at.exceeded_budget(), price.budget) {
         (Some(budget), _) => format!(", above the budget {}", number(budget)),
         (None, Some(budget)) => format!(" of the budget {}", number(budget)),
         (None, None) => String::new(),
@@ -298,16 +311,11 @@ fn excess(cost: f64, bound: f64) -> String {
     if bound == 0.0 { number(over) } else { format!("{} ({:.3} %)", number(over), 100.0 * over / bound.abs()) }
 }
 
-fn bound_note(task: &TaskEvaluation) -> String {
-    match task.cost.bound {
-        None => String::new(),
-        Some(bound) => {
-            if task.cost.expected - bound > supple::FEASIBILITY * bound.abs() {
-                format!("misses the bound {} by {}", number(bound), excess(task.cost.expected, bound))
-            } else {
-                format!("meets the bound {}", number(bound))
-            }
-        }
+fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {
+    match (at.missed_bound(task), task.cost.bound) {
+        (Some(bound), _) => format!("misses the bound {} by {}", number(bound), excess(task.cost.expected, bound)),
+        (None, Some(bound)) => format!("meets the bound {}", number(bound)),
+        (None, None) => String::new(),
     }
 }
 
@@ -342,34 +350,5 @@ fn gradient_tables(task: &TaskEvaluation) -> String {
         let radius = radius.map_or_else(|| "none: a covariance is singular".into(), |radius| format!("{radius:.6}"));
         let _ = writeln!(page, "{rows}\nspectral radius of the paper's recursion: {radius}\n");
     }
-    page
-}
-
-/// The page of `supple check`.
-pub fn check_page(about: &About, report: &CheckReport) -> String {
-    let mut page = heading(about);
-    for task in &report.tasks {
-        let _ = writeln!(page, "{}: plan {}, stationarity {:.1e}\n", task.name, task.status, task.stationarity);
-        let mut rows = table(&["derivative", "worst error", "tolerance", "at", "analytic", "finite difference", ""]);
-        for row in &task.rows {
-            rows.add_row([
-                row.name.clone(),
-                format!("{:.1e}", row.error),
-                format!("{:.0e}", row.tolerance),
-                row.place.clone(),
-                format!("{:.6e}", row.analytic),
-                format!("{:.6e}", row.numeric),
-                if row.passed { String::new() } else { "FAILS".into() },
-            ]);
-        }
-        align_right(&mut rows, 1..3);
-        let _ = writeln!(page, "{rows}\n");
-        let mut facts = table(&["knots", "", ""]);
-        for fact in &task.facts {
-            facts.add_row([fact.name.clone(), number(fact.value), fact.note.clone()]);
-        }
-        let _ = writeln!(page, "{facts}\n");
-    }
-    page.push_str(if report.passed { "All derivatives agree.\n" } else { "Some derivatives do not agree.\n" });
     page
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
-use supple_figures::{Format, Kind, Width, draw, render};
+use supple_figures::{FigureError, Format, Kind, Width, draw, render};
+use supple_study::sweep::Holds;
 use supple_study::{Cell, Folder, Made, StudyResult, Table};
 
 use crate::arrays::to_python;
@@ -71,7 +72,8 @@ impl Kept {
         self.0.result.json().map_err(|error| errors::of_study(py, &error))
     }
 
-    /// The columns of a sweep's table by name: arrays of numbers, NaN where there is none, or lists of texts.
+    /// The columns of a sweep's table by name: arrays of numbers, NaN where there is none, of whole numbers, of booleans, or
+    /// lists of texts; whole numbers and booleans are numbers where one is missing.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         if let StudyResult::Sweep(sweep) = &self.0.result {
@@ -93,8 +95,7 @@ impl Kept {
         task: Option<String>,
         wide: bool,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let kind = Kind::ALL.iter().copied().find(|kind| kind.name() == figure);
-        let kind = kind.ok_or_else(|| errors::usage(py, &format!("there is no figure `{figure}`")))?;
+        let kind = kind_of(py, figure)?;
         let formats = [Format::Svg, Format::Png, Format::Pdf];
         let known = formats.into_iter().find(|known| known.extension() == format);
         let format = known
@@ -102,11 +103,15 @@ impl Kept {
         let folders = self.with(&others);
         let width = if wide { Width::Page } else { Width::Column };
         let drawn = py.detach(|| draw(kind, &folders, task.as_deref()).and_then(|drawn| render(&drawn, format, width)));
-        let bytes = drawn.map_err(|error| match error {
-            supple_figures::FigureError::Study(error) => errors::of_study(py, &error),
-            other => errors::usage(py, &other.to_string()),
-        })?;
-        Ok(PyBytes::new(py, &bytes))
+        Ok(PyBytes::new(py, &drawn.map_err(|error| figure_error(py, error))?))
+    }
+
+    /// What a figure shows, as dicts, lists and arrays: panels with their axes and series.
+    #[pyo3(signature = (figure, *, others, task))]
+    fn figure(&self, py: Python<'_>, figure: &str, others: Vec<Py<Self>>, task: Option<String>) -> PyResult<Py<PyAny>> {
+        let (kind, folders) = (kind_of(py, figure)?, self.with(&others));
+        let drawn = py.detach(|| draw(kind, &folders, task.as_deref()));
+        to_python(py, &drawn.map_err(|error| figure_error(py, error))?)
     }
 
     /// The page of this and other results, HTML.
@@ -115,8 +120,49 @@ impl Kept {
         let page = long(py, None, &Failures::default(), |_| supple_report::page(&folders))?;
         page.map_err(|error| match error {
             supple_report::ReportError::Study(error) => errors::of_study(py, &error),
-            other => errors::usage(py, &other.to_string()),
+            other => errors::usage(py, &in_python(&other.to_string())),
         })
+    }
+
+    /// What the columns of a sweep's table hold, by name: `numbers`, `counts`, `truths` or `texts`.
+    fn kinds(&self) -> Vec<(String, &'static str)> {
+        let StudyResult::Sweep(sweep) = &self.0.result else { return Vec::new() };
+        let word = |column| match Holds::of(column) {
+            Holds::Numbers => "numbers",
+            Holds::Counts => "counts",
+            Holds::Truths => "truths",
+            Holds::Texts => "texts",
+        };
+        sweep.table.columns.iter().map(|column| (column.name.clone(), word(column))).collect()
+    }
+}
+
+fn kind_of(py: Python<'_>, figure: &str) -> PyResult<Kind> {
+    let kind = Kind::ALL.iter().copied().find(|kind| kind.name() == figure);
+    kind.ok_or_else(|| errors::usage(py, &format!("there is no figure `{figure}`")))
+}
+
+fn figure_error(py: Python<'_>, error: FigureError) -> PyErr {
+    match error {
+        FigureError::Study(error) => errors::of_study(py, &error),
+        other => errors::usage(py, &in_python(&other.to_string())),
+    }
+}
+
+/// A sentence about command lines and folders in the words of Python: commands are methods, and folders results.
+fn in_python(text: &str) -> String {
+    let mut text =
+        text.replace("`supple bound --curve`", "`task.bound(curve=True)`").replace("`--curve`", "`curve=True`");
+    for command in ["design", "evaluate", "sweep", "robustness", "pareto", "trace", "bound", "sensors"] {
+        text = text.replace(&format!("`supple {command}`"), &format!("`task.{command}()`"));
+    }
+    text = text.replace("make the result again with this version of supple", "make it with `trajectories=True`");
+    let text = text.replace("folders of other results", "other results").replace("folder of `task", "result of `task");
+    // A result that was made here is in no folder.
+    let text = text.replace("given:  (of ", "given: (of ").replace(",  (of ", ", (of ");
+    match text.strip_prefix(": ") {
+        Some(rest) => format!("the result {rest}"),
+        None => text,
     }
 }
 
@@ -133,6 +179,17 @@ impl Kept {
 /// A column: numbers, unless there is a text in it.
 fn column<'py>(py: Python<'py>, table: &Table, index: usize) -> PyResult<Bound<'py, PyAny>> {
     let cells = || table.rows.iter().map(|row| &row[index]);
+    let whole: Option<Vec<f64>> =
+        cells().map(|cell| if let Cell::Number(n) = cell { Some(*n) } else { None }).collect();
+    match (Holds::of(&table.columns[index]), whole) {
+        (Holds::Counts, Some(numbers)) => {
+            return Ok(PyArray1::from_iter(py, numbers.into_iter().map(|number| number as i64)).into_any());
+        }
+        (Holds::Truths, Some(numbers)) => {
+            return Ok(PyArray1::from_iter(py, numbers.into_iter().map(|number| number == 1.0)).into_any());
+        }
+        _ => {}
+    }
     if cells().any(|cell| matches!(cell, Cell::Text(_))) {
         let text = |cell: &Cell| match cell {
             Cell::Text(text) => Some(text.clone()),

@@ -161,6 +161,20 @@ impl NativeTask {
         to_python(py, &motion.map_err(|error| errors::of_compute(py, &error))?.states.to_rows())
     }
 
+    /// Compares every derivative with finite differences; a dict.
+    fn check(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let LoadedTask { problem, phi, .. } = &self.task;
+        let found = long(py, None, &self.failures, |_| supple::check::check(problem, phi))?;
+        to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
+    }
+
+    /// The linear system that a task is along its plan; a dict.
+    fn linearise(&self, py: Python<'_>, task: &str) -> PyResult<Py<PyAny>> {
+        let LoadedTask { problem, phi, .. } = &self.task;
+        let found = long(py, None, &self.failures, |_| problem.linearise(phi, task))?;
+        to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
+    }
+
     /// Searches for a design; `settings` are the task's, changed, as JSON.
     fn design(
         &self,
@@ -171,7 +185,7 @@ impl NativeTask {
     ) -> PyResult<Kept> {
         let settings = design_settings(py, settings)?;
         self.study(py, ("design", made, settings.seed), progress, |task, watch| {
-            let search = Search::new(watch.progress);
+            let search = Search::new(watch.progress, settings.feasibility);
             let control = Control { observer: &search, stop: watch.stop };
             Ok(StudyResult::Design(Box::new(supple_study::design::run(task, &settings, control)?)))
         })

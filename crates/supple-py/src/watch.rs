@@ -136,6 +136,7 @@ impl Drop for End<'_> {
 /// A design search's events as progress.
 pub struct Search<'a> {
     progress: &'a dyn Progress,
+    feasibility: f64,
     state: Mutex<State>,
 }
 
@@ -147,8 +148,9 @@ struct State {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(progress: &'a dyn Progress) -> Self {
-        Self { progress, state: Mutex::default() }
+    /// Of a search in which costs may be above their bounds by a share `feasibility`.
+    pub fn new(progress: &'a dyn Progress, feasibility: f64) -> Self {
+        Self { progress, feasibility, state: Mutex::default() }
     }
 }
 
@@ -164,7 +166,7 @@ impl Observer for Search<'_> {
             Event::StartEnded { .. } => self.progress.advance(1),
             Event::Evaluated { information, violation, .. } => {
                 state.evaluations += 1;
-                if violation <= supple::FEASIBILITY && state.best.is_none_or(|best| information < best) {
+                if violation <= self.feasibility && state.best.is_none_or(|best| information < best) {
                     state.best = Some(information);
                 }
                 let best = match state.best {

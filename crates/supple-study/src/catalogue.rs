@@ -102,7 +102,7 @@ impl CatalogueReport {
                 number(free),
                 number(gap)
             ),
-            None if self.continuous.violation > supple::FEASIBILITY => {
+            None if !self.continuous.status.meets_bounds() => {
                 "Without catalogues no design that meets every bound was found either.".to_owned()
             }
             None if self.chosen.iter().any(|entry| entry.price.is_some()) => {

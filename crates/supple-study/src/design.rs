@@ -5,7 +5,10 @@ use supple::design::{
     Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, StartSummary,
 };
 use supple::pipeline::TaskState;
-use supple::{EvaluateOptions, Evaluation, Named, Problem, Task, contact_reports, contact_warnings, plan_warnings};
+use supple::{
+    EvaluateOptions, Evaluation, Named, Problem, Task, contact_reports, contact_warnings, number_warnings,
+    plan_warnings,
+};
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
@@ -192,13 +195,15 @@ pub(crate) fn check_designable(task: &LoadedTask) -> Result<(), StudyError> {
 /// Why the numbers of a plan cannot be trusted: how it ended, and contacts that it misses.
 pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<String> {
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
-    [plan_warnings(task, phi, &state.plan), contact_warnings(task, phi, &contacts)].concat()
+    [plan_warnings(task, phi, &state.plan), contact_warnings(task, phi, &contacts), number_warnings(task, state, None)]
+        .concat()
 }
 
 fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -> Result<DesignReport, StudyError> {
     let settings = searcher.settings;
     let wanted =
         EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
+    let wanted = EvaluateOptions { feasibility: Some(settings.feasibility), ..wanted };
     let start = problem.evaluate(phi, &wanted)?;
     let best = found.found();
     let controls = Some(best.controls.clone());

@@ -12,7 +12,7 @@ use crate::sensors::Sensors;
 use crate::study::Study;
 use crate::sweep::Sweep;
 use crate::trace::Trace;
-use crate::{About, LoadedTask, Source, StudyError, write_text};
+use crate::{About, LoadedTask, NotFinite, Source, StudyError, not_finite, write_text};
 
 /// The file that holds a result and all that made it.
 pub const RESULT: &str = "result.json";
@@ -96,6 +96,22 @@ impl StudyResult {
             Self::Sensors(_) => "sensors",
             Self::Bound(_) => "bound",
             Self::Study(_) => "study",
+        }
+    }
+
+    /// All of its numbers that are not finite, but for those that say why.
+    pub fn not_finite(&self) -> Vec<NotFinite> {
+        match self {
+            Self::Design(result) => not_finite(result),
+            Self::Evaluate(result) => not_finite(&result.evaluation),
+            // Cells of a table hold finite numbers only; the column `error` says what others lack.
+            Self::Sweep(_) => Vec::new(),
+            Self::Robustness(result) => not_finite(result),
+            Self::Pareto(result) => not_finite(result),
+            Self::Trace(result) => not_finite(result),
+            Self::Sensors(result) => not_finite(result),
+            Self::Bound(result) => not_finite(result),
+            Self::Study(result) => not_finite(result),
         }
     }
 

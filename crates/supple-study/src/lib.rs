@@ -7,6 +7,7 @@ mod catalogue;
 pub mod design;
 mod error;
 pub mod evaluate;
+mod finite;
 mod folder;
 mod found;
 mod lenient;
@@ -23,6 +24,7 @@ mod watch;
 mod write;
 
 pub use error::StudyError;
+pub use finite::{NotFinite, not_finite};
 pub use folder::{Folder, Made, RESULT, StudyResult};
 pub use picture::picture;
 pub use table::{Cell, Column, Table};

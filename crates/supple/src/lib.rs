@@ -9,12 +9,14 @@ mod dense;
 pub mod design;
 mod error;
 mod evaluation;
+mod feasibility;
 pub mod file;
 pub mod gradient;
 pub mod information;
 pub mod knots;
 mod lenient;
 mod limits;
+mod linearisation;
 mod model;
 pub mod noise;
 pub mod parameters;
@@ -38,13 +40,15 @@ pub use contacts::{
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{
-    ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FEASIBILITY, FrozenReport,
-    GradientReport, InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport,
-    TrajectoryReport, VALID_STATIONARITY, plan_warnings,
+    ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FrozenReport, GradientReport,
+    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport,
+    VALID_STATIONARITY, number_warnings, plan_warnings,
 };
+pub use feasibility::{FEASIBILITY, meets, violation};
 pub use file::FileError;
 pub use lenient::or_nan;
 pub use limits::{LimitViolation, limits_violated};
+pub use linearisation::{Linearisation, Rows};
 pub use model::{
     Channel, Channels, Dimensions, Instruction, Limit, Limited, Linear, Model, OwnCost, Point, Recorded, RecordedParts,
     Tape, TapeError, TapeParts, TwoMass,

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Named;
 use crate::parameters::{Parameter, Parameters, Role};
-use crate::{FEASIBILITY, Named};
 
 /// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.9).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
@@ -100,14 +100,6 @@ pub struct PriceReport {
     pub objective_nats: f64,
     /// The price of each parameter that has one.
     pub parameters: Named,
-}
-
-impl PriceReport {
-    /// The budget, where the sum does not keep it but for rounding.
-    pub fn exceeded(&self) -> Option<f64> {
-        let kept = |budget: f64| self.total <= budget * (1.0 + FEASIBILITY);
-        self.budget.filter(|&budget| !kept(budget))
-    }
 }
 
 impl Parameter {

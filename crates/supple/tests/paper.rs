@@ -23,7 +23,13 @@ fn page() -> String {
 
 /// Asserts that the rows are in the page, as they are or with other last digits.
 fn assert_rows(rows: &[String]) {
+    assert_rows_below("# The paper's claims, checked", rows);
+}
+
+/// The same of the part of the page below a heading.
+fn assert_rows_below(heading: &str, rows: &[String]) {
     let page = page();
+    let (_, page) = page.split_once(&format!("{heading}\n")).unwrap();
     let key = rows[0].split('|').nth(1).unwrap();
     let begin = page.lines().position(|line| line.split('|').nth(1) == Some(key));
     let begin = begin.unwrap_or_else(|| panic!("docs/paper.md lacks\n{}", rows.join("\n")));
@@ -54,6 +60,28 @@ fn single_designs_are_as_shown() {
     };
     let designs = [[1e6; 3], [9.8e5, 9.3e5, 7.9e5], [1e3, 1e6, 1e6], [1e6, 1e3, 1e6], [1e6, 1e6, 1e3], [1e3, 1e3, 1e6]];
     assert_rows(&designs.map(row));
+}
+
+/// Both directed informations, and how fast the seventh joint would have to turn.
+#[test]
+fn what_the_numbers_are_of_is_as_shown() {
+    let door = shipped("iiwa_door.toml");
+    let row = |phi: [f64; 3]| {
+        let found = door.evaluate(&phi, &EvaluateOptions::default()).unwrap();
+        let tasks = found.tasks.iter().map(|task| {
+            let of_joint = |name: &str| name.starts_with("velocity") && name.contains("iiwa_joint_7");
+            let violated = task.limits_violated.iter().filter(|limit| of_joint(&limit.name));
+            let fastest = violated.inspect(|limit| assert_eq!(limit.limit.abs(), 10.0)).map(|limit| limit.worst.abs());
+            let control = task.information.control.as_ref().unwrap().total_bits;
+            let fastest = fastest.fold(0.0, f64::max);
+            format!("{:.1} | {control:.1} | {fastest:.0}", task.information.total_bits)
+        });
+        let [a, b, c] = phi.map(|k| format!("{k:e}"));
+        format!("| {a}, {b}, {c} | {} |", tasks.collect::<Vec<_>>().join(" | "))
+    };
+    assert_rows_below("### What the numbers are of", &[[1e6; 3], [1e4; 3], [1e3, 1e3, 1.1e3]].map(row));
+    let bits = [735.0, 839.0].map(|nats: f64| format!("{:.0}", nats / std::f64::consts::LN_2));
+    assert!(page().contains(&format!("in nats, {} and {} bits", bits[0], bits[1])));
 }
 
 #[test]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .._arrays import check_unmasked
 from .._records import Array
 from .._source import of_function
 from ..errors import UsageError
@@ -116,6 +117,7 @@ def checked(what: str, value: Any, shape: tuple[int, ...]) -> Array:
     Raises:
         UsageError: Where it is of another type or shape.
     """
+    check_unmasked(what, value)
     try:
         array = np.asarray(value)
     except Exception as error:

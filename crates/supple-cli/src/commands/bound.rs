@@ -16,6 +16,6 @@ pub fn bound(options: &BoundOptions) -> Result<Outcome, Failure> {
     let made = Made::here("bound", 0, &loaded);
     let converged = study.report.tasks.iter().all(|task| task.status.is_converged());
     let found = study.curves.iter().flat_map(|curve| &curve.points).all(|point| point.error.is_none());
-    present(&StudyResult::Bound(Box::new(study)), &made, &options.output)?;
-    Ok(if converged && found { Outcome::Success } else { Outcome::Shortfall })
+    let outcome = if converged && found { Outcome::Success } else { Outcome::Shortfall };
+    Ok(outcome.and(present(&StudyResult::Bound(Box::new(study)), &made, &options.output)?))
 }

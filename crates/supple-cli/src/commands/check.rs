@@ -6,7 +6,7 @@ use supple_study::{About, LoadedTask};
 use crate::arguments::CheckOptions;
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
-use crate::tables::check_page;
+use crate::pages::check_page;
 
 /// `supple check TASK`
 pub fn check(options: &CheckOptions) -> Result<Outcome, Failure> {

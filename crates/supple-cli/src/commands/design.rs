@@ -14,15 +14,14 @@ pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     let settings = settings(options, &loaded.problem)?;
     options.output.check()?;
     listen();
-    let progress = Progress::new();
+    let progress = Progress::new(settings.feasibility);
     let found = supple_study::design::run(&loaded, &settings, Control { observer: &progress, stop: &STOP });
     progress.finish();
     let report = found?;
     let made = Made::here("design", settings.seed, &loaded);
     let trusted = report.status == DesignStatus::Converged && report.optimum.warnings().next().is_none();
     let outcome = if trusted { Outcome::Success } else { Outcome::Shortfall };
-    present(&StudyResult::Design(Box::new(report)), &made, &options.output)?;
-    Ok(outcome)
+    Ok(outcome.and(present(&StudyResult::Design(Box::new(report)), &made, &options.output)?))
 }
 
 fn settings(options: &DesignOptions, problem: &Problem) -> Result<DesignSettings, Failure> {

@@ -25,6 +25,5 @@ pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
     let trusted = evaluation.feasible && evaluation.warnings().next().is_none();
     let outcome = if trusted { Outcome::Success } else { Outcome::Shortfall };
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
-    present(&result, &made, &options.output)?;
-    Ok(outcome)
+    Ok(outcome.and(present(&result, &made, &options.output)?))
 }

@@ -16,6 +16,6 @@ pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
     let front = watched(|watch| supple_study::pareto::run(&loaded, &wanted, watch))?;
     let made = Made::here("pareto", seed, &loaded);
     let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged && point.warnings.is_empty());
-    present(&StudyResult::Pareto(Box::new(front)), &made, &options.output)?;
-    Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
+    let outcome = if whole { Outcome::Success } else { Outcome::Shortfall };
+    Ok(outcome.and(present(&StudyResult::Pareto(Box::new(front)), &made, &options.output)?))
 }

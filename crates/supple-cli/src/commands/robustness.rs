@@ -18,8 +18,8 @@ pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     let made = Made::here("robustness", options.seed, &loaded);
     let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
         && study.designs.iter().all(|design| design.warnings.is_empty());
-    present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?;
-    Ok(if whole { Outcome::Success } else { Outcome::Shortfall })
+    let outcome = if whole { Outcome::Success } else { Outcome::Shortfall };
+    Ok(outcome.and(present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?))
 }
 
 fn wanted(

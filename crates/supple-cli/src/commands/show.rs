@@ -9,15 +9,15 @@ use crate::present::print;
 /// `supple show DIR`
 pub fn show(options: &ShowOptions) -> Result<Outcome, Failure> {
     let folder = Folder::load(&options.folder)?;
+    let mut outcome = Outcome::Success;
     if let StudyResult::Study(study) = &folder.result
         && !options.json
     {
         for step in &study.steps {
             let step = Folder::load(&options.folder.join(step))?;
-            print(&step.result, &step.made, Some(&step.path), false)?;
+            outcome = outcome.and(print(&step.result, &step.made, Some(&step.path), false)?);
             print_text("\n")?;
         }
     }
-    print(&folder.result, &folder.made, Some(&folder.path), options.json)?;
-    Ok(Outcome::Success)
+    Ok(outcome.and(print(&folder.result, &folder.made, Some(&folder.path), options.json)?))
 }

@@ -30,8 +30,7 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     }
     let outcome = if untrusted(&sweep) == sweep.table.rows.len() { Outcome::Shortfall } else { Outcome::Success };
     let made = Made::here("sweep", options.seed, &loaded);
-    present(&StudyResult::Sweep(Box::new(sweep)), &made, &options.output)?;
-    Ok(outcome)
+    Ok(outcome.and(present(&StudyResult::Sweep(Box::new(sweep)), &made, &options.output)?))
 }
 
 fn wanted(options: &arguments::SweepOptions, task: &LoadedTask) -> Result<SweepOptions, Failure> {

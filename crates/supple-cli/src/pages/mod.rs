@@ -1,6 +1,7 @@
 //! Pages of studies, and of any result.
 
 mod bound;
+mod check;
 mod pareto;
 mod result;
 mod robustness;
@@ -8,5 +9,6 @@ mod sensors;
 mod sweep;
 mod trace;
 
+pub use check::check_page;
 pub use result::result_page;
 pub use sweep::untrusted;

@@ -60,7 +60,7 @@ fn kinds(study: &Trace) -> Vec<(Method, GradientKind)> {
 
 /// Whether a run ended at a design that meets every bound.
 fn is_within(run: &TraceRun) -> bool {
-    run.status != DesignStatus::BoundViolated && run.end.information_nats.is_finite()
+    run.status.meets_bounds() && run.end.information_nats.is_finite()
 }
 
 /// The least and the greatest of some numbers.

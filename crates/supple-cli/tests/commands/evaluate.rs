@@ -19,7 +19,7 @@ fn evaluate_prints_one_object_of_the_published_form() {
     });
     form["tasks"][0]["monte_carlo"] = json!({ "rollouts": 20, "cost_mean": 0.5, "cost_standard_error": 0.5 });
     assert_form(&found, &form, "");
-    assert_eq!(keys(&found), ["feasible", "objective", "parameters", "tasks"]);
+    assert_eq!(keys(&found), ["feasibility", "feasible", "objective", "parameters", "tasks"]);
     assert_eq!(keys(&found["parameters"]), ["k1", "k2"]);
     assert_eq!(found["tasks"][0]["status"], "converged");
     assert_eq!(found["tasks"][0]["monte_carlo"]["rollouts"], 20);

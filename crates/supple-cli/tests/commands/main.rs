@@ -1,6 +1,7 @@
 //! What the commands print and write, and the exit codes they end with.
 #![allow(clippy::unwrap_used)]
 
+mod bounds;
 #[path = "../common/mod.rs"]
 mod common;
 mod design;
@@ -42,6 +43,7 @@ fn evaluation_form() -> Value {
         "parameters": { "*": 0.5 },
         "objective": { "information_nats": 0.5, "information_bits": 0.5 },
         "feasible": true,
+        "feasibility": 0.5,
         "tasks": [{
             "name": "",
             "status": "",

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use supple::design::DesignStatus;
-use supple::{Evaluation, FEASIBILITY, PriceReport, TaskEvaluation};
+use supple::{Evaluation, TaskEvaluation};
 use supple_study::AboutTask;
 use supple_study::design::DesignReport;
 
@@ -107,7 +107,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
         text +=
             &format!(" The expected cost of {} {} from {} to {}", after.name, went(from, to), number(from), number(to));
         text += &match after.cost.bound {
-            Some(bound) => format!("; {}.", against_bound(report, index, to, bound)),
+            Some(bound) => format!("; {}.", against_bound(report, index, bound)),
             None => "; it has no bound.".into(),
         };
     }
@@ -115,7 +115,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
         let (from, to) = (before.total, after.total);
         text += &format!(" The price {} from {} to {}", went(from, to), number(from), number(to));
         text += &match after.budget {
-            Some(budget) => format!("; {}.", against_budget(report, after, budget)),
+            Some(budget) => format!("; {}.", against_budget(report, budget)),
             None => ".".into(),
         };
         if after.weight_nats_per_unit > 0.0 {
@@ -143,22 +143,23 @@ impl Standing {
         }
     }
 
-    /// Of the cost of a task.
-    fn of_cost(report: &DesignReport, index: usize, (cost, bound): (f64, f64)) -> Self {
+    /// Of the cost of a task at the best design.
+    fn of_cost(report: &DesignReport, index: usize) -> Self {
         let price = report.bound_prices.get(index).map_or(0.0, |price| price.nats_per_unit);
-        Self::of(misses(cost, bound), price)
+        let task = report.optimum.tasks.get(index);
+        Self::of(task.is_some_and(|task| report.optimum.missed_bound(task).is_some()), price)
     }
 
-    /// Of the price of a design.
-    fn of_price(report: &DesignReport, price: &PriceReport) -> Self {
-        Self::of(price.exceeded().is_some(), report.budget_nats_per_unit)
+    /// Of the price of the best design.
+    fn of_price(report: &DesignReport) -> Self {
+        Self::of(report.optimum.exceeded_budget().is_some(), report.budget_nats_per_unit)
     }
 }
 
 /// How a price stands to the budget.
-fn against_budget(report: &DesignReport, price: &PriceReport, budget: f64) -> String {
+fn against_budget(report: &DesignReport, budget: f64) -> String {
     let budget = number(budget);
-    match Standing::of_price(report, price) {
+    match Standing::of_price(report) {
         Standing::Missed => format!("this exceeds the budget of {budget}"),
         Standing::Active(saved) => {
             format!("the budget of {budget} is used up: one unit more of it would save {} bits", number(saved))
@@ -168,8 +169,8 @@ fn against_budget(report: &DesignReport, price: &PriceReport, budget: f64) -> St
 }
 
 /// How a cost stands to its bound.
-fn against_bound(report: &DesignReport, index: usize, cost: f64, bound: f64) -> String {
-    let standing = Standing::of_cost(report, index, (cost, bound));
+fn against_bound(report: &DesignReport, index: usize, bound: f64) -> String {
+    let standing = Standing::of_cost(report, index);
     let bound = number(bound);
     match standing {
         Standing::Missed => format!("this misses its bound of {bound}"),
@@ -178,11 +179,6 @@ fn against_bound(report: &DesignReport, index: usize, cost: f64, bound: f64) -> 
         }
         Standing::Met => format!("its bound of {bound} is met and not active"),
     }
-}
-
-/// Whether a cost misses its bound; one that is no number does.
-fn misses(cost: f64, bound: f64) -> bool {
-    cost.is_nan() || cost > bound + FEASIBILITY * bound.abs()
 }
 
 fn went(from: f64, to: f64) -> &'static str {
@@ -285,7 +281,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         let remark = after.cost.bound.map_or_else(
             || ["none".into(), String::new()],
             |bound| {
-                let note = match Standing::of_cost(report, index, (after.cost.expected, bound)) {
+                let note = match Standing::of_cost(report, index) {
                     Standing::Missed => "missed".into(),
                     Standing::Active(saved) => format!("active: {} bits per unit", number(saved)),
                     Standing::Met => "met".into(),
@@ -299,7 +295,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         let remark = after.budget.map_or_else(
             || ["none".into(), String::new()],
             |budget| {
-                let note = match Standing::of_price(report, after) {
+                let note = match Standing::of_price(report) {
                     Standing::Missed => "exceeded".into(),
                     Standing::Active(saved) => format!("used up: {} bits per unit", number(saved)),
                     Standing::Met => "met".into(),
@@ -329,7 +325,7 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
             row.push(number(task.information.bits_per_second));
             row.push(number(task.cost.expected));
             row.push(task.cost.bound.map_or("none".into(), |bound| {
-                format!("{}, {}", number(bound), if misses(task.cost.expected, bound) { "missed" } else { "met" })
+                format!("{}, {}", number(bound), if at.missed_bound(task).is_some() { "missed" } else { "met" })
             }));
         }
         row.extend(priced.then(|| at.price.as_ref().map_or_else(String::new, |price| number(price.total))));

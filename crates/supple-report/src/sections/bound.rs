@@ -108,8 +108,10 @@ fn over_time(task: &TaskBound, name: &str, plots: &mut Plots) -> Markup {
             number(task.minimum_bits),
             number(task.minimum_bits_per_step)
         ),
-        caption: "The minimum is spread over time as suits the task; the design's own sensors measure at every step."
-            .into(),
+        caption:
+            "Terms of the minimum (L.2), spread over time as suits the task; the design's own sensors measure at every \
+                  step."
+                .into(),
         height: 340,
         traces,
         layout: json!({ "xaxis": { "title": { "text": "time, s" } }, "yaxis": { "title": { "text": "bits" } } }),

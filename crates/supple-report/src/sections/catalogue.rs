@@ -29,7 +29,7 @@ fn chosen(catalogue: &CatalogueReport, of: &str) -> Markup {
     });
     let best = catalogue.best.iter().map(|one| {
         let values = one.parameters.0.iter().map(|(name, value)| format!("{name} = {}", number(*value)));
-        let remark = if one.violation > 0.0 { "misses a bound" } else { "" };
+        let remark = if one.status.meets_bounds() { "" } else { "misses a bound" };
         vec![values.collect::<Vec<_>>().join(", "), number(one.information_bits), remark.to_owned()]
     });
     html! {

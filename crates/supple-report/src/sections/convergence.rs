@@ -134,7 +134,7 @@ fn starts(part: &Part, folder: &str, report: &DesignReport) -> Markup {
         row.push(number(bits(start.information_nats)));
         let costs = (0..part.about.tasks.len()).map(|task| start.expected_costs.get(task).copied().unwrap_or(f64::NAN));
         row.extend(costs.map(number));
-        let over = if start.violation > supple::FEASIBILITY {
+        let over = if start.violation > report.settings.feasibility {
             format!("{} %", number(100.0 * start.violation))
         } else {
             "no".into()

@@ -83,7 +83,8 @@ fn total(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Markup {
         view("At each measurement", "bits", runs, each, plots),
         view("Summed up to the time", "bits", runs, |run| sums(&each(run)), plots),
     ];
-    let caption = "All sensors together. The last value of the sum is the directed information of the task.";
+    let caption = "All sensors together: the terms of equation (I.1) of the theory, and their sum. The last value of the sum \
+                   is the directed information of the task.";
     plots.add(plot(titled(part, "Information of measurements", task), caption, "Shown", traces, views))
 }
 
@@ -119,7 +120,8 @@ fn sensors(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<
     if views.is_empty() {
         return None;
     }
-    let caption = "Thick: what the sensor adds to the others. Thin: what it would give alone at that step.";
+    let caption =
+        "Thick: what the sensor adds to the others (I.10). Thin: what it would give alone at that step (I.9).";
     Some(plots.add(plot(titled(part, "Information of single sensors", task), caption, "Sensor", traces, views)))
 }
 
@@ -141,9 +143,9 @@ fn value(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Markup {
         views.push(view(&format!("Saved by {}", sensor.name), "cost per step", runs, saved, plots));
     }
     let caption = "Cost of not knowing: the expected cost of each step that the belief's covariance causes, half the trace \
-                   of the value of information times the covariance. Value of information: its trace, by states of \
+                   of the value of information times the covariance (J.1). Value of information: its trace, by states of \
                    different units. Saved by a sensor: what its measurement at that step takes off that cost beyond the \
-                   others.";
+                   others (I.11).";
     plots.add(plot(titled(part, "What knowing is worth", task), caption, "Shown", traces, views))
 }
 

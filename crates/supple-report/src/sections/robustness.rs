@@ -84,7 +84,7 @@ fn plot(study: &Robustness, task: usize, title: String, plots: &mut Plots) -> Ma
         alternative: views.first().map(|view| view.alternative.clone()).unwrap_or_default(),
         caption: format!(
             "Mean cost over {} roll-outs with its 95 % confidence interval; shaded, 5 to 95 % of roll-outs; dotted, the \
-             expected cost by theory, where there is one. The task's own value is {}.",
+             expected cost by equation (J.1) of the theory, where there is one. The task's own value is {}.",
             study.options.rollouts,
             with_unit(study.nominal, &vary.unit)
         ),

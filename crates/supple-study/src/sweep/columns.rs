@@ -26,12 +26,12 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
     let overall = [
         ("information_nats", "nat", "directed information from state to measurements, weighted sum over tasks"),
         ("information_bits", "bit", "the same in bits"),
-        ("feasible", PLAIN, "1 where every plan converged and every task meets its bound, else 0"),
+        ("feasible", PLAIN, FEASIBLE),
     ];
     columns.extend(overall.map(|(name, unit, description)| column(name.into(), unit, description)));
     if options.starts > 0 {
         columns.push(column("design_status".into(), PLAIN, DESIGN_ENDED));
-        columns.push(column("design_evaluations".into(), PLAIN, "designs that the search evaluated"));
+        columns.push(column("design_evaluations".into(), PLAIN, DESIGNS));
     }
     for task in &task.problem.tasks {
         let name = &task.name;
@@ -41,7 +41,7 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
             ("bits_per_second", "bit/s", "directed information by measurement and time step"),
             ("expected_cost", PLAIN, "expected cost in closed loop"),
             ("nominal_cost", PLAIN, "cost of the plan without noise"),
-            ("iterations", PLAIN, "iterations of the plan, over all guesses that were tried"),
+            ("iterations", PLAIN, ITERATIONS),
         ];
         let sampled = [
             ("sampled_cost_mean", PLAIN, "mean cost of roll-outs in closed loop"),
@@ -77,11 +77,7 @@ fn of_contacts(task: &Task) -> Vec<Column> {
             ),
         ]
     };
-    let whole = column(
-        format!("{name}.{MISSES_CONTACT}"),
-        PLAIN,
-        "1 where the plan never touches a contact from which a cost wants a force, else 0",
-    );
+    let whole = column(format!("{name}.{MISSES_CONTACT}"), PLAIN, MISSES);
     contacts.iter().flat_map(two).chain((!contacts.is_empty()).then_some(whole)).collect()
 }
 
@@ -89,17 +85,43 @@ fn of_contacts(task: &Task) -> Vec<Column> {
 /// wants a force.
 pub const MISSES_CONTACT: &str = "misses_contact";
 
-/// Whether a column of a sweep holds texts, and not numbers. It is told by its description, since a parameter may have any
-/// name.
-#[cfg(feature = "parquet")]
-pub(super) fn is_text(column: &Column) -> bool {
-    [PLAN_ENDED, DESIGN_ENDED, NO_RESULT].contains(&&*column.description)
+/// What a column of a sweep holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holds {
+    /// Numbers.
+    Numbers,
+    /// Whole numbers.
+    Counts,
+    /// 1 for true, 0 for false.
+    Truths,
+    /// Texts.
+    Texts,
+}
+
+impl Holds {
+    /// What a column holds. It is told by its description, since a parameter may have any name.
+    pub fn of(column: &Column) -> Self {
+        match &*column.description {
+            PLAN_ENDED | DESIGN_ENDED | NO_RESULT => Self::Texts,
+            FEASIBLE | MISSES => Self::Truths,
+            DESIGNS | ITERATIONS => Self::Counts,
+            _ => Self::Numbers,
+        }
+    }
 }
 
 /// Descriptions of columns with texts.
 const PLAN_ENDED: &str = "how the plan ended";
 const DESIGN_ENDED: &str = "how the design search ended";
 const NO_RESULT: &str = "why the point could not be evaluated";
+
+/// Descriptions of columns that say whether something is so.
+const FEASIBLE: &str = "1 where every plan converged and every task meets its bound, else 0";
+const MISSES: &str = "1 where the plan never touches a contact from which a cost wants a force, else 0";
+
+/// Descriptions of columns that count.
+const DESIGNS: &str = "designs that the search evaluated";
+const ITERATIONS: &str = "iterations of the plan, over all guesses that were tried";
 
 fn column(name: String, unit: &str, description: &str) -> Column {
     Column { name, unit: unit.to_owned(), description: description.to_owned() }

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::axis::Axis;
 pub use self::collector::Collector;
-pub use self::columns::MISSES_CONTACT;
+pub use self::columns::{Holds, MISSES_CONTACT};
 pub use self::journal::{JOURNAL, kept_points};
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;

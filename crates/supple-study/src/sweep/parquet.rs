@@ -8,7 +8,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use super::columns::is_text;
+use super::columns::Holds;
 use crate::{Cell, StudyError, Table, write_text};
 
 /// The table with types of columns.
@@ -29,7 +29,7 @@ pub(super) fn save(table: &Table, folder: &Path) -> Result<(), StudyError> {
 
 fn bytes(table: &Table) -> Result<Vec<u8>, ParquetError> {
     let field = |column: &crate::Column| {
-        let builder = match is_text(column) {
+        let builder = match Holds::of(column) == Holds::Texts {
             true => Type::primitive_type_builder(&column.name, Physical::BYTE_ARRAY)
                 .with_logical_type(Some(LogicalType::String)),
             false => Type::primitive_type_builder(&column.name, Physical::DOUBLE),
@@ -43,7 +43,7 @@ fn bytes(table: &Table) -> Result<Vec<u8>, ParquetError> {
         let mut group = writer.next_row_group()?;
         for (index, column) in table.columns.iter().enumerate() {
             let Some(mut out) = group.next_column()? else { break };
-            if is_text(column) {
+            if Holds::of(column) == Holds::Texts {
                 let texts: Vec<Option<ByteArray>> = rows.iter().map(|row| text(&row[index])).collect();
                 let (values, levels) = parts(texts);
                 out.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use supple::design::{Control, NoObserver, best_plan, design};
 use supple::pipeline::TaskState;
 use supple::simulate::monte_carlo;
-use supple::{Error, FEASIBILITY, Matrices, Problem, Task, Trajectory, contact_reports, misses_contact};
+use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
 
 use super::SweepOptions;
 use super::grid::Grid;
@@ -55,6 +55,8 @@ struct Outcome {
     cells: Vec<Cell>,
     nats: f64,
     feasible: bool,
+    /// Why its numbers cannot be trusted.
+    trouble: Option<String>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -88,7 +90,10 @@ impl<'a> Evaluator<'a> {
                 for (i, task) in problem.tasks.iter().enumerate() {
                     let (neighbour, state) = (&mut neighbour[i], &mut self.states[i]);
                     match evaluate_task((problem, task), &phi, options, neighbour, state) {
-                        Ok(outcome) => outcomes[i] = Some(outcome),
+                        Ok(mut outcome) => {
+                            failure = failure.or(outcome.trouble.take());
+                            outcomes[i] = Some(outcome);
+                        }
                         Err(error) => {
                             failure.get_or_insert_with(|| message(task, &error));
                         }
@@ -181,18 +186,19 @@ fn evaluate_task(
     let rate = nats / std::f64::consts::LN_2 / (task.steps + 1) as f64 / task.time_step.resolve::<f64>(phi);
     let numbers = [nats, rate, cost, state.plan.nominal_cost, state.plan.iterations as f64];
     let mut cells = vec![Cell::Text(state.plan.status.to_string())];
+    let mut trouble = None;
     cells.extend(numbers.map(Cell::number));
     if options.rollouts > 0 {
         let sampled = monte_carlo(task, phi, (&state.plan, &state.noise), cost, (options.rollouts, options.seed))?;
         cells.extend([sampled.cost_mean, sampled.cost_standard_error].map(Cell::number));
+        trouble = number_warnings(task, state, Some(&sampled)).into_iter().next();
     }
     cells.extend(of_contacts(task, phi, &state.plan.trajectory));
-    let bound = task.bound.map_or(f64::INFINITY, |bound| bound.resolve(phi));
+    let bound = task.bound.map(|bound| bound.resolve(phi));
     let converged = state.plan.status.is_converged();
     match neighbour {
         Some(controls) => controls.copy_from(&state.plan.trajectory.controls),
         None => *neighbour = Some(state.plan.trajectory.controls.clone()),
     }
-    // The same arithmetic as that of `Problem::evaluate`, infinite bounds included.
-    Ok(Outcome { cells, nats, feasible: converged && cost <= bound + FEASIBILITY * bound.abs() })
+    Ok(Outcome { cells, nats, feasible: converged && meets(cost, bound, problem.design.feasibility), trouble })
 }

@@ -1,13 +1,15 @@
 use serde::Serialize;
 
+use super::differences::Difference;
+
 /// A derivative compared with finite differences.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Which derivative.
     pub name: String,
-    /// The worst difference of an entry, relative to the largest entry.
+    /// The difference of the entry that is worst beside its tolerance, relative to the scale of that entry.
     pub error: f64,
-    /// How large it may be.
+    /// How large it may be: that of the derivative, and what the finite difference leaves uncertain.
     pub tolerance: f64,
     /// Where the worst entry is.
     pub place: String,
@@ -15,58 +17,92 @@ pub struct Row {
     pub analytic: f64,
     /// Its finite difference.
     pub numeric: f64,
-    /// Whether the error is within the tolerance.
+    /// Entries so small beside the rounding of what they are the derivative of that a wrong thousandth would not show.
+    pub unresolved: Vec<String>,
+    /// Entries without a finite difference: no point beside the design could be evaluated.
+    pub not_compared: Vec<String>,
+    /// Whether every entry was compared, and is within its tolerance.
     pub passed: bool,
 }
 
-/// Collects entries of one derivative and keeps the worst.
-pub(super) struct Worst {
-    difference: f64,
-    size: f64,
-    place: String,
+/// A relative error of an entry that a comparison has to see.
+pub const VISIBLE: f64 = 1e-3;
+
+/// One entry of a derivative beside its finite difference.
+struct Entry {
+    /// Entries of one group have one scale.
+    group: usize,
+    key: usize,
     analytic: f64,
-    numeric: f64,
+    numeric: Option<Difference>,
 }
 
-impl Worst {
-    pub fn new() -> Self {
-        Self { difference: -1.0, size: 0.0, place: String::new(), analytic: 0.0, numeric: 0.0 }
+impl Entry {
+    fn size(&self) -> f64 {
+        self.numeric.map_or(0.0, |numeric| numeric.value.abs()).max(self.analytic.abs())
+    }
+}
+
+/// Entries of one derivative.
+#[derive(Default)]
+pub(super) struct Entries {
+    list: Vec<Entry>,
+    groups: usize,
+}
+
+impl Entries {
+    /// Adds an entry of a group of one scale; its key says where it is.
+    pub fn add(&mut self, (group, key): (usize, usize), analytic: f64, numeric: Option<Difference>) {
+        self.groups = self.groups.max(group + 1);
+        self.list.push(Entry { group, key, analytic, numeric });
     }
 
-    pub fn add(&mut self, analytic: f64, numeric: f64, place: impl FnOnce() -> String) {
-        self.size = self.size.max(analytic.abs()).max(numeric.abs());
-        let difference = (analytic - numeric).abs();
-        if difference > self.difference || difference.is_nan() {
-            (self.difference, self.analytic, self.numeric) = (difference, analytic, numeric);
-            self.place = place();
+    /// The comparison: an entry may differ by `tolerance` of the largest entry of its group, and by what its finite
+    /// difference leaves uncertain.
+    pub fn row(self, name: &str, tolerance: f64, place: impl Fn(usize) -> String) -> Row {
+        let mut scales = vec![0.0_f64; self.groups];
+        for entry in &self.list {
+            scales[entry.group] = scales[entry.group].max(entry.size());
         }
-    }
-
-    pub fn row(self, name: impl Into<String>, tolerance: f64) -> Row {
-        let error = if self.difference <= 0.0 { 0.0 } else { self.difference / self.size.max(1e-12) };
+        let (mut unresolved, mut not_compared) = (Vec::new(), Vec::new());
+        let mut worst: Option<(f64, &Entry, Difference)> = None;
+        for entry in &self.list {
+            let scale = scales[entry.group];
+            let Some(numeric) = entry.numeric else {
+                not_compared.push(place(entry.key));
+                continue;
+            };
+            let allowed = tolerance * scale + numeric.uncertainty;
+            if scale > 0.0 && allowed > VISIBLE * scale {
+                unresolved.push(place(entry.key));
+            }
+            let difference = (entry.analytic - numeric.value).abs();
+            let share = if difference == 0.0 { 0.0 } else { difference / allowed };
+            if worst.is_none_or(|(most, ..)| share > most || share.is_nan()) {
+                worst = Some((share, entry, numeric));
+            }
+        }
+        let relative = |entry: &Entry, number: f64| match scales[entry.group] {
+            0.0 => 0.0,
+            scale => number / scale,
+        };
+        let passed = not_compared.is_empty() && worst.is_none_or(|(share, ..)| share <= 1.0);
+        let (entry, numeric) = match worst {
+            Some((_, entry, numeric)) => (Some(entry), numeric),
+            None => (None, Difference { value: 0.0, uncertainty: 0.0 }),
+        };
+        let of =
+            |number: fn(&Entry, Difference) -> f64| entry.map_or(0.0, |entry| relative(entry, number(entry, numeric)));
         Row {
-            name: name.into(),
-            error,
-            tolerance,
-            place: self.place,
-            analytic: self.analytic,
-            numeric: self.numeric,
-            passed: error <= tolerance,
+            name: name.to_owned(),
+            error: of(|entry, numeric| (entry.analytic - numeric.value).abs()),
+            tolerance: tolerance + of(|_, numeric| numeric.uncertainty),
+            place: entry.map_or_else(String::new, |entry| place(entry.key)),
+            analytic: entry.map_or(0.0, |entry| entry.analytic),
+            numeric: numeric.value,
+            unresolved,
+            not_compared,
+            passed,
         }
     }
-}
-
-/// The derivative at 0 of a function of one number, with several values: central differences at `step` and `step / 2`,
-/// extrapolated (error of fourth order).
-pub(super) fn derivative(step: f64, mut f: impl FnMut(f64) -> Vec<f64>) -> Vec<f64> {
-    let mut central = |h: f64| -> Vec<f64> {
-        f(h).into_iter().zip(f(-h)).map(|(above, below)| (above - below) / (2.0 * h)).collect()
-    };
-    let (coarse, fine) = (central(step), central(0.5 * step));
-    coarse.into_iter().zip(fine).map(|(coarse, fine)| (4.0 * fine - coarse) / 3.0).collect()
-}
-
-/// A step for finite differences about a number.
-pub(super) fn step_at(value: f64) -> f64 {
-    1e-6 * (1.0 + value.abs())
 }

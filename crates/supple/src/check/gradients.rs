@@ -1,121 +1,200 @@
-use supple_kernels::Scratch;
+//! Gradients of information and cost by the parameters, beside finite differences of what they are gradients of.
 
-use super::compare::{Row, Worst, derivative};
+use rayon::prelude::*;
+use supple_kernels::{Matrices, Scratch};
+
+use super::compare::Row;
+use super::differences::{Difference, Differencing, differentiate, noise};
+use super::parameters::{parameter_row, size_of};
 use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::gradient::{FrozenGradient, Functional};
 use crate::information::{Information, information};
 use crate::knots::Knots;
 use crate::noise::Noise;
+use crate::parameters::Parameters;
 use crate::pipeline::TaskState;
+use crate::plan::PlanSettings;
 use crate::problem::{Problem, Task};
 use crate::system::Curvature;
 
 const TOLERANCE: f64 = 1e-5;
 
-/// Frozen and total gradients of a task, at the plan in `state`.
-pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<Vec<Row>, Error> {
+/// Steps are shortened until a difference is known so well.
+const GOAL: f64 = 1e-6;
+
+/// The longest step of a parameter where the plan is held fixed, and where it is made again, relative to its size.
+const LONGEST: f64 = 1e-2;
+const LONGEST_PLANNED: f64 = 2e-3;
+
+/// A gradient by all parameters beside its finite differences.
+#[derive(Clone, Debug)]
+pub struct ComparedGradient {
+    /// What it is the gradient of, and how.
+    pub name: String,
+    /// The gradient.
+    pub analytic: Vec<f64>,
+    /// Its finite differences; none where no point beside the design could be evaluated.
+    pub numeric: Vec<Option<Difference>>,
+}
+
+impl ComparedGradient {
+    /// The verdict, in which every parameter has a scale of its own.
+    pub fn row(&self, parameters: &Parameters) -> Row {
+        parameter_row((&self.name, TOLERANCE), parameters, &self.analytic, &self.numeric)
+    }
+}
+
+/// The gradients of a task at a plan, and the points beside it that could not be evaluated.
+#[derive(Clone, Debug, Default)]
+pub struct ComparedGradients {
+    /// Frozen gradients and, where the plan has them, total ones.
+    pub gradients: Vec<ComparedGradient>,
+    /// Points that were left out of the differences, and why.
+    pub left_out: Vec<String>,
+}
+
+/// The frozen and total gradients of a task, at the plan in `state`, beside finite differences.
+///
+/// # Errors
+/// Where a gradient does not exist.
+pub fn compare_gradients(
+    problem: &Problem,
+    task: &Task,
+    phi: &[f64],
+    state: &mut TaskState,
+) -> Result<ComparedGradients, Error> {
+    let mut found = ComparedGradients::default();
     if phi.is_empty() {
-        return Ok(Vec::new());
+        return Ok(found);
     }
-    let mut rows = frozen(problem, task, phi, state)?;
+    found.frozen(problem, task, phi, state);
     if state.plan.mode.has_total_gradient() {
-        rows.extend(total(problem, task, phi, state)?);
+        found.total(problem, task, phi, state)?;
     }
-    Ok(rows)
+    Ok(found)
 }
 
-fn worst(problem: &Problem, analytic: &[f64], numeric: impl Fn(usize) -> f64) -> Worst {
-    let mut worst = Worst::new();
-    for (index, parameter) in problem.parameters.iter().enumerate() {
-        worst.add(analytic[index], numeric(index), || parameter.name.clone());
+/// Differences of several values by one parameter, and the points that could not be evaluated.
+type ByParameter = (Option<Vec<Difference>>, Vec<String>);
+
+impl ComparedGradients {
+    /// Takes gradients in with their differences by each parameter.
+    fn take(&mut self, gradients: Vec<(String, Vec<f64>)>, differences: Vec<ByParameter>) {
+        for (index, (name, analytic)) in gradients.into_iter().enumerate() {
+            let of = |(found, _): &ByParameter| found.as_ref().map(|found| found[index]);
+            self.gradients.push(ComparedGradient { name, analytic, numeric: differences.iter().map(of).collect() });
+        }
+        self.left_out.extend(differences.into_iter().flat_map(|(_, left_out)| left_out));
     }
-    worst
+
+    /// With trajectory, gains and value of information held fixed.
+    fn frozen(&mut self, problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) {
+        let mut analytic = FrozenGradient::default();
+        state.frozen_gradient(task, phi, &mut analytic);
+        let state = &*state;
+        let differences = differences(problem, phi, LONGEST, || {
+            let mut scratch = Scratch::new();
+            move |phi: &[f64]| frozen_values(task, phi, state, &mut scratch).map_err(|error| error.to_string())
+        });
+        let gradients = [("information", analytic.information), ("belief cost", analytic.belief_cost)];
+        let named = gradients.map(|(name, gradient)| (format!("frozen gradient, {name}"), gradient));
+        self.take(named.into(), differences);
+    }
+
+    /// With everything moving: the problem is solved again at every step, from the same plan.
+    fn total(&mut self, problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
+        let named = [
+            ("information", Some(Functional::INFORMATION)),
+            ("belief cost", Some(Functional::BELIEF)),
+            ("process cost", Some(Functional::PROCESS)),
+            ("initial cost", Some(Functional::INITIAL)),
+            ("nominal cost", None),
+        ];
+        let mut gradients = Vec::new();
+        for (name, functional) in named {
+            let mut out = Vec::new();
+            match functional {
+                Some(functional) => state.total_gradient(task, phi, functional, &mut out)?,
+                None => state.nominal_gradient(task, phi, &mut out)?,
+            }
+            gradients.push((format!("total gradient, {name}"), out));
+        }
+        let controls = state.plan.trajectory.controls.clone();
+        let planning = tight(&problem.planning);
+        let differences = differences(problem, phi, LONGEST_PLANNED, || {
+            let mut again = TaskState::new(task);
+            let (controls, planning) = (&controls, &planning);
+            move |phi: &[f64]| planned_values((task, phi), planning, controls, &mut again)
+        });
+        self.take(gradients, differences);
+        Ok(())
+    }
 }
 
-/// A step for a parameter that stays within its bounds' order of magnitude.
-fn step(problem: &Problem, phi: &[f64], index: usize) -> f64 {
-    let [lower, upper] = problem.parameters.get(index).bounds;
-    1e-4 * phi[index].abs().max(1e-3 * (upper - lower))
+/// Settings with which plans are as precise as differences need them.
+pub(super) fn tight(planning: &PlanSettings) -> PlanSettings {
+    let tolerance = planning.tolerance.min(PlanSettings::default().tolerance);
+    PlanSettings { tolerance, ..planning.clone() }
 }
 
-/// With trajectory, gains and value of information held fixed.
-fn frozen(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<Vec<Row>, Error> {
-    let mut analytic = FrozenGradient::default();
-    state.frozen_gradient(task, phi, &mut analytic);
-    let size = task.system.dimensions();
-    let mut scratch = Scratch::new();
-    let mut at = |phi: &[f64]| -> Result<Vec<f64>, Error> {
-        let mut noise = Noise::zeros(size.states, size.measurements);
-        task.noise.resolve_along(phi, &state.plan.trajectory.states, &mut noise)?;
-        let mut knots = Knots::zeros(size, task.steps);
-        let points = state.plan.trajectory.points();
-        knots.linearise_plan(&*task.system, points, phi, Curvature::Exact, &mut scratch);
-        knots.linearise_measurement(&*task.system, points, phi, &mut scratch);
-        let mut belief = Belief::zeros(size.states, size.measurements, task.steps);
-        kalman(&knots, &noise, &mut belief)?;
-        let mut found = Information::default();
-        information(&belief, &noise, &mut found)?;
-        let xi = &state.plan.policy.value_of_information;
-        let traces =
-            (0..task.steps).map(|t| xi.at(t).iter().zip(belief.corrected.at(t)).map(|(a, b)| a * b).sum::<f64>());
-        Ok(vec![found.total, 0.5 * traces.sum::<f64>()])
-    };
-    let numeric = differences(problem, phi, &mut at)?;
-    Ok(vec![
-        worst(problem, &analytic.information, |i| numeric[i][0]).row("frozen gradient, information", TOLERANCE),
-        worst(problem, &analytic.belief_cost, |i| numeric[i][1]).row("frozen gradient, belief cost", TOLERANCE),
-    ])
-}
-
-/// A function of all parameters with several values.
-type Function<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, Error> + 'a;
-
-/// Extrapolated central differences of several values by every parameter.
-fn differences(problem: &Problem, phi: &[f64], at: &mut Function) -> Result<Vec<Vec<f64>>, Error> {
-    let mut failed = None;
-    let all = (0..phi.len()).map(|index| {
-        derivative(step(problem, phi, index), |h| {
+/// Differences by every parameter of a function of them all, of which each thread makes its own.
+fn differences<F: FnMut(&[f64]) -> Result<Vec<f64>, String>>(
+    problem: &Problem,
+    phi: &[f64],
+    longest: f64,
+    make: impl Fn() -> F + Sync + Send,
+) -> Vec<ByParameter> {
+    let sizes: Vec<f64> = (0..phi.len()).map(|index| size_of(&problem.parameters, phi, index)).collect();
+    let mut at = make();
+    // With all parameters moving at once: what is noise does not depend on which one moves.
+    let noise = noise(longest, &mut |h| {
+        let phi: Vec<f64> = phi.iter().zip(&sizes).map(|(phi, size)| phi + h * size).collect();
+        at(&phi).ok()
+    });
+    let of = |at: &mut F, index: usize| {
+        let name = &problem.parameters.get(index).name;
+        let mut left_out = Vec::new();
+        let how = Differencing { step: longest * sizes[index], goal: GOAL, noise: noise.as_deref(), block: 1 };
+        let found = differentiate(how, |h| {
             let mut phi = phi.to_vec();
             phi[index] += h;
-            at(&phi).unwrap_or_else(|error| {
-                failed.get_or_insert(error);
-                Vec::new()
-            })
-        })
-    });
-    let all = all.collect();
-    failed.map_or(Ok(all), Err)
+            at(&phi).map_err(|why| left_out.push(format!("{name} = {}: {why}", phi[index]))).ok()
+        });
+        (found, left_out)
+    };
+    (0..phi.len()).into_par_iter().map_init(make, of).collect()
 }
 
-/// With everything moving: the problem is solved again at every step, from the same plan.
-fn total(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<Vec<Row>, Error> {
-    let named = [
-        ("information", Some(Functional::INFORMATION)),
-        ("belief cost", Some(Functional::BELIEF)),
-        ("process cost", Some(Functional::PROCESS)),
-        ("initial cost", Some(Functional::INITIAL)),
-        ("nominal cost", None),
-    ];
-    let mut analytic = Vec::new();
-    for (_, functional) in named {
-        let mut out = Vec::new();
-        match functional {
-            Some(functional) => state.total_gradient(task, phi, functional, &mut out)?,
-            None => state.nominal_gradient(task, phi, &mut out)?,
-        }
-        analytic.push(out);
+/// Information and belief cost along a plan that is held fixed.
+fn frozen_values(task: &Task, phi: &[f64], state: &TaskState, scratch: &mut Scratch) -> Result<Vec<f64>, Error> {
+    let size = task.system.dimensions();
+    let mut noise = Noise::zeros(size.states, size.measurements);
+    task.noise.resolve_along(phi, &state.plan.trajectory.states, &mut noise)?;
+    let mut knots = Knots::zeros(size, task.steps);
+    let points = state.plan.trajectory.points();
+    knots.linearise_plan(&*task.system, points, phi, Curvature::Exact, scratch);
+    knots.linearise_measurement(&*task.system, points, phi, scratch);
+    let mut belief = Belief::zeros(size.states, size.measurements, task.steps);
+    kalman(&knots, &noise, &mut belief)?;
+    let mut found = Information::default();
+    information(&belief, &noise, &mut found)?;
+    let xi = &state.plan.policy.value_of_information;
+    let traces = (0..task.steps).map(|t| xi.at(t).iter().zip(belief.corrected.at(t)).map(|(a, b)| a * b).sum::<f64>());
+    Ok(vec![found.total, 0.5 * traces.sum::<f64>()])
+}
+
+/// Information and the parts of the cost at a design, planned again from given controls.
+fn planned_values(
+    (task, phi): (&Task, &[f64]),
+    planning: &PlanSettings,
+    controls: &Matrices,
+    state: &mut TaskState,
+) -> Result<Vec<f64>, String> {
+    state.evaluate(task, phi, planning, Some(controls)).map_err(|error| error.to_string())?;
+    if !state.plan.status.is_converged() {
+        return Err(format!("the plan ended as {} after {} iterations", state.plan.status, state.plan.iterations));
     }
-    let controls = state.plan.trajectory.controls.clone();
-    let mut again = TaskState::new(task);
-    let mut at = |phi: &[f64]| -> Result<Vec<f64>, Error> {
-        again.evaluate(task, phi, &problem.planning, Some(&controls))?;
-        let cost = &again.cost;
-        Ok(vec![again.information.total, cost.belief, cost.process, cost.initial, cost.nominal])
-    };
-    let numeric = differences(problem, phi, &mut at)?;
-    let rows = named.iter().zip(&analytic).enumerate().map(|(part, ((name, _), analytic))| {
-        worst(problem, analytic, |i| numeric[i][part]).row(format!("total gradient, {name}"), TOLERANCE)
-    });
-    Ok(rows.collect())
+    let cost = &state.cost;
+    Ok(vec![state.information.total, cost.belief, cost.process, cost.initial, cost.nominal])
 }

@@ -1,14 +1,18 @@
 //! Compares every derivative of a problem with finite differences, and looks at its knots.
 
 mod compare;
+mod differences;
 mod facts;
 mod gradients;
+mod parameters;
 mod system;
 
 use serde::Serialize;
 
-pub use compare::Row;
+pub use compare::{Row, VISIBLE};
+pub use differences::Difference;
 pub use facts::Fact;
+pub use gradients::{ComparedGradient, ComparedGradients, compare_gradients};
 
 use crate::Error;
 use crate::design::best_of_guesses;
@@ -36,6 +40,8 @@ pub struct TaskCheck {
     pub stationarity: f64,
     /// One row per derivative, with its worst entry.
     pub rows: Vec<Row>,
+    /// Designs beside this one that differences by parameters had to leave out, and why.
+    pub left_out: Vec<String>,
     /// Conditioning and observability of its knots.
     pub facts: Vec<Fact>,
 }
@@ -51,14 +57,30 @@ pub fn check(problem: &Problem, phi: &[f64]) -> Result<CheckReport, Error> {
 
 fn check_task(problem: &Problem, task: &Task, phi: &[f64]) -> Result<TaskCheck, Error> {
     let mut state = TaskState::new(task);
-    best_of_guesses(problem, task, phi, &mut state)?;
-    let mut rows = system::rows(task, phi, &state.plan);
-    rows.extend(gradients::rows(problem, task, phi, &mut state)?);
+    plan_for_check(problem, task, phi, &mut state)?;
+    let mut rows = system::rows(problem, task, phi, &state.plan);
+    let ComparedGradients { gradients, left_out } = compare_gradients(problem, task, phi, &mut state)?;
+    rows.extend(gradients.iter().map(|gradient| gradient.row(&problem.parameters)));
     Ok(TaskCheck {
         name: task.name.clone(),
         status: state.plan.status,
         stationarity: state.plan.stationarity,
         rows,
+        left_out,
         facts: facts::facts(task, &state.plan, &state.noise),
     })
+}
+
+/// The plan of a task from its guesses, as precise as differences need it.
+///
+/// # Errors
+/// Where the design cannot be evaluated.
+pub fn plan_for_check(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
+    best_of_guesses(problem, task, phi, state)?;
+    let tight = gradients::tight(&problem.planning);
+    if tight == problem.planning {
+        return Ok(());
+    }
+    let controls = state.plan.trajectory.controls.clone();
+    state.evaluate(task, phi, &tight, Some(&controls))
 }

@@ -2,17 +2,18 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use supple_kernels::{Matrices, Scratch};
 
-use super::compare::{Row, Worst, derivative, step_at};
+use super::compare::{Entries, Row};
+use super::differences::{Difference, Differencing, differentiate};
 use crate::design::uniform;
 use crate::knots::Knots;
 use crate::plan::Plan;
-use crate::problem::Task;
-use crate::system::{Curvature, KnotAdjoints, Points, Variation};
+use crate::problem::{Problem, Task};
+use crate::system::{Curvature, KnotAdjoints};
 use crate::trajectory::Trajectory;
 
 /// Every derivative of the task's system along its plan.
-pub(super) fn rows(task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {
-    let mut check = SystemCheck { task, phi, plan, scratch: Scratch::new() };
+pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {
+    let mut check = SystemCheck { problem, task, phi, plan, scratch: Scratch::new() };
     vec![
         check.dynamics(),
         check.measurement(),
@@ -26,15 +27,24 @@ pub(super) fn rows(task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {
     ]
 }
 
-struct SystemCheck<'a> {
-    task: &'a Task,
-    phi: &'a [f64],
-    plan: &'a Plan,
-    scratch: Scratch,
+pub(super) struct SystemCheck<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) task: &'a Task,
+    pub(super) phi: &'a [f64],
+    pub(super) plan: &'a Plan,
+    pub(super) scratch: Scratch,
 }
 
-const FIRST_ORDER: f64 = 1e-7;
-const HIGHER_ORDER: f64 = 1e-5;
+pub(super) const FIRST_ORDER: f64 = 1e-7;
+pub(super) const HIGHER_ORDER: f64 = 1e-5;
+
+/// The longest step of a state or control, relative to 1 plus its value.
+const STEP: f64 = 1e-4;
+
+/// How a function along the trajectory is differenced, `block` values in a row being sums of terms of one size.
+pub(super) fn differencing(step: f64, tolerance: f64, block: usize) -> Differencing<'static> {
+    Differencing { step, goal: tolerance, noise: None, block: block.max(1) }
+}
 
 /// `z_t` of a trajectory, moved by `h` in entry `j`.
 fn moved(trajectory: &Trajectory, t: usize, j: usize, h: f64) -> (Vec<f64>, Vec<f64>) {
@@ -52,59 +62,80 @@ fn moved(trajectory: &Trajectory, t: usize, j: usize, h: f64) -> (Vec<f64>, Vec<
 }
 
 impl SystemCheck<'_> {
-    /// State `j` or control `j - n` at step `t`, for people.
+    /// State `j` or control `j - n`, for people.
     fn variable(&self, j: usize) -> String {
         let names = self.task.system.state_names();
         names.get(j).cloned().unwrap_or_else(|| format!("u{}", j + 1 - names.len()))
     }
 
+    /// The longest step of entry `j` of `z_t`.
     fn size(&self, t: usize, j: usize) -> f64 {
         let (x, u) = moved(&self.plan.trajectory, t, j, 0.0);
-        step_at(x.into_iter().chain(u).nth(j).unwrap_or(0.0))
+        STEP * (1.0 + x.into_iter().chain(u).nth(j).unwrap_or(0.0).abs())
+    }
+
+    /// The row of a matrix per step: entry `(i, j)` has one scale over all steps.
+    fn matrix_row(
+        &self,
+        name: &str,
+        tolerance: f64,
+        (rows, cols): (usize, usize),
+        entries: impl IntoIterator<Item = ([usize; 3], f64, Option<Difference>)>,
+        place: impl Fn(usize, usize) -> String,
+    ) -> Row {
+        let mut list = Entries::default();
+        for ([t, i, j], analytic, numeric) in entries {
+            let group = i * cols + j;
+            list.add((group, t * rows * cols + group), analytic, numeric);
+        }
+        let row = list.row(name, tolerance, |key| {
+            let (t, i, j) = (key / (rows * cols), key / cols % rows, key % cols);
+            format!("{}, step {t}", place(i, j))
+        });
+        // With one scale over all steps, entries that vanish at some steps are nothing to note.
+        Row { unresolved: Vec::new(), ..row }
     }
 
     fn dynamics(&mut self) -> Row {
         let (n, joint) = (self.plan.knots.dimensions.states, self.plan.knots.dimensions.joint());
-        let mut worst = Worst::new();
-        for t in 0..self.plan.trajectory.steps() {
-            for j in 0..joint {
-                let numeric = derivative(self.size(t, j), |h| {
-                    let (x, u) = moved(&self.plan.trajectory, t, j, h);
-                    let mut next = vec![0.0; n];
-                    self.task.system.step(t, &x, &u, self.phi, &mut next);
-                    next
-                });
-                for (i, numeric) in numeric.into_iter().enumerate() {
-                    let place = || format!("d{}+/d{}, step {t}", self.variable(i), self.variable(j));
-                    worst.add(self.plan.knots.dynamics.get(t, i, j), numeric, place);
-                }
+        let mut entries = Vec::new();
+        for (t, j) in (0..self.plan.trajectory.steps()).flat_map(|t| (0..joint).map(move |j| (t, j))) {
+            let numeric = differentiate(differencing(self.size(t, j), FIRST_ORDER, n), |h| {
+                let (x, u) = moved(&self.plan.trajectory, t, j, h);
+                let mut next = vec![0.0; n];
+                self.task.system.step(t, &x, &u, self.phi, &mut next);
+                Some(next)
+            });
+            for i in 0..n {
+                let numeric = numeric.as_ref().map(|numeric| numeric[i]);
+                entries.push(([t, i, j], self.plan.knots.dynamics.get(t, i, j), numeric));
             }
         }
-        worst.row("A, B: dynamics", FIRST_ORDER)
+        let place = |i, j| format!("d{}+/d{}", self.variable(i), self.variable(j));
+        self.matrix_row("A, B: dynamics", FIRST_ORDER, (n, joint), entries, place)
     }
 
     fn measurement(&mut self) -> Row {
         let (n, p) = (self.plan.knots.dimensions.states, self.plan.knots.dimensions.measurements);
-        let mut worst = Worst::new();
-        for t in 0..=self.plan.trajectory.steps() {
-            for j in 0..n {
-                let numeric = derivative(self.size(t, j), |h| {
-                    let (x, _) = moved(&self.plan.trajectory, t, j, h);
-                    let mut y = vec![0.0; p];
-                    self.task.system.observe(t, &x, self.phi, &mut y);
-                    y
-                });
-                for (i, numeric) in numeric.into_iter().enumerate() {
-                    let place = || format!("dy{}/d{}, step {t}", i + 1, self.variable(j));
-                    worst.add(self.plan.knots.measurement.get(t, i, j), numeric, place);
-                }
+        let mut entries = Vec::new();
+        for (t, j) in (0..=self.plan.trajectory.steps()).flat_map(|t| (0..n).map(move |j| (t, j))) {
+            let numeric = differentiate(differencing(self.size(t, j), FIRST_ORDER, p), |h| {
+                let (x, _) = moved(&self.plan.trajectory, t, j, h);
+                let mut y = vec![0.0; p];
+                self.task.system.observe(t, &x, self.phi, &mut y);
+                Some(y)
+            });
+            for i in 0..p {
+                let numeric = numeric.as_ref().map(|numeric| numeric[i]);
+                entries.push(([t, i, j], self.plan.knots.measurement.get(t, i, j), numeric));
             }
         }
-        worst.row("C: measurement", FIRST_ORDER)
+        let place = |i, j| format!("dy{}/d{}", i + 1, self.variable(j));
+        self.matrix_row("C: measurement", FIRST_ORDER, (p, n), entries, place)
     }
 
     /// Variables of the cost at step t: the control has no part in the end.
-    fn cost_variables(&self, t: usize) -> usize {
+    pub(super) fn cost_variables(&self, t: usize) -> usize {
         let size = self.plan.knots.dimensions;
         if t < self.plan.trajectory.steps() { size.joint() } else { size.states }
     }
@@ -112,59 +143,80 @@ impl SystemCheck<'_> {
     fn cost_gradient(&mut self) -> Row {
         let joint = self.plan.knots.dimensions.joint();
         let steps = self.plan.trajectory.steps();
-        let mut worst = Worst::new();
+        let mut entries = Vec::new();
         for t in 0..=steps {
             for j in 0..self.cost_variables(t) {
+                let how = differencing(self.size(t, j), FIRST_ORDER, 1);
                 let (task, phi, plan) = (self.task, self.phi, self.plan);
-                let numeric = derivative(self.size(t, j), |h| {
+                let numeric = differentiate(how, |h| {
                     let (x, u) = moved(&plan.trajectory, t, j, h);
-                    vec![if t < steps {
+                    Some(vec![if t < steps {
                         task.system.stage_cost(t, &x, &u, phi, &mut self.scratch)
                     } else {
                         task.system.final_cost(&x, phi, &mut self.scratch)
-                    }]
+                    }])
                 });
-                let place = || format!("d{}, step {t}", self.variable(j));
-                worst.add(self.plan.knots.cost.get(t, j, joint), numeric[0], place);
+                let analytic = self.plan.knots.cost.get(t, j, joint);
+                entries.push(([t, 0, j], analytic, numeric.map(|numeric| numeric[0])));
             }
         }
-        worst.row("cost, first order", FIRST_ORDER)
+        let place = |_, j| format!("d{}", self.variable(j));
+        self.matrix_row("cost, first order", FIRST_ORDER, (1, joint), entries, place)
     }
 
-    /// `[l_zz | l_z]` with `z_t` moved at every step at once.
-    fn quadratics(&mut self, j: usize, h: &dyn Fn(usize) -> f64) -> Matrices {
-        let mut trajectory = self.plan.trajectory.clone();
-        move_all(&mut trajectory, j, h);
-        let mut out = Knots::zeros(self.plan.knots.dimensions, trajectory.steps()).cost;
-        let at = trajectory.points();
-        self.task.system.cost_quadratics(at, self.phi, Curvature::Exact, &mut out, &mut self.scratch);
-        out
+    /// Differences of `width` values a step by entry `j` of `z`, which moves at every step at once.
+    fn at_every_step(
+        &mut self,
+        (j, width): (usize, usize),
+        mut values: impl FnMut(&mut Self, &Trajectory) -> Vec<f64>,
+    ) -> Option<Vec<Difference>> {
+        let sizes: Vec<f64> = (0..=self.plan.trajectory.steps()).map(|t| self.size(t, j)).collect();
+        let mut found = differentiate(differencing(1.0, HIGHER_ORDER, width), |share| {
+            let mut trajectory = self.plan.trajectory.clone();
+            move_all(&mut trajectory, j, &|t| share * sizes[t]);
+            Some(values(self, &trajectory))
+        })?;
+        for (found, size) in found.chunks_mut(width).zip(&sizes) {
+            found.iter_mut().for_each(|found| *found = found.over(*size));
+        }
+        Some(found)
+    }
+
+    /// A row of second derivatives: differences of gradients, `joint` entries a step, beside a matrix per step.
+    fn second_order(
+        &mut self,
+        name: &str,
+        (analytic, steps): (&Matrices, usize),
+        mut gradients: impl FnMut(&mut Self, &Trajectory) -> Vec<f64>,
+    ) -> Row {
+        let joint = self.plan.knots.dimensions.joint();
+        let mut entries = Vec::new();
+        for j in 0..joint {
+            let numeric = self.at_every_step((j, joint), &mut gradients);
+            for t in 0..steps {
+                let used = self.cost_variables(t);
+                for i in (0..used).filter(|_| j < used) {
+                    let numeric = numeric.as_ref().map(|numeric| numeric[t * joint + i]);
+                    entries.push(([t, i, j], analytic.get(t, i, j), numeric));
+                }
+            }
+        }
+        let place = |i, j| format!("d{} d{}", self.variable(i), self.variable(j));
+        self.matrix_row(name, HIGHER_ORDER, (joint, joint), entries, place)
     }
 
     fn cost_hessian(&mut self) -> Row {
         let joint = self.plan.knots.dimensions.joint();
-        let mut worst = Worst::new();
-        for j in 0..joint {
-            let steps: Vec<f64> = (0..=self.plan.trajectory.steps()).map(|t| self.size(t, j)).collect();
-            let numeric = derivative(1.0, |share| {
-                let moved = self.quadratics(j, &|t| share * steps[t]);
-                let entries = (0..=self.plan.trajectory.steps())
-                    .flat_map(|t| (0..joint).map(move |i| (t, i)))
-                    .map(|(t, i)| moved.get(t, i, joint));
-                entries.collect()
-            });
-            for (index, numeric) in numeric.into_iter().enumerate() {
-                let (t, i) = (index / joint, index % joint);
-                if i < self.cost_variables(t) && j < self.cost_variables(t) {
-                    let place = || format!("d{} d{}, step {t}", self.variable(i), self.variable(j));
-                    worst.add(self.plan.knots.cost.get(t, i, j), numeric / steps[t], place);
-                }
-            }
-        }
-        worst.row("cost, second order", HIGHER_ORDER)
+        let stages = self.plan.trajectory.steps() + 1;
+        self.second_order("cost, second order", (&self.plan.knots.cost, stages), |check, trajectory| {
+            let mut out = Knots::zeros(check.plan.knots.dimensions, trajectory.steps()).cost;
+            let (system, at) = (&check.task.system, trajectory.points());
+            system.cost_quadratics(at, check.phi, Curvature::Exact, &mut out, &mut check.scratch);
+            (0..stages).flat_map(|t| (0..joint).map(move |i| (t, i))).map(|(t, i)| out.get(t, i, joint)).collect()
+        })
     }
 
-    fn jacobians(&mut self, trajectory: &Trajectory, phi: &[f64]) -> Knots {
+    pub(super) fn jacobians(&mut self, trajectory: &Trajectory, phi: &[f64]) -> Knots {
         let mut knots = Knots::zeros(self.plan.knots.dimensions, trajectory.steps());
         let system = &*self.task.system;
         knots.linearise_plan(system, trajectory.points(), phi, Curvature::Exact, &mut self.scratch);
@@ -178,30 +230,18 @@ impl SystemCheck<'_> {
         let mut analytic = Matrices::zeros(steps + 1, joint, joint + 1);
         let (at, costates) = (self.plan.trajectory.points(), &self.plan.costates);
         self.task.system.add_dynamics_curvature(at, self.phi, costates, &mut analytic, &mut self.scratch);
-        let mut worst = Worst::new();
-        for j in 0..joint {
-            let sizes: Vec<f64> = (0..=steps).map(|t| self.size(t, j)).collect();
-            let numeric = derivative(1.0, |share| {
-                let mut trajectory = self.plan.trajectory.clone();
-                move_all(&mut trajectory, j, &|t| share * sizes[t]);
-                let knots = self.jacobians(&trajectory, self.phi);
-                let through = |t: usize, i: usize| -> f64 {
-                    let costate = self.plan.costates.vector(t + 1);
-                    (0..n).map(|k| knots.dynamics.get(t, k, i) * costate[k]).sum()
-                };
-                (0..steps).flat_map(|t| (0..joint).map(move |i| (t, i))).map(|(t, i)| through(t, i)).collect()
-            });
-            for (index, numeric) in numeric.into_iter().enumerate() {
-                let (t, i) = (index / joint, index % joint);
-                let place = || format!("d{} d{}, step {t}", self.variable(i), self.variable(j));
-                worst.add(analytic.get(t, i, j), numeric / sizes[t], place);
-            }
-        }
-        worst.row("lambda' f, second order", HIGHER_ORDER)
+        self.second_order("lambda' f, second order", (&analytic, steps), |check, trajectory| {
+            let knots = check.jacobians(trajectory, check.phi);
+            let through = |t: usize, i: usize| -> f64 {
+                let costate = check.plan.costates.vector(t + 1);
+                (0..n).map(|k| knots.dynamics.get(t, k, i) * costate[k]).sum()
+            };
+            (0..steps).flat_map(|t| (0..joint).map(move |i| (t, i))).map(|(t, i)| through(t, i)).collect()
+        })
     }
 
-    /// Random adjoints of the knots, and their inner product with the knots at a trajectory and parameters.
-    fn adjoints(&self) -> KnotAdjoints {
+    /// Random adjoints of the knots.
+    pub(super) fn adjoints(&self) -> KnotAdjoints {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut adjoints = KnotAdjoints::zeros(self.plan.knots.dimensions, self.plan.trajectory.steps());
         let mut fill = |matrices: &mut Matrices, cols: usize, symmetric: bool| {
@@ -225,7 +265,8 @@ impl SystemCheck<'_> {
         adjoints
     }
 
-    fn inner_product(&mut self, adjoints: &KnotAdjoints, trajectory: &Trajectory, phi: &[f64]) -> Vec<f64> {
+    /// The inner product of adjoints with the knots at a trajectory and parameters, per step.
+    pub(super) fn inner_product(&mut self, adjoints: &KnotAdjoints, trajectory: &Trajectory, phi: &[f64]) -> Vec<f64> {
         let knots = self.jacobians(trajectory, phi);
         let size = self.plan.knots.dimensions;
         let per_step = |t: usize| {
@@ -239,7 +280,7 @@ impl SystemCheck<'_> {
         (0..=trajectory.steps()).map(per_step).collect()
     }
 
-    fn contraction(&mut self, adjoints: &KnotAdjoints) -> (Matrices, Vec<f64>) {
+    pub(super) fn contraction(&mut self, adjoints: &KnotAdjoints) -> (Matrices, Vec<f64>) {
         let joint = self.plan.knots.dimensions.joint();
         let mut by_joint = Matrices::zeros(self.plan.trajectory.steps() + 1, joint, joint + 1);
         let mut by_parameters = vec![0.0; self.phi.len()];
@@ -253,127 +294,18 @@ impl SystemCheck<'_> {
         let joint = self.plan.knots.dimensions.joint();
         let adjoints = self.adjoints();
         let (analytic, _) = self.contraction(&adjoints);
-        let mut worst = Worst::new();
+        let mut entries = Vec::new();
         for j in 0..joint {
-            let sizes: Vec<f64> = (0..=self.plan.trajectory.steps()).map(|t| self.size(t, j)).collect();
-            let numeric = derivative(1.0, |share| {
-                let mut trajectory = self.plan.trajectory.clone();
-                move_all(&mut trajectory, j, &|t| share * sizes[t]);
-                self.inner_product(&adjoints, &trajectory, self.phi)
-            });
-            for (t, numeric) in numeric.into_iter().enumerate().filter(|&(t, _)| j < self.cost_variables(t)) {
-                let place = || format!("d{}, step {t}", self.variable(j));
-                worst.add(analytic.get(t, j, joint), numeric / sizes[t], place);
+            let numeric =
+                self.at_every_step((j, 1), |check, trajectory| check.inner_product(&adjoints, trajectory, check.phi));
+            for t in (0..=self.plan.trajectory.steps()).filter(|&t| j < self.cost_variables(t)) {
+                let numeric = numeric.as_ref().map(|numeric| numeric[t]);
+                entries.push(([t, 0, j], analytic.get(t, j, joint), numeric));
             }
         }
-        worst.row("knots, contracted, by trajectory", HIGHER_ORDER)
+        let place = |_, j| format!("d{}", self.variable(j));
+        self.matrix_row("knots, contracted, by trajectory", HIGHER_ORDER, (1, joint), entries, place)
     }
-
-    fn contraction_by_parameters(&mut self) -> Row {
-        let adjoints = self.adjoints();
-        let (_, analytic) = self.contraction(&adjoints);
-        let trajectory = self.plan.trajectory.clone();
-        self.by_parameters("knots, contracted, by parameters", &analytic, HIGHER_ORDER, |check, phi| {
-            check.inner_product(&adjoints, &trajectory, phi).into_iter().sum()
-        })
-    }
-
-    fn by_parameters(
-        &mut self,
-        name: &str,
-        analytic: &[f64],
-        tolerance: f64,
-        mut value: impl FnMut(&mut Self, &[f64]) -> f64,
-    ) -> Row {
-        let mut worst = Worst::new();
-        for (index, &analytic) in analytic.iter().enumerate() {
-            // Long steps where rounding counts, short ones beside a kink of a higher derivative: the best of them.
-            let numeric = [1e-2, 1e-3, 1e-4].map(|share| {
-                let step = share * self.phi[index].abs().max(1e-2);
-                let moved = derivative(step, |h| {
-                    let mut phi = self.phi.to_vec();
-                    phi[index] += h;
-                    vec![value(self, &phi)]
-                });
-                moved[0]
-            });
-            let error = |numeric: &f64| (numeric - analytic).abs();
-            let better = numeric.into_iter().min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(f64::NAN);
-            worst.add(analytic, better, || format!("parameter {}", index + 1));
-        }
-        worst.row(name, tolerance)
-    }
-
-    /// `sum l + lambda_{t+1}' f` along a trajectory.
-    fn lagrangian(&mut self, trajectory: &Trajectory, costates: &Matrices, phi: &[f64]) -> f64 {
-        let n = self.plan.knots.dimensions.states;
-        let mut next = vec![0.0; n];
-        let mut sum = 0.0;
-        for t in 0..trajectory.steps() {
-            let (x, u) = (trajectory.states.vector(t), trajectory.controls.vector(t));
-            sum += self.task.system.stage_cost(t, x, u, phi, &mut self.scratch);
-            self.task.system.step(t, x, u, phi, &mut next);
-            sum += next.iter().zip(costates.vector(t + 1)).map(|(f, costate)| f * costate).sum::<f64>();
-        }
-        sum + self.task.system.final_cost(trajectory.states.vector(trajectory.steps()), phi, &mut self.scratch)
-    }
-
-    fn parameter_gradient(
-        &mut self,
-        at: Points,
-        phi: &[f64],
-        costates: &Matrices,
-        variation: Option<Variation>,
-    ) -> Vec<f64> {
-        let mut out = vec![0.0; phi.len()];
-        self.task.system.add_parameter_gradient(at, phi, costates, variation, &mut out, &mut self.scratch);
-        out
-    }
-
-    fn lagrangian_by_parameters(&mut self) -> Row {
-        let trajectory = self.plan.trajectory.clone();
-        let costates = self.plan.costates.clone();
-        let analytic = self.parameter_gradient(trajectory.points(), self.phi, &costates, None);
-        self.by_parameters("Lagrangian by parameters", &analytic, FIRST_ORDER, |check, phi| {
-            check.lagrangian(&trajectory, &costates, phi)
-        })
-    }
-
-    /// The derivative of the Lagrangian's gradient by the parameters along a random variation.
-    fn mixed(&mut self) -> Row {
-        let mut random = ChaCha8Rng::seed_from_u64(2);
-        let (size, steps) = (self.plan.knots.dimensions, self.plan.trajectory.steps());
-        let mut joint = Matrices::vectors(steps + 1, size.joint());
-        let mut costates = Matrices::vectors(steps + 1, size.states);
-        for t in 0..=steps {
-            let used = self.cost_variables(t);
-            joint.vector_mut(t)[..used].iter_mut().for_each(|value| *value = uniform(&mut random) - 0.5);
-            costates.vector_mut(t).iter_mut().for_each(|value| *value = uniform(&mut random) - 0.5);
-        }
-        let variation = Variation { joint: &joint, costates: &costates };
-        let (trajectory, lambda) = (self.plan.trajectory.clone(), self.plan.costates.clone());
-        let analytic = self.parameter_gradient(trajectory.points(), self.phi, &lambda, Some(variation));
-        let numeric = derivative(1e-6, |h| {
-            let (mut trajectory, mut lambda) = (trajectory.clone(), lambda.clone());
-            for t in 0..=steps {
-                add(trajectory.states.vector_mut(t), h, &joint.vector(t)[..size.states]);
-                add(lambda.vector_mut(t), h, costates.vector(t));
-                if t < steps {
-                    add(trajectory.controls.vector_mut(t), h, &joint.vector(t)[size.states..]);
-                }
-            }
-            self.parameter_gradient(trajectory.points(), self.phi, &lambda, None)
-        });
-        let mut worst = Worst::new();
-        for (index, (analytic, numeric)) in analytic.into_iter().zip(numeric).enumerate() {
-            worst.add(analytic, numeric, || format!("parameter {}", index + 1));
-        }
-        worst.row("Lagrangian, mixed", HIGHER_ORDER)
-    }
-}
-
-fn add(to: &mut [f64], factor: f64, from: &[f64]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
 }
 
 fn product(a: &Matrices, b: &Matrices, t: usize, cols: usize) -> f64 {

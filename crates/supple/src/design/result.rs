@@ -22,6 +22,13 @@ pub enum DesignStatus {
     Stopped,
 }
 
+impl DesignStatus {
+    /// Whether the design that was found meets every bound and the budget, with plans that converged.
+    pub fn meets_bounds(self) -> bool {
+        self != Self::BoundViolated
+    }
+}
+
 impl std::fmt::Display for DesignStatus {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(match self {

@@ -9,6 +9,7 @@ use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 use crate::stability::explain;
+use crate::violation;
 
 /// The design parameters as the search moves them: each from 0 at its lower bound to 1 at its upper one, linearly or
 /// in the logarithm.
@@ -100,7 +101,7 @@ impl PriceVisit {
 
     /// How far the sum is above the budget, relative to it.
     pub fn violation(&self) -> Option<f64> {
-        self.budget.map(|budget| (self.total - budget) / budget)
+        self.budget.map(|budget| violation(self.total, budget))
     }
 }
 
@@ -171,9 +172,9 @@ impl Visit {
         self.tasks.iter().any(|task| task.misses_contact)
     }
 
-    /// Whether every plan converged.
+    /// Whether every plan converged, to numbers that are finite.
     pub fn is_planned(&self) -> bool {
-        self.tasks.iter().all(|task| task.converged)
+        self.tasks.iter().all(|task| task.converged && task.cost.is_finite() && task.information.is_finite())
     }
 }
 
@@ -194,7 +195,7 @@ impl TaskVisit {
 
     /// `(J - D) / |D|`
     pub fn violation(&self) -> Option<f64> {
-        self.bound.map(|bound| (self.cost - bound) / bound.abs().max(1e-300))
+        self.bound.map(|bound| violation(self.cost, bound))
     }
 
     /// The gradient of `J - share D` by all parameters.

@@ -21,7 +21,7 @@ use assemble::{cost_report, information_report, trajectory_report};
 pub use controller::ControllerReport;
 pub use report::*;
 pub use sensing::MeasurementReport;
-pub use trouble::plan_warnings;
+pub use trouble::{number_warnings, plan_warnings};
 
 /// What to find beside information and cost.
 #[derive(Clone, Debug, Default)]
@@ -40,13 +40,13 @@ pub struct EvaluateOptions {
     pub controls: Option<Vec<Matrices>>,
     /// Whether to keep the trajectories.
     pub trajectories: bool,
+    /// How far above its bound an expected cost may be, relative to the bound; that of the problem's design settings where it
+    /// is not given.
+    pub feasibility: Option<f64>,
 }
 
 /// A gradient counts as valid when the plan's relative stationarity is at most this.
 pub const VALID_STATIONARITY: f64 = 1e-8;
-
-/// How far above its bound an expected cost may be for the task to count as met, relative to the bound.
-pub const FEASIBILITY: f64 = 1e-6;
 
 impl Problem {
     /// Evaluates a design: all its parameters in the order of declaration.
@@ -64,10 +64,6 @@ impl Problem {
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
         let nats: f64 =
             tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * e.information.total_nats).sum();
-        let meets = |task: &TaskEvaluation| {
-            let bound = task.cost.bound.unwrap_or(f64::INFINITY);
-            task.status.is_converged() && task.cost.expected <= bound + FEASIBILITY * bound.abs()
-        };
         let price = self.parameters.have_prices().then(|| {
             let (total, weight) = (self.parameters.price(phi), self.design.price_weight);
             PriceReport {
@@ -78,15 +74,16 @@ impl Problem {
                 parameters: self.parameters.prices(phi),
             }
         });
-        // Without prices there is nothing to pay.
-        let affordable = price.as_ref().and_then(PriceReport::exceeded).is_none();
-        Ok(Evaluation {
+        let mut evaluation = Evaluation {
             parameters: Named::new(&self.parameters, phi),
             objective: Objective { information_nats: nats, information_bits: nats / std::f64::consts::LN_2 },
-            feasible: affordable && tasks.iter().all(meets),
+            feasible: false,
+            feasibility: options.feasibility.unwrap_or(self.design.feasibility),
             price,
             tasks,
-        })
+        };
+        evaluation.feasible = evaluation.is_feasible();
+        Ok(evaluation)
     }
 }
 
@@ -117,7 +114,12 @@ fn evaluate_task(
         belief_repairs: state.belief.repairs,
         branches,
         limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
-        warnings: [plan_warnings(task, phi, &state.plan), contact_warnings(task, phi, &contacts)].concat(),
+        warnings: [
+            plan_warnings(task, phi, &state.plan),
+            contact_warnings(task, phi, &contacts),
+            number_warnings(task, state, monte_carlo.as_ref()),
+        ]
+        .concat(),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),

@@ -13,7 +13,7 @@ use crate::plan::PlanStatus;
 use crate::scene::Scene;
 use crate::simulate::{MonteCarlo, Sample};
 use crate::stability::Stability;
-use crate::{CostParts, PriceReport};
+use crate::{CostParts, FEASIBILITY, PriceReport, meets};
 
 /// Values by parameter name, in the order of declaration.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,8 +73,11 @@ pub struct Evaluation {
     pub parameters: Named,
     /// What designs minimise.
     pub objective: Objective,
-    /// Whether every plan converged, every task meets its bound and the price the budget, to 1e-6 of it.
+    /// Whether every plan converged, every task meets its bound and the price the budget, to a share `feasibility` of it.
     pub feasible: bool,
+    /// How far above its bound an expected cost may be, and above the budget the price, relative to it.
+    #[serde(default = "default_feasibility")]
+    pub feasibility: f64,
     /// What the parameters cost; none where none has a price.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<PriceReport>,
@@ -82,7 +85,31 @@ pub struct Evaluation {
     pub tasks: Vec<TaskEvaluation>,
 }
 
+fn default_feasibility() -> f64 {
+    FEASIBILITY
+}
+
 impl Evaluation {
+    /// The bound of one of its tasks, where the expected cost does not meet it.
+    pub fn missed_bound(&self, task: &TaskEvaluation) -> Option<f64> {
+        task.cost.bound.filter(|&bound| !meets(task.cost.expected, Some(bound), self.feasibility))
+    }
+
+    /// The budget, where the price does not keep it.
+    pub fn exceeded_budget(&self) -> Option<f64> {
+        let price = self.price.as_ref()?;
+        price.budget.filter(|&budget| !meets(price.total, Some(budget), self.feasibility))
+    }
+
+    /// What [`feasible`](Self::feasible) says.
+    pub(super) fn is_feasible(&self) -> bool {
+        let met = |task: &TaskEvaluation| {
+            let finite = task.information.total_nats.is_finite();
+            task.status.is_converged() && finite && meets(task.cost.expected, task.cost.bound, self.feasibility)
+        };
+        self.exceeded_budget().is_none() && self.tasks.iter().all(met)
+    }
+
     /// Why its numbers cannot be trusted, of all tasks; nothing where all is well.
     pub fn warnings(&self) -> impl Iterator<Item = &str> {
         self.tasks.iter().flat_map(|task| &task.warnings).map(String::as_str)

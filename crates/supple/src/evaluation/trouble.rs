@@ -1,5 +1,7 @@
+use crate::pipeline::TaskState;
 use crate::plan::Plan;
 use crate::problem::Task;
+use crate::simulate::MonteCarlo;
 
 /// Why a plan should not be trusted, in words: how its search ended where it did not converge, with the step and the control
 /// where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
@@ -13,6 +15,38 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
             "task `{}`: a plan of cost {cost:.6} did not converge and was not kept; the one that was kept costs {:.6}. Raise \
              `planning.max_iterations`, or start from another `initial_control`",
             task.name, plan.objective
+        ));
+    }
+    warnings
+}
+
+/// Why the numbers of a task are of no use: information or a part of the expected cost is not finite, or roll-outs diverged.
+pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCarlo>) -> Vec<String> {
+    let cost = &state.cost;
+    let numbers = [
+        ("information", state.information.total),
+        ("nominal cost", cost.nominal),
+        ("belief cost", cost.belief),
+        ("process noise cost", cost.process),
+        ("cost of the unknown start", cost.initial),
+        ("expected cost", cost.expected()),
+    ];
+    let broken = numbers.into_iter().find(|(_, value)| !value.is_finite());
+    let mut warnings: Vec<String> = broken
+        .map(|(what, value)| {
+            format!(
+                "task `{}`: the {what} is {value}: no result can be read from it. Look for variances, weights or feedback \
+                 beyond what a number can hold",
+                task.name
+            )
+        })
+        .into_iter()
+        .collect();
+    if let Some(sampled) = sampled.filter(|sampled| sampled.diverged > 0) {
+        warnings.push(format!(
+            "task `{}`: {} of {} roll-outs diverged, so that the sampled cost is infinite: with this noise the controller does \
+             not hold the robot near its plan. Lower the noise, or make the time step shorter",
+            task.name, sampled.diverged, sampled.rollouts
         ));
     }
     warnings

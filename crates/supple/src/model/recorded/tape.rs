@@ -31,7 +31,8 @@ pub enum Instruction {
     Tanh(u32),
     /// `e^a - 1`
     ExpM1(u32),
-    /// Natural logarithm of `1 + a`.
+    /// Natural logarithm of `1 + a`; tapes spell it as they do `exp_m1`.
+    #[serde(rename = "ln_1p", alias = "ln1p")]
     Ln1p(u32),
     /// The angle of the point (`b`, `a`), radians.
     Atan2(u32, u32),

@@ -1,0 +1,129 @@
+"""Results as tables and frames: types of columns, every study, units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import supple
+
+ROOT = Path(__file__).parents[2]
+pandas = pytest.importorskip("pandas")
+polars = pytest.importorskip("polars")
+
+
+@pytest.fixture(scope="module")
+def small() -> supple.Task:
+    return supple.load(ROOT / "tasks/two_mass_small.toml")
+
+
+@pytest.fixture(scope="module")
+def sweep(small: supple.Task) -> supple.Sweep:
+    return small.sweep({"k1": [40.0, 60.0], "k2": [20.0, 30.0, 40.0]})
+
+
+def test_whole_numbers_and_truths_stay_so(sweep: supple.Sweep) -> None:
+    assert sweep.table["feasible"].dtype == bool
+    assert sweep.table["press.iterations"].dtype == np.int64
+    frame = sweep.to_pandas()
+    assert (frame["feasible"].dtype, frame["press.iterations"].dtype) == (bool, np.int64)
+    assert sweep.to_polars()["feasible"].dtype == polars.Boolean
+
+
+def test_where_some_are_missing_frames_keep_the_type() -> None:
+    columns = {"feasible": np.array([1.0, np.nan]), "press.iterations": np.array([3.0, np.nan])}
+    table = supple.Table(columns, {}, {}, {"feasible": "truths", "press.iterations": "counts"})
+    frame = table.to_pandas()
+    assert frame["feasible"].tolist() == [True, pandas.NA]
+    assert (str(frame["feasible"].dtype), str(frame["press.iterations"].dtype)) == ("boolean", "Int64")
+    assert table.to_polars()["press.iterations"].to_list() == [3, None]
+
+
+def test_texts_have_the_shape_of_the_grid(sweep: supple.Sweep) -> None:
+    assert sweep.grid("press.status").tolist() == [["converged"] * 3] * 2
+    assert sweep.grid("feasible").shape == (2, 3)
+
+
+def test_every_study_is_a_frame(small: supple.Task) -> None:
+    masses = supple.load(ROOT / "tasks/two_mass.toml")
+    studies: dict[str, tuple[Any, set[str]]] = {
+        "evaluate": (small.evaluate(), {"step", "time", "x1", "x1.deviation", "information_bits"}),
+        "design": (small.design(starts=1), {"step", "time", "u"}),
+        "robustness": (
+            masses.robustness(["start"], vary={"wall_variance": [1e-5, 1e-4]}, rollouts=2),
+            {"design", "task", "wall_variance", "mean", "diverged"},
+        ),
+        "pareto": (small.pareto(points=2, starts=1), {"factor", "information_bits", "press.expected_cost", "k1"}),
+        "trace": (small.trace(starts=1, methods=["sqp"]), {"method", "visit", "information_bits", "k1"}),
+        "bound": (small.bound(), {"task", "cost", "minimum_bits_per_step"}),
+        "sensors": (small.sensors(count=1), {"name", "price", "bits_alone"}),
+    }
+    for kind, (study, columns) in studies.items():
+        frame = study.to_pandas()
+        assert len(frame) > 0 and columns <= set(frame.columns), (kind, list(frame.columns))
+        assert not [name for name in frame.columns if "nats" in name], kind
+    bits = studies["evaluate"][0].to_pandas()["information_bits"].sum()
+    np.testing.assert_allclose(bits, small.evaluate().information.bits, rtol=1e-12)
+
+
+def test_datasets_have_units(small: supple.Task, sweep: supple.Sweep) -> None:
+    pytest.importorskip("xarray")
+    plan = small.evaluate().to_xarray()
+    assert plan["states"].dims == ("time", "state")
+    assert plan["time"].attrs["units"] == "s"
+    assert plan["states"].sel(state="x1").shape == (126,)
+    assert dict(zip(plan["state"].values, plan["state_unit"].values))["v1"] == "m/s"
+    grid = sweep.to_xarray()
+    assert grid["information_bits"].dims == ("k1", "k2")
+    assert grid["information_bits"].attrs["units"] == "bit"
+    assert grid["information_bits"].sel(k1=60.0, k2=30.0) > 0
+
+
+def test_masked_numbers_are_refused(small: supple.Task) -> None:
+    masked = np.ma.array([[1.0], [2.0]], mask=[[False], [True]])
+    with pytest.raises(supple.UsageError, match=r"controls\[1, 0\] is masked.*filled"):
+        small.simulate(masked)
+    with pytest.raises(supple.UsageError, match=r"k1\[1\] is masked"):
+        small.sweep({"k1": np.ma.array([40.0, 60.0], mask=[False, True])})
+    plain = np.ma.array([[1.0], [2.0]])
+    assert small.simulate(plain).shape == (3, 5)
+
+
+def test_figures_say_in_python_what_they_lack(small: supple.Task, sweep: supple.Sweep) -> None:
+    with pytest.raises(supple.UsageError) as lacking:
+        small.evaluate().plot.pareto()
+    assert "`task.pareto()`" in str(lacking.value) and "supple pareto" not in str(lacking.value)
+    with pytest.raises(supple.UsageError) as bare:
+        small.evaluate(trajectories=False).plot.belief()
+    assert "trajectories=True" in str(bare.value)
+    with pytest.raises(supple.UsageError) as curve:
+        small.bound().plot.bound()
+    assert "curve=True" in str(curve.value) and "--" not in str(curve.value)
+
+
+def test_figures_are_drawn_on_axes_of_matplotlib(small: supple.Task, sweep: supple.Sweep) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    kept = small.evaluate()
+    data = kept._kept.figure("information", others=[], task=None)
+    figure, axes = pyplot.subplots(len(data["panels"]), squeeze=False)
+    kept.plot.information(ax=axes)
+    first = axes.flat[0]
+    assert first.get_ylabel().startswith(data["panels"][0]["y"]["label"])
+    lines = [series for series in data["panels"][0]["series"] if "line" in series["shape"]]
+    assert len(first.lines) >= len(lines) > 0
+    np.testing.assert_array_equal(first.lines[0].get_ydata(), lines[0]["shape"]["line"]["y"])
+    assert first.get_xlim() == tuple(data["panels"][0]["x"]["range"])
+    field = small.sweep({"k1": "log:30:100:4", "k2": "log:5:40:4"})
+    panels = field._kept.figure("landscape", others=[], task=None)["panels"]
+    _, grid = pyplot.subplots(len(panels), squeeze=False)
+    field.plot.landscape(ax=grid)
+    assert all(ax.collections for ax in grid.flat)
+    with pytest.raises(supple.UsageError, match=r"ax has 1 axes: the figure `landscape` has"):
+        field.plot.landscape(ax=pyplot.figure().add_subplot())
+    pyplot.close("all")
