@@ -5,8 +5,11 @@ use supple_kernels::Matrices;
 use super::horizon::Horizon;
 use super::interior::{Found, search};
 use super::local::nats;
+use super::proof::{Lower, Proof};
 use super::reduce::{Chain, start};
-use super::solution::{BoundSettings, BoundStatus, MinimumInformation};
+use super::sensor::sensors;
+use super::solution::{BoundSettings, BoundStatus, MinimumInformation, VirtualSensor};
+use super::witness::Witness;
 use crate::Error;
 use crate::dense::{Dense, congruence, dense, store};
 
@@ -39,7 +42,7 @@ pub fn minimum_information(
         advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
     })?;
     let found = search(&chain, factors, settings.gap * chain.stages.len() as f64, settings);
-    Ok(solution(horizon, &chain, certified(found)?, budget))
+    Ok(solution(horizon, &chain, certified(found)?, (cost, budget)))
 }
 
 /// What the covariances may cost.
@@ -90,11 +93,13 @@ fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
         per_step_nats: vec![0.0; steps],
         iterations: 0,
         status: BoundStatus::Converged,
+        sensors: vec![VirtualSensor::none(n); steps],
+        proof: Proof::Proved { distance: 0.0 },
     })
 }
 
 /// What was found, in the coordinates of the horizon.
-fn solution(horizon: &Horizon, chain: &Chain, found: Found, budget: f64) -> MinimumInformation {
+fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
     let (steps, n) = (chain.stages.len(), horizon.prices.rows());
     let (mut predicted, mut posterior) = (Matrices::zeros(steps, n, n), Matrices::zeros(steps, n, n));
     let mut spent = 0.0;
@@ -106,18 +111,18 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, budget: f64) -> Mini
     }
     let per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
     let nats: f64 = per_step_nats.iter().sum();
-    // The budget is a difference of costs: what rounding in them may be worth.
-    let cost = horizon.base_cost + spent * budget;
-    let rounding = found.place.price / budget * 16.0 * f64::EPSILON * (cost.abs() + horizon.base_cost.abs());
+    let lower = Lower::of_horizon(horizon, asked, &Witness::new(chain, &found, budget));
     MinimumInformation {
         nats,
-        lower_nats: (nats - found.gap - rounding).max(0.0),
-        cost,
+        lower_nats: lower.nats,
+        proof: lower.proof,
+        cost: horizon.base_cost + spent * budget,
         slope: -found.place.price / budget,
         predicted,
         posterior,
         per_step_nats,
         iterations: found.iterations,
         status: found.status,
+        sensors: sensors(chain, &found),
     }
 }

@@ -7,9 +7,13 @@ use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, budget, certified};
+use super::proof::{Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
-use super::solution::{BoundSettings, BoundStatus, StationaryMinimum};
+use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
+use super::sensor::sensors;
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
+use super::witness::Witness;
+use super::zeros::lasting;
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
 
@@ -51,15 +55,20 @@ pub fn stationary_minimum(
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));
     store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
     let nats = nats(&found.local[0]);
+    let sensor = sensors(&chain, &found).pop().unwrap_or_else(|| VirtualSensor::none(n));
+    let witness = Witness::new(&chain, &found, budget);
+    let lower = Lower::of_stationary(system, cost, &witness);
     Ok(StationaryMinimum {
         nats,
-        lower_nats: (nats - found.gap).max(0.0),
+        lower_nats: lower.nats,
+        proof: lower.proof,
         cost: system.base_cost + budget * found.local[0].price.trace(),
         slope: -found.place.price / budget,
         predicted,
         posterior,
         iterations: found.iterations,
         status: found.status,
+        sensor,
     })
 }
 
@@ -72,7 +81,8 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let InUnits { d, a, price } = InUnits::of(system);
     let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
     let price = price / budget;
-    let seen = observed(&a, &price);
+    let unseen = unseen(&a, &price)?;
+    let seen = complement(&unseen);
     let mut root = seen.transpose() * &driven;
     for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
         // What is left of noise that the cost does not see is rounding.
@@ -85,13 +95,29 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let price = congruence(&kept.transpose(), &price);
     let scaled = scaled(&a, &driven, &price);
     let (dynamics, driven) = (from_left(&scaled, a * &scaled), from_left(&scaled, driven));
+    let reader = from_left(&scaled, kept.transpose());
     let basis = kept * &scaled;
+    let in_units = |m: &Dense| Dense::from_fn(n, m.ncols(), |i, k| d[i] * m[(i, k)]);
     Ok(Stage {
         dynamics,
         process: symmetric(&driven * driven.transpose()),
         price: congruence(&scaled.transpose(), &price),
-        basis: Dense::from_fn(n, basis.ncols(), |i, k| d[i] * basis[(i, k)]),
+        basis: in_units(&basis),
+        reader: Dense::from_fn(reader.nrows(), n, |k, i| reader[(k, i)] / d[i]),
+        unseen: in_units(&unseen),
     })
+}
+
+/// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is known of
+/// them, they need no information. Those that die out may stay.
+fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+    let lasting = lasting(a).ok_or_else(|| Error::NoBound {
+        what: "the modes that do not die out could not be told from the others".into(),
+        advice: "scale the states to similar sizes",
+    })?;
+    let seen = observed(&(lasting.transpose() * a * &lasting), &congruence(&lasting.transpose(), price));
+    let others = complement(&seen);
+    Ok(lasting * others)
 }
 
 /// A system in units in which subspaces are well told, whatever those of its states are.
@@ -146,7 +172,7 @@ fn from_left(basis: &Dense, columns: Dense) -> Dense {
 }
 
 /// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
-fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
+pub(super) fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let n = a.nrows();
     let mut balanced = a.abs();
     let s = balance_parlett_reinsch(&mut balanced);
@@ -178,6 +204,8 @@ fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
         posterior,
         iterations: 0,
         status: BoundStatus::Converged,
+        sensor: VirtualSensor::none(n),
+        proof: Proof::Proved { distance: 0.0 },
     }
 }
 
@@ -194,7 +222,7 @@ fn uncertain(a: &Dense, root: Dense, seen: &Dense) -> Result<Dense, Error> {
     if block.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + GROWTH) {
         return Ok(seen * driven);
     }
-    let growing = unstable(a).ok_or_else(|| Error::NoBound {
+    let growing = unstable(a, 1.0 + GROWTH).ok_or_else(|| Error::NoBound {
         what: "the states that no noise drives have eigenvalues too close to the unit circle".into(),
         advice: "add a small process noise to these states, or leave them out",
     })?;
