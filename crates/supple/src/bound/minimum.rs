@@ -111,7 +111,7 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f6
     }
     let per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
     let nats: f64 = per_step_nats.iter().sum();
-    let lower = Lower::of_horizon(horizon, asked, &Witness::new(chain, &found, budget));
+    let lower = Lower::of_horizon(horizon, asked, |margin| Witness::new(chain, &found, budget, margin));
     MinimumInformation {
         nats,
         lower_nats: lower.nats,

@@ -56,8 +56,7 @@ pub fn stationary_minimum(
     store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
     let nats = nats(&found.local[0]);
     let sensor = sensors(&chain, &found).pop().unwrap_or_else(|| VirtualSensor::none(n));
-    let witness = Witness::new(&chain, &found, budget);
-    let lower = Lower::of_stationary(system, cost, &witness);
+    let lower = Lower::of_stationary(system, cost, |margin| Witness::new(&chain, &found, budget, margin));
     Ok(StationaryMinimum {
         nats,
         lower_nats: lower.nats,
@@ -110,7 +109,37 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
 
 /// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is known of
 /// them, they need no information. Those that die out may stay.
+///
+/// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first.
 fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+    let n = a.nrows();
+    let priced = seen_states(a, |i| price.row(i).iter().any(|entry| *entry != 0.0));
+    let identity = Dense::identity(n, n);
+    let of = |wanted: bool| (0..n).filter(|&i| priced[i] == wanted).collect::<Vec<_>>();
+    let (kept, left_out) = (identity.select_columns(&of(true)), identity.select_columns(&of(false)));
+    let (a, price) = (kept.transpose() * a * &kept, congruence(&kept.transpose(), price));
+    let others = kept * unseen_modes(&a, &price)?;
+    let mut both = Dense::zeros(n, left_out.ncols() + others.ncols());
+    both.columns_mut(0, left_out.ncols()).copy_from(&left_out);
+    both.columns_mut(left_out.ncols(), others.ncols()).copy_from(&others);
+    Ok(both)
+}
+
+/// Which states act on those given, now or later, by the zeros of `a`.
+pub(super) fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
+    let n = a.nrows();
+    let mut seen: Vec<bool> = (0..n).map(given).collect();
+    loop {
+        let new: Vec<usize> =
+            (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
+        if new.is_empty() {
+            return seen;
+        }
+        new.into_iter().for_each(|j| seen[j] = true);
+    }
+}
+
+fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
     let lasting = lasting(a).ok_or_else(|| Error::NoBound {
         what: "the modes that do not die out could not be told from the others".into(),
         advice: "scale the states to similar sizes",
@@ -178,7 +207,7 @@ pub(super) fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let s = balance_parlett_reinsch(&mut balanced);
     let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / s[i] * s[j]);
     let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / s[i] / s[j]);
-    let damping = 1.0 / a.norm().max(1.0);
+    let damping = 1.0 / spectral_radius(&a).max(1.0);
     let mut reached = w.clone();
     for _ in 0..2 * n {
         reached = congruence(&a, &reached) * (damping * damping) + &w;
@@ -188,6 +217,21 @@ pub(super) fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let mean =
         if driven.is_empty() { 1.0 } else { (driven.iter().map(|v| v.ln()).sum::<f64>() / driven.len() as f64).exp() };
     (0..n).map(|i| s[i] * if deviations[i] > 0.0 { deviations[i] } else { mean }).collect()
+}
+
+/// About the largest absolute value of an eigenvalue, or more: `|A^64|^(1/64)`.
+fn spectral_radius(a: &Dense) -> f64 {
+    let (mut power, mut log) = (a.clone(), 0.0);
+    for step in 0..=6 {
+        let size = power.norm();
+        if size == 0.0 || !size.is_finite() {
+            return 0.0;
+        }
+        power /= size;
+        log += size.ln() / f64::from(1 << step);
+        power = &power * &power;
+    }
+    log.exp()
 }
 
 /// No information.
