@@ -5,12 +5,15 @@ use supple_kernels::Matrices;
 use super::horizon::Stationary;
 use super::stationary::{scales, seen_states};
 use super::subspace::complement;
-use super::zeros::free_motions;
+use super::zeros::{free_motions, moduli};
 use crate::Error;
 use crate::dense::{Dense, cholesky, congruence, dense, eigen, semidefinite_root, store, symmetric};
 
 /// Eigenvalues of prices of control below this, with a diagonal of 1, count as 0.
 const CONTROL_TOLERANCE: f64 = 1e-11;
+
+/// How far inside of the unit circle the modes of a closed loop must be.
+const SETTLED: f64 = 1e-8;
 
 /// Doublings after which a Riccati equation counts as without a solution.
 const DOUBLINGS: usize = 60;
@@ -179,7 +182,16 @@ impl Quadratic {
         let q_free = symmetric(&h.xx - to_x.transpose() * &to_x - &s);
         let none = Dense::zeros(n, n);
         let found = doubling(&a_free, symmetric(&to_u * to_u.transpose()), &q_free, &none)?;
-        Some(symmetric(s + found))
+        let s = symmetric(s + found);
+        self.is_settled(&s)?.then_some(s)
+    }
+
+    /// Whether the closed loop dies out: where it does not, the cost grows without limit.
+    fn is_settled(&self, s: &Dense) -> Option<bool> {
+        let h = self.hamiltonian(s);
+        let half = whitened(&h.uu)?;
+        let closed = &self.a - &self.b * &half * (half.transpose() * &h.ux);
+        Some(moduli(&closed)?.into_iter().all(|modulus| modulus < 1.0 - SETTLED))
     }
 
     fn hamiltonian(&self, s: &Dense) -> Hamiltonian {

@@ -27,6 +27,9 @@ pub(super) struct WitnessStep {
 /// Directions that are measured with at least this signal-to-noise ratio keep their multipliers.
 const MEASURED: f64 = 1e-3;
 
+/// By how much more the price of the budget is raised, relatively, for each nat of margin.
+const DEARER: f64 = 10.0;
+
 impl Witness {
     /// The point found, with `margin` more by step in every direction that is not measured: what rounding took of the slope of
     /// the Lagrangian, at hardly any loss, as there the multiplier's slack is small.
@@ -42,7 +45,7 @@ impl Witness {
             multiplier: symmetric(multiplier),
         };
         let steps = multipliers.into_iter().enumerate().map(step).collect();
-        Some(Self { steps, price: found.place.price / budget })
+        Some(Self { steps, price: found.place.price / budget * (1.0 + DEARER * margin) })
     }
 }
 

@@ -79,7 +79,7 @@ fn radius(a: &Dense) -> Option<Option<f64>> {
 }
 
 /// Absolute values of the eigenvalues.
-fn moduli(a: &Dense) -> Option<Vec<f64>> {
+pub(super) fn moduli(a: &Dense) -> Option<Vec<f64>> {
     if a.is_empty() {
         return Some(Vec::new());
     }

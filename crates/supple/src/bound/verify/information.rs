@@ -179,11 +179,13 @@ impl Frame {
     }
 }
 
-/// The largest of some entries beside the sizes that they were summed from.
+/// The largest of some entries beside the largest that their rows and columns were summed from.
 fn share(of: &Enclosure, sizes: &Matrix, places: impl Iterator<Item = (usize, usize)>) -> f64 {
+    let rows: Vec<f64> = (0..sizes.rows).map(|i| (0..sizes.cols).map(|j| sizes.at(i, j)).fold(0.0, f64::max)).collect();
+    let cols: Vec<f64> = (0..sizes.cols).map(|j| (0..sizes.rows).map(|i| sizes.at(i, j)).fold(0.0, f64::max)).collect();
     let relative = |(i, j): (usize, usize)| {
         let found = of.at(i, j).magnitude();
-        if found == 0.0 { 0.0 } else { found / sizes.at(i, j) }
+        if found == 0.0 { 0.0 } else { found / (rows[i].sqrt() * cols[j].sqrt()) }
     };
     places.map(relative).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }

@@ -234,14 +234,14 @@ pub(crate) fn inverse(g: &Matrix) -> Option<Enclosure> {
     if norm.is_nan() || norm >= 0.5 {
         return None;
     }
-    // |(I - R)^-1 R X| <= |R| / (1 - |R|) times the largest entry of a column of X, and 1 / (1 - |R|) is at most 2.
-    let wide: Vec<f64> = (0..n)
-        .map(|j| {
-            let largest = (0..n).map(|i| near.at(i, j).abs()).fold(0.0, f64::max);
-            (Interval::point(2.0) * Interval::point(norm) * Interval::point(largest)).high
-        })
+    // |(I - R)^-1 R X| <= |R| |X| + |R|^2 / (1 - |R|) times the largest entry of a column of X, and 1 / (1 - |R|) is at most 2.
+    let first = enclosed(&residual.magnitude()).times(&enclosed(&near.abs()));
+    let second = Interval::point(2.0) * Interval::point(norm) * Interval::point(norm);
+    let wide: Vec<Interval> = (0..n)
+        .map(|j| second * Interval::point((0..n).map(|i| near.at(i, j).abs()).fold(0.0, f64::max)))
         .collect();
     Some(Enclosure::from_fn(n, n, |i, j| {
-        Interval::around(near.at(i, j), wide[j]) * Interval::point(cols[i]) * Interval::point(rows[j])
+        let radius = (first.at(i, j) + wide[j]).high;
+        Interval::around(near.at(i, j), radius) * Interval::point(cols[i]) * Interval::point(rows[j])
     }))
 }
