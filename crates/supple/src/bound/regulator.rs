@@ -15,6 +15,9 @@ const CONTROL_TOLERANCE: f64 = 1e-11;
 /// How far inside of the unit circle the modes of a closed loop must be.
 const SETTLED: f64 = 1e-8;
 
+/// Directions cost something whose share of the dearest one's cost is above this.
+const COSTS: f64 = 1e-9;
+
 /// Doublings after which a Riccati equation counts as without a solution.
 const DOUBLINGS: usize = 60;
 
@@ -181,16 +184,21 @@ impl Quadratic {
         let a_free = &self.a - &to_u * &to_x;
         let q_free = symmetric(&h.xx - to_x.transpose() * &to_x - &s);
         let none = Dense::zeros(n, n);
-        let found = doubling(&a_free, symmetric(&to_u * to_u.transpose()), &q_free, &none)?;
+        let found = doubling(&a_free, symmetric(&to_u * to_u.transpose()), &q_free, &none, s.norm())?;
         let s = symmetric(s + found);
         self.is_settled(&s)?.then_some(s)
     }
 
-    /// Whether the closed loop dies out: where it does not, the cost grows without limit.
+    /// Whether what costs dies out in closed loop: where it does not, the cost grows without limit.
     fn is_settled(&self, s: &Dense) -> Option<bool> {
         let h = self.hamiltonian(s);
         let half = whitened(&h.uu)?;
         let closed = &self.a - &self.b * &half * (half.transpose() * &h.ux);
+        let found = eigen(s.clone())?;
+        let least = COSTS * found.eigenvalues.iter().fold(0.0f64, |a, &b| a.max(b));
+        let kept: Vec<usize> = (0..s.nrows()).filter(|&k| found.eigenvalues[k] > least).collect();
+        let basis = found.eigenvectors.select_columns(&kept);
+        let closed = basis.transpose() * closed * basis;
         Some(moduli(&closed)?.into_iter().all(|modulus| modulus < 1.0 - SETTLED))
     }
 
@@ -231,8 +239,8 @@ fn whitened(a: &Dense) -> Option<Dense> {
 }
 
 /// Where `H <- Q + A'H (I + G H)^-1 A` leads to from `start`, by doubling the number of its steps; `None` where it leads
-/// nowhere.
-pub(super) fn doubling(a: &Dense, g: Dense, q: &Dense, start: &Dense) -> Option<Dense> {
+/// nowhere. What rounding leaves of a matrix of the size `beside` does not count.
+pub(super) fn doubling(a: &Dense, g: Dense, q: &Dense, start: &Dense, beside: f64) -> Option<Dense> {
     let n = a.nrows();
     // After 2^k steps: `h` from 0, `value` from the start.
     let (mut a, mut g, mut h, mut value) = (a.clone(), g, q.clone(), None::<Dense>);
@@ -242,7 +250,7 @@ pub(super) fn doubling(a: &Dense, g: Dense, q: &Dense, start: &Dense) -> Option<
         if !next.iter().all(|v| v.is_finite()) {
             return None;
         }
-        if value.is_some_and(|value| (&next - value).norm() <= 1e-15 * next.norm()) {
+        if value.is_some_and(|value| (&next - value).norm() <= 1e-15 * (next.norm() + beside)) {
             return Some(next);
         }
         value = Some(next);

@@ -140,13 +140,12 @@ pub(super) fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool>
 }
 
 fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
-    let lasting = lasting(a).ok_or_else(|| Error::NoBound {
+    let unseen = complement(&observed(a, price));
+    let lasting = lasting(&(unseen.transpose() * a * &unseen)).ok_or_else(|| Error::NoBound {
         what: "the modes that do not die out could not be told from the others".into(),
         advice: "scale the states to similar sizes",
     })?;
-    let seen = observed(&(lasting.transpose() * a * &lasting), &congruence(&lasting.transpose(), price));
-    let others = complement(&seen);
-    Ok(lasting * others)
+    Ok(unseen * lasting)
 }
 
 /// A system in units in which subspaces are well told, whatever those of its states are.

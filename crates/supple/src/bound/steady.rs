@@ -131,7 +131,7 @@ pub(super) fn steady(problem: &Stationary, state: &TaskState) -> Result<Option<S
         None => {
             // Modes that are close to the unit circle take their time. Where noise drives nothing, doubling may lose one.
             let precision = symmetric(c.transpose() * of_noise.solve(&c));
-            let far = doubling(&a.transpose(), precision, &w, &predicted);
+            let far = doubling(&a.transpose(), precision, &w, &predicted, 0.0);
             let found = far.map_or(Ok(None), |far| filter.settle(far))?;
             found.filter(|step| {
                 let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.gain * &c);

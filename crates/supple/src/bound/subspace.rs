@@ -19,7 +19,10 @@ pub(super) fn range(a: Dense) -> Dense {
 /// An orthonormal basis of what is orthogonal to orthonormal columns.
 pub(super) fn complement(basis: &Dense) -> Dense {
     let n = basis.nrows();
-    if basis.ncols() == 0 || n == 0 {
+    if basis.ncols() >= n {
+        return Dense::zeros(n, 0);
+    }
+    if basis.ncols() == 0 {
         return Dense::identity(n, n);
     }
     let found = (Dense::identity(n, n) - basis * basis.transpose()).symmetric_eigen();

@@ -53,21 +53,23 @@ pub(super) fn free_motions(a: &Dense, b: &Dense, l: &Dense) -> Dense {
 
 /// An orthonormal basis of the modes that do not die out, by columns.
 pub(super) fn lasting(a: &Dense) -> Option<Dense> {
-    let radius = radius(a);
-    match radius {
+    let moduli = moduli(a);
+    let least = moduli.as_ref().and_then(|moduli| moduli.iter().copied().min_by(f64::total_cmp));
+    match moduli.map(|moduli| radius(moduli, a.nrows())) {
         Some(None) => Some(Dense::zeros(a.nrows(), 0)),
+        // All of them last.
+        Some(Some(radius)) if least.is_some_and(|least| least > radius) => Some(Dense::identity(a.nrows(), a.nrows())),
         Some(Some(radius)) => unstable(a, radius),
         None => unstable(a, 1.0 - 1e-3),
     }
 }
 
-/// A radius that splits the modes that last from those that die out, where there are both, far from either; `Some(None)`
-/// where all die out, and `None` where the eigenvalues are not known.
-fn radius(a: &Dense) -> Option<Option<f64>> {
-    let mut moduli = moduli(a)?;
+/// A radius that splits the modes that last from those that die out, where there are both, far from either; `None`
+/// where all die out.
+fn radius(mut moduli: Vec<f64>, order: usize) -> Option<f64> {
     moduli.retain(|&modulus| modulus < 1.0 - ON_CIRCLE);
-    if moduli.len() == a.nrows() {
-        return Some(None);
+    if moduli.len() == order {
+        return None;
     }
     moduli.retain(|&modulus| modulus > SETTLES);
     moduli.extend([SETTLES, 1.0 - ON_CIRCLE]);
@@ -75,7 +77,7 @@ fn radius(a: &Dense) -> Option<Option<f64>> {
     // The widest gap in distances to the circle.
     let gaps = moduli.windows(2).map(|pair| ((1.0 - pair[0]) / (1.0 - pair[1]), pair));
     let widest = gaps.max_by(|a, b| a.0.total_cmp(&b.0));
-    Some(widest.map(|(_, pair)| 1.0 - ((1.0 - pair[0]) * (1.0 - pair[1])).sqrt()))
+    widest.map(|(_, pair)| 1.0 - ((1.0 - pair[0]) * (1.0 - pair[1])).sqrt())
 }
 
 /// Absolute values of the eigenvalues.

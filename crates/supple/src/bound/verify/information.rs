@@ -179,15 +179,11 @@ impl Frame {
     }
 }
 
-/// The largest of some entries beside the largest that their rows and columns were summed from.
+/// The largest of some entries beside the largest that any was summed from: all coordinates are of one size.
 fn share(of: &Enclosure, sizes: &Matrix, places: impl Iterator<Item = (usize, usize)>) -> f64 {
-    let rows: Vec<f64> = (0..sizes.rows).map(|i| (0..sizes.cols).map(|j| sizes.at(i, j)).fold(0.0, f64::max)).collect();
-    let cols: Vec<f64> = (0..sizes.cols).map(|j| (0..sizes.rows).map(|i| sizes.at(i, j)).fold(0.0, f64::max)).collect();
-    let relative = |(i, j): (usize, usize)| {
-        let found = of.at(i, j).magnitude();
-        if found == 0.0 { 0.0 } else { found / (rows[i].sqrt() * cols[j].sqrt()) }
-    };
-    places.map(relative).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
+    let largest = sizes.entries.iter().fold(0.0, |a: f64, &b| a.max(b));
+    let found = places.map(|(i, j)| of.at(i, j).magnitude()).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a });
+    if found == 0.0 { 0.0 } else { found / largest }
 }
 
 /// Unit vectors that complete independent columns to a basis: rows that elimination with pivots does not use.
