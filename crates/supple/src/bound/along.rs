@@ -3,6 +3,7 @@
 use supple_kernels::{Matrices, rows};
 
 use super::horizon::Horizon;
+use super::verify::{Back, Matrix, distance};
 use crate::Error;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -41,4 +42,22 @@ impl Horizon {
         let base_cost = plan.nominal_cost + 0.5 * (known + traced(s, &noise.initial, 0, 0));
         Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost }
     }
+}
+
+/// How far, relatively, the costs along a plan are from those for which the law is exact at every step.
+pub(super) fn law_distance(horizon: &Horizon, knots: &Knots, curvature: &Matrices) -> Result<f64, String> {
+    let (n, joint) = (knots.dimensions.states, knots.dimensions.joint());
+    let block = |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
+    let mut worst = 0.0f64;
+    for t in 0..horizon.steps() {
+        let found = distance(&Back {
+            dynamics: &block(&knots.dynamics, t, n, joint),
+            cost: &block(&knots.cost, t, joint, joint),
+            next: &block(curvature, t + 1, n, n),
+            here: &block(curvature, t, n, n),
+            price: &block(&horizon.prices, t, n, n),
+        });
+        worst = worst.max(found.map_err(|reason| format!("at step {t}, {reason}"))?);
+    }
+    Ok(worst)
 }

@@ -5,7 +5,7 @@ use supple_kernels::Matrices;
 use super::horizon::Horizon;
 use super::interior::{Found, search};
 use super::local::nats;
-use super::proof::{Lower, Proof};
+use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, start};
 use super::sensor::sensors;
 use super::solution::{BoundSettings, BoundStatus, MinimumInformation, VirtualSensor};
@@ -95,6 +95,7 @@ fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
         status: BoundStatus::Converged,
         sensors: vec![VirtualSensor::none(n); steps],
         proof: Proof::Proved { distance: 0.0 },
+        achieved: Some(Achieved { nats: 0.0, cost: total }),
     })
 }
 
@@ -109,13 +110,20 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f6
         store(&mut predicted, t, &congruence(&root, &at.predicted));
         spent += at.price.trace();
     }
-    let per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
-    let nats: f64 = per_step_nats.iter().sum();
+    let mut per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
+    let total: f64 = per_step_nats.iter().sum();
+    let sensors = sensors(chain, &found);
+    let achieved = Achieved::of_horizon(horizon, &sensors);
+    let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
+    // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
+    let nats = kept.map_or(total, |achieved| achieved.nats.min(total));
+    per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
     let lower = Lower::of_horizon(horizon, asked, |margin| Witness::new(chain, &found, budget, margin));
     MinimumInformation {
         nats,
         lower_nats: lower.nats,
         proof: lower.proof,
+        achieved,
         cost: horizon.base_cost + spent * budget,
         slope: -found.place.price / budget,
         predicted,
@@ -123,6 +131,6 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f6
         per_step_nats,
         iterations: found.iterations,
         status: found.status,
-        sensors: sensors(chain, &found),
+        sensors,
     }
 }

@@ -3,9 +3,13 @@
 use supple_kernels::Matrices;
 
 use super::horizon::{Horizon, Stationary};
-use super::verify::{Dual, DualStep, Given, Interval, Matrix, Stage, information};
+use super::regulator::regulator;
+use super::solution::VirtualSensor;
+use super::verify::{
+    Back, Dual, DualStep, Given, Interval, Matrix, Sensor, Stage, distance, information, is_paid, over_horizon, steady,
+};
 use super::witness::Witness;
-use crate::dense::Dense;
+use crate::dense::{Dense, dense};
 
 /// Whether a lower bound is proved.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,25 +65,81 @@ impl Lower {
 
     /// Over a horizon.
     pub fn of_horizon(horizon: &Horizon, cost: f64, witness: impl Fn(f64) -> Option<Witness>) -> Self {
-        let stage = |t: usize| Stage {
-            dynamics: of(&horizon.dynamics, t),
-            process: of(&horizon.process, t),
-            price: of(&horizon.prices, t),
-        };
-        let last = horizon.steps().saturating_sub(1);
-        // What follows the last decision does not count.
-        let stages = (0..horizon.steps()).map(|t| if t < last { stage(t) } else { Stage { price: of(&horizon.prices, t), ..stage(0) } });
         let budget = Interval::point(cost) - Interval::point(horizon.base_cost);
-        Self::new(&Given { stages: stages.collect(), initial: Some(of(&horizon.initial, 0)), budget }, witness)
+        let given = Given { stages: stages(horizon), initial: Some(of(&horizon.initial, 0)), budget };
+        Self::new(&given, witness)
     }
 
     /// Per step, where nothing changes over time.
     pub fn of_stationary(system: &Stationary, cost: f64, witness: impl Fn(f64) -> Option<Witness>) -> Self {
-        let stage =
-            Stage { dynamics: of(&system.dynamics, 0), process: of(&system.process, 0), price: of(&system.price, 0) };
         let budget = Interval::point(cost) - Interval::point(system.base_cost);
-        Self::new(&Given { stages: vec![stage], initial: None, budget }, witness)
+        Self::new(&Given { stages: vec![stage(system)], initial: None, budget }, witness)
     }
+}
+
+/// How far, relatively, the cost given is from one for which the regulator of a system that does not change is exact;
+/// why it is none of it otherwise.
+pub(super) fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
+    let (n, joint) = (dynamics.rows(), dynamics.cols());
+    let (f, l) = (dense(dynamics, 0), dense(cost, 0));
+    let (a, b) = (f.columns(0, n).into_owned(), f.columns(n, joint - n).into_owned());
+    let (s, _) = regulator(&a, &b, &l).map_err(|error| error.to_string())?;
+    let (f, l, s) = (matrix(&f), matrix(&l), matrix(&s));
+    let found = distance(&Back { dynamics: &f, cost: &l, next: &s, here: &s, price: &of(&system.price, 0) })?;
+    if !is_paid(&f, &l, &s) {
+        return Err("the regulator keeps states bounded that may cost nothing".into());
+    }
+    Ok(found)
+}
+
+/// What sensors achieve, computed by their filter on the problem as given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Achieved {
+    /// Directed information, nats: over all decisions, or per step where nothing changes over time.
+    pub nats: f64,
+    /// The expected cost with the optimal regulator.
+    pub cost: f64,
+}
+
+impl Achieved {
+    /// Over a horizon.
+    pub(super) fn of_horizon(horizon: &Horizon, sensors: &[VirtualSensor]) -> Option<Self> {
+        let sensors: Vec<Sensor> = sensors.iter().map(sensor).collect();
+        let found = over_horizon(&stages(horizon), &of(&horizon.initial, 0), &sensors)?;
+        Some(Self { nats: found.nats, cost: horizon.base_cost + found.price })
+    }
+
+    /// Per step, near the steady state with this basis of covariances.
+    pub(super) fn of_stationary(system: &Stationary, one: &VirtualSensor, basis: &Dense) -> Option<Self> {
+        let found = steady(&stage(system), &matrix(basis), &sensor(one))?;
+        Some(Self { nats: found.nats, cost: system.base_cost + found.price })
+    }
+
+    /// Whether it keeps a cost, but for rounding.
+    pub(super) fn keeps(&self, cost: f64, base: f64) -> bool {
+        self.cost - base <= (cost - base) * (1.0 + 1e-9) + 1e-14 * base.abs()
+    }
+}
+
+fn sensor(one: &VirtualSensor) -> Sensor {
+    let measurement = Matrix::from_fn(one.rank, one.measurement.cols(), |i, j| one.measurement.get(0, i, j));
+    Sensor { measurement, variances: one.variances.clone() }
+}
+
+fn stages(horizon: &Horizon) -> Vec<Stage> {
+    let last = horizon.steps().saturating_sub(1);
+    // What follows the last decision does not count.
+    let at = |of_all: &Matrices, t: usize| of(of_all, if t < last { t } else { 0 });
+    let stage = |t: usize| Stage {
+        dynamics: at(&horizon.dynamics, t),
+        process: at(&horizon.process, t),
+        price: of(&horizon.prices, t),
+    };
+    (0..horizon.steps()).map(stage).collect()
+}
+
+fn stage(system: &Stationary) -> Stage {
+    Stage { dynamics: of(&system.dynamics, 0), process: of(&system.process, 0), price: of(&system.price, 0) }
 }
 
 /// Symmetric matrices are read as the mean with their transposes elsewhere; here as they are.

@@ -1,6 +1,6 @@
 use supple_kernels::Matrices;
 
-use super::proof::Proof;
+use super::proof::{Achieved, Proof};
 
 /// How the minimum is searched for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +53,8 @@ pub struct MinimumInformation {
     pub(super) sensors: Vec<VirtualSensor>,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
+    /// What the sensors achieve; none where their filter does not settle.
+    pub achieved: Option<Achieved>,
 }
 
 /// The same per step where nothing changes over time.
@@ -78,6 +80,8 @@ pub struct StationaryMinimum {
     pub(super) sensor: VirtualSensor,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
+    /// What the sensors achieve; none where their filter does not settle.
+    pub achieved: Option<Achieved>,
 }
 
 /// A sensor that, with the Kalman filter and the optimal regulator, needs no more than the minimum:

@@ -7,7 +7,7 @@ use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, budget, certified};
-use super::proof::{Lower, Proof};
+use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
 use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
 use super::sensor::sensors;
@@ -56,11 +56,16 @@ pub fn stationary_minimum(
     store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
     let nats = nats(&found.local[0]);
     let sensor = sensors(&chain, &found).pop().unwrap_or_else(|| VirtualSensor::none(n));
+    let achieved = Achieved::of_stationary(system, &sensor, &root);
+    // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
+    let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
+    let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats));
     let lower = Lower::of_stationary(system, cost, |margin| Witness::new(&chain, &found, budget, margin));
     Ok(StationaryMinimum {
         nats,
         lower_nats: lower.nats,
         proof: lower.proof,
+        achieved,
         cost: system.base_cost + budget * found.local[0].price.trace(),
         slope: -found.place.price / budget,
         predicted,
@@ -249,6 +254,7 @@ fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
         status: BoundStatus::Converged,
         sensor: VirtualSensor::none(n),
         proof: Proof::Proved { distance: 0.0 },
+        achieved: Some(Achieved { nats: 0.0, cost }),
     }
 }
 
