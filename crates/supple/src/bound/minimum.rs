@@ -8,6 +8,7 @@ use super::local::nats;
 use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, start};
 use super::sensor::sensors;
+use super::sensitivity::Worth;
 use super::solution::{BoundSettings, BoundStatus, MinimumInformation, VirtualSensor};
 use super::witness::Witness;
 use crate::Error;
@@ -15,6 +16,9 @@ use crate::dense::{Dense, congruence, dense, store};
 
 /// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
 pub(super) const LEAST_MARGIN: f64 = 1e-12;
+
+/// The share of the gap asked for at which the search ends: the proof needs the rest.
+pub(super) const SHARE: f64 = 0.5;
 
 /// The least directed information from state to control that any sensors and any controller need over `horizon` to
 /// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
@@ -41,7 +45,7 @@ pub fn minimum_information(
         what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
     })?;
-    let found = search(&chain, factors, settings.gap * chain.stages.len() as f64, settings);
+    let found = search(&chain, factors, SHARE * settings.gap * chain.stages.len() as f64, settings);
     Ok(solution(horizon, &chain, certified(found)?, (cost, budget)))
 }
 
@@ -94,6 +98,7 @@ fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
         iterations: 0,
         status: BoundStatus::Converged,
         sensors: vec![VirtualSensor::none(n); steps],
+        worth: Worth::default(),
         proof: Proof::Proved { distance: 0.0 },
         achieved: Some(Achieved { nats: 0.0, cost: total }),
     })
@@ -122,6 +127,7 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f6
     MinimumInformation {
         nats,
         lower_nats: lower.nats,
+        worth: Worth::of(chain, &found),
         proof: lower.proof,
         achieved,
         cost: horizon.base_cost + spent * budget,

@@ -1,6 +1,7 @@
 use supple_kernels::Matrices;
 
 use super::proof::{Achieved, Proof};
+use super::sensitivity::Worth;
 
 /// How the minimum is searched for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +52,8 @@ pub struct MinimumInformation {
     pub status: BoundStatus,
     /// The sensor of each decision, T of them.
     pub(super) sensors: Vec<VirtualSensor>,
+    /// What larger covariances before each decision are worth; empty where nothing need be known.
+    pub(super) worth: Worth,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
     /// What the sensors achieve; none where their filter does not settle.
@@ -78,6 +81,8 @@ pub struct StationaryMinimum {
     pub status: BoundStatus,
     /// The sensor that attains it.
     pub(super) sensor: VirtualSensor,
+    /// What larger covariances before each decision are worth; empty where nothing need be known.
+    pub(super) worth: Worth,
     /// Whether `lower_nats` is proved.
     pub proof: Proof,
     /// What the sensors achieve; none where their filter does not settle.

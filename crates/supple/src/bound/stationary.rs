@@ -6,9 +6,10 @@ use supple_kernels::Matrices;
 use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
-use super::minimum::{LEAST_MARGIN, budget, certified};
+use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
 use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
+use super::sensitivity::Worth;
 use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
 use super::sensor::sensors;
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
@@ -49,7 +50,7 @@ pub fn stationary_minimum(
         what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, or ask for a larger cost",
     })?;
-    let found = certified(search(&chain, vec![factors], settings.gap, settings))?;
+    let found = certified(search(&chain, vec![factors], SHARE * settings.gap, settings))?;
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
     let root = &chain.stages[0].basis * &found.place.factors[0];
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));
@@ -64,6 +65,7 @@ pub fn stationary_minimum(
     Ok(StationaryMinimum {
         nats,
         lower_nats: lower.nats,
+        worth: Worth::of(&chain, &found),
         proof: lower.proof,
         achieved,
         cost: system.base_cost + budget * found.local[0].price.trace(),
@@ -253,6 +255,7 @@ fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
         iterations: 0,
         status: BoundStatus::Converged,
         sensor: VirtualSensor::none(n),
+        worth: Worth::default(),
         proof: Proof::Proved { distance: 0.0 },
         achieved: Some(Achieved { nats: 0.0, cost }),
     }
