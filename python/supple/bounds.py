@@ -149,7 +149,12 @@ class BoundReport(Record):
         kostina_hassibi_vacuous: Why it says nothing, where it does not.
         closed_form_bits_per_step: The best bound in closed form.
         minimum_bits_per_step: The least directed information at the cost D over all sensors and controllers.
-        minimum_lower_bits_per_step: What it is certainly not below.
+        minimum_lower_bits_per_step: What is proved that it is not below; 0 where nothing is.
+        proved: Whether that is proved, by intervals from a point of the dual.
+        not_proved: Why it is not, where it is not.
+        proof_distance: How far, relatively, the numbers that it is proved for are from those given.
+        achieved_bits_per_step: What the virtual sensor achieves, by its Kalman filter.
+        achieved_cost: The expected cost that the virtual sensor keeps.
         minimum_bits: The same over all T decisions.
         duality_gap_bits: Between ``minimum_bits_per_step`` and its lower bound, bits by decision.
         price_bits_per_cost: Bits over all decisions that a unit more of cost would save.
@@ -184,6 +189,11 @@ class BoundReport(Record):
     closed_form_bits_per_step: float
     minimum_bits_per_step: float
     minimum_lower_bits_per_step: float
+    proved: bool
+    not_proved: str | None
+    proof_distance: float | None
+    achieved_bits_per_step: float | None
+    achieved_cost: float | None
     minimum_bits: float
     duality_gap_bits: float
     price_bits_per_cost: float

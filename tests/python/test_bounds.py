@@ -31,6 +31,11 @@ def test_the_plant_has_the_known_minimum(plant: supple.Task, cost: float, minimu
     assert found.kostina_hassibi_bits_per_step == pytest.approx(bound, abs=6e-4)
     assert found.floor_bits_per_step == pytest.approx(1.168539, abs=1e-6)
     assert 0.0 <= found.duality_gap_bits < 1e-6
+    # What is proved from below, what was found, and what the sensor achieves.
+    assert found.proved and found.not_proved is None and found.proof_distance < 1e-9
+    assert found.minimum_lower_bits_per_step <= found.minimum_bits_per_step <= found.achieved_bits_per_step + 1e-12
+    assert found.achieved_bits_per_step == pytest.approx(found.minimum_bits_per_step, abs=1e-6)
+    assert found.achieved_cost == pytest.approx(cost, rel=1e-8)
 
 
 def test_arrays_that_do_not_change_have_a_steady_state(plant: supple.Task) -> None:

@@ -135,7 +135,7 @@ fn curve(bounding: &Bounding, report: &TaskBound, points: usize, watch: Watch) -
                     minimum_bits_per_step: found.minimum_bits_per_step,
                     minimum_lower_bits_per_step: found.minimum_lower_bits_per_step,
                     closed_form_bits_per_step: found.closed_form_bits_per_step,
-                    error: None,
+                    error: found.not_proved.map(|reason| format!("not proved: {reason}")),
                 },
                 Err(error) => CurvePoint {
                     cost,

@@ -56,7 +56,13 @@ impl Parameter {
         if !(lower.is_finite() && upper.is_finite()) {
             return Err(("bounds", "must be two finite numbers".to_owned()));
         }
-        if lower >= upper {
+        if lower == upper {
+            let message = format!(
+                "are equal: [{lower}, {upper}]; a parameter needs room to move, so write a number in place of one that is fixed"
+            );
+            return Err(("bounds", message));
+        }
+        if lower > upper {
             let message = format!("are the wrong way round: [{lower}, {upper}]; the lower one comes first");
             return Err(("bounds", message));
         }

@@ -14,7 +14,7 @@ pub fn bound(options: &BoundOptions) -> Result<Outcome, Failure> {
     options.output.check()?;
     let study = watched(|watch| supple_study::bound::run(&loaded, &wanted, watch))?;
     let made = Made::here("bound", 0, &loaded);
-    let converged = study.report.tasks.iter().all(|task| task.status.is_converged());
+    let converged = study.report.tasks.iter().all(|task| task.status.is_converged() && task.proved && task.is_finite());
     let found = study.curves.iter().flat_map(|curve| &curve.points).all(|point| point.error.is_none());
     let outcome = if converged && found { Outcome::Success } else { Outcome::Shortfall };
     Ok(outcome.and(present(&StudyResult::Bound(Box::new(study)), &made, &options.output)?))

@@ -64,11 +64,14 @@ fn summary(page: &mut String, task: &TaskBound) {
             number(100.0 * efficiency)
         );
     }
-    let gap = format!(
-        "certified to {:.1e} bits per step by a point of the dual, after {} Newton steps",
-        task.duality_gap_bits, task.newton_steps
-    );
-    let _ = writeln!(page, "The minimum is {gap}.");
+    let _ = match &task.not_proved {
+        None => writeln!(
+            page,
+            "Proved by intervals from a point of the dual, {:.1e} bits per step below the minimum found in {} Newton steps.",
+            task.duality_gap_bits, task.newton_steps
+        ),
+        Some(reason) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),
+    };
     let _ = writeln!(page, "One more of cost would save {} bits.", number(task.price_bits_per_cost));
     let _ = writeln!(
         page,

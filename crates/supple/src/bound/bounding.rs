@@ -2,10 +2,12 @@
 
 use supple_kernels::Matrices;
 
+use super::along::law_distance;
 use super::floors::{data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
 use super::horizon::{Horizon, Stationary};
 use super::minimum::minimum_information;
 use super::own::Own;
+use super::proof::{Achieved, Proof};
 use super::report::{BoundReport, TaskBound, order};
 use super::sensor::virtual_sensors;
 use super::sensor_report::sensor_report;
@@ -15,6 +17,7 @@ use super::steady::stationary;
 use super::subspace::observed;
 use crate::dense::{congruence, dense, store};
 use crate::design::plan_at;
+use crate::plan::{PlanMode, PlanStatus};
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 use crate::{Channel, Error, Named};
@@ -79,6 +82,8 @@ pub struct Bounding {
     floor_nats: f64,
     /// The part of it that is a bound: over a horizon 0.
     certain_nats: f64,
+    /// How far the cost is from one for which the regulator is exact; why it is none of it otherwise.
+    regulator: Result<f64, String>,
     name: String,
     time_step: f64,
 }
@@ -89,7 +94,7 @@ enum Kind {
 }
 
 /// The minimum at one cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BoundPoint {
     /// D, the expected cost: over the task, or per step where it is stationary.
     pub cost: f64,
@@ -99,6 +104,8 @@ pub struct BoundPoint {
     pub minimum_lower_bits_per_step: f64,
     /// The best bound in closed form, bits by decision.
     pub closed_form_bits_per_step: f64,
+    /// Why `minimum_lower_bits_per_step` is not proved, and 0; none where it is.
+    pub not_proved: Option<String>,
 }
 
 /// The minimum of either kind.
@@ -111,21 +118,31 @@ struct Minimum {
     predicted: Matrices,
     iterations: usize,
     status: BoundStatus,
+    proof: Proof,
+    achieved: Option<Achieved>,
 }
 
 impl Bounding {
     fn new((problem, task): (&Problem, &Task), phi: &[f64], options: &BoundOptions) -> Result<Self, Error> {
         let mut state = TaskState::new(task);
         plan_at((problem, task), phi, None, (0, 0), &mut state)?;
-        let (kind, own, (floor_nats, certain_nats)) = if options.stationary {
-            let problem = stationary(task, phi, &state)?;
+        let (kind, own, (floor_nats, certain_nats), regulator) = if options.stationary {
+            let (problem, regulator) = stationary(task, phi, &state)?;
             let own = Own::steady(&problem, task, &state)?;
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
-            (Kind::Stationary(problem), own, floors)
+            (Kind::Stationary(problem), own, floors, regulator)
         } else {
             let horizon = Horizon::of_plan(&state.plan, &state.noise)?;
             let floor = product_growth(&horizon.dynamics, task.steps)?;
-            (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, (floor, 0.0))
+            // Other laws than the regulator's are told in remarks: the bounds are those of their prices.
+            let plan = &state.plan;
+            let plain = matches!(plan.mode, PlanMode::Nominal | PlanMode::Sampled) && !plan.policy.clamped.contains(&true);
+            let regulator = if plain && plan.status != PlanStatus::Indefinite {
+                law_distance(&horizon, &plan.knots, &plan.policy.curvature)
+            } else {
+                Ok(0.0)
+            };
+            (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, (floor, 0.0), regulator)
         };
         Ok(Self {
             kind,
@@ -134,6 +151,7 @@ impl Bounding {
             channels: task.system.channels().states,
             floor_nats,
             certain_nats,
+            regulator,
             name: task.name.clone(),
             time_step: task.time_step.resolve(phi),
         })
@@ -204,6 +222,7 @@ impl Bounding {
             minimum_bits_per_step: bits(minimum.nats),
             minimum_lower_bits_per_step: bits(minimum.lower_nats),
             closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
+            not_proved: reason(&minimum.proof),
         })
     }
 
@@ -217,7 +236,15 @@ impl Bounding {
 
     /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of costs.
     fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
-        self.search(cost, own_price).map_err(|error| match error {
+        let proved = |minimum: Minimum| match (&self.regulator, &minimum.proof) {
+            (Err(reason), _) => Minimum { lower_nats: 0.0, proof: Proof::NotProved { reason: reason.clone() }, ..minimum },
+            (Ok(of_cost), Proof::Proved { distance }) => {
+                let distance = distance.max(*of_cost);
+                Minimum { proof: Proof::Proved { distance }, ..minimum }
+            }
+            _ => minimum,
+        };
+        self.search(cost, own_price).map(proved).map_err(|error| match error {
             Error::CostBelowLeast { .. } => Error::CostBelowLeast { cost, least: self.minimum_cost() },
             Error::NoBound { what, advice } if cost.is_finite() => {
                 Error::NoBound { what: format!("at an expected cost of {cost:.7}, {what}"), advice }
@@ -241,6 +268,8 @@ impl Bounding {
                     predicted: found.predicted,
                     iterations: found.iterations,
                     status: found.status,
+                    proof: found.proof,
+                    achieved: found.achieved,
                 })
             }
             Kind::Stationary(problem) => {
@@ -256,6 +285,8 @@ impl Bounding {
                     predicted: found.predicted,
                     iterations: found.iterations,
                     status: found.status,
+                    proof: found.proof,
+                    achieved: found.achieved,
                 })
             }
         }
@@ -279,15 +310,10 @@ impl Bounding {
         let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
         let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
         let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
-        if let Some(own) = control.filter(|own| at_own && bits(minimum.lower_nats) > own * (1.0 + 1e-6) + 1e-9) {
-            let lower = bits(minimum.lower_nats);
-            return Err(Error::NoBound {
-                what: format!(
-                    "the bound from below, {lower} bits per step, is above what the design uses, {own}: rounding"
-                ),
-                advice: "scale the states to similar sizes, or shorten the horizon",
-            });
-        }
+        // What is proved is right: then rounding has got into the design's own filter.
+        let contradicted = |own: &f64| at_own && bits(minimum.lower_nats) > own * (1.0 + 1e-6) + 1e-9;
+        let mistaken = control.filter(contradicted).or(measurement.filter(contradicted));
+        let (control, measurement) = if mistaken.is_some() { (None, None) } else { (control, measurement) };
         let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
         let (kh, vacuous) = self.kostina_hassibi(cost);
         let mut report = TaskBound {
@@ -308,6 +334,17 @@ impl Bounding {
             minimum_bits_per_step: bits(minimum.nats),
             minimum_lower_bits_per_step: bits(minimum.lower_nats),
             minimum_bits: total(minimum.nats),
+            proved: matches!(minimum.proof, Proof::Proved { .. }),
+            not_proved: reason(&minimum.proof),
+            proof_distance: match minimum.proof {
+                Proof::Proved { distance } => Some(distance),
+                Proof::NotProved { .. } => None,
+            },
+            achieved_bits_per_step: minimum.achieved.map(|achieved| bits(achieved.nats)),
+            // At the design's own cost, the budget is known apart from the least cost.
+            achieved_cost: minimum.achieved.map(|achieved| {
+                if own_price.is_some() { self.minimum_cost() + achieved.cost } else { achieved.cost }
+            }),
             duality_gap_bits: bits(minimum.nats - minimum.lower_nats),
             price_bits_per_cost: (-total(minimum.slope)).max(0.0),
             newton_steps: minimum.iterations,
@@ -326,7 +363,19 @@ impl Bounding {
         };
         report.order = order(&report);
         report.remarks.extend(remarks(&report, minimum.status, at_own));
-        Ok(report)
+        if let Some(own) = mistaken {
+            report.remarks.push(format!(
+                "this design's own information came out as {own:.6} bits per step, below what is proved of all: rounding in its \
+                 filter; it is left out"
+            ));
+        }
+        if report.is_finite() {
+            return Ok(report);
+        }
+        Err(Error::NoBound {
+            what: "a result is not a finite number".into(),
+            advice: "scale the states to similar sizes, or shorten the horizon",
+        })
     }
 
     fn kostina_hassibi(&self, cost: f64) -> (Option<f64>, Option<super::Vacuous>) {
@@ -351,15 +400,30 @@ fn priced(problem: &Stationary) -> Matrices {
     out
 }
 
+/// Why a lower bound is not proved.
+fn reason(proof: &Proof) -> Option<String> {
+    match proof {
+        Proof::Proved { .. } => None,
+        Proof::NotProved { reason } => Some(reason.clone()),
+    }
+}
+
 /// What to know of a result beside its numbers.
 fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
     let mut remarks = Vec::new();
     if status != BoundStatus::Converged {
         let end = if status == BoundStatus::MaxIterations { "its steps were used up" } else { "of rounding" };
         remarks.push(format!(
-            "the search for the minimum ended early, because {end}: it is certain to lie within {:.3e} bits per step below what is shown",
+            "the search for the minimum ended early, because {end}: the gap that is left is {:.3e} bits per step",
             report.duality_gap_bits
         ));
+    }
+    if let Some(reason) = &report.not_proved {
+        remarks.push(format!("the lower bound is not proved: {reason}; the minimum is what the search found"));
+    }
+    let dearer = |cost: &f64| cost - report.cost > 1e-6 * (report.cost - report.minimum_cost).abs();
+    if let Some(cost) = report.achieved_cost.filter(dearer) {
+        remarks.push(format!("the virtual sensor keeps an expected cost of {cost:.7} only, not {:.7}", report.cost));
     }
     if !at_own {
         remarks.push("the efficiency is that at the design's own cost: leave the cost out to see it".to_owned());

@@ -1,10 +1,9 @@
-use supple_kernels::{Matrices, rows};
+//! Linear systems with the price of what is not known: over a horizon, and where nothing changes over time.
+
+use supple_kernels::Matrices;
 
 use crate::Error;
 use crate::dense::{dense, semidefinite_root};
-use crate::knots::Knots;
-use crate::noise::Noise;
-use crate::plan::{Plan, PlanMode, Policy, Regularisation, solve_riccati};
 
 /// A linear system over T decisions with the price of what is not known at each, all sensors and controllers left open.
 ///
@@ -22,41 +21,6 @@ pub struct Horizon {
     pub prices: Matrices,
     /// The expected cost with the state known exactly: the least there is.
     pub base_cost: f64,
-}
-
-impl Horizon {
-    /// That of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law of
-    /// least expected cost along it.
-    ///
-    /// # Errors
-    /// Where there is no such law.
-    pub fn of_plan(plan: &Plan, noise: &Noise) -> Result<Self, Error> {
-        if plan.mode != PlanMode::Risk {
-            return Ok(Self::under(&plan.policy, plan, noise));
-        }
-        let Knots { dimensions, dynamics, cost, .. } = &plan.knots;
-        let mut law = Policy::zeros(*dimensions, plan.knots.steps());
-        solve_riccati(dynamics, cost, Regularisation::default(), &mut law)
-            .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
-        Ok(Self::under(&law, plan, noise))
-    }
-
-    /// That of a plan's linearisation, with the prices of a law.
-    fn under(policy: &Policy, plan: &Plan, noise: &Noise) -> Self {
-        let (n, steps) = (plan.knots.dimensions.states, plan.knots.steps());
-        let mut dynamics = Matrices::zeros(steps, n, n);
-        let mut prices = Matrices::zeros(steps, n, n);
-        for t in 0..steps {
-            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-                dynamics.set(t, i, j, plan.knots.dynamics.get(t, i, j));
-                prices.set(t, i, j, 0.5 * policy.value_of_information.get(t, i, j));
-            }
-        }
-        let (s, traced) = (&policy.curvature, |a: &Matrices, b: &Matrices, t, k| rows::dot(a.at(t), b.at(k)));
-        let known: f64 = (0..steps).map(|t| traced(s, &noise.process, t + 1, t)).sum();
-        let base_cost = plan.nominal_cost + 0.5 * (known + traced(s, &noise.initial, 0, 0));
-        Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost }
-    }
 }
 
 /// The same where nothing changes over time, per step: `x+ = A x + B u + w`, with the cost `1/2 z' L z` of

@@ -14,6 +14,11 @@ const LAST_BARRIER: f64 = 0.2;
 /// The complementarity at the start, nats.
 const FIRST_COMPLEMENTARITY: f64 = 0.3;
 
+/// A place counts as on the central path when the residual of stationarity is at most this share of the barriers' weight.
+const CENTRED: f64 = 0.1;
+/// Steps that may be spent on that once the gap is reached.
+const MOST_CENTRING: usize = 4;
+
 /// Where the search ended.
 pub(super) struct Found {
     /// The best certified place.
@@ -22,6 +27,8 @@ pub(super) struct Found {
     pub local: Vec<Local>,
     /// Nats above the dual value at most; infinite where nothing is certified.
     pub gap: f64,
+    /// The residual of stationarity beside the weight of the barriers: proofs need it well below 1.
+    pub off_centre: f64,
     /// Newton steps taken.
     pub iterations: usize,
     /// How it ended.
@@ -56,29 +63,36 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
         gap: gap(chain, &place, &local),
         place: place.clone(),
         local: local.clone(),
+        off_centre: f64::INFINITY,
         iterations: 0,
         status: BoundStatus::MaxIterations,
     };
     let count = chain.stages.iter().map(|s| 2 * s.price.nrows()).sum::<usize>() + 1;
     let least = LAST_BARRIER * target / count as f64;
     let mut barrier = 0.5 * FIRST_COMPLEMENTARITY;
+    let mut centring = 0;
     for iteration in 0..settings.max_iterations {
-        if best.gap <= target {
+        if best.gap <= target && (best.off_centre <= CENTRED || centring >= MOST_CENTRING) {
             best.status = BoundStatus::Converged;
             return Some(best);
         }
         let taken = iterate(chain, &mut place, &local, &mut newton, barrier);
         let Some(step) = taken else {
-            best.status = BoundStatus::Stalled;
+            best.status = if best.gap <= target { BoundStatus::Converged } else { BoundStatus::Stalled };
             return Some(best);
         };
         local = step.local;
         let far = residual(chain, &place, &local) / barrier;
         best.iterations = iteration + 1;
         let now = gap(chain, &place, &local);
-        barrier = (barrier * reduction(step.primal.min(step.dual), far)).max(least);
-        if now < best.gap || !best.gap.is_finite() {
-            (best.gap, best.place, best.local) = (now, place.clone(), local.clone());
+        let centred = now <= target && far < best.off_centre;
+        if now < best.gap && best.gap > target || !best.gap.is_finite() || centred {
+            (best.gap, best.place, best.local, best.off_centre) = (now, place.clone(), local.clone(), far);
+        }
+        if best.gap <= target {
+            centring += 1;
+        } else {
+            barrier = (barrier * reduction(step.primal.min(step.dual), far)).max(least);
         }
     }
     if best.gap <= target {

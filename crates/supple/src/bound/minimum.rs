@@ -5,13 +5,20 @@ use supple_kernels::Matrices;
 use super::horizon::Horizon;
 use super::interior::{Found, search};
 use super::local::nats;
+use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, start};
-use super::solution::{BoundSettings, BoundStatus, MinimumInformation};
+use super::sensor::sensors;
+use super::sensitivity::Worth;
+use super::solution::{BoundSettings, BoundStatus, MinimumInformation, VirtualSensor};
+use super::witness::Witness;
 use crate::Error;
 use crate::dense::{Dense, congruence, dense, store};
 
 /// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
 pub(super) const LEAST_MARGIN: f64 = 1e-12;
+
+/// The share of the gap asked for at which the search ends: the proof needs the rest.
+pub(super) const SHARE: f64 = 0.5;
 
 /// The least directed information from state to control that any sensors and any controller need over `horizon` to
 /// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
@@ -38,8 +45,8 @@ pub fn minimum_information(
         what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
     })?;
-    let found = search(&chain, factors, settings.gap * chain.stages.len() as f64, settings);
-    Ok(solution(horizon, &chain, certified(found)?, budget))
+    let found = search(&chain, factors, SHARE * settings.gap * chain.stages.len() as f64, settings);
+    Ok(solution(horizon, &chain, certified(found)?, (cost, budget)))
 }
 
 /// What the covariances may cost.
@@ -90,11 +97,15 @@ fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
         per_step_nats: vec![0.0; steps],
         iterations: 0,
         status: BoundStatus::Converged,
+        sensors: vec![VirtualSensor::none(n); steps],
+        worth: Worth::default(),
+        proof: Proof::Proved { distance: 0.0 },
+        achieved: Some(Achieved { nats: 0.0, cost: total }),
     })
 }
 
 /// What was found, in the coordinates of the horizon.
-fn solution(horizon: &Horizon, chain: &Chain, found: Found, budget: f64) -> MinimumInformation {
+fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
     let (steps, n) = (chain.stages.len(), horizon.prices.rows());
     let (mut predicted, mut posterior) = (Matrices::zeros(steps, n, n), Matrices::zeros(steps, n, n));
     let mut spent = 0.0;
@@ -104,20 +115,28 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, budget: f64) -> Mini
         store(&mut predicted, t, &congruence(&root, &at.predicted));
         spent += at.price.trace();
     }
-    let per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
-    let nats: f64 = per_step_nats.iter().sum();
-    // The budget is a difference of costs: what rounding in them may be worth.
-    let cost = horizon.base_cost + spent * budget;
-    let rounding = found.place.price / budget * 16.0 * f64::EPSILON * (cost.abs() + horizon.base_cost.abs());
+    let mut per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
+    let total: f64 = per_step_nats.iter().sum();
+    let sensors = sensors(chain, &found);
+    let achieved = Achieved::of_horizon(horizon, &sensors);
+    let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
+    // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
+    let nats = kept.map_or(total, |achieved| achieved.nats.min(total));
+    per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
+    let lower = Lower::of_horizon(horizon, asked, |margin| Witness::new(chain, &found, budget, margin));
     MinimumInformation {
         nats,
-        lower_nats: (nats - found.gap - rounding).max(0.0),
-        cost,
+        lower_nats: lower.nats,
+        worth: Worth::of(chain, &found),
+        proof: lower.proof,
+        achieved,
+        cost: horizon.base_cost + spent * budget,
         slope: -found.place.price / budget,
         predicted,
         posterior,
         per_step_nats,
         iterations: found.iterations,
         status: found.status,
+        sensors,
     }
 }

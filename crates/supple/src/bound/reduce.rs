@@ -19,6 +19,10 @@ pub(super) struct Stage {
     pub price: Dense,
     /// `E_t`, `n x n_t`, of full rank: `P_t = E_t p_t E_t'`.
     pub basis: Dense,
+    /// `n_t x n`: these coordinates of a state, `reader basis = I`.
+    pub reader: Dense,
+    /// States that no price ever sees and that were left out, `n x k`: `reader unseen = 0`.
+    pub unseen: Dense,
 }
 
 /// A chain of decisions, or one that follows itself.
@@ -28,6 +32,27 @@ pub(super) struct Chain {
     pub stages: Vec<Stage>,
     /// Whether the only decision follows itself: the stationary problem.
     pub wraps: bool,
+}
+
+impl Stage {
+    /// One that leaves nothing out but what is known.
+    fn seen(dynamics: Dense, process: Dense, price: Dense, basis: Dense) -> Self {
+        let (reader, unseen) = (left_inverse(&basis), Dense::zeros(basis.nrows(), 0));
+        Self { dynamics, process, price, basis, reader, unseen }
+    }
+}
+
+/// The left inverse of columns that is 0 across them once every row has the length 1.
+fn left_inverse(columns: &Dense) -> Dense {
+    let norms: Vec<f64> = columns.row_iter().map(|row| row.norm()).collect();
+    let by = |i: usize| if norms[i] > 0.0 { 1.0 / norms[i] } else { 0.0 };
+    let Svd { u, values, v } = svd(&Dense::from_fn(columns.nrows(), columns.ncols(), |i, k| columns[(i, k)] * by(i)));
+    let scaled = Dense::from_fn(columns.ncols(), values.len(), |i, k| v[(i, k)] / values[k]);
+    let mut out = scaled * u.transpose();
+    for (i, mut column) in out.column_iter_mut().enumerate() {
+        column *= by(i);
+    }
+    out
 }
 
 impl Chain {
@@ -58,7 +83,7 @@ impl Chain {
             };
             if t + 1 == steps {
                 let none = Dense::zeros(0, basis.ncols());
-                stages.push(Stage { dynamics: none, process: Dense::zeros(0, 0), price, basis });
+                stages.push(Stage::seen(none, Dense::zeros(0, 0), price, basis));
                 break;
             }
             if t > 0 && !horizon.process.is_constant() {
@@ -70,7 +95,7 @@ impl Chain {
                 return Err(unscaled());
             }
             let basis = std::mem::replace(&mut basis, next);
-            stages.push(Stage { dynamics, process, price, basis });
+            stages.push(Stage::seen(dynamics, process, price, basis));
         }
         Ok(Self { stages, wraps: false })
     }

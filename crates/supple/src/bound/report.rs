@@ -51,9 +51,19 @@ pub struct TaskBound {
     pub closed_form_bits_per_step: f64,
     /// The least directed information at the cost D over all sensors and controllers.
     pub minimum_bits_per_step: f64,
-    /// What it is certainly not below.
+    /// What is proved that it is not below; 0 where nothing is.
     pub minimum_lower_bits_per_step: f64,
-    /// The same over all T decisions.
+    /// Whether that is proved: by intervals with outward rounding, from the problem as given and a point of the dual.
+    pub proved: bool,
+    /// Why it is not, where it is not.
+    pub not_proved: Option<String>,
+    /// How far, relatively, the numbers that it is proved for are from those given: 0 unless coordinates are left out.
+    pub proof_distance: Option<f64>,
+    /// What the virtual sensor achieves, by its Kalman filter on the problem as given; none where it does not settle.
+    pub achieved_bits_per_step: Option<f64>,
+    /// The expected cost that it keeps.
+    pub achieved_cost: Option<f64>,
+    /// The minimum over all T decisions.
     pub minimum_bits: f64,
     /// Between `minimum_bits_per_step` and what it is certainly not below, bits by decision.
     pub duality_gap_bits: f64,
@@ -101,6 +111,29 @@ pub struct OrderLine {
 }
 
 impl TaskBound {
+    /// Whether all of its numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        let always = [
+            self.cost,
+            self.minimum_cost,
+            self.minimum_bits_per_step,
+            self.minimum_lower_bits_per_step,
+            self.duality_gap_bits,
+            self.price_bits_per_cost,
+            self.quantiser_bits_per_step,
+            self.floor_bits_per_step,
+        ];
+        let sometimes = [
+            self.own_cost,
+            self.open_loop_cost,
+            self.control_bits_per_step,
+            self.measurement_bits_per_step,
+            self.achieved_bits_per_step,
+            self.achieved_cost,
+        ];
+        always.into_iter().chain(sometimes.into_iter().flatten()).all(f64::is_finite)
+    }
+
     /// Whether the numbers are in the order that they must have, up to the duality gap and rounding.
     pub fn is_ordered(&self) -> bool {
         let gap = self.minimum_bits_per_step - self.minimum_lower_bits_per_step;
@@ -135,7 +168,16 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     }
     let along = if bound.stationary { "" } else { ", linearised along the plan" };
     let any = format!("any sensors and any controller at the cost D{along}");
+    let from_below = match &bound.not_proved {
+        None => format!("{any}, proved by intervals"),
+        Some(reason) => format!("not proved: {reason}"),
+    };
+    lines.push(line("proved lower bound", Some(bound.minimum_lower_bits_per_step).filter(|_| bound.proved), false, &from_below));
     lines.push(line("minimum", Some(bound.minimum_bits_per_step), true, &any));
+    let kept = bound.achieved_cost.map_or_else(|| "its filter does not settle".to_owned(), |cost| {
+        format!("the virtual sensor below, by its filter, at an expected cost of {cost:.7}")
+    });
+    lines.push(line("virtual sensor", bound.achieved_bits_per_step, false, &kept));
     // The design keeps the cost D only where D is not below its own.
     let keeps = bound.own_cost.is_some_and(|own| bound.cost >= own * (1.0 - 1e-12) - f64::MIN_POSITIVE);
     let whose = if keeps {

@@ -2,70 +2,143 @@
 
 use supple_kernels::Matrices;
 
+use super::interior::Found;
+use super::reduce::Chain;
+use super::regulator::doubling;
 use super::solution::{MinimumInformation, StationaryMinimum, VirtualSensor};
-use crate::dense::{Dense, cholesky, dense, eigen, semidefinite_root, solve_lower, store, symmetric};
+use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lower, store, symmetric};
 
 /// Signal-to-noise ratios below this, or below this share of the largest where all are below 1, are not measured: at
 /// most 7e-5 bits.
 const RANK_TOLERANCE: f64 = 1e-4;
 
+/// How much better than found sensors may have to be so that what they leave out costs nothing, as a factor of precision.
+const MOST_PRECISION: f64 = 1e3;
+
 /// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
 pub fn virtual_sensors(minimum: &MinimumInformation) -> Vec<VirtualSensor> {
-    (0..minimum.posterior.count()).map(|t| sensor(&minimum.predicted, &minimum.posterior, t)).collect()
+    minimum.sensors.clone()
 }
 
 impl StationaryMinimum {
     /// The sensor that attains it.
     pub fn virtual_sensor(&self) -> VirtualSensor {
-        sensor(&self.predicted, &self.posterior, 0)
+        self.sensor.clone()
     }
 }
 
-/// In coordinates where `Pbar = F F'` is the identity, `F^-1 P F^-T = U diag(1 / (1 + snr)) U'`.
-fn sensor(predicted: &Matrices, posterior: &Matrices, t: usize) -> VirtualSensor {
-    let n = predicted.rows();
-    let (predicted, posterior) = (&dense(predicted, t), &dense(posterior, t));
-    let none = || VirtualSensor {
-        rank: 0,
-        measurement: Matrices::zeros(1, 0, n),
-        variances: Vec::new(),
-        gain: Matrices::zeros(1, n, 0),
+/// What is measured in reduced coordinates at a decision.
+struct Reduced {
+    /// `C`, rank x n_t.
+    measurement: Dense,
+    /// The diagonal of `V`.
+    variances: Vec<f64>,
+}
+
+/// A step of the filter in reduced coordinates.
+struct Corrected {
+    posterior: Dense,
+    gain: Dense,
+}
+
+/// The sensors of a place that was found, so precise that they keep the budget.
+pub(super) fn sensors(chain: &Chain, found: &Found) -> Vec<VirtualSensor> {
+    let mut reduced: Vec<Reduced> = (0..chain.stages.len()).map(|t| one(found, t)).collect();
+    let cost = |precision: f64| filter(chain, &reduced, precision).map(|(cost, _)| cost);
+    let precision = enough(cost);
+    for one in &mut reduced {
+        one.variances.iter_mut().for_each(|variance| *variance /= precision);
+    }
+    let corrected = filter(chain, &reduced, 1.0).map(|(_, steps)| steps);
+    let sensors = reduced.into_iter().enumerate().map(|(t, one)| {
+        let stage = &chain.stages[t];
+        let (n, rank) = (stage.basis.nrows(), one.variances.len());
+        let (mut measurement, mut gain) = (Matrices::zeros(1, rank, n), Matrices::zeros(1, n, rank));
+        store(&mut measurement, 0, &(&one.measurement * &stage.reader));
+        if let Some(steps) = &corrected {
+            store(&mut gain, 0, &(&stage.basis * &steps[t].gain));
+        }
+        VirtualSensor { rank, measurement, variances: one.variances, gain }
+    });
+    sensors.collect()
+}
+
+/// In coordinates where `P` is the identity, `Pbar = U diag(1 + snr) U'`.
+fn one(found: &Found, t: usize) -> Reduced {
+    let (local, factor) = (&found.local[t], &found.place.factors[t]);
+    let n = factor.nrows();
+    let Some(found) = eigen(local.slack.clone()) else {
+        return Reduced { measurement: Dense::zeros(0, n), variances: Vec::new() };
     };
-    let Some(root) = semidefinite_root(predicted) else { return none() };
-    // F^+ = (F'F)^-1 F', with F scaled rows: exact on the range.
-    let Some(gram) = cholesky(&symmetric(root.transpose() * &root)) else { return none() };
-    let half = solve_lower(&gram, root.transpose());
-    let inverse = solve_upper(&gram, half);
-    let Some(found) = eigen(symmetric(&inverse * posterior * inverse.transpose())) else { return none() };
-    let ratios: Vec<f64> = found.eigenvalues.iter().map(|v| (1.0 / v.max(f64::MIN_POSITIVE) - 1.0).max(0.0)).collect();
+    let ratios: Vec<f64> = found.eigenvalues.iter().map(|v| v.max(0.0)).collect();
     let largest = ratios.iter().fold(0.0f64, |a, &b| a.max(b));
     let mut kept: Vec<usize> =
-        (0..ratios.len()).filter(|&k| ratios[k] > RANK_TOLERANCE * largest.min(1.0) && ratios[k] > 1e-6).collect();
+        (0..n).filter(|&k| ratios[k] > RANK_TOLERANCE * largest.min(1.0) && ratios[k] > 1e-6).collect();
     kept.sort_by(|&a, &b| ratios[b].total_cmp(&ratios[a]));
-    let rank = kept.len();
-    let (mut measurement, mut gain) = (Matrices::zeros(1, rank, n), Matrices::zeros(1, n, rank));
-    let directions = found.eigenvectors.select_columns(&kept);
-    store(&mut measurement, 0, &(directions.transpose() * &inverse));
-    let shares = Dense::from_diagonal(&nalgebra::DVector::from_iterator(
-        rank,
-        kept.iter().map(|&k| ratios[k] / (1.0 + ratios[k])),
-    ));
-    store(&mut gain, 0, &(&root * directions * shares));
-    let variances = kept.iter().map(|&k| 1.0 / ratios[k]).collect();
-    VirtualSensor { rank, measurement, variances, gain }
+    let mut measurement = found.eigenvectors.select_columns(&kept).transpose() * inverse_lower(factor);
+    for (mut row, &k) in measurement.row_iter_mut().zip(&kept) {
+        row /= (1.0 + ratios[k]).sqrt();
+    }
+    Reduced { measurement, variances: kept.iter().map(|&k| 1.0 / ratios[k]).collect() }
 }
 
-/// `g'^-1 b`.
-fn solve_upper(g: &Dense, mut b: Dense) -> Dense {
-    let n = g.nrows();
-    for mut column in b.column_iter_mut() {
-        for i in (0..n).rev() {
-            let mut sum = column[i];
-            for k in i + 1..n {
-                sum -= g[(k, i)] * column[k];
-            }
-            column[i] = sum / g[(i, i)];
+/// The least precision, as a factor of that given, that keeps the budget: the cost falls as it grows.
+fn enough(cost: impl Fn(f64) -> Option<f64>) -> f64 {
+    let (mut low, mut high) = (1.0, 1.0);
+    while cost(high).is_none_or(|cost| cost > 1.0) {
+        low = high;
+        high = 1.0 + 4.0 * f64::max(high - 1.0, 1e-7);
+        if high > MOST_PRECISION {
+            return 1.0;
         }
     }
-    b
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if high - low <= 1e-13 * high {
+            break;
+        }
+        if cost(middle).is_some_and(|cost| cost <= 1.0) { high = middle } else { low = middle }
+    }
+    high
+}
+
+/// The Kalman filter of these sensors: its cost as a share of the budget, and its steps; in the steady state where the
+/// chain follows itself. `None` where there is none.
+fn filter(chain: &Chain, sensors: &[Reduced], precision: f64) -> Option<(f64, Vec<Corrected>)> {
+    let mut predicted = Dense::identity(chain.order(0), chain.order(0));
+    if chain.wraps {
+        predicted = steady(chain, &sensors[0], precision)?;
+    }
+    let (mut cost, mut steps) = (0.0, Vec::with_capacity(sensors.len()));
+    for (stage, sensor) in chain.stages.iter().zip(sensors) {
+        let corrected = correct(&predicted, sensor, precision)?;
+        cost += stage.price.dot(&corrected.posterior);
+        predicted = congruence(&stage.dynamics, &corrected.posterior) + &stage.process;
+        steps.push(corrected);
+    }
+    cost.is_finite().then_some((cost, steps))
+}
+
+fn correct(predicted: &Dense, sensor: &Reduced, precision: f64) -> Option<Corrected> {
+    let c = &sensor.measurement;
+    let noise = Dense::from_diagonal(&nalgebra::DVector::from_iterator(
+        sensor.variances.len(),
+        sensor.variances.iter().map(|variance| variance / precision),
+    ));
+    let factor = cholesky(&symmetric(c * predicted * c.transpose() + &noise))?;
+    let half = solve_lower(&factor, c * predicted);
+    let inverse = inverse_lower(&factor);
+    let gain = half.transpose() * inverse;
+    let kept = Dense::identity(predicted.nrows(), predicted.nrows()) - &gain * c;
+    let posterior = congruence(&kept, predicted) + congruence(&gain, &noise);
+    Some(Corrected { posterior, gain })
+}
+
+/// The predicted covariance of the filter in its steady state.
+fn steady(chain: &Chain, sensor: &Reduced, precision: f64) -> Option<Dense> {
+    let stage = &chain.stages[0];
+    let n = stage.price.nrows();
+    let c = &sensor.measurement;
+    let weighted = Dense::from_fn(c.nrows(), n, |i, k| c[(i, k)] / sensor.variances[i] * precision);
+    doubling(&stage.dynamics.transpose(), symmetric(c.transpose() * weighted), &stage.process, &Dense::identity(n, n), 0.0)
 }

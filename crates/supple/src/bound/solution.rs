@@ -1,5 +1,8 @@
 use supple_kernels::Matrices;
 
+use super::proof::{Achieved, Proof};
+use super::sensitivity::Worth;
+
 /// How the minimum is searched for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundSettings {
@@ -47,6 +50,14 @@ pub struct MinimumInformation {
     pub iterations: usize,
     /// How the search ended.
     pub status: BoundStatus,
+    /// The sensor of each decision, T of them.
+    pub(super) sensors: Vec<VirtualSensor>,
+    /// What larger covariances before each decision are worth; empty where nothing need be known.
+    pub(super) worth: Worth,
+    /// Whether `lower_nats` is proved.
+    pub proof: Proof,
+    /// What the sensors achieve; none where their filter does not settle.
+    pub achieved: Option<Achieved>,
 }
 
 /// The same per step where nothing changes over time.
@@ -68,6 +79,14 @@ pub struct StationaryMinimum {
     pub iterations: usize,
     /// How the search ended.
     pub status: BoundStatus,
+    /// The sensor that attains it.
+    pub(super) sensor: VirtualSensor,
+    /// What larger covariances before each decision are worth; empty where nothing need be known.
+    pub(super) worth: Worth,
+    /// Whether `lower_nats` is proved.
+    pub proof: Proof,
+    /// What the sensors achieve; none where their filter does not settle.
+    pub achieved: Option<Achieved>,
 }
 
 /// A sensor that, with the Kalman filter and the optimal regulator, needs no more than the minimum:
@@ -82,4 +101,16 @@ pub struct VirtualSensor {
     pub variances: Vec<f64>,
     /// The Kalman gain `L`, n x rank.
     pub gain: Matrices,
+}
+
+impl VirtualSensor {
+    /// One that measures nothing of `n` states.
+    pub(super) fn none(n: usize) -> Self {
+        Self {
+            rank: 0,
+            measurement: Matrices::zeros(1, 0, n),
+            variances: Vec::new(),
+            gain: Matrices::zeros(1, n, 0),
+        }
+    }
 }

@@ -6,10 +6,15 @@ use supple_kernels::Matrices;
 use super::horizon::Stationary;
 use super::interior::search;
 use super::local::nats;
-use super::minimum::{LEAST_MARGIN, budget, certified};
+use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
+use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
-use super::solution::{BoundSettings, BoundStatus, StationaryMinimum};
+use super::sensitivity::Worth;
+use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
+use super::sensor::sensors;
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
+use super::witness::Witness;
+use super::zeros::lasting;
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
 
@@ -45,21 +50,31 @@ pub fn stationary_minimum(
         what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, or ask for a larger cost",
     })?;
-    let found = certified(search(&chain, vec![factors], settings.gap, settings))?;
+    let found = certified(search(&chain, vec![factors], SHARE * settings.gap, settings))?;
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
     let root = &chain.stages[0].basis * &found.place.factors[0];
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));
     store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
     let nats = nats(&found.local[0]);
+    let sensor = sensors(&chain, &found).pop().unwrap_or_else(|| VirtualSensor::none(n));
+    let achieved = Achieved::of_stationary(system, &sensor, &root);
+    // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
+    let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
+    let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats));
+    let lower = Lower::of_stationary(system, cost, |margin| Witness::new(&chain, &found, budget, margin));
     Ok(StationaryMinimum {
         nats,
-        lower_nats: (nats - found.gap).max(0.0),
+        lower_nats: lower.nats,
+        worth: Worth::of(&chain, &found),
+        proof: lower.proof,
+        achieved,
         cost: system.base_cost + budget * found.local[0].price.trace(),
         slope: -found.place.price / budget,
         predicted,
         posterior,
         iterations: found.iterations,
         status: found.status,
+        sensor,
     })
 }
 
@@ -72,7 +87,8 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let InUnits { d, a, price } = InUnits::of(system);
     let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
     let price = price / budget;
-    let seen = observed(&a, &price);
+    let unseen = unseen(&a, &price)?;
+    let seen = complement(&unseen);
     let mut root = seen.transpose() * &driven;
     for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
         // What is left of noise that the cost does not see is rounding.
@@ -85,13 +101,58 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let price = congruence(&kept.transpose(), &price);
     let scaled = scaled(&a, &driven, &price);
     let (dynamics, driven) = (from_left(&scaled, a * &scaled), from_left(&scaled, driven));
+    let reader = from_left(&scaled, kept.transpose());
     let basis = kept * &scaled;
+    let in_units = |m: &Dense| Dense::from_fn(n, m.ncols(), |i, k| d[i] * m[(i, k)]);
     Ok(Stage {
         dynamics,
         process: symmetric(&driven * driven.transpose()),
         price: congruence(&scaled.transpose(), &price),
-        basis: Dense::from_fn(n, basis.ncols(), |i, k| d[i] * basis[(i, k)]),
+        basis: in_units(&basis),
+        reader: Dense::from_fn(reader.nrows(), n, |k, i| reader[(k, i)] / d[i]),
+        unseen: in_units(&unseen),
     })
+}
+
+/// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is known of
+/// them, they need no information. Those that die out may stay.
+///
+/// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first.
+fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+    let n = a.nrows();
+    let priced = seen_states(a, |i| price.row(i).iter().any(|entry| *entry != 0.0));
+    let identity = Dense::identity(n, n);
+    let of = |wanted: bool| (0..n).filter(|&i| priced[i] == wanted).collect::<Vec<_>>();
+    let (kept, left_out) = (identity.select_columns(&of(true)), identity.select_columns(&of(false)));
+    let (a, price) = (kept.transpose() * a * &kept, congruence(&kept.transpose(), price));
+    let others = kept * unseen_modes(&a, &price)?;
+    let mut both = Dense::zeros(n, left_out.ncols() + others.ncols());
+    both.columns_mut(0, left_out.ncols()).copy_from(&left_out);
+    both.columns_mut(left_out.ncols(), others.ncols()).copy_from(&others);
+    Ok(both)
+}
+
+/// Which states act on those given, now or later, by the zeros of `a`.
+pub(super) fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
+    let n = a.nrows();
+    let mut seen: Vec<bool> = (0..n).map(given).collect();
+    loop {
+        let new: Vec<usize> =
+            (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
+        if new.is_empty() {
+            return seen;
+        }
+        new.into_iter().for_each(|j| seen[j] = true);
+    }
+}
+
+fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+    let unseen = complement(&observed(a, price));
+    let lasting = lasting(&(unseen.transpose() * a * &unseen)).ok_or_else(|| Error::NoBound {
+        what: "the modes that do not die out could not be told from the others".into(),
+        advice: "scale the states to similar sizes",
+    })?;
+    Ok(unseen * lasting)
 }
 
 /// A system in units in which subspaces are well told, whatever those of its states are.
@@ -146,13 +207,13 @@ fn from_left(basis: &Dense, columns: Dense) -> Dense {
 }
 
 /// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
-fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
+pub(super) fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let n = a.nrows();
     let mut balanced = a.abs();
     let s = balance_parlett_reinsch(&mut balanced);
     let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / s[i] * s[j]);
     let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / s[i] / s[j]);
-    let damping = 1.0 / a.norm().max(1.0);
+    let damping = 1.0 / spectral_radius(&a).max(1.0);
     let mut reached = w.clone();
     for _ in 0..2 * n {
         reached = congruence(&a, &reached) * (damping * damping) + &w;
@@ -162,6 +223,21 @@ fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
     let mean =
         if driven.is_empty() { 1.0 } else { (driven.iter().map(|v| v.ln()).sum::<f64>() / driven.len() as f64).exp() };
     (0..n).map(|i| s[i] * if deviations[i] > 0.0 { deviations[i] } else { mean }).collect()
+}
+
+/// About the largest absolute value of an eigenvalue, or more: `|A^64|^(1/64)`.
+fn spectral_radius(a: &Dense) -> f64 {
+    let (mut power, mut log) = (a.clone(), 0.0);
+    for step in 0..=6 {
+        let size = power.norm();
+        if size == 0.0 || !size.is_finite() {
+            return 0.0;
+        }
+        power /= size;
+        log += size.ln() / f64::from(1 << step);
+        power = &power * &power;
+    }
+    log.exp()
 }
 
 /// No information.
@@ -178,6 +254,10 @@ fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
         posterior,
         iterations: 0,
         status: BoundStatus::Converged,
+        sensor: VirtualSensor::none(n),
+        worth: Worth::default(),
+        proof: Proof::Proved { distance: 0.0 },
+        achieved: Some(Achieved { nats: 0.0, cost }),
     }
 }
 
@@ -194,7 +274,7 @@ fn uncertain(a: &Dense, root: Dense, seen: &Dense) -> Result<Dense, Error> {
     if block.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + GROWTH) {
         return Ok(seen * driven);
     }
-    let growing = unstable(a).ok_or_else(|| Error::NoBound {
+    let growing = unstable(a, 1.0 + GROWTH).ok_or_else(|| Error::NoBound {
         what: "the states that no noise drives have eigenvalues too close to the unit circle".into(),
         advice: "add a small process noise to these states, or leave them out",
     })?;

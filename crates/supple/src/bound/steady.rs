@@ -6,6 +6,7 @@ use nalgebra::{Cholesky, Dyn};
 use supple_kernels::{Matrices, Scratch};
 
 use super::horizon::Stationary;
+use super::proof::regulator_distance;
 use super::regulator::{doubling, regulator};
 use crate::Error;
 use crate::belief::{Belief, kalman};
@@ -42,12 +43,17 @@ pub(super) struct Steady {
     pub control_nats: Option<f64>,
 }
 
-/// The stationary problem of a task whose plan and noise are known.
+/// The stationary problem of a task whose plan and noise are known, and how far the cost is from one for which its regulator
+/// is exact.
 ///
 /// # Errors
 /// Where the system changes over time, is not linear, its cost is not `1/2 z' L z` of `z = (x, u)`, or no regulator keeps the
 /// cost finite.
-pub(super) fn stationary(task: &Task, phi: &[f64], state: &TaskState) -> Result<Stationary, Error> {
+pub(super) fn stationary(
+    task: &Task,
+    phi: &[f64],
+    state: &TaskState,
+) -> Result<(Stationary, Result<f64, String>), Error> {
     let (knots, noise) = (&state.plan.knots, &state.noise);
     let (n, joint) = (knots.dimensions.states, knots.dimensions.joint());
     let (stages, all) = (0..task.steps, 0..=task.steps);
@@ -69,7 +75,10 @@ pub(super) fn stationary(task: &Task, phi: &[f64], state: &TaskState) -> Result<
                      that do not change over time, with costs `x'Qx + u'Ru` about 0",
         });
     }
-    Stationary::new(&first(&knots.dynamics, n, joint), &first(&noise.process, n, n), &first(&knots.cost, joint, joint))
+    let (dynamics, cost) = (first(&knots.dynamics, n, joint), first(&knots.cost, joint, joint));
+    let system = Stationary::new(&dynamics, &first(&noise.process, n, n), &cost)?;
+    let distance = regulator_distance(&system, &dynamics, &cost);
+    Ok((system, distance))
 }
 
 /// The first `rows` rows and `cols` columns of the first matrix, holding at every step.
@@ -131,7 +140,7 @@ pub(super) fn steady(problem: &Stationary, state: &TaskState) -> Result<Option<S
         None => {
             // Modes that are close to the unit circle take their time. Where noise drives nothing, doubling may lose one.
             let precision = symmetric(c.transpose() * of_noise.solve(&c));
-            let far = doubling(&a.transpose(), precision, &w, &predicted);
+            let far = doubling(&a.transpose(), precision, &w, &predicted, 0.0);
             let found = far.map_or(Ok(None), |far| filter.settle(far))?;
             found.filter(|step| {
                 let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.gain * &c);

@@ -19,13 +19,19 @@ pub(super) fn range(a: Dense) -> Dense {
 /// An orthonormal basis of what is orthogonal to orthonormal columns.
 pub(super) fn complement(basis: &Dense) -> Dense {
     let n = basis.nrows();
+    if basis.ncols() >= n {
+        return Dense::zeros(n, 0);
+    }
+    if basis.ncols() == 0 {
+        return Dense::identity(n, n);
+    }
     let found = (Dense::identity(n, n) - basis * basis.transpose()).symmetric_eigen();
     let kept: Vec<usize> = (0..n).filter(|&k| found.eigenvalues[k] > 0.5).collect();
     found.eigenvectors.select_columns(&kept)
 }
 
 /// Columns scaled to length 1; those of zeros stay.
-fn unit_columns(mut a: Dense) -> Dense {
+pub(super) fn unit_columns(mut a: Dense) -> Dense {
     for mut column in a.column_iter_mut() {
         let norm = column.norm();
         if norm > 0.0 {
@@ -59,13 +65,11 @@ pub(super) fn observed(a: &Dense, price: &Dense) -> Dense {
     invariant_hull(&a.transpose(), price.clone())
 }
 
-/// An orthonormal basis of the invariant subspace that belongs to the eigenvalues outside of the unit circle, by
-/// more than [`GROWTH`].
-pub(super) fn unstable(a: &Dense) -> Option<Dense> {
+/// An orthonormal basis of the invariant subspace that belongs to the eigenvalues outside of the circle of this radius.
+pub(super) fn unstable(a: &Dense, radius: f64) -> Option<Dense> {
     let n = a.nrows();
     let identity = Dense::identity(n, n);
     // The sign of (A - r)^-1 (A + r): 1 where |lambda| > r. The closer to r, the less is known of its place.
-    let radius = 1.0 + GROWTH;
     let mut sign = (a - &identity * radius).lu().solve(&(a + &identity * radius))?;
     for _ in 0..100 {
         let inverse = sign.clone().try_inverse()?;

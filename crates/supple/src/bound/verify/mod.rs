@@ -1,0 +1,17 @@
+//! Proofs of what is printed, that share nothing with the search: intervals with outward rounding, from the problem as
+//! given and a point of the dual (theory, "Proof").
+//!
+//! Nothing here uses the rest of the library. The search, its reductions and its linear algebra may be wrong in any way;
+//! then a bound is not proved, or a worse one is.
+
+mod filter;
+mod information;
+mod interval;
+mod matrix;
+mod regulator;
+
+pub(super) use filter::{Sensor, over_horizon, steady};
+pub(super) use information::{Dual, DualStep, Given, Stage, information};
+pub(super) use interval::Interval;
+pub(super) use matrix::Matrix;
+pub(super) use regulator::{Back, distance, is_paid};
