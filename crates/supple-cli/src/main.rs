@@ -10,6 +10,7 @@ mod pages;
 mod present;
 mod progress;
 mod tables;
+mod trust;
 
 use std::process::ExitCode;
 

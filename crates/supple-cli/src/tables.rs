@@ -9,7 +9,7 @@ use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
-use crate::{catalogue, contacts};
+use crate::{catalogue, contacts, trust};
 
 /// A number with about six significant digits.
 pub(crate) fn number(value: f64) -> String {
@@ -90,8 +90,17 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
         let bound = after.cost.bound.map_or_else(|| "none".into(), number);
         results.add_row([format!("cost of {}", after.name), number(from), number(to), percent(from, to), bound, note]);
     }
+    for (before, after) in start.tasks.iter().zip(&optimum.tasks) {
+        if let (Some(from), Some(to)) = (&before.monte_carlo, &after.monte_carlo) {
+            let (from, to) = (from.cost_mean, to.cost_mean);
+            let change = if from.is_finite() && to.is_finite() { percent(from, to) } else { String::new() };
+            let name = format!("sampled cost of {}", after.name);
+            results.add_row([name, number(from), number(to), change, String::new(), String::new()]);
+        }
+    }
     align_right(&mut results, 1..5);
     let _ = writeln!(page, "{results}\n");
+    page.push_str(&trust::of_design(start, optimum));
     if let Some(chosen) = &report.catalogue {
         let _ = writeln!(page, "{}", catalogue::page(chosen));
     }
@@ -247,9 +256,15 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
             );
             rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
         }
+        for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
+            rows.add_row([name, &value, &note]);
+        }
         align_right(&mut rows, 1..2);
         let body = rows.to_string();
         let _ = writeln!(page, "{}\n", body.trim_start_matches(|c: char| c.is_whitespace() && c != ' ').trim_end());
+        if let Some(trust) = &task.trust {
+            let _ = writeln!(page, "  {}\n", trust::line(trust));
+        }
         if !task.limits_violated.is_empty() {
             let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
         }

@@ -214,7 +214,12 @@ fn numbers_that_are_not_valid() {
         two_mass(["= 25.0", "= -25.0"], "-25.0", "tasks[0].bound", "must be at least 0"),
         two_mass(["= 25.0", "= inf"], "inf", "tasks[0].bound", "inf is not a finite number"),
         two_mass([BOUNDS, "[120.0, 20.0]"], "[120.0", "parameters.k1.bounds", "are the wrong way round: [120, 20]"),
-        two_mass([BOUNDS, "[60.0, 60.0]"], "[60.0", "parameters.k1.bounds", "are equal: [60, 60]; a parameter needs room"),
+        two_mass(
+            [BOUNDS, "[60.0, 60.0]"],
+            "[60.0",
+            "parameters.k1.bounds",
+            "are equal: [60, 60]; a parameter needs room",
+        ),
         two_mass([BOUNDS, "[0.0, 120.0]"], "[0.0, 120", "parameters.k1.bounds", "must be above 0 with scale = \"log\""),
         two_mass([BOUNDS, "[20.0, inf]"], "[20.0, inf]", "parameters.k1.bounds", "must be two finite numbers"),
         two_mass(["= 60.0", "= 600.0"], "600.0", "parameters.k1.initial", "600 is outside the bounds [20, 120]"),

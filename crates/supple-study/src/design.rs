@@ -203,7 +203,8 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
     let settings = searcher.settings;
     let wanted =
         EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
-    let wanted = EvaluateOptions { feasibility: Some(settings.feasibility), ..wanted };
+    let (feasibility, rollouts) = (Some(settings.feasibility), settings.rollouts);
+    let wanted = EvaluateOptions { feasibility, rollouts, ..wanted };
     let start = problem.evaluate(phi, &wanted)?;
     let best = found.found();
     let controls = Some(best.controls.clone());

@@ -41,8 +41,8 @@ pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{
     ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FrozenReport, GradientReport,
-    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport,
-    VALID_STATIONARITY, number_warnings, plan_warnings,
+    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport, Trust,
+    VALID_STATIONARITY, Verdict, number_warnings, plan_warnings,
 };
 pub use feasibility::{FEASIBILITY, meets, violation};
 pub use file::FileError;

@@ -152,9 +152,7 @@ impl TaskState {
     fn plan_in_mode(&mut self, (task, phi): (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
         let settings = how.0;
         match settings.plan {
-            PlanMode::Nominal => {
-                search(task.nominal(phi), how, &mut self.plan, &mut self.plan_work, &mut self.scratch)
-            }
+            PlanMode::Nominal => search(task.nominal(phi), how, &mut self.plan, &mut self.plan_work, &mut self.scratch),
             PlanMode::Sampled => {
                 task.noise.resolve(phi, &mut self.noise)?;
                 plan_sampled((task, phi), &self.noise, settings, &mut self.plan, &mut self.scratch)

@@ -38,6 +38,9 @@ fn settings(options: &DesignOptions, problem: &Problem) -> Result<DesignSettings
     if let Some(seed) = options.seed {
         settings.seed = seed;
     }
+    if let Some(rollouts) = options.rollouts {
+        settings.rollouts = rollouts;
+    }
     settings.check().map_err(|(key, message)| Failure::usage(format!("--{key}: {message}")))?;
     Ok(settings)
 }

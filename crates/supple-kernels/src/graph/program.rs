@@ -1,4 +1,3 @@
-
 use super::node::{Map, Node, Op, operations};
 use super::schedule::{Kind, Step, Units, fuse, results, schedule, without_negatives};
 use crate::Scalar;

@@ -25,7 +25,9 @@ pub fn multiply_lower<L: Lanes>(
     }
     let width = padded(rows);
     assert!(out_stride >= width && right_stride >= width && out_stride.is_multiple_of(LANES));
-    assert!(right_stride.is_multiple_of(LANES) && out.len() >= rows * out_stride && right.len() >= inner * right_stride);
+    assert!(
+        right_stride.is_multiple_of(LANES) && out.len() >= rows * out_stride && right.len() >= inner * right_stride
+    );
     if let Into::AddTo(base) | Into::SubtractFrom(base) = into {
         assert!(base.len() >= rows * out_stride);
     }
@@ -232,4 +234,3 @@ pub fn cholesky_solve_from<L: Lanes>(
     }
     cholesky_solve::<L>(factor, factor_stride, out, stride, n);
 }
-

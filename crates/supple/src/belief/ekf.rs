@@ -18,6 +18,8 @@ pub struct FilterBatch {
     /// Covariances, in the corrected and predicted matrices of a belief.
     pub belief: Belief,
     knots: Knots,
+    /// What the last measurements said about the filters.
+    pub innovations: Vec<Innovation>,
     /// Measurements to expect, length p.
     expected: Matrices,
     /// States a step on, length n.
@@ -26,6 +28,15 @@ pub struct FilterBatch {
     idle: Matrices,
     /// `V` at the estimates, p x p, where it varies with the state.
     variances: Matrices,
+}
+
+/// The innovation `nu = y - g(mu)` of one measurement, as far as its likelihood goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovation {
+    /// `nu' S^-1 nu`, with the innovation covariance `S`: p in the mean where the filter is consistent.
+    pub squared: f64,
+    /// `ln |S|`
+    pub log_determinant: f64,
 }
 
 /// What a filter needs to know of the world.
@@ -41,6 +52,21 @@ pub struct ExtendedKalman<'a> {
     pub varying: &'a [VaryingVariance],
 }
 
+impl Innovation {
+    /// With the Cholesky factor of `S`, lower, rows `stride` apart; what is solved for takes the place of `nu`.
+    fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
+        let mut found = Self::default();
+        for i in 0..nu.len() {
+            let row = &factor[i * stride..=i * stride + i];
+            let done: f64 = row.iter().zip(&nu[..i]).map(|(g, w)| g * w).sum();
+            nu[i] = (nu[i] - done) / row[i];
+            found.squared += nu[i] * nu[i];
+            found.log_determinant += 2.0 * row[i].ln();
+        }
+        found
+    }
+}
+
 impl FilterBatch {
     /// Room for `count` samples.
     pub fn new(dimensions: Dimensions, count: usize) -> Self {
@@ -48,6 +74,7 @@ impl FilterBatch {
             means: Matrices::vectors(count, dimensions.states),
             belief: Belief::zeros(dimensions.states, dimensions.measurements, count - 1),
             knots: Knots::zeros(dimensions, count),
+            innovations: vec![Innovation::default(); count],
             expected: Matrices::vectors(count, dimensions.measurements),
             next: Matrices::vectors(count, dimensions.states),
             idle: Matrices::vectors(count, dimensions.controls),
@@ -84,7 +111,7 @@ impl ExtendedKalman<'_> {
         batch: &mut FilterBatch,
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
-        let FilterBatch { means, belief, knots, expected, idle, variances, .. } = batch;
+        let FilterBatch { means, belief, knots, innovations, expected, idle, variances, .. } = batch;
         let count = means.count();
         let at = Points { states: means, controls: idle, stages: count, has_end: false, times: Times::At(t) };
         self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
@@ -97,14 +124,18 @@ impl ExtendedKalman<'_> {
         }
         self.system.observe_all(at, self.phi, expected, scratch);
         for sample in 0..count {
+            let innovation = expected.vector_mut(sample);
+            innovation.iter_mut().zip(measured.vector(sample)).for_each(|(expected, y)| *expected = y - *expected);
             let mean = means.vector_mut(sample);
             let gain = belief.gain_transposed.at(sample);
             let stride = belief.gain_transposed.stride();
-            for (k, (y, expected)) in measured.vector(sample).iter().zip(expected.vector(sample)).enumerate() {
+            for (k, innovation) in innovation.iter().enumerate() {
                 for (mean, gain) in mean.iter_mut().zip(&gain[k * stride..]) {
-                    *mean += gain * (y - expected);
+                    *mean += gain * innovation;
                 }
             }
+            let (factor, stride) = (belief.innovation_factor.at(sample), belief.innovation_factor.stride());
+            innovations[sample] = Innovation::of(innovation, factor, stride);
         }
         Ok(())
     }

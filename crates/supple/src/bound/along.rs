@@ -47,7 +47,8 @@ impl Horizon {
 /// How far, relatively, the costs along a plan are from those for which the law is exact at every step.
 pub(super) fn law_distance(horizon: &Horizon, knots: &Knots, curvature: &Matrices) -> Result<f64, String> {
     let (n, joint) = (knots.dimensions.states, knots.dimensions.joint());
-    let block = |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
+    let block =
+        |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
     let mut worst = 0.0f64;
     for t in 0..horizon.steps() {
         let found = distance(&Back {

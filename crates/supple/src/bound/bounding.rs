@@ -17,8 +17,8 @@ use super::steady::stationary;
 use super::subspace::observed;
 use crate::dense::{congruence, dense, store};
 use crate::design::plan_at;
-use crate::plan::{PlanMode, PlanStatus};
 use crate::pipeline::TaskState;
+use crate::plan::{PlanMode, PlanStatus};
 use crate::problem::{Problem, Task};
 use crate::{Channel, Error, Named};
 
@@ -136,7 +136,8 @@ impl Bounding {
             let floor = product_growth(&horizon.dynamics, task.steps)?;
             // Other laws than the regulator's are told in remarks: the bounds are those of their prices.
             let plan = &state.plan;
-            let plain = matches!(plan.mode, PlanMode::Nominal | PlanMode::Sampled) && !plan.policy.clamped.contains(&true);
+            let plain =
+                matches!(plan.mode, PlanMode::Nominal | PlanMode::Sampled) && !plan.policy.clamped.contains(&true);
             let regulator = if plain && plan.status != PlanStatus::Indefinite {
                 law_distance(&horizon, &plan.knots, &plan.policy.curvature)
             } else {
@@ -237,7 +238,9 @@ impl Bounding {
     /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of costs.
     fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         let proved = |minimum: Minimum| match (&self.regulator, &minimum.proof) {
-            (Err(reason), _) => Minimum { lower_nats: 0.0, proof: Proof::NotProved { reason: reason.clone() }, ..minimum },
+            (Err(reason), _) => {
+                Minimum { lower_nats: 0.0, proof: Proof::NotProved { reason: reason.clone() }, ..minimum }
+            }
             (Ok(of_cost), Proof::Proved { distance }) => {
                 let distance = distance.max(*of_cost);
                 Minimum { proof: Proof::Proved { distance }, ..minimum }
@@ -342,9 +345,9 @@ impl Bounding {
             },
             achieved_bits_per_step: minimum.achieved.map(|achieved| bits(achieved.nats)),
             // At the design's own cost, the budget is known apart from the least cost.
-            achieved_cost: minimum.achieved.map(|achieved| {
-                if own_price.is_some() { self.minimum_cost() + achieved.cost } else { achieved.cost }
-            }),
+            achieved_cost: minimum
+                .achieved
+                .map(|achieved| if own_price.is_some() { self.minimum_cost() + achieved.cost } else { achieved.cost }),
             duality_gap_bits: bits(minimum.nats - minimum.lower_nats),
             price_bits_per_cost: (-total(minimum.slope)).max(0.0),
             newton_steps: minimum.iterations,

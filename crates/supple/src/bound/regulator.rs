@@ -83,16 +83,13 @@ pub(super) fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense
     let mut xi = scaled.value_of_information(&s).ok_or_else(unsolved)?;
     // What no control can answer costs the same whether it is known or not: exactly, whatever the rounding.
     let seen = seen_states(a, |i| (0..n + m).any(|k| l[(i, k)] != 0.0));
-    let answered = |j: usize| {
-        (n..n + m).any(|k| l[(j, k)] != 0.0) || (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)
-    };
+    let answered = |j: usize| (n..n + m).any(|k| l[(j, k)] != 0.0) || (0..n).any(|i| seen[i] && a[(i, j)] != 0.0);
     for j in (0..n).filter(|&j| !answered(j)) {
         xi.row_mut(j).fill(0.0);
         xi.column_mut(j).fill(0.0);
     }
-    let back = |x: Dense| {
-        symmetric(Dense::from_fn(n, n, |i, j| x[(i, j)] * units.cost / units.states[i] / units.states[j]))
-    };
+    let back =
+        |x: Dense| symmetric(Dense::from_fn(n, n, |i, j| x[(i, j)] * units.cost / units.states[i] / units.states[j]));
     Ok((back(s), back(xi)))
 }
 

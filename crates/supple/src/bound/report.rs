@@ -172,11 +172,17 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
         None => format!("{any}, proved by intervals"),
         Some(reason) => format!("not proved: {reason}"),
     };
-    lines.push(line("proved lower bound", Some(bound.minimum_lower_bits_per_step).filter(|_| bound.proved), false, &from_below));
+    lines.push(line(
+        "proved lower bound",
+        Some(bound.minimum_lower_bits_per_step).filter(|_| bound.proved),
+        false,
+        &from_below,
+    ));
     lines.push(line("minimum", Some(bound.minimum_bits_per_step), true, &any));
-    let kept = bound.achieved_cost.map_or_else(|| "its filter does not settle".to_owned(), |cost| {
-        format!("the virtual sensor below, by its filter, at an expected cost of {cost:.7}")
-    });
+    let kept = bound.achieved_cost.map_or_else(
+        || "its filter does not settle".to_owned(),
+        |cost| format!("the virtual sensor below, by its filter, at an expected cost of {cost:.7}"),
+    );
     lines.push(line("virtual sensor", bound.achieved_bits_per_step, false, &kept));
     // The design keeps the cost D only where D is not below its own.
     let keeps = bound.own_cost.is_some_and(|own| bound.cost >= own * (1.0 - 1e-12) - f64::MIN_POSITIVE);

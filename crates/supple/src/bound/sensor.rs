@@ -140,5 +140,11 @@ fn steady(chain: &Chain, sensor: &Reduced, precision: f64) -> Option<Dense> {
     let n = stage.price.nrows();
     let c = &sensor.measurement;
     let weighted = Dense::from_fn(c.nrows(), n, |i, k| c[(i, k)] / sensor.variances[i] * precision);
-    doubling(&stage.dynamics.transpose(), symmetric(c.transpose() * weighted), &stage.process, &Dense::identity(n, n), 0.0)
+    doubling(
+        &stage.dynamics.transpose(),
+        symmetric(c.transpose() * weighted),
+        &stage.process,
+        &Dense::identity(n, n),
+        0.0,
+    )
 }

@@ -106,11 +106,6 @@ pub struct VirtualSensor {
 impl VirtualSensor {
     /// One that measures nothing of `n` states.
     pub(super) fn none(n: usize) -> Self {
-        Self {
-            rank: 0,
-            measurement: Matrices::zeros(1, 0, n),
-            variances: Vec::new(),
-            gain: Matrices::zeros(1, n, 0),
-        }
+        Self { rank: 0, measurement: Matrices::zeros(1, 0, n), variances: Vec::new(), gain: Matrices::zeros(1, n, 0) }
     }
 }

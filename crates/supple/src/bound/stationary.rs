@@ -10,8 +10,8 @@ use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
 use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
 use super::sensitivity::Worth;
-use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
 use super::sensor::sensors;
+use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
 use super::witness::Witness;
 use super::zeros::lasting;
@@ -137,8 +137,7 @@ pub(super) fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool>
     let n = a.nrows();
     let mut seen: Vec<bool> = (0..n).map(given).collect();
     loop {
-        let new: Vec<usize> =
-            (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
+        let new: Vec<usize> = (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
         if new.is_empty() {
             return seen;
         }

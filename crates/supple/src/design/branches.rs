@@ -47,13 +47,21 @@ pub fn best_plan(
     let mut candidates = Candidates::default();
     let (guess, apart) = (task.guess(phi, 1.0), state.has_to_approach(task, phi));
     // Friction alone often needs no approach, and makes no branches that are worth another plan.
-    if !apart && task.system.widened().is_some() && state.plan_with((task, phi), (settings, Patience::Little), &guess).is_ok() {
+    if !apart
+        && task.system.widened().is_some()
+        && state.plan_with((task, phi), (settings, Patience::Little), &guess).is_ok()
+    {
         candidates.keep(&state.plan, 0.0);
     }
     if candidates.converged.is_none()
         && let Some((controls, before)) = state.approach(task, phi, settings, &guess)
     {
-        candidates.plan((problem, task), phi, Start { patience: Patience::Close, before, ..Start::of(&controls) }, state);
+        candidates.plan(
+            (problem, task),
+            phi,
+            Start { patience: Patience::Close, before, ..Start::of(&controls) },
+            state,
+        );
     }
     if candidates.converged.is_none() || apart {
         for &factor in factors {
@@ -105,13 +113,7 @@ struct Candidates {
 impl Candidates {
     /// Plans from some controls. Once planning is late
     /// nothing is tried any more but a first plan.
-    fn plan(
-        &mut self,
-        (problem, task): (&Problem, &Task),
-        phi: &[f64],
-        start: Start,
-        state: &mut TaskState,
-    ) {
+    fn plan(&mut self, (problem, task): (&Problem, &Task), phi: &[f64], start: Start, state: &mut TaskState) {
         if state.is_late() && (self.converged.is_some() || self.other.is_some()) {
             return;
         }

@@ -23,5 +23,5 @@ pub use catalogue::{CatalogueDesign, CatalogueMethod, Combination};
 pub use result::{Design, DesignStatus, StartSummary};
 pub use search::{Control, Event, NoObserver, Observer};
 pub(crate) use search::{Ending, Search};
-pub use settings::{DesignSettings, GradientKind, Method};
+pub use settings::{DesignSettings, GradientKind, Method, ROLLOUTS};
 pub use start::{Searcher, design};

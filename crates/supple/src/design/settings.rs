@@ -12,6 +12,8 @@ pub struct DesignSettings {
     pub starts: usize,
     /// Seed of random starts, branch searches and roll-outs.
     pub seed: u64,
+    /// Closed-loop roll-outs at the first design and at the best one, which the search itself does not use; 0 for none.
+    pub rollouts: usize,
     /// Evaluations at most, per start and round.
     pub max_evaluations: usize,
     /// Relative change of information at which the search stops.
@@ -36,6 +38,9 @@ pub struct DesignSettings {
     pub price_weight: f64,
 }
 
+/// Roll-outs with which results end where nothing else is said.
+pub const ROLLOUTS: usize = 256;
+
 impl Default for DesignSettings {
     fn default() -> Self {
         Self {
@@ -43,6 +48,7 @@ impl Default for DesignSettings {
             gradient: GradientKind::default(),
             starts: 4,
             seed: 0,
+            rollouts: ROLLOUTS,
             max_evaluations: 200,
             tolerance: 1e-9,
             feasibility: 1e-6,
@@ -76,6 +82,9 @@ impl DesignSettings {
         ];
         if let Some((key, found)) = memory.into_iter().find(|&(_, count)| count > 10_000) {
             return Err((key, format!("must be at most 10000; found {found}")));
+        }
+        if self.rollouts > 100_000_000 {
+            return Err(("rollouts", format!("must be at most 100000000; found {}", self.rollouts)));
         }
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {

@@ -16,12 +16,15 @@ mod controller;
 mod report;
 mod sensing;
 mod trouble;
+mod trust;
 
 use assemble::{cost_report, information_report, trajectory_report};
 pub use controller::ControllerReport;
 pub use report::*;
 pub use sensing::MeasurementReport;
 pub use trouble::{number_warnings, plan_warnings};
+use trust::Predicted;
+pub use trust::{Trust, Verdict};
 
 /// What to find beside information and cost.
 #[derive(Clone, Debug, Default)]
@@ -104,6 +107,14 @@ fn evaluate_task(
         }
     };
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
+    let information = information_report(task, phi, state)?;
+    let predicted = Predicted {
+        status: state.plan.status,
+        cost: state.cost.expected(),
+        bits: information.total_bits,
+        contacts: &contacts,
+    };
+    let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled));
     Ok(TaskEvaluation {
         name: task.name.clone(),
         status: state.plan.status,
@@ -123,9 +134,10 @@ fn evaluate_task(
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
-        information: information_report(task, phi, state)?,
+        information,
         gradient,
         monte_carlo,
+        trust,
         controller: ControllerReport::of(&state.plan),
         trajectory: match options.trajectories {
             true => Some(trajectory_report(task, phi, state, options.seed)?),

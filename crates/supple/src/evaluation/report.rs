@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::controller::ControllerReport;
 use super::sensing::MeasurementReport;
+use super::trust::Trust;
 use crate::contacts::ContactReport;
 use crate::limits::LimitViolation;
 use crate::parameters::Parameters;
@@ -167,6 +168,9 @@ pub struct TaskEvaluation {
     /// Its cost in closed loop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monte_carlo: Option<MonteCarlo>,
+    /// Whether its predictions hold there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<Trust>,
     /// Its trajectory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trajectory: Option<TrajectoryReport>,

@@ -259,7 +259,8 @@ impl<'a> Search<'a> {
                 plan.nominal_cost = cost;
                 self.newton.close = actual <= 0.05 * (1.0 + cost.abs());
                 if !newton {
-                    self.mu = if self.patience == Patience::Little && step < 0.5 { FIRST_MU } else { next_mu(mu, step) };
+                    self.mu =
+                        if self.patience == Patience::Little && step < 0.5 { FIRST_MU } else { next_mu(mu, step) };
                 }
                 return if resolved { Outcome::Resolved } else { Outcome::Accepted };
             }

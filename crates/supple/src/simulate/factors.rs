@@ -42,14 +42,22 @@ pub(super) struct Factor<'a> {
 }
 
 impl Factor<'_> {
-    /// `out += G n` with standard normal `n`; draws as many numbers as the order.
-    pub fn add_sample(&self, random: &mut ChaCha8Rng, out: &mut [f64]) {
+    /// `ln |G G'|`
+    pub fn log_determinant(&self) -> f64 {
+        (0..self.order).map(|i| 2.0 * self.entries[i * self.order + i].ln()).sum()
+    }
+
+    /// `out += G n` with standard normal `n`, of which `n' n` is returned; draws as many numbers as the order.
+    pub fn add_sample(&self, random: &mut ChaCha8Rng, out: &mut [f64]) -> f64 {
+        let mut squared = 0.0;
         for column in 0..self.order {
             let normal: f64 = StandardNormal.sample(random);
+            squared += normal * normal;
             for (row, out) in out.iter_mut().enumerate().skip(column) {
                 *out += self.entries[row * self.order + column] * normal;
             }
         }
+        squared
     }
 }
 

@@ -18,32 +18,11 @@ use crate::trajectory::Trajectory;
 use crate::{Dimensions, Error, or_nan};
 
 mod factors;
+mod statistics;
 
 pub(crate) use factors::NoiseFactors;
-
-/// The sampled cost of a task in closed loop.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MonteCarlo {
-    /// How many roll-outs.
-    pub rollouts: usize,
-    /// Their seed.
-    pub seed: u64,
-    /// How many of them diverged: their cost is infinite.
-    #[serde(default)]
-    pub diverged: usize,
-    /// Mean cost; infinite where a roll-out diverged.
-    #[serde(deserialize_with = "or_nan")]
-    pub cost_mean: f64,
-    /// Standard error of the mean; NaN of a single roll-out, or where one diverged.
-    #[serde(deserialize_with = "or_nan")]
-    pub cost_standard_error: f64,
-    /// Mean cost less the predicted expected cost.
-    #[serde(deserialize_with = "or_nan")]
-    pub difference: f64,
-    /// Cost of every roll-out.
-    #[serde(skip)]
-    pub costs: Vec<f64>,
-}
+pub(crate) use statistics::Outcome;
+pub use statistics::{Consistency, Estimate, MonteCarlo, TouchShare};
 
 /// One run in closed loop; where it diverges, as far as that.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -70,9 +49,8 @@ pub(crate) struct ClosedLoop {
     controls: Matrices,
     measured: Matrices,
     random: Vec<ChaCha8Rng>,
-    /// Cost so far of each sample.
-    pub costs: Vec<f64>,
-    diverged: Vec<bool>,
+    /// What each sample has come to so far.
+    pub outcomes: Vec<Outcome>,
     /// Mean of the first state, as the filters believe.
     first: Vec<f64>,
     /// States a step on, length n.
@@ -141,8 +119,7 @@ impl ClosedLoop {
             controls: Matrices::vectors(count, dimensions.controls),
             measured: Matrices::vectors(count, dimensions.measurements),
             random: Vec::new(),
-            costs: vec![0.0; count],
-            diverged: vec![false; count],
+            outcomes: vec![Outcome::default(); count],
             first: vec![0.0; dimensions.states],
             next: Matrices::vectors(count, dimensions.states),
             stage_costs: vec![0.0; count],
@@ -170,6 +147,7 @@ impl ClosedLoop {
         for t in 0..=task.steps {
             self.measure(setting, t);
             self.correct(&filter, setting, (t, record.is_some()))?;
+            self.count(setting, t);
             if let Some(record) = record.as_deref_mut() {
                 record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
                 record.truth.vector_mut(t).copy_from_slice(self.states.vector(0));
@@ -188,10 +166,10 @@ impl ClosedLoop {
             filter.predict(t, &self.controls, &mut self.filters, &mut self.scratch);
         }
         task.system.final_costs(&self.states, setting.phi, &mut self.stage_costs, &mut self.scratch);
-        for (sample, (cost, last)) in self.costs.iter_mut().zip(&self.stage_costs).enumerate() {
-            *cost += last;
-            if self.diverged[sample] || !cost.is_finite() {
-                *cost = f64::INFINITY;
+        for (outcome, last) in self.outcomes.iter_mut().zip(&self.stage_costs) {
+            outcome.cost += last;
+            if outcome.diverged || !outcome.cost.is_finite() {
+                outcome.cost = f64::INFINITY;
             }
         }
         Ok(())
@@ -201,7 +179,7 @@ impl ClosedLoop {
     fn start(&mut self, setting: LoopSetting, (seed, first): (u64, u64)) {
         let LoopSetting { task, believed, phi, factors, .. } = setting;
         self.random.clear();
-        for sample in 0..self.costs.len() {
+        for sample in 0..self.outcomes.len() {
             let mut generator = ChaCha8Rng::seed_from_u64(seed);
             generator.set_stream(first + sample as u64);
             let x = self.states.vector_mut(sample);
@@ -211,8 +189,8 @@ impl ClosedLoop {
             factors.initial.at(0).add_sample(&mut generator, x);
             self.random.push(generator);
         }
-        self.costs.fill(0.0);
-        self.diverged.fill(false);
+        let contacts = task.system.contacts().len();
+        self.outcomes.fill(Outcome { touched: vec![false; contacts], ..Outcome::default() });
         for (mean, value) in self.first.iter_mut().zip(&task.initial_state) {
             *mean = value.resolve(believed.phi);
         }
@@ -225,8 +203,11 @@ impl ClosedLoop {
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
         setting.task.system.observe_all(at, setting.phi, measured, scratch);
         let noise = setting.factors.measurement.at(t);
+        let log_determinant = noise.log_determinant();
         for (sample, random) in self.random.iter_mut().enumerate() {
-            noise.add_sample(random, self.measured.vector_mut(sample));
+            // What the measurement says is its likelihood given the state over that given the past.
+            let squared = noise.add_sample(random, self.measured.vector_mut(sample));
+            self.outcomes[sample].nats -= 0.5 * (log_determinant + squared);
         }
         // The sum of two independent noises, one of the variance that varies, has the sum of their variances.
         for varying in &setting.task.noise.varying {
@@ -247,13 +228,13 @@ impl ClosedLoop {
         setting: LoopSetting,
         (t, recorded): (usize, bool),
     ) -> Result<(), Error> {
-        for sample in 0..self.costs.len() {
+        for sample in 0..self.outcomes.len() {
             let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
             if !(finite(self.filters.means.vector(sample)) && finite(self.measured.vector(sample))) {
                 self.set_aside(setting, (t, sample));
             }
         }
-        if recorded && self.diverged[0] {
+        if recorded && self.outcomes[0].diverged {
             return Err(Error::NotFinite { what: "a run in closed loop", step: t });
         }
         // Each sample is set aside once at most: where it begins again, its filter did not fail.
@@ -261,7 +242,7 @@ impl ClosedLoop {
         loop {
             let corrected = filter.correct(t, &self.measured, &mut self.filters, &mut self.scratch);
             let Err(Error::NotPositiveDefinite { what, step: sample }) = corrected else { return corrected };
-            if t == 0 || aside == self.costs.len() || recorded && sample == 0 {
+            if t == 0 || aside == self.outcomes.len() || recorded && sample == 0 {
                 return Err(Error::NotPositiveDefinite { what, step: t });
             }
             self.set_aside(setting, (t, sample));
@@ -269,10 +250,27 @@ impl ClosedLoop {
         }
     }
 
+    /// Counts what the filters' innovations say, and at some of the steps which contacts touch.
+    fn count(&mut self, setting: LoopSetting, t: usize) {
+        let LoopSetting { task, phi, .. } = setting;
+        for (outcome, innovation) in self.outcomes.iter_mut().zip(&self.filters.innovations) {
+            outcome.squared += innovation.squared;
+            outcome.nats += 0.5 * (innovation.log_determinant + innovation.squared);
+        }
+        if !t.is_multiple_of(task.steps.div_ceil(LOOKED_AT).max(1)) {
+            return;
+        }
+        for (sample, outcome) in self.outcomes.iter_mut().enumerate().filter(|(_, outcome)| !outcome.touched.is_empty())
+        {
+            let states = task.system.contact_states(self.states.vector(sample), phi);
+            outcome.touched.iter_mut().zip(&states).for_each(|(touched, state)| *touched |= state.touches());
+        }
+    }
+
     /// Counts a sample as diverged at step `t`, and puts it back to where it can be computed.
     fn set_aside(&mut self, setting: LoopSetting, (t, sample): (usize, usize)) {
         let LoopSetting { task, believed, phi, .. } = setting;
-        self.diverged[sample] = true;
+        self.outcomes[sample].diverged = true;
         for (x, value) in self.states.vector_mut(sample).iter_mut().zip(&task.initial_state) {
             *x = value.resolve(phi);
         }
@@ -286,7 +284,7 @@ impl ClosedLoop {
         let stride = plan.policy.feedback.stride();
         let (feedback, feedforward) = (plan.policy.feedback.at(t), plan.policy.feedforward.vector(t));
         let (xbar, ubar) = (plan.trajectory.states.vector(t), plan.trajectory.controls.vector(t));
-        for sample in 0..self.costs.len() {
+        for sample in 0..self.outcomes.len() {
             let mean = self.filters.means.vector(sample);
             let u = self.controls.vector_mut(sample);
             for (a, u) in u.iter_mut().enumerate() {
@@ -305,12 +303,14 @@ impl ClosedLoop {
         states.copy_from(next);
         let noise = factors.process.at(t);
         for (sample, random) in self.random.iter_mut().enumerate() {
-            self.costs[sample] += self.stage_costs[sample];
+            self.outcomes[sample].cost += self.stage_costs[sample];
             noise.add_sample(random, self.states.vector_mut(sample));
         }
     }
 }
 
+/// Steps at which roll-outs are looked at for contacts, about.
+const LOOKED_AT: usize = 25;
 /// Samples that share a batch.
 const BATCH: usize = 32;
 
@@ -328,14 +328,8 @@ pub fn monte_carlo(
     (rollouts, seed): (usize, u64),
 ) -> Result<MonteCarlo, Error> {
     let world = World { phi, noise };
-    let costs = sampled_costs(task, plan, (world, world), (rollouts, seed))?;
-    let diverged = costs.iter().filter(|cost| !cost.is_finite()).count();
-    let count = costs.len() as f64;
-    let cost_mean = costs.iter().sum::<f64>() / count;
-    let squares: f64 = costs.iter().map(|cost| (cost - cost_mean).powi(2)).sum();
-    let cost_standard_error = if rollouts > 1 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-    let difference = cost_mean - predicted;
-    Ok(MonteCarlo { rollouts, seed, diverged, cost_mean, cost_standard_error, difference, costs })
+    let outcomes = sampled(task, plan, (world, world), (rollouts, seed))?;
+    Ok(MonteCarlo::of(task, outcomes, predicted, seed))
 }
 
 /// Costs of roll-outs of a plan whose filter believes in one world while another one is true; infinite where they
@@ -346,9 +340,18 @@ pub fn monte_carlo(
 pub fn sampled_costs(
     task: &Task,
     plan: &Plan,
+    worlds: (World, World),
+    rollouts: (usize, u64),
+) -> Result<Vec<f64>, Error> {
+    Ok(sampled(task, plan, worlds, rollouts)?.into_iter().map(|outcome| outcome.cost).collect())
+}
+
+fn sampled(
+    task: &Task,
+    plan: &Plan,
     (believed, truth): (World, World),
     (rollouts, seed): (usize, u64),
-) -> Result<Vec<f64>, Error> {
+) -> Result<Vec<Outcome>, Error> {
     let factors = NoiseFactors::of(&*truth.fixed_noise(task)?)?;
     let noise = believed.fixed_noise(task)?;
     let believed = World { phi: believed.phi, noise: &noise };
@@ -357,7 +360,7 @@ pub fn sampled_costs(
     let batch = |number: usize| {
         let first = number * BATCH;
         let mut closed = ClosedLoop::new(size, BATCH.min(rollouts - first));
-        closed.run(setting, (seed, first as u64), None).map(|()| closed.costs)
+        closed.run(setting, (seed, first as u64), None).map(|()| closed.outcomes)
     };
     let batches = (0..rollouts.div_ceil(BATCH)).into_par_iter().map(batch).collect::<Result<Vec<_>, _>>()?;
     Ok(batches.concat())
@@ -391,6 +394,6 @@ pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u6
         estimates: rows(&record.run.states),
         deviations: rows(&record.deviations),
         controls: rows(&record.run.controls),
-        cost: if times > task.steps { closed.costs[0] } else { f64::INFINITY },
+        cost: if times > task.steps { closed.outcomes[0].cost } else { f64::INFINITY },
     })
 }

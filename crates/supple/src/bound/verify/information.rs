@@ -97,7 +97,8 @@ type Localised = (Vec<Local>, Option<Enclosure>, f64);
 fn localise(given: &Given, dual: &Dual) -> Result<Localised, String> {
     let count = given.stages.len();
     let mut distance = 0.0f64;
-    let frames: Vec<Frame> = dual.steps.iter().enumerate().map(|(t, step)| Frame::new(step, t)).collect::<Result<_, _>>()?;
+    let frames: Vec<Frame> =
+        dual.steps.iter().enumerate().map(|(t, step)| Frame::new(step, t)).collect::<Result<_, _>>()?;
     let mut locals = Vec::with_capacity(count);
     for (t, (stage, step)) in given.stages.iter().zip(&dual.steps).enumerate() {
         let (frame, all) = (&frames[t], enclosed(&stage.price));
@@ -152,7 +153,14 @@ impl Frame {
         let reader =
             inverse(&whole).ok_or_else(|| format!("the coordinates at decision {t} are too close to singular"))?;
         let (basis_size, reader_size) = (whole.abs(), reader.magnitude());
-        Ok(Self { basis: enclosed(&whole), reader, rank: step.basis.cols, unseen: step.unseen.cols, basis_size, reader_size })
+        Ok(Self {
+            basis: enclosed(&whole),
+            reader,
+            rank: step.basis.cols,
+            unseen: step.unseen.cols,
+            basis_size,
+            reader_size,
+        })
     }
 
     /// How much a price sees of what it should not.
@@ -257,11 +265,14 @@ fn value(given: &Given, locals: &[Local], initial: Option<&Enclosure>, price: f6
             let known = whitened.transpose().times(&whitened).scaled(half * factored.least_share);
             slope = slope.plus(&known).minus(&a.transpose().around(&locals[to].multiplier));
             let noise = factored.trace_of_inverse(&local.process);
-            sum = sum + half * (factored.log_least + noise) - half * Interval::point(predicted.rows as f64)
+            sum = sum + half * (factored.log_least + noise)
+                - half * Interval::point(predicted.rows as f64)
                 - locals[to].multiplier.dot(&local.process);
         }
         if !slope.is_positive_semidefinite() {
-            return Err(format!("the slope of the Lagrangian at decision {t} is not proved to be positive semidefinite"));
+            return Err(format!(
+                "the slope of the Lagrangian at decision {t} is not proved to be positive semidefinite"
+            ));
         }
     }
     if sum.low.is_nan() { Err("numbers overflow".into()) } else { Ok(sum.low) }

@@ -128,7 +128,8 @@ mod tests {
 
     #[test]
     fn what_rounds_is_enclosed_and_what_does_not_stays_a_point() {
-        let (exact, third) = (Interval::point(0.75) * Interval::point(-0.5), Interval::point(1.0) + Interval::point(1e-20));
+        let (exact, third) =
+            (Interval::point(0.75) * Interval::point(-0.5), Interval::point(1.0) + Interval::point(1e-20));
         assert_eq!(exact, Interval::point(-0.375));
         assert_eq!((third.low, third.high), (1.0, 1.0_f64.next_up()));
         let mut state = 1u64;
@@ -139,7 +140,8 @@ mod tests {
         for _ in 0..1000 {
             // Numbers of 49 bits: their product is known exactly as an integer.
             let (a, b) = (next(), next());
-            let product = Interval::point(a as f64 * 2f64.powi(20) + 1.0) * Interval::point(b as f64 * 2f64.powi(20) + 1.0);
+            let product =
+                Interval::point(a as f64 * 2f64.powi(20) + 1.0) * Interval::point(b as f64 * 2f64.powi(20) + 1.0);
             let wide = ((i128::from(a) << 20) + 1) * ((i128::from(b) << 20) + 1);
             assert!(product.low as i128 <= wide && wide <= product.high as i128, "{a} {b}");
             assert!(product.high - product.low <= product.magnitude() * 2.3e-16);

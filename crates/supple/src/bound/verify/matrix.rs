@@ -226,7 +226,8 @@ pub(crate) fn inverse(g: &Matrix) -> Option<Enclosure> {
     // Rows and columns in units that are powers of 2: nothing rounds.
     let unit = |size: f64| if size > 0.0 && size.is_finite() { 2f64.powi(-(size.log2().round() as i32)) } else { 1.0 };
     let rows: Vec<f64> = (0..n).map(|i| unit((0..n).map(|j| g.at(i, j).abs()).fold(0.0, f64::max))).collect();
-    let cols: Vec<f64> = (0..n).map(|j| unit((0..n).map(|i| (g.at(i, j) * rows[i]).abs()).fold(0.0, f64::max))).collect();
+    let cols: Vec<f64> =
+        (0..n).map(|j| unit((0..n).map(|i| (g.at(i, j) * rows[i]).abs()).fold(0.0, f64::max))).collect();
     let scaled = Matrix::from_fn(n, n, |i, j| g.at(i, j) * rows[i] * cols[j]);
     let near = scaled.inverse()?;
     let residual = enclosed(&Matrix::identity(n)).minus(&enclosed(&near).times(&enclosed(&scaled)));
@@ -237,9 +238,8 @@ pub(crate) fn inverse(g: &Matrix) -> Option<Enclosure> {
     // |(I - R)^-1 R X| <= |R| |X| + |R|^2 / (1 - |R|) times the largest entry of a column of X, and 1 / (1 - |R|) is at most 2.
     let first = enclosed(&residual.magnitude()).times(&enclosed(&near.abs()));
     let second = Interval::point(2.0) * Interval::point(norm) * Interval::point(norm);
-    let wide: Vec<Interval> = (0..n)
-        .map(|j| second * Interval::point((0..n).map(|i| near.at(i, j).abs()).fold(0.0, f64::max)))
-        .collect();
+    let wide: Vec<Interval> =
+        (0..n).map(|j| second * Interval::point((0..n).map(|i| near.at(i, j).abs()).fold(0.0, f64::max))).collect();
     Some(Enclosure::from_fn(n, n, |i, j| {
         let radius = (first.at(i, j) + wide[j]).high;
         Interval::around(near.at(i, j), radius) * Interval::point(cols[i]) * Interval::point(rows[j])

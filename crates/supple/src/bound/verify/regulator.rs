@@ -79,9 +79,9 @@ fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Matrix {
         let pivot = left.at(k, k);
         if pivot > 0.0 { pivot / sizes.at(k, k) } else { 0.0 }
     };
-    while let Some(place) = (0..controls.len()).max_by(|&a, &b| {
-        share(&left, controls[a]).total_cmp(&share(&left, controls[b]))
-    }) {
+    while let Some(place) =
+        (0..controls.len()).max_by(|&a, &b| share(&left, controls[a]).total_cmp(&share(&left, controls[b])))
+    {
         let k = controls.swap_remove(place);
         if share(&left, k) <= PRICELESS {
             break;
@@ -109,9 +109,7 @@ pub(crate) fn is_paid(dynamics: &Matrix, cost: &Matrix, s: &Matrix) -> bool {
         let sizes = Matrix::from_fn(joint, joint, |i, j| cost.at(i, j).abs() + DISCOUNT * sized.at(i, j));
         let u = eliminated(&h, &sizes, n);
         let paid = u.transpose().times(&u);
-        value = Matrix::from_fn(n, n, |i, j| {
-            0.5 * (h.at(i, j) - paid.at(i, j) + h.at(j, i) - paid.at(j, i))
-        });
+        value = Matrix::from_fn(n, n, |i, j| 0.5 * (h.at(i, j) - paid.at(i, j) + h.at(j, i) - paid.at(j, i)));
     }
     let unit: Vec<f64> = (0..n).map(|i| if s.at(i, i) > 0.0 { s.at(i, i).sqrt() } else { 1.0 }).collect();
     let (times, share) = SEEN;

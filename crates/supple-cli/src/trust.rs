@@ -1,0 +1,46 @@
+//! What roll-outs say of predictions.
+
+use std::fmt::Write;
+
+use supple::simulate::MonteCarlo;
+use supple::{Evaluation, Trust};
+
+use crate::tables::number;
+
+/// Rows of a table: what the filter's innovations and the measurements of roll-outs came to.
+pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
+    let mut rows = Vec::new();
+    if let Some(bits) = sampled.realised_bits {
+        rows.push(("sampled information", number(bits.mean), format!("bits, +- {}", number(bits.standard_error))));
+    }
+    if let Some(found) = sampled.consistency {
+        let band = format!("innovations squared over expected: {:.3} to {:.3} by chance", found.lower, found.upper);
+        rows.push(("filter consistency", format!("{:.3}", found.mean), band));
+    }
+    rows
+}
+
+/// The verdict, and its reasons.
+pub fn line(trust: &Trust) -> String {
+    let reasons = if trust.reasons.is_empty() { String::new() } else { format!(": {}", trust.reasons.join("; ")) };
+    format!("Roll-outs: {}{reasons}.", trust.verdict)
+}
+
+/// The verdicts at the start and at the optimum of a design.
+pub fn of_design(start: &Evaluation, optimum: &Evaluation) -> String {
+    let mut text = String::new();
+    for (before, after) in start.tasks.iter().zip(&optimum.tasks) {
+        if let (Some(from), Some(to)) = (&before.trust, &after.trust) {
+            if from == to {
+                let _ = writeln!(text, "{}, at start and optimum. {}", after.name, line(to));
+            } else {
+                let _ = writeln!(text, "{}, at start. {}", before.name, line(from));
+                let _ = writeln!(text, "{}, at optimum. {}", after.name, line(to));
+            }
+        }
+    }
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    text
+}

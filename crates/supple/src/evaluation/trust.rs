@@ -1,0 +1,134 @@
+//! Whether what a plan predicts is what roll-outs do.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::contacts::ContactReport;
+use crate::plan::PlanStatus;
+use crate::simulate::MonteCarlo;
+
+/// Differences below this share of a prediction do not matter.
+const TOLERATED: f64 = 0.1;
+/// Standard errors by which a sampled mean may be off by chance.
+const CHANCE: f64 = 3.0;
+/// How far the filter's consistency may be from 1.
+const INCONSISTENT: f64 = 0.2;
+/// Share of the roll-outs in which a contact of the plan should touch.
+const TOUCHING: f64 = 0.9;
+
+/// Whether predictions hold in roll-outs, and why not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trust {
+    /// In a word.
+    pub verdict: Verdict,
+    /// What was found, and what to try; nothing where the linearisation holds.
+    pub reasons: Vec<String>,
+}
+
+/// Whether the linearisation holds that information and expected cost are computed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Roll-outs do what is predicted.
+    Holds,
+    /// Some prediction is off by more than chance and more than a tenth, or there are too few roll-outs to tell.
+    Doubtful,
+    /// Roll-outs diverge, or the plan is indefinite: its numbers must not be used.
+    Broken,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Holds => "linearisation holds",
+            Self::Doubtful => "doubtful",
+            Self::Broken => "broken",
+        })
+    }
+}
+
+/// What was predicted.
+pub(super) struct Predicted<'a> {
+    pub status: PlanStatus,
+    pub cost: f64,
+    pub bits: f64,
+    pub contacts: &'a [ContactReport],
+}
+
+impl Trust {
+    /// The verdict on a plan by its roll-outs.
+    pub(super) fn of(predicted: &Predicted, sampled: &MonteCarlo) -> Self {
+        let mut broken = Vec::new();
+        if predicted.status == PlanStatus::Indefinite {
+            broken.push("the plan is indefinite: its feedback must not be used".to_owned());
+        }
+        if sampled.diverged > 0 {
+            broken.push(format!("{} of {} roll-outs diverge", sampled.diverged, sampled.rollouts));
+        }
+        if !(predicted.cost.is_finite() && predicted.bits.is_finite()) {
+            broken.push("a prediction is not finite".to_owned());
+        }
+        if !broken.is_empty() {
+            let advice = "try less initial uncertainty or process noise, softer contacts (`stiffness`, `smoothing`), or a \
+                          smaller weight on what the feedback chases";
+            broken.push(advice.to_owned());
+            return Self { verdict: Verdict::Broken, reasons: broken };
+        }
+        let reasons = doubts(predicted, sampled);
+        let verdict = if reasons.is_empty() { Verdict::Holds } else { Verdict::Doubtful };
+        Self { verdict, reasons }
+    }
+}
+
+fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
+    let mut reasons = Vec::new();
+    if !predicted.status.is_converged() {
+        reasons.push(format!("the plan did not converge ({})", predicted.status));
+    }
+    let (error, tolerated) = (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs());
+    if error.is_nan() || error > tolerated {
+        reasons.push(format!("{} roll-outs are too few to tell the cost to a tenth: ask for more", sampled.rollouts));
+    } else if sampled.difference.abs() > tolerated.max(error) {
+        reasons.push(format!(
+            "roll-outs cost {:.4} where {:.4} is expected: the cost is not quadratic over the spread of states; try less noise, \
+             or costs and contacts with more smoothing",
+            sampled.cost_mean, predicted.cost
+        ));
+    }
+    if let Some(consistency) = sampled.consistency {
+        let outside = consistency.mean < consistency.lower || consistency.mean > consistency.upper;
+        if outside && (consistency.mean - 1.0).abs() > INCONSISTENT {
+            let (way, cause) = if consistency.mean > 1.0 {
+                ("too sure", "measurements or dynamics bend within the filter's uncertainty")
+            } else {
+                ("not sure enough", "measurements or dynamics are flatter away from the plan")
+            };
+            reasons.push(format!(
+                "the filter is {way}: its innovations squared are {:.3} times what it expects; {cause}. Try less initial \
+                 uncertainty, or a sensor that sees what is uncertain",
+                consistency.mean
+            ));
+        }
+    }
+    if let Some(bits) = sampled.realised_bits {
+        let (off, error) = ((bits.mean - predicted.bits).abs(), CHANCE * bits.standard_error);
+        if off > (TOLERATED * predicted.bits).max(error).max(0.5) {
+            reasons.push(format!(
+                "roll-outs gave {:.4} bits where {:.4} are predicted: sensors see something else away from the plan",
+                bits.mean, predicted.bits
+            ));
+        }
+    }
+    for contact in predicted.contacts.iter().filter(|contact| contact.touches) {
+        let of = sampled.touched.iter().find(|touched| touched.name == contact.name);
+        if let Some(touched) = of.filter(|touched| touched.share < TOUCHING) {
+            reasons.push(format!(
+                "contact `{}` touches in {:.0} % of the roll-outs only; try less uncertainty of its place, or a greater force",
+                contact.name,
+                100.0 * touched.share
+            ));
+        }
+    }
+    reasons
+}

@@ -1,0 +1,132 @@
+use std::f64::consts::LN_2;
+
+use serde::{Deserialize, Serialize};
+
+use crate::or_nan;
+use crate::problem::Task;
+
+/// What one roll-out came to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outcome {
+    /// Its cost; infinite where it diverged.
+    pub cost: f64,
+    pub diverged: bool,
+    /// The sum of `nu' S^-1 nu` over its measurements.
+    pub squared: f64,
+    /// The logarithm of the likelihood of its measurements given the states over that given past measurements.
+    pub nats: f64,
+    /// Which contacts touched at any of the steps that were looked at.
+    pub touched: Vec<bool>,
+}
+
+/// A task in closed loop, sampled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MonteCarlo {
+    /// How many roll-outs.
+    pub rollouts: usize,
+    /// Their seed.
+    pub seed: u64,
+    /// How many of them diverged: their cost is infinite.
+    #[serde(default)]
+    pub diverged: usize,
+    /// Mean cost; infinite where a roll-out diverged.
+    #[serde(deserialize_with = "or_nan")]
+    pub cost_mean: f64,
+    /// Standard error of the mean; NaN of a single roll-out, or where one diverged.
+    #[serde(deserialize_with = "or_nan")]
+    pub cost_standard_error: f64,
+    /// Mean cost less the predicted expected cost.
+    #[serde(deserialize_with = "or_nan")]
+    pub difference: f64,
+    /// Whether the filter's covariance is that of its errors; none in results of versions that did not look.
+    #[serde(default)]
+    pub consistency: Option<Consistency>,
+    /// Information that the measurements of roll-outs gave, in bits; none where a measurement's noise varies with the state.
+    #[serde(default)]
+    pub realised_bits: Option<Estimate>,
+    /// Share of the roll-outs in which each contact touched, at 25 or so of their steps.
+    #[serde(default)]
+    pub touched: Vec<TouchShare>,
+    /// Cost of every roll-out.
+    #[serde(skip)]
+    pub costs: Vec<f64>,
+}
+
+/// The normalised innovation squared `nu' S^-1 nu / p`, mean over measurements and roll-outs: 1 where the filter's covariance
+/// is that of its errors, more where it is too sure, less where it is not sure enough (theory, equation I.12).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Consistency {
+    /// The mean.
+    #[serde(deserialize_with = "or_nan")]
+    pub mean: f64,
+    /// Where 95 % of the means of a consistent filter are.
+    pub lower: f64,
+    /// Where 95 % of the means of a consistent filter are.
+    pub upper: f64,
+}
+
+/// A mean of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The mean.
+    #[serde(deserialize_with = "or_nan")]
+    pub mean: f64,
+    /// Its standard error; NaN of a single sample.
+    #[serde(deserialize_with = "or_nan")]
+    pub standard_error: f64,
+}
+
+/// In how many roll-outs a contact touched.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TouchShare {
+    /// The contact.
+    pub name: String,
+    /// Share of the roll-outs.
+    pub share: f64,
+}
+
+impl Estimate {
+    fn of(samples: impl Iterator<Item = f64> + Clone) -> Self {
+        let count = samples.clone().count() as f64;
+        let mean = samples.clone().sum::<f64>() / count;
+        let squares: f64 = samples.map(|sample| (sample - mean).powi(2)).sum();
+        let standard_error = if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
+        Self { mean, standard_error }
+    }
+
+    /// Half the width of the interval that holds the mean of all with 95 %.
+    pub fn half_width(&self) -> f64 {
+        1.96 * self.standard_error
+    }
+}
+
+impl MonteCarlo {
+    pub(super) fn of(task: &Task, outcomes: Vec<Outcome>, predicted: f64, seed: u64) -> Self {
+        let rollouts = outcomes.len();
+        let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
+        let cost = Estimate::of(outcomes.iter().map(|outcome| outcome.cost));
+        let whole = diverged == 0;
+        let measured = task.system.dimensions().measurements * (task.steps + 1);
+        let squared = Estimate::of(outcomes.iter().map(|outcome| outcome.squared / measured as f64));
+        // A sum of k squares of normal numbers has variance 2 k.
+        let scatter = 1.96 * (2.0 / (measured * rollouts) as f64).sqrt();
+        let consistency = Consistency { mean: squared.mean, lower: 1.0 - scatter, upper: 1.0 + scatter };
+        let bits = Estimate::of(outcomes.iter().map(|outcome| outcome.nats / LN_2));
+        let touched = task.system.contacts().into_iter().enumerate().map(|(place, contact)| {
+            let count = outcomes.iter().filter(|outcome| outcome.touched[place]).count();
+            TouchShare { name: contact.name, share: count as f64 / rollouts as f64 }
+        });
+        Self {
+            rollouts,
+            seed,
+            diverged,
+            cost_mean: cost.mean,
+            cost_standard_error: cost.standard_error,
+            difference: cost.mean - predicted,
+            consistency: (whole && measured > 0).then_some(consistency),
+            realised_bits: (whole && task.noise.varying.is_empty()).then_some(bits),
+            touched: touched.collect(),
+            costs: outcomes.into_iter().map(|outcome| outcome.cost).collect(),
+        }
+    }
+}
