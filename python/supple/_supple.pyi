@@ -67,6 +67,7 @@ class NativeTask:
         *,
         gradients: tuple[bool, bool],
         sizes: tuple[int, int, int],
+        needed: bool,
         trajectories: bool,
     ) -> Kept: ...
     def simulate(self, task: str, controls: NDArray[float64], start: list[float] | None) -> NDArray[float64]: ...

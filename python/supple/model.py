@@ -261,19 +261,23 @@ class Model:
             "parameters": describe.declared(self._parameters),
             "tasks": [described],
             "planning": dict(planning or {}),
-            "design": dict(design or {}),
         }
-        text = json.dumps(plain)
+
+        def made(system: dict[str, Any], error: float | None) -> Task:
+            # Roll-outs would call functions in Python some hundred thousand times: they are made where they are asked for.
+            unasked = {"rollouts": 0} if system["kind"] == "callback" else {}
+            text = json.dumps({**plain, "design": {**unasked, **(design or {})}})
+            return describe.made({"plain": text, "systems": [system], "derivative_error": error})
+
         system, error = self._system(near, time_step)
         try:
-            return describe.made({"plain": text, "systems": [system], "derivative_error": error})
+            return made(system, error)
         except UsageError as why:
             if self._wanted != "auto" or system["kind"] != "recorded":
                 raise
             # What is wrong with the task itself is said of the functions called in JAX as well.
             LOGGER.info("functions are called in JAX, because the engine does not take their record: %s", why)
-            system, error = self._called(near)
-            return describe.made({"plain": text, "systems": [system], "derivative_error": error})
+            return made(*self._called(near))
 
     def _near(self, state: Any, rows: list[list[Number]], steps: int) -> tuple[Array, Array, Array]:
         """The first state (n,), guess of the controls (N, m) and parameters (P,) as numbers."""

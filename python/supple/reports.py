@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ._records import Array, Record
 
 __all__ = [
+    "Consistency",
     "ContactReport",
     "ControllerReport",
     "CostReport",
+    "Estimate",
     "FrozenGradient",
     "GradientReport",
     "InformationReport",
     "LimitViolation",
     "MeasurementReport",
     "MonteCarlo",
+    "NeededInformation",
     "SampleRun",
     "Stability",
     "TaskReport",
     "TotalGradient",
+    "TouchShare",
     "TrajectoryReport",
+    "Trust",
 ]
 
 
@@ -67,6 +72,23 @@ class ControlInformation(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class NeededInformation(Record):
+    """The least directed information over all sensors and controllers that keep an expected cost.
+
+    Attributes:
+        total_nats: Over the whole task, nats.
+        total_bits: The same in bits.
+        lower_bits: What it is not below, bits: the value of a dual point.
+        cost: The expected cost that is kept.
+    """
+
+    total_nats: float
+    total_bits: float
+    lower_bits: float
+    cost: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class InformationReport(Record):
     """The directed information of a task.
 
@@ -79,6 +101,7 @@ class InformationReport(Record):
         paper_form_nats: The paper's printed form, for comparison; ``None`` where a covariance is singular.
         per_step_nats: Nats at each measurement, (N+1,).
         control: What of it reaches the controls; ``None`` in results of versions that did not find it.
+        needed: What any sensors and any controller need at the least; ``None`` where it was not asked for.
     """
 
     total_nats: float
@@ -89,6 +112,7 @@ class InformationReport(Record):
     paper_form_nats: float | None
     per_step_nats: Array
     control: ControlInformation | None = None
+    needed: NeededInformation | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -231,8 +255,62 @@ class ControllerReport(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Consistency(Record):
+    """The normalised innovation squared, a mean over measurements and runs: 1 of a consistent filter.
+
+    Attributes:
+        mean: The mean; more than 1 where the filter is too sure.
+        lower: Where 95 % of the means of a consistent filter begin.
+        upper: Where they end.
+    """
+
+    mean: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Estimate(Record):
+    """A mean of samples.
+
+    Attributes:
+        mean: The mean.
+        standard_error: Its standard error.
+    """
+
+    mean: float
+    standard_error: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchShare(Record):
+    """In how many runs a contact touched.
+
+    Attributes:
+        name: The contact.
+        share: Share of the runs.
+    """
+
+    name: str
+    share: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trust(Record):
+    """Whether what is predicted is what runs do.
+
+    Attributes:
+        verdict: ``"holds"``, ``"doubtful"`` or ``"broken"``.
+        reasons: What was found, and what to try.
+    """
+
+    verdict: str
+    reasons: list[str]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class MonteCarlo(Record):
-    """The cost in closed loop with an extended Kalman filter.
+    """A task in closed loop with an extended Kalman filter, sampled.
 
     Attributes:
         rollouts: How many runs there were.
@@ -241,6 +319,9 @@ class MonteCarlo(Record):
         cost_mean: Mean cost.
         cost_standard_error: Its standard error.
         difference: Mean less expected cost.
+        consistency: Whether the filter's covariance is that of its errors; ``None`` where a run diverged.
+        realised_bits: Information that the measurements gave; ``None`` where a run diverged or noise varies with the state.
+        touched: Share of the runs in which each contact touched.
     """
 
     rollouts: int
@@ -249,6 +330,9 @@ class MonteCarlo(Record):
     cost_mean: float
     cost_standard_error: float
     difference: float
+    consistency: Consistency | None = None
+    realised_bits: Estimate | None = None
+    touched: dict[str, TouchShare] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -364,7 +448,8 @@ class TaskReport(Record):
         information: Its directed information.
         controller: How much its controller changes over time.
         gradient: Its gradients, where they were asked for.
-        monte_carlo: Its cost in closed loop, where that was asked for.
+        monte_carlo: What runs in closed loop came to, where they were asked for.
+        trust: Whether its predictions hold there.
         trajectory: Its trajectory, where that was kept.
     """
 
@@ -385,4 +470,5 @@ class TaskReport(Record):
     controller: ControllerReport
     gradient: GradientReport | None
     monte_carlo: MonteCarlo | None
+    trust: Trust | None
     trajectory: TrajectoryReport | None

@@ -124,7 +124,8 @@ class Task:
         self,
         *,
         gradient: Gradient | None = None,
-        rollouts: int = 0,
+        needed: bool = True,
+        rollouts: int | None = None,
         branches: int = 0,
         seed: int = 0,
         trajectories: bool = True,
@@ -135,7 +136,9 @@ class Task:
 
         Args:
             gradient: Which gradients to find: ``total``, everything moving; ``frozen``, the paper's; or ``both``.
-            rollouts: Runs in closed loop with an extended Kalman filter.
+            needed: Whether to find the least information that any sensors and any controller need at the task's bound.
+            rollouts: Runs in closed loop with an extended Kalman filter; as the task says where left out: 256, or none of
+                models whose functions are in Python.
             branches: Attempts to find a plan of lower cost among other local minima.
             seed: Seed of roll-outs and attempts.
             trajectories: Whether to keep the trajectories.
@@ -143,14 +146,16 @@ class Task:
             **parameters: Values of parameters.
         """
         check_choice("gradient", [gradient], ["total", "frozen", "both", None])
-        check_counts(rollouts=rollouts, branches=branches, seed=seed)
         task = self.at(at, **parameters)
+        rollouts = int(task._native.design_settings()["rollouts"]) if rollouts is None else rollouts
+        check_counts(rollouts=rollouts, branches=branches, seed=seed)
         words = ["--gradient", gradient] if gradient else []
         words += option_words(rollouts=rollouts, branches=branches, seed=seed)
         kept = task._native.evaluate(
             task._made("evaluate", words),
             gradients=(gradient in ("total", "both"), gradient in ("frozen", "both")),
             sizes=(rollouts, branches, seed),
+            needed=needed,
             trajectories=trajectories,
         )
         return Evaluation(kept, task)
@@ -270,6 +275,8 @@ class Task:
         seed: int | None = None,
         method: Literal["sqp", "barrier"] | None = None,
         gradient: Literal["total", "frozen"] | None = None,
+        information: Literal["needed", "used", "measured"] | Mapping[str, float] | None = None,
+        rollouts: int | None = None,
         settings: Mapping[str, Any] | None = None,
         executor: Workers | None = None,
         progress: bool | Progress | None = None,
@@ -283,6 +290,10 @@ class Task:
             seed: Seed of random starts and of searches for other local minima.
             method: The optimiser.
             gradient: The gradient that it follows.
+            information: What is minimised: what any sensors and any controller ``"needed"`` at the least, what is ``"used"``
+                by the controls, what is ``"measured"``, or weights of them. Where none is needed the search goes on to what
+                is used.
+            rollouts: Runs in closed loop at the start and at the optimum.
             settings: Other settings of the search by the names of the task file's ``[design]``.
             executor: Where the starts are searched from: an executor of ``concurrent.futures``, a number of processes,
                 or a function that makes an executor; the threads of this process where left out. The result is the
@@ -295,9 +306,11 @@ class Task:
         check_choice("method", [method], [*METHODS, None])
         check_choice("gradient", [gradient], [*GRADIENTS, None])
         wanted = {**task._native.design_settings(), **(settings or {})}
-        given = {"starts": starts, "seed": seed, "method": method, "gradient": gradient}
-        wanted.update({key: value for key, value in given.items() if value is not None})
+        given = {"starts": starts, "seed": seed, "method": method, "gradient": gradient, "rollouts": rollouts}
+        aim = dict(information) if isinstance(information, Mapping) else information
+        wanted.update({key: value for key, value in {**given, "information": aim}.items() if value is not None})
         words = [word for key, value in given.items() if value is not None for word in (f"--{key}", str(value))]
+        words += ["--information", json.dumps(aim) if isinstance(aim, dict) else aim] if aim is not None else []
         made = task._made("design", words)
         with watching(progress) as seer, logged("design"):
             if executor is None:

@@ -9,6 +9,7 @@ mod output;
 mod pages;
 mod present;
 mod progress;
+mod split;
 mod tables;
 mod trust;
 

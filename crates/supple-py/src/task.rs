@@ -113,19 +113,21 @@ impl NativeTask {
     }
 
     /// Evaluates the design that the parameters are.
-    #[pyo3(signature = (made, *, gradients, sizes, trajectories))]
+    #[pyo3(signature = (made, *, gradients, sizes, needed, trajectories))]
     fn evaluate(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         gradients: (bool, bool),
         sizes: (usize, usize, u64),
+        needed: bool,
         trajectories: bool,
     ) -> PyResult<Kept> {
         let (rollouts, branches, seed) = sizes;
         let wanted = EvaluateOptions {
             total_gradient: gradients.0,
             frozen_gradient: gradients.1,
+            needed,
             rollouts,
             seed,
             branches,

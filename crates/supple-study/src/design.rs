@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple::design::{
-    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, StartSummary,
+    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, Split, StartSummary,
 };
 use supple::pipeline::TaskState;
 use supple::{
@@ -43,6 +43,10 @@ pub struct DesignReport {
     /// The entries of catalogues that were chosen, where parameters have catalogues.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catalogue: Option<CatalogueReport>,
+    /// Where the change of each task's measured information from the start comes from; none in results of versions that did
+    /// not find it, and where plans have no total gradient.
+    #[serde(default)]
+    pub split: Vec<Split>,
     /// Every start; starts take no notice of catalogues.
     pub starts: Vec<StartReport>,
     /// Designs evaluated.
@@ -94,7 +98,10 @@ pub struct StartReport {
     pub from: Named,
     /// Where it ended.
     pub to: Named,
-    /// The information there, nats; NaN where nothing could be evaluated.
+    /// How often nothing was left of what was minimised, and the search went on to the next kind of information.
+    #[serde(default)]
+    pub passed: usize,
+    /// The information there, of the kind minimised last, nats; NaN where nothing could be evaluated.
     #[serde(deserialize_with = "supple::or_nan")]
     pub information_nats: f64,
     /// The sum of the parameters' prices there; 0 where none has one.
@@ -204,7 +211,8 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
     let wanted =
         EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
     let (feasibility, rollouts) = (Some(settings.feasibility), settings.rollouts);
-    let wanted = EvaluateOptions { feasibility, rollouts, ..wanted };
+    let information = Some(settings.information);
+    let wanted = EvaluateOptions { feasibility, rollouts, information, needed: true, ..wanted };
     let start = problem.evaluate(phi, &wanted)?;
     let best = found.found();
     let controls = Some(best.controls.clone());
@@ -224,6 +232,11 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
         budget_nats_per_unit: best.budget_multiplier,
         branches: best.branches,
         catalogue: CatalogueReport::of(searcher, found),
+        // Plans on the way may be missing where both ends have them.
+        split: match settings.gradient {
+            GradientKind::Total => problem.split((phi, &best.to), &best.controls).unwrap_or_default(),
+            GradientKind::Frozen => Vec::new(),
+        },
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
         evaluations: found.evaluations,
         evaluations_without_contact: found.without_contact,
@@ -236,6 +249,7 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         status: summary.status,
         from: Named::new(&problem.parameters, &summary.from),
         to: Named::new(&problem.parameters, &summary.to),
+        passed: summary.passed,
         information_nats: summary.information,
         price: summary.price,
         expected_costs: summary.costs.clone(),

@@ -63,7 +63,7 @@ fn iteration(c: &mut Criterion) {
     let mut noise = Noise::zeros(size.states, size.measurements);
     let mut by_trajectory = knots.cost.clone();
     let mut gradient = vec![0.0; 2];
-    let seeds = BeliefSeeds { information: 1.0, weights: None };
+    let seeds = BeliefSeeds { information: 1.0, weights: None, covariances: None };
     group.bench_function("di_value_and_frozen_gradient", |b| {
         b.iter(|| {
             let at = black_box(trajectory).points();

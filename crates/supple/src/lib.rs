@@ -1,4 +1,5 @@
 //! Design compliant robots that need little information to be controlled.
+pub mod aims;
 pub mod belief;
 pub mod bound;
 pub mod check;
@@ -41,8 +42,8 @@ pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{
     ControlInformation, ControllerReport, CostReport, EvaluateOptions, Evaluation, FrozenReport, GradientReport,
-    InformationReport, MeasurementReport, Named, Objective, TaskEvaluation, TotalReport, TrajectoryReport, Trust,
-    VALID_STATIONARITY, Verdict, number_warnings, plan_warnings,
+    InformationReport, MeasurementReport, Named, NeededInformation, Objective, TaskEvaluation, TotalReport,
+    TrajectoryReport, Trust, VALID_STATIONARITY, Verdict, number_warnings, plan_warnings,
 };
 pub use feasibility::{FEASIBILITY, meets, violation};
 pub use file::FileError;

@@ -10,10 +10,11 @@ use supple_kernels::{Matrices, Scratch};
 
 use crate::Error;
 use crate::belief::{Belief, kalman};
+use crate::bound::Nearby;
 use crate::cost_parts::{CostParts, cost_parts};
 use crate::gradient::{
     FrozenGradient, Functional, GradientWorkspace, Quantity, TotalGradient, belief_plan_gradient, frozen_gradient,
-    total_gradient,
+    information_at_rest, total_gradient,
 };
 use crate::information::{Information, information};
 use crate::noise::Noise;
@@ -43,6 +44,8 @@ pub struct TaskState {
     scratch: Scratch,
     /// Iterations of all plans so far.
     pub(crate) effort: usize,
+    /// Where the last search for the needed information went through.
+    pub(crate) nearby: Option<Nearby>,
 }
 
 impl TaskState {
@@ -61,6 +64,7 @@ impl TaskState {
             memory: None,
             scratch: Scratch::new(),
             effort: 0,
+            nearby: None,
         }
     }
 
@@ -278,6 +282,15 @@ impl TaskState {
         let Self { plan, memory, scratch, .. } = self;
         let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
         belief_plan_gradient((task, phi), plan, quantity, memory, scratch, out)
+    }
+
+    /// Gradients of the directed information at the evaluated design with the trajectory held fixed: through what sensors see,
+    /// and through how uncertainty spreads.
+    pub(crate) fn information_at_rest(&mut self, task: &Task, phi: &[f64]) -> [Vec<f64>; 2] {
+        let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
+        let work = gradient_work.get_or_insert_with(|| workspace(task));
+        let given = Self::gradient_task(task, phi, (plan, belief, noise));
+        information_at_rest(&given, work, scratch)
     }
 
     /// The frozen gradient at the evaluated design.

@@ -85,7 +85,7 @@ proptest! {
     ) {
         let (task, mut state) = planned(&phi, steps)?;
         let [belief, process, initial, information] = weights;
-        let functional = Functional { information, belief, process, initial };
+        let functional = Functional { information, belief, process, initial, partials: None };
         let (mut found, mut part) = (Vec::new(), Vec::new());
         state.total_gradient(&task, &phi, functional, &mut found).unwrap();
         let mut expected = vec![0.0; phi.len()];

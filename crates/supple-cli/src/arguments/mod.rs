@@ -4,6 +4,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::Level;
 use supple::design::{GradientKind, Method, ROLLOUTS};
+use supple::information::InformationWeights;
 use supple_study::{LoadedTask, RESULT, check_writable};
 
 use crate::failure::Failure;
@@ -195,6 +196,9 @@ pub struct DesignOptions {
     /// Gradient to follow
     #[arg(long, value_enum)]
     pub gradient: Option<GradientArgument>,
+    /// Information to minimise
+    #[arg(long, value_enum)]
+    pub information: Option<InformationArgument>,
     /// Starts: the initial values, then seeded random ones
     #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
     pub starts: Option<usize>,
@@ -206,6 +210,28 @@ pub struct DesignOptions {
     pub rollouts: Option<usize>,
     #[command(flatten)]
     pub output: Output,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum InformationArgument {
+    /// The least that any sensors and any controller need at the cost limit
+    Needed,
+    /// What reaches the controls
+    Used,
+    /// What the measurements give
+    Measured,
+}
+
+impl InformationArgument {
+    /// What counts.
+    pub fn weights(self) -> InformationWeights {
+        let none = InformationWeights { needed: 0.0, used: 0.0, measured: 0.0 };
+        match self {
+            Self::Needed => InformationWeights { needed: 1.0, ..none },
+            Self::Used => InformationWeights { used: 1.0, ..none },
+            Self::Measured => InformationWeights { measured: 1.0, ..none },
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -38,6 +38,9 @@ fn settings(options: &DesignOptions, problem: &Problem) -> Result<DesignSettings
     if let Some(seed) = options.seed {
         settings.seed = seed;
     }
+    if let Some(information) = options.information {
+        settings.information = information.weights();
+    }
     if let Some(rollouts) = options.rollouts {
         settings.rollouts = rollouts;
     }

@@ -14,6 +14,7 @@ pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
     let wanted = supple::EvaluateOptions {
         total_gradient: matches!(options.gradient, GradientChoice::Total | GradientChoice::Both),
         frozen_gradient: matches!(options.gradient, GradientChoice::Frozen | GradientChoice::Both),
+        needed: true,
         rollouts: options.rollouts,
         branches: options.branches,
         seed: options.seed,

@@ -120,7 +120,7 @@ fn mend(front: &Front, factors: &[f64], points: &mut [StartSummary], watch: Watc
         let (before, current) = (&tighter[index - 1], &mut rest[0]);
         let needs_more = |one: &StartSummary| {
             let (was, is) = (searcher.rank(before), searcher.rank(one));
-            was.partial_cmp(&(is.0, is.1 - SAME * is.1.abs())).is_some_and(Ordering::is_lt)
+            was.partial_cmp(&(is.0, is.1, is.2 - SAME * is.2.abs())).is_some_and(Ordering::is_lt)
         };
         if !needs_more(current) {
             continue;

@@ -8,12 +8,14 @@ use crate::shape::{Shape, with_shape};
 use crate::system::KnotAdjoints;
 
 /// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct BeliefSeeds<'a> {
     /// Weight of the directed information.
     pub information: f64,
     /// Weights of the corrected covariances, symmetric n x n, N of them, held fixed; their factor.
     pub weights: Option<(&'a Matrices, f64)>,
+    /// Derivatives of another number, which is added, by all `P_t` and by all `Sigma_t`, n x n, N + 1 of each.
+    pub covariances: Option<(&'a Matrices, &'a Matrices)>,
 }
 
 /// Memory of the reverse sweep.
@@ -83,6 +85,9 @@ impl Sweep<'_> {
     fn sweep<L: Lanes>(&mut self, shape: Shape) {
         let steps = self.knots.steps();
         self.work.sigma.clear();
+        if let Some((_, by_corrected)) = self.seeds.covariances {
+            rows::add_scaled::<L>(self.work.sigma.at_mut(0), 1.0, by_corrected.at(steps));
+        }
         let picks = self.knots.picks.as_deref().filter(|picks| sequential::applies(Some(picks), self.noise));
         for t in (0..=steps).rev() {
             match picks {
@@ -91,6 +96,9 @@ impl Sweep<'_> {
                     sequential::reverse::<L>(shape, t, (picks, self.seeds.information), self.belief, to);
                 }
                 None => self.correct::<L>(shape, t),
+            }
+            if let Some((by_predicted, _)) = self.seeds.covariances {
+                rows::add_scaled::<L>(self.work.other.at_mut(0), 1.0, by_predicted.at(t));
             }
             if t > 0 {
                 self.predict::<L>(shape, t);
@@ -186,6 +194,9 @@ impl Sweep<'_> {
         rows::symmetrise::<L>(sigma, n, stride);
         if let Some((weights, factor)) = seeds.weights {
             rows::add_scaled::<L>(sigma, 0.5 * factor, weights.at(t - 1));
+        }
+        if let Some((_, by_corrected)) = seeds.covariances {
+            rows::add_scaled::<L>(sigma, 1.0, by_corrected.at(t - 1));
         }
     }
 

@@ -19,6 +19,9 @@ const CENTRED: f64 = 0.1;
 /// Steps that may be spent on that once the gap is reached.
 const MOST_CENTRING: usize = 4;
 
+/// The weight of the barriers at places from which searches of problems nearby begin, nats.
+const EARLY: f64 = 1e-4;
+
 /// Where the search ended.
 pub(super) struct Found {
     /// The best certified place.
@@ -29,6 +32,8 @@ pub(super) struct Found {
     pub gap: f64,
     /// The residual of stationarity beside the weight of the barriers: proofs need it well below 1.
     pub off_centre: f64,
+    /// A place well inside on the way, from which a search of a problem nearby can begin.
+    pub early: Option<Place>,
     /// Newton steps taken.
     pub iterations: usize,
     /// How it ended.
@@ -54,9 +59,8 @@ struct Direction {
     price: f64,
 }
 
-/// Searches from strictly feasible covariances until the gap is at most `target` nats.
-pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: &BoundSettings) -> Option<Found> {
-    let mut place = begin(chain, factors)?;
+/// Searches from a place that is strictly inside until the gap is at most `target` nats.
+pub(super) fn search(chain: &Chain, mut place: Place, target: f64, settings: &BoundSettings) -> Option<Found> {
     let mut local = place.localise(chain)?;
     let mut newton = Newton::new(chain);
     let mut best = Found {
@@ -64,12 +68,13 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
         place: place.clone(),
         local: local.clone(),
         off_centre: f64::INFINITY,
+        early: None,
         iterations: 0,
         status: BoundStatus::MaxIterations,
     };
     let count = chain.stages.iter().map(|s| 2 * s.price.nrows()).sum::<usize>() + 1;
     let least = LAST_BARRIER * target / count as f64;
-    let mut barrier = 0.5 * FIRST_COMPLEMENTARITY;
+    let mut barrier = (0.5 * place.barrier).max(least);
     let mut centring = 0;
     for iteration in 0..settings.max_iterations {
         if best.gap <= target && (best.off_centre <= CENTRED || centring >= MOST_CENTRING) {
@@ -84,6 +89,9 @@ pub(super) fn search(chain: &Chain, factors: Vec<Dense>, target: f64, settings: 
         local = step.local;
         let far = residual(chain, &place, &local) / barrier;
         best.iterations = iteration + 1;
+        if best.early.is_none() && place.barrier <= EARLY && far <= 1.0 {
+            best.early = Some(place.clone());
+        }
         let now = gap(chain, &place, &local);
         let centred = now <= target && far < best.off_centre;
         if now < best.gap && best.gap > target || !best.gap.is_finite() || centred {

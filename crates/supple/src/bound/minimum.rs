@@ -3,8 +3,9 @@
 use supple_kernels::Matrices;
 
 use super::horizon::Horizon;
-use super::interior::{Found, search};
+use super::interior::{Found, begin, search};
 use super::local::nats;
+use super::nearby::Nearby;
 use super::proof::{Achieved, Lower, Proof};
 use super::reduce::{Chain, start};
 use super::sensitivity::Worth;
@@ -39,14 +40,30 @@ pub fn minimum_information(
     if let Some(open) = open_loop(horizon, cost).filter(|_| cost.is_finite()) {
         return Ok(open);
     }
+    let (chain, found, budget) = place(horizon, cost, settings, None)?;
+    Ok(solution(horizon, &chain, found, (cost, budget)))
+}
+
+/// Where the search ends, in reduced coordinates, and what the covariances may cost.
+pub(super) fn place(
+    horizon: &Horizon,
+    cost: f64,
+    settings: &BoundSettings,
+    nearby: Option<&Nearby>,
+) -> Result<(Chain, Found, f64), Error> {
     let budget = budget(cost, horizon.base_cost)?;
     let chain = Chain::of_horizon(horizon, budget)?;
-    let factors = start(&chain).ok_or_else(|| Error::NoBound {
+    let target = SHARE * settings.gap * chain.stages.len() as f64;
+    let continued = nearby.and_then(|nearby| search(&chain, nearby.place(&chain, budget)?, target, settings));
+    if let Some(found) = continued.filter(|found| found.status == BoundStatus::Converged) {
+        return Ok((chain, found, budget));
+    }
+    let first = start(&chain).and_then(|factors| begin(&chain, factors)).ok_or_else(|| Error::NoBound {
         what: "no covariances were found that keep it".into(),
         advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
     })?;
-    let found = search(&chain, factors, SHARE * settings.gap * chain.stages.len() as f64, settings);
-    Ok(solution(horizon, &chain, certified(found)?, (cost, budget)))
+    let found = certified(search(&chain, first, target, settings))?;
+    Ok((chain, found, budget))
 }
 
 /// What the covariances may cost.
@@ -72,7 +89,7 @@ pub(super) fn certified(found: Option<Found>) -> Result<Found, Error> {
 }
 
 /// The covariances of no information at all, where these keep the cost.
-fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
+pub(super) fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
     let (steps, n) = (horizon.prices.count(), horizon.prices.rows());
     let mut predicted = Matrices::zeros(steps, n, n);
     let (mut covariance, mut total) = (dense(&horizon.initial, 0), horizon.base_cost);
@@ -104,17 +121,22 @@ fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
     })
 }
 
-/// What was found, in the coordinates of the horizon.
-fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
+/// `A_t P_t A_t' + W_t` and `P_t` where the search ended, in the coordinates of the horizon.
+pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (Matrices, Matrices) {
     let (steps, n) = (chain.stages.len(), horizon.prices.rows());
     let (mut predicted, mut posterior) = (Matrices::zeros(steps, n, n), Matrices::zeros(steps, n, n));
-    let mut spent = 0.0;
     for (t, at) in found.local.iter().enumerate() {
         let root = &chain.stages[t].basis * &found.place.factors[t];
         store(&mut posterior, t, &congruence(&root, &Dense::identity(root.ncols(), root.ncols())));
         store(&mut predicted, t, &congruence(&root, &at.predicted));
-        spent += at.price.trace();
     }
+    (predicted, posterior)
+}
+
+/// What was found, in the coordinates of the horizon.
+fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
+    let (predicted, posterior) = covariances(horizon, chain, &found);
+    let spent: f64 = found.local.iter().map(|at| at.price.trace()).sum();
     let mut per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
     let total: f64 = per_step_nats.iter().sum();
     let sensors = sensors(chain, &found);

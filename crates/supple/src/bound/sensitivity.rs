@@ -46,11 +46,17 @@ impl Worth {
 impl MinimumInformation {
     /// How the minimum changes with the numbers of its horizon (theory, equation L.32).
     pub fn sensitivity(&self, horizon: &Horizon) -> Sensitivity {
+        Sensitivity::over_horizon(horizon, &self.worth, &self.posterior, self.slope)
+    }
+}
+
+impl Sensitivity {
+    pub(super) fn over_horizon(horizon: &Horizon, worth: &Worth, posterior: &Matrices, slope: f64) -> Self {
         let steps: Vec<(Dense, Option<&Dense>)> = (0..horizon.steps())
-            .map(|t| (dense(&horizon.dynamics, t.min(horizon.steps().saturating_sub(2))), self.worth.0.get(t + 1)))
+            .map(|t| (dense(&horizon.dynamics, t.min(horizon.steps().saturating_sub(2))), worth.0.get(t + 1)))
             .collect();
-        let mut out = sensitivity(&steps, &self.posterior, self.slope);
-        if let Some(first) = self.worth.0.first() {
+        let mut out = sensitivity(&steps, posterior, slope);
+        if let Some(first) = worth.0.first() {
             store(&mut out.initial, 0, first);
         }
         out

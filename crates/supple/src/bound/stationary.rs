@@ -4,7 +4,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use supple_kernels::Matrices;
 
 use super::horizon::Stationary;
-use super::interior::search;
+use super::interior::{begin, search};
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
 use super::proof::{Achieved, Lower, Proof};
@@ -46,11 +46,12 @@ pub fn stationary_minimum(
     }
     let budget = budget(cost, system.base_cost)?;
     let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
-    let factors = start(&chain.stages[0]).ok_or_else(|| Error::NoBound {
-        what: "no covariances were found that keep it".into(),
-        advice: "scale the states to similar sizes, or ask for a larger cost",
-    })?;
-    let found = certified(search(&chain, vec![factors], SHARE * settings.gap, settings))?;
+    let first =
+        start(&chain.stages[0]).and_then(|factors| begin(&chain, vec![factors])).ok_or_else(|| Error::NoBound {
+            what: "no covariances were found that keep it".into(),
+            advice: "scale the states to similar sizes, or ask for a larger cost",
+        })?;
+    let found = certified(search(&chain, first, SHARE * settings.gap, settings))?;
     let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
     let root = &chain.stages[0].basis * &found.place.factors[0];
     store(&mut posterior, 0, &symmetric(&root * root.transpose()));

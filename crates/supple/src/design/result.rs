@@ -50,7 +50,9 @@ pub struct StartSummary {
     pub to: Vec<f64>,
     /// How it ended.
     pub status: DesignStatus,
-    /// The information there, nats.
+    /// How often nothing was left of what was minimised, and the search went on to the next kind of information.
+    pub passed: usize,
+    /// The information there, nats, of the kind that was minimised last.
     pub information: f64,
     /// The objective there: information, and price with its weight, nats.
     pub objective: f64,
@@ -115,6 +117,7 @@ impl StartSummary {
             to: from.clone(),
             from,
             status: DesignStatus::BoundViolated,
+            passed: 0,
             information: f64::NAN,
             objective: f64::NAN,
             price: f64::NAN,

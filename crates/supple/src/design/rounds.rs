@@ -1,9 +1,12 @@
 use supple_kernels::Matrices;
 
-use super::visit::{Visit, Visitor};
+use super::visit::{Visit, Visitor, controls_of};
 use super::{Ending, Event, Method, Search, Searcher, StartSummary, best_of_guesses, search_branches};
 use crate::Error;
 use crate::pipeline::TaskState;
+
+/// Information below this is none, nats.
+const NOTHING: f64 = 1e-9;
 
 /// Rounds of optimiser and branch search from one start.
 pub(super) struct Rounds<'a, 's> {
@@ -24,7 +27,8 @@ impl Rounds<'_, '_> {
             None => self.first_plans()?,
         };
         let mut phi = self.summary.from.clone();
-        for round in 0..settings.rounds {
+        let mut round = 0;
+        while round < settings.rounds {
             let first = visitor.restart(&phi, &controls)?.clone();
             let visitor = &mut visitor;
             let mut search =
@@ -41,9 +45,20 @@ impl Rounds<'_, '_> {
             if ending == Ending::Stopped || control.is_stopped() || settings.method == Method::Barrier {
                 break;
             }
+            // Where nothing is left of what was minimised: the next kind of information.
+            if self.summary.status.meets_bounds()
+                && last.information(problem) <= NOTHING
+                && let Some(next) = visitor.weights.next()
+            {
+                visitor.weights = next;
+                self.summary.passed += 1;
+                (phi, controls) = (last.phi.clone(), controls_of(&last));
+                continue;
+            }
             let effort = visitor.effort();
             let Some(better) = self.better_branches(&last, round, effort) else { break };
             (phi, controls) = (last.phi, better);
+            round += 1;
         }
         Ok(())
     }

@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use crate::information::InformationWeights;
+
 /// How a design is searched for.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -8,6 +10,8 @@ pub struct DesignSettings {
     pub method: Method,
     /// Which gradient it follows.
     pub gradient: GradientKind,
+    /// What is minimised: the information needed, used or measured, or a sum of them with weights.
+    pub information: InformationWeights,
     /// How many starts: the parameters' initial values, then seeded random ones.
     pub starts: usize,
     /// Seed of random starts, branch searches and roll-outs.
@@ -46,6 +50,7 @@ impl Default for DesignSettings {
         Self {
             method: Method::default(),
             gradient: GradientKind::default(),
+            information: InformationWeights::default(),
             starts: 4,
             seed: 0,
             rollouts: ROLLOUTS,
@@ -85,6 +90,19 @@ impl DesignSettings {
         }
         if self.rollouts > 100_000_000 {
             return Err(("rollouts", format!("must be at most 100000000; found {}", self.rollouts)));
+        }
+        if !self.information.are_valid() {
+            let found = self.information;
+            return Err(("information", format!("weights must be at least 0, and one of them above; found {found}")));
+        }
+        if self.information != InformationWeights::MEASURED
+            && (self.gradient == GradientKind::Frozen || self.method == Method::Barrier)
+        {
+            let message = format!(
+                "`{}` needs the gradient `total` and the method `sqp`: the paper's know what is measured only",
+                self.information
+            );
+            return Err(("information", message));
         }
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {

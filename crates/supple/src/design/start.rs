@@ -1,4 +1,4 @@
-use std::cmp::Ordering;
+use std::cmp::{Ordering, Reverse};
 use std::time::Instant;
 
 use rand_chacha::ChaCha8Rng;
@@ -128,8 +128,9 @@ impl<'a> Searcher<'a> {
         Ok(summary)
     }
 
-    /// How good an end of a search is: first whether it is of no use, then what is minimised. The lesser is the better.
-    pub fn rank(&self, summary: &StartSummary) -> (bool, f64) {
+    /// How good an end of a search is: first whether it is of no use, then how few kinds of information it has left behind, of
+    /// which it needs none, then what is minimised. The lesser is the better.
+    pub fn rank(&self, summary: &StartSummary) -> (bool, Reverse<usize>, f64) {
         let met = summary.status != DesignStatus::BoundViolated;
         let excess = summary.violation.max(summary.overspent);
         let value = match (met, self.aim) {
@@ -139,7 +140,7 @@ impl<'a> Searcher<'a> {
             (false, _) if excess <= self.settings.feasibility => f64::INFINITY,
             (false, _) => excess,
         };
-        (!met, value)
+        (!met, Reverse(summary.passed), value)
     }
 
     fn check(&self) -> Result<(), Error> {

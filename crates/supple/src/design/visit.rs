@@ -3,8 +3,10 @@ use supple_kernels::Matrices;
 
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
+use crate::aims::{Limit, information_within};
 use crate::contacts::misses_contact;
-use crate::gradient::{FrozenGradient, Functional};
+use crate::gradient::FrozenGradient;
+use crate::information::InformationWeights;
 use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -285,13 +287,15 @@ pub(crate) fn continue_plan(
 fn task_visit(
     task: &Task,
     phi: &[f64],
-    (kind, aim): (GradientKind, Aim),
+    (kind, aim, weights): (GradientKind, Aim, InformationWeights),
     state: &mut TaskState,
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
+    let bound = task.bound.zip(aim.factor()).map(|(bound, factor)| Limit::of(bound, factor, phi));
+    let mut information = state.information.total;
     match kind {
         GradientKind::Total => {
-            state.total_gradient(task, phi, Functional::INFORMATION, &mut information_gradient)?;
+            information = information_within((task, phi), (weights, bound), state, &mut information_gradient)?;
             state.cost_gradient(task, phi, &mut cost_gradient)?;
         }
         GradientKind::Frozen => {
@@ -301,15 +305,14 @@ fn task_visit(
             cost_gradient = frozen.belief_cost;
         }
     }
-    let bound = task.bound.zip(aim.factor());
     Ok(TaskVisit {
         controls: state.plan.trajectory.controls.clone(),
-        information: state.information.total,
+        information,
         information_gradient,
         cost: state.cost.expected(),
         cost_gradient,
-        bound: bound.map(|(bound, factor)| factor * bound.resolve::<f64>(phi)),
-        bound_gradient: bound.and_then(|(bound, factor)| bound.parameter().map(|parameter| (parameter, factor))),
+        bound: bound.map(|bound| bound.value),
+        bound_gradient: bound.and_then(|bound| bound.slope),
         converged: state.plan.status.is_converged(),
         misses_contact: misses_contact(task, phi, &state.plan.trajectory),
     })
@@ -320,6 +323,8 @@ pub(crate) struct Visitor<'a> {
     pub problem: &'a Problem,
     pub settings: &'a DesignSettings,
     pub aim: Aim,
+    /// What is minimised now.
+    pub weights: InformationWeights,
     pub scaling: Scaling,
     /// All visits, in their order.
     pub visits: Vec<Visit>,
@@ -330,7 +335,7 @@ impl<'a> Visitor<'a> {
     pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let states = problem.tasks.iter().map(TaskState::new).collect();
-        Self { problem, settings, aim, scaling, visits: Vec::new(), states }
+        Self { problem, settings, aim, weights: settings.information, scaling, visits: Vec::new(), states }
     }
 
     /// Iterations of all plans so far, a gradient counting as much as some of them.
@@ -371,11 +376,11 @@ impl<'a> Visitor<'a> {
         if self.settings.gradient == GradientKind::Total || !has_one {
             return Ok(visit.clone());
         }
-        let Self { problem, aim, states, .. } = self;
+        let Self { problem, aim, weights, states, .. } = self;
         let tasks = problem.tasks.iter().zip(states.iter_mut()).zip(&visit.tasks);
         let tasks = tasks.map(|((task, state), known)| {
             state.evaluate(task, &visit.phi, &problem.planning, Some(&known.controls))?;
-            task_visit(task, &visit.phi, (GradientKind::Total, *aim), state)
+            task_visit(task, &visit.phi, (GradientKind::Total, *aim, *weights), state)
         });
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
     }
@@ -387,13 +392,13 @@ impl<'a> Visitor<'a> {
         (from, controls): (&[f64], Vec<&Matrices>),
         known: Option<&Visit>,
     ) -> Result<&Visit, Error> {
-        let Self { problem, settings, aim, scaling, states, .. } = self;
+        let Self { problem, settings, aim, weights, scaling, states, .. } = self;
         let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(controls).enumerate();
         let tasks = tasks.map(|(index, ((task, state), controls))| {
             let visit = |finer: usize, state: &mut TaskState| {
                 continue_plan((problem, task), scaling, (from, &phi), (controls, finer), state)
                     .map_err(|failed| failed.explain(task, state))?;
-                task_visit(task, &phi, (settings.gradient, *aim), state)
+                task_visit(task, &phi, (settings.gradient, *aim, *weights), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
             };
             let found = visit(1, state)?;

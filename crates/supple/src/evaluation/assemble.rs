@@ -1,7 +1,9 @@
 //! Reports from what is known of a task at a design.
 
-use super::report::{ControlInformation, CostReport, InformationReport, TrajectoryReport};
+use super::report::{ControlInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
 use super::sensing::measurements;
+use crate::aims::Limit;
+use crate::bound::{Horizon, Needed};
 use crate::information::{control_information, entropy_form, paper_form};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
@@ -37,7 +39,23 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
         entropy_form_nats: entropy_form(&state.belief),
         paper_form_nats: paper_form(&state.belief),
         per_step_nats: state.information.per_step.clone(),
+        needed: None,
         control: Some(control_report(state)?),
+    })
+}
+
+/// None where it was not found: at plans that are no optima, and beyond what rounding allows.
+pub(super) fn needed_report(task: &Task, phi: &[f64], state: &mut TaskState) -> Option<NeededInformation> {
+    let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
+    let least = state.cost.expected() - state.cost.belief;
+    let cost = limit.map(|limit| limit.value).filter(|&value| value > least).unwrap_or(state.cost.expected());
+    let horizon = Horizon { base_cost: 0.0, ..Horizon::of_plan(&state.plan, &state.noise).ok()? };
+    let found = Needed::of(&horizon, cost - least, &mut state.nearby).ok()?;
+    Some(NeededInformation {
+        total_nats: found.nats,
+        total_bits: found.nats / std::f64::consts::LN_2,
+        lower_bits: found.lower_nats / std::f64::consts::LN_2,
+        cost,
     })
 }
 

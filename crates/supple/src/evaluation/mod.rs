@@ -3,6 +3,7 @@
 use crate::contacts::{contact_reports, contact_warnings};
 use crate::design::plan_at;
 use crate::gradient::{FrozenGradient, Functional, recursion_radius};
+use crate::information::InformationWeights;
 use crate::limits::limits_violated;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -18,7 +19,7 @@ mod sensing;
 mod trouble;
 mod trust;
 
-use assemble::{cost_report, information_report, trajectory_report};
+use assemble::{cost_report, information_report, needed_report, trajectory_report};
 pub use controller::ControllerReport;
 pub use report::*;
 pub use sensing::MeasurementReport;
@@ -33,6 +34,8 @@ pub struct EvaluateOptions {
     pub total_gradient: bool,
     /// Gradients with the trajectory frozen, and the spectral radius of their recursion.
     pub frozen_gradient: bool,
+    /// The least information that any sensors and any controller need.
+    pub needed: bool,
     /// Closed-loop roll-outs.
     pub rollouts: usize,
     /// Seed of roll-outs and branch searches.
@@ -43,6 +46,8 @@ pub struct EvaluateOptions {
     pub controls: Option<Vec<Matrices>>,
     /// Whether to keep the trajectories.
     pub trajectories: bool,
+    /// What the objective is; that of the problem's design settings where it is not given.
+    pub information: Option<InformationWeights>,
     /// How far above its bound an expected cost may be, relative to the bound; that of the problem's design settings where it
     /// is not given.
     pub feasibility: Option<f64>,
@@ -65,8 +70,9 @@ impl Problem {
             evaluate_task((self, task), phi, options, controls, &mut state)
         });
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
-        let nats: f64 =
-            tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * e.information.total_nats).sum();
+        let weights = options.information.unwrap_or(self.design.information);
+        let weighted = |e: &TaskEvaluation| e.information.weighted_nats(weights);
+        let nats: f64 = tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * weighted(e)).sum();
         let price = self.parameters.have_prices().then(|| {
             let (total, weight) = (self.parameters.price(phi), self.design.price_weight);
             PriceReport {
@@ -107,7 +113,10 @@ fn evaluate_task(
         }
     };
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
-    let information = information_report(task, phi, state)?;
+    let mut information = information_report(task, phi, state)?;
+    if options.needed || options.information.unwrap_or(problem.design.information).needed != 0.0 {
+        information.needed = needed_report(task, phi, state);
+    }
     let predicted = Predicted {
         status: state.plan.status,
         cost: state.cost.expected(),

@@ -8,6 +8,7 @@ use super::controller::ControllerReport;
 use super::sensing::MeasurementReport;
 use super::trust::Trust;
 use crate::contacts::ContactReport;
+use crate::information::InformationWeights;
 use crate::limits::LimitViolation;
 use crate::parameters::Parameters;
 use crate::plan::PlanStatus;
@@ -209,9 +210,37 @@ pub struct InformationReport {
     pub paper_form_nats: Option<f64>,
     /// Nats at each measurement.
     pub per_step_nats: Vec<f64>,
+    /// What any sensors and any controller would need at the least to keep the cost; none where it was not asked for or not
+    /// found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needed: Option<NeededInformation>,
     /// What of it reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlInformation>,
+}
+
+impl InformationReport {
+    /// A sum by weights, nats; what was not found counts 0.
+    pub fn weighted_nats(&self, weights: InformationWeights) -> f64 {
+        let part = |weight: f64, nats: Option<f64>| if weight == 0.0 { 0.0 } else { weight * nats.unwrap_or(0.0) };
+        part(weights.needed, self.needed.as_ref().map(|needed| needed.total_nats))
+            + part(weights.used, self.control.as_ref().map(|control| control.total_nats))
+            + part(weights.measured, Some(self.total_nats))
+    }
+}
+
+/// The least directed information over all sensors and controllers that keep an expected cost, along the plan's
+/// linearisation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NeededInformation {
+    /// Over the whole task, nats.
+    pub total_nats: f64,
+    /// The same in bits.
+    pub total_bits: f64,
+    /// What it is not below, bits: the value of a dual point, of which rounding is not excluded (`supple bound` proves its own).
+    pub lower_bits: f64,
+    /// The expected cost that is kept: the bound of the task, or the plan's own where there is none or it is out of reach.
+    pub cost: f64,
 }
 
 /// The directed information from the state to the controls, exact for the linearised closed loop.

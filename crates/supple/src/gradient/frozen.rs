@@ -24,8 +24,9 @@ pub fn frozen_gradient(
     scratch: &mut Scratch,
     out: &mut FrozenGradient,
 ) {
-    let information = BeliefSeeds { information: 1.0, weights: None };
-    let cost = BeliefSeeds { information: 0.0, weights: Some((&plan.policy.value_of_information, 1.0)) };
+    let information = BeliefSeeds { information: 1.0, ..Default::default() };
+    let cost =
+        BeliefSeeds { information: 0.0, weights: Some((&plan.policy.value_of_information, 1.0)), covariances: None };
     for (seeds, gradient) in [(information, &mut out.information), (cost, &mut out.belief_cost)] {
         gradient.clear();
         gradient.resize(phi.len(), 0.0);

@@ -1,6 +1,7 @@
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
+use super::Partials;
 use crate::belief::Belief;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -10,13 +11,15 @@ use crate::system::KnotAdjoints;
 
 /// Weights of the parts of the expected cost that depend on the Riccati recursion.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct RiccatiSeeds {
+pub(crate) struct RiccatiSeeds<'a> {
     /// Of `1/2 sum Tr(Xi_t Sigma_t)`, through `Xi`.
     pub belief: f64,
     /// Of `1/2 sum Tr(S_{t+1} W_t)`.
     pub process: f64,
     /// Of `1/2 Tr(S_0 X_0)`.
     pub initial: f64,
+    /// Derivatives of another number by `Xi` and `K`.
+    pub partials: Option<&'a Partials>,
 }
 
 /// Memory of the sweep.
@@ -42,7 +45,7 @@ impl RiccatiAdjoint {
 }
 
 /// The sweep through the Riccati recursion, forwards in time: adjoints by `[A B]` and the cost's second derivatives,
-/// the first added to `adjoints`, the second written over (theory, equation G.4). With the adjoint `Sb` of S_t and `Xb = belief/2 Sigma_t` of Xi_t, as
+/// the first added to `adjoints`, the second written over (theory, equations G.4 and G.9). With the adjoint `Sb` of S_t and `Xb = belief/2 Sigma_t` of Xi_t, as
 /// `S` is the least of `[I K'] Q [I; K]` over K, and `Xi = Q_xx - S`:
 ///
 /// ```text
@@ -64,7 +67,7 @@ struct Sweep<'a> {
     policy: &'a Policy,
     belief: &'a Belief,
     noise: &'a Noise,
-    seeds: RiccatiSeeds,
+    seeds: RiccatiSeeds<'a>,
     work: &'a mut RiccatiAdjoint,
     adjoints: &'a mut KnotAdjoints,
 }
@@ -90,6 +93,9 @@ impl Sweep<'_> {
         for t in 0..steps {
             let sigma = belief.corrected.at(t);
             rows::add_scaled::<L>(s, -0.5 * seeds.belief, sigma);
+            if let Some(partials) = seeds.partials {
+                rows::add_scaled::<L>(s, -1.0, partials.value_of_information.at(t));
+            }
             // closed = [I; K] (Sb - Xb), transposed = [I; K]; Qb = closed [I K'].
             let feedback = policy.feedback.at(t);
             closed[..n * narrow].copy_from_slice(s);
@@ -115,6 +121,9 @@ impl Sweep<'_> {
                     *entry += 0.5 * seeds.belief * sigma;
                 }
             }
+            if let Some(partials) = seeds.partials {
+                add_partials((knots, policy, partials), t, (&mut *q, wide));
+            }
             let to = adjoints.cost.at_mut(t);
             for i in 0..joint {
                 to[i * full..i * full + joint].copy_from_slice(&q[i * wide..i * wide + joint]);
@@ -134,6 +143,19 @@ impl Sweep<'_> {
         to.fill(0.0);
         for i in 0..n {
             to[i * full..i * full + n].copy_from_slice(&s[i * narrow..i * narrow + n]);
+        }
+    }
+}
+
+/// Adds to `Qb`, rows `stride` apart, what another number has by `Xi_t` and `K_t`.
+fn add_partials((knots, policy, partials): (&Knots, &Policy, &Partials), t: usize, (q, stride): (&mut [f64], usize)) {
+    let n = knots.dimensions.states;
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        q[i * stride + j] += partials.value_of_information.get(t, i, j);
+    }
+    if let Some(through) = partials.through_feedback(knots, policy, t) {
+        for (i, j) in (0..through.nrows()).flat_map(|i| (0..through.ncols()).map(move |j| (i, j))) {
+            q[i * stride + j] += through[(i, j)];
         }
     }
 }

@@ -5,22 +5,21 @@ use super::total::{GradientWorkspace, TotalGradient, add_functional, add_initial
 
 /// A number that depends on a trajectory: a weight times its nominal cost, and a functional of its knots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Quantity {
+pub(crate) struct Quantity<'a> {
     /// Weight of the nominal cost.
     pub nominal: f64,
     /// What else is in it.
-    pub functional: Functional,
+    pub functional: Functional<'a>,
 }
 
-impl Quantity {
+impl<'a> Quantity<'a> {
     /// The expected cost `J` (theory, equation J.1).
     pub const EXPECTED_COST: Self = Self { nominal: 1.0, functional: Functional::NOISE };
     /// The nominal cost.
-    pub const NOMINAL_COST: Self =
-        Self { nominal: 1.0, functional: Functional { information: 0.0, belief: 0.0, process: 0.0, initial: 0.0 } };
+    pub const NOMINAL_COST: Self = Self { nominal: 1.0, functional: Functional { belief: 0.0, ..Functional::BELIEF } };
 
     /// A functional alone.
-    pub const fn of(functional: Functional) -> Self {
+    pub const fn of(functional: Functional<'a>) -> Self {
         Self { nominal: 0.0, functional }
     }
 }

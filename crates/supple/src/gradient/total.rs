@@ -1,7 +1,7 @@
 use supple_kernels::{Matrices, Scratch};
 
-use super::reverse_riccati;
 use super::riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds};
+use super::{Partials, reverse_riccati};
 use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
 use crate::noise::{Noise, NoiseModel};
 use crate::plan::{Lq, Plan, Policy, Regularisation, solve_limited, solve_lq};
@@ -11,7 +11,7 @@ use crate::{Dimensions, Error, Value};
 /// A number that depends on the knots: a weighted sum of the directed information and of the noise's parts of the
 /// expected cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Functional {
+pub struct Functional<'a> {
     /// Weight of the directed information, nats.
     pub information: f64,
     /// Weight of the belief's part.
@@ -20,22 +20,24 @@ pub struct Functional {
     pub process: f64,
     /// Weight of the unknown start's part.
     pub initial: f64,
+    /// Derivatives of another number, which is added.
+    pub partials: Option<&'a Partials>,
 }
 
-impl Functional {
+impl Functional<'_> {
     /// The directed information.
-    pub const INFORMATION: Self = Self { information: 1.0, belief: 0.0, process: 0.0, initial: 0.0 };
+    pub const INFORMATION: Self = Self { information: 1.0, belief: 0.0, process: 0.0, initial: 0.0, partials: None };
     /// The belief's part of the expected cost.
-    pub const BELIEF: Self = Self { information: 0.0, belief: 1.0, process: 0.0, initial: 0.0 };
+    pub const BELIEF: Self = Self { information: 0.0, belief: 1.0, process: 0.0, initial: 0.0, partials: None };
     /// The process noise's part of the expected cost.
-    pub const PROCESS: Self = Self { information: 0.0, belief: 0.0, process: 1.0, initial: 0.0 };
+    pub const PROCESS: Self = Self { information: 0.0, belief: 0.0, process: 1.0, initial: 0.0, partials: None };
     /// The unknown start's part of the expected cost.
-    pub const INITIAL: Self = Self { information: 0.0, belief: 0.0, process: 0.0, initial: 1.0 };
+    pub const INITIAL: Self = Self { information: 0.0, belief: 0.0, process: 0.0, initial: 1.0, partials: None };
     /// All of the noise's parts of the expected cost.
-    pub const NOISE: Self = Self { information: 0.0, belief: 1.0, process: 1.0, initial: 1.0 };
+    pub const NOISE: Self = Self { information: 0.0, belief: 1.0, process: 1.0, initial: 1.0, partials: None };
 
     fn depends_on_plan(&self) -> bool {
-        self.belief != 0.0 || self.process != 0.0 || self.initial != 0.0
+        self.belief != 0.0 || self.process != 0.0 || self.initial != 0.0 || self.partials.is_some()
     }
 }
 
@@ -189,11 +191,15 @@ pub(crate) fn add_functional(
     work.noise.clear_for(noise_model, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
-    let seeds = BeliefSeeds { information: functional.information, weights };
+    let covariances = functional.partials.map(|partials| (&partials.predicted, &partials.corrected));
+    let seeds = BeliefSeeds { information: functional.information, weights, covariances };
     reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+    if let Some(partials) = functional.partials {
+        partials.add_to(&plan.knots, &mut work.adjoints, &mut work.noise);
+    }
     if functional.depends_on_plan() {
-        let Functional { belief: belief_weight, process, initial, .. } = functional;
-        let seeds = RiccatiSeeds { belief: belief_weight, process, initial };
+        let Functional { belief: belief_weight, process, initial, partials, .. } = functional;
+        let seeds = RiccatiSeeds { belief: belief_weight, process, initial, partials };
         let given = (&plan.knots, &plan.policy, belief, noise);
         reverse_riccati(given, seeds, &mut work.riccati, &mut work.adjoints);
         add_direct_noise(plan, functional, &mut work.noise);
@@ -220,4 +226,37 @@ fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
     if functional.initial != 0.0 {
         add(noise.initial.at_mut(0), functional.initial, 0);
     }
+}
+
+/// Gradients of the directed information by all parameters with the trajectory held fixed: through what sensors see, `C` and
+/// `V`, and through how uncertainty spreads, `A`, `W` and `X_0` (theory, equation G.10).
+pub(crate) fn information_at_rest(
+    task: &TotalGradient,
+    work: &mut GradientWorkspace,
+    scratch: &mut Scratch,
+) -> [Vec<f64>; 2] {
+    let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
+    let (points, states) = (plan.trajectory.points(), &plan.trajectory.states);
+    work.noise.clear_for(noise_model, plan.trajectory.steps());
+    work.adjoints.has_cost = false;
+    work.adjoints.measurement.clear();
+    let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
+    reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+    let (adjoints, by_noise) = (work.adjoints.clone(), work.noise.clone());
+    [true, false].map(|sensors| {
+        work.adjoints.clone_from(&adjoints);
+        work.noise.clone_from(&by_noise);
+        if sensors {
+            work.adjoints.dynamics.clear();
+            work.noise.process.clear();
+            work.noise.initial.clear();
+        } else {
+            work.adjoints.measurement.clear();
+            work.noise.measurement.clear();
+        }
+        let mut out = vec![0.0; phi.len()];
+        system.contract(points, phi, &work.adjoints, &mut work.hessian, &mut out, scratch);
+        noise_model.add_gradient((phi, states), &work.noise, &mut out);
+        out
+    })
 }

@@ -17,12 +17,34 @@ use crate::plan::Policy;
 /// # Errors
 /// Where `V` is not positive definite.
 pub fn control_information(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<f64>, Error> {
-    let n = knots.dimensions.states;
-    let mut means = Means { told: DMatrix::zeros(n, 0), both: DMatrix::zeros(n, 0), known: DMatrix::zeros(n, n) };
+    let mut means = Means::new(knots);
     let step = |t: usize| {
-        let dynamics = (t > 0).then(|| dense(&knots.dynamics, t - 1).columns(0, n).into_owned());
-        means.measure(dynamics.as_ref(), (knots, belief, noise), t)?;
-        Ok(means.tell(&dense(&policy.feedback, t)))
+        means.measure((knots, belief, noise), t)?;
+        Ok(means.tell(&dense(&policy.feedback, t)).0)
+    };
+    (0..knots.steps()).map(step).collect()
+}
+
+/// The controls of one step told.
+pub(super) struct Told {
+    /// What they tell about the states, nats.
+    pub nats: f64,
+    /// Those that past controls did not tell already.
+    pub controls: Vec<usize>,
+    /// Factors of `N^a` and `N^b` of (I.8) before they are told.
+    pub before: [DMatrix<f64>; 2],
+    /// Factors of them afterwards.
+    pub after: [DMatrix<f64>; 2],
+}
+
+/// As [`control_information`], with all that it goes through.
+pub(super) fn told(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Noise) -> Result<Vec<Told>, Error> {
+    let mut means = Means::new(knots);
+    let step = |t: usize| {
+        means.measure((knots, belief, noise), t)?;
+        let before = [means.told.clone(), means.both.clone()];
+        let (nats, controls) = means.tell(&dense(&policy.feedback, t));
+        Ok(Told { nats, controls, before, after: [means.told.clone(), means.both.clone()] })
     };
     (0..knots.steps()).map(step).collect()
 }
@@ -41,13 +63,15 @@ struct Means {
 }
 
 impl Means {
+    fn new(knots: &Knots) -> Self {
+        let n = knots.dimensions.states;
+        Self { told: DMatrix::zeros(n, 0), both: DMatrix::zeros(n, 0), known: DMatrix::zeros(n, n) }
+    }
+
     /// Goes on to the mean after the measurement at `t` (theory, equation I.7).
-    fn measure(
-        &mut self,
-        dynamics: Option<&DMatrix<f64>>,
-        (knots, belief, noise): (&Knots, &Belief, &Noise),
-        t: usize,
-    ) -> Result<(), Error> {
+    fn measure(&mut self, (knots, belief, noise): (&Knots, &Belief, &Noise), t: usize) -> Result<(), Error> {
+        let n = knots.dimensions.states;
+        let dynamics = (t > 0).then(|| dense(&knots.dynamics, t - 1).columns(0, n).into_owned());
         let c = dense(&knots.measurement, t);
         let gain = dense(&belief.gain_transposed, t).transpose();
         let v = dense(&noise.measurement, t);
@@ -58,7 +82,7 @@ impl Means {
         let innovation = factor(&c * dense(&belief.predicted, t) * c.transpose() + &v)?;
         let noise = factor(v)?;
         let known = &noise * noise.transpose();
-        if let Some(a) = dynamics {
+        if let Some(a) = &dynamics {
             let through = a - &gain * (c * a);
             self.told = beside(a * &self.told, &innovation);
             self.both = beside(&through * &self.both, &noise);
@@ -70,14 +94,14 @@ impl Means {
     }
 
     /// What `K mu` tells about the states, in nats; past controls include it afterwards. One control at a time, the one
-    /// that is known least first.
-    fn tell(&mut self, feedback: &DMatrix<f64>) -> f64 {
+    /// that is known least first. With those that were not known already.
+    fn tell(&mut self, feedback: &DMatrix<f64>) -> (f64, Vec<usize>) {
         let rows = feedback.transpose();
         // How large the variance of each control could be, given the states.
         let through = &self.known * &rows;
         let all: Vec<f64> = (0..rows.ncols()).map(|a| rows.column(a).dot(&through.column(a))).collect();
         let mut left: Vec<usize> = (0..rows.ncols()).collect();
-        let mut nats = 0.0;
+        let (mut nats, mut news) = (0.0, Vec::new());
         let [mut told, mut both] = [&mut self.told, &mut self.both].map(|factor| Telling::of(factor, &rows));
         // The share of a control's variance that past controls leave, from 0 to 1.
         let unknown = |both: &Telling, a: usize| if all[a] > 0.0 { both.variance(a) / all[a] } else { 0.0 };
@@ -88,12 +112,13 @@ impl Means {
                 break;
             }
             let a = left.swap_remove(place);
+            news.push(a);
             let (without, with) = (told.condition(a), both.condition(a));
             nats += (0.5 * (without / with).ln()).max(0.0);
         }
         told.end();
         both.end();
-        nats
+        (nats, news)
     }
 }
 

@@ -1,6 +1,8 @@
 //! Directed information from state to measurements and to controls.
 
 mod control;
+mod control_adjoint;
+mod weights;
 
 use serde::Serialize;
 use supple_kernels::{Matrices, rows};
@@ -10,6 +12,8 @@ use crate::belief::Belief;
 use crate::noise::Noise;
 
 pub use control::control_information;
+pub(crate) use control_adjoint::add_control_partials;
+pub use weights::InformationWeights;
 
 /// Directed information from the state to the measurements, `DI(x^N -> y^N)`, in nats.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

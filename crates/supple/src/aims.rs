@@ -1,0 +1,129 @@
+//! What designs minimise: the information needed, used and measured, and its gradient.
+
+use crate::Error;
+use crate::Value;
+use crate::bound::{Horizon, Needed};
+use crate::gradient::{Functional, Partials};
+use crate::information::{InformationWeights, add_control_partials};
+use crate::pipeline::TaskState;
+use crate::problem::Task;
+use supple_kernels::Matrices;
+
+/// The share of what a plan pays for not knowing the state that is left to keep where the limit leaves less.
+const LEAST_SHARE: f64 = 0.05;
+
+/// What an expected cost may be at most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limit {
+    pub value: f64,
+    /// The parameter that it is a multiple of, and that multiple, where there is one.
+    pub slope: Option<(usize, f64)>,
+}
+
+impl Limit {
+    /// A task's bound times a factor.
+    pub fn of(bound: Value, factor: f64, phi: &[f64]) -> Self {
+        let slope = bound.parameter().map(|parameter| (parameter, factor));
+        Self { value: factor * bound.resolve::<f64>(phi), slope }
+    }
+}
+
+/// What the covariances of the needed information may cost: `D - J*`.
+enum Budget {
+    /// What a limit leaves of it.
+    Limited,
+    /// A share of what the plan pays itself.
+    Share(f64),
+}
+
+/// The information of an evaluated plan by its weights, nats, and its total gradient by all parameters: needed at the task's
+/// bound, or at the plan's own expected cost where there is none (theory, section L, in designs).
+///
+/// # Errors
+/// Where the minimum was not found, or the plan is no strict local optimum.
+pub fn weighted_information(
+    (task, phi): (&Task, &[f64]),
+    weights: InformationWeights,
+    state: &mut TaskState,
+    out: &mut Vec<f64>,
+) -> Result<f64, Error> {
+    let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
+    information_within((task, phi), (weights, limit), state, out)
+}
+
+/// As [`weighted_information`], with a limit of its own.
+///
+/// # Errors
+/// As those.
+pub(crate) fn information_within(
+    (task, phi): (&Task, &[f64]),
+    (weights, limit): (InformationWeights, Option<Limit>),
+    state: &mut TaskState,
+    out: &mut Vec<f64>,
+) -> Result<f64, Error> {
+    let InformationWeights { needed, used, measured } = weights;
+    let mut functional = Functional { information: measured, ..Functional::default() };
+    let mut sum = if measured == 0.0 { 0.0 } else { measured * state.information.total };
+    if needed == 0.0 && used == 0.0 {
+        state.total_gradient(task, phi, functional, out)?;
+        return Ok(sum);
+    }
+    let mut partials = Partials::zeros(state.plan.knots.dimensions, task.steps);
+    let (mut nominal, mut by_limit) = (0.0, 0.0);
+    if used != 0.0 {
+        let given = (&state.plan.knots, &state.plan.policy, &state.belief, &state.noise);
+        sum += used * add_control_partials(given, used, &mut partials)?;
+    }
+    if needed != 0.0 {
+        let (found, budget) = needed_information(limit, state)?;
+        sum += needed * found.nats;
+        if let Some(of) = &found.sensitivity {
+            let scaled = [
+                (&mut partials.dynamics, &of.dynamics, needed),
+                (&mut partials.process, &of.process, needed),
+                (&mut partials.initial, &of.initial, needed),
+                // Theta = Xi / 2.
+                (&mut partials.value_of_information, &of.prices, 0.5 * needed),
+            ];
+            for (to, from, weight) in scaled {
+                add_scaled(to, from, weight);
+            }
+            match budget {
+                Budget::Limited => {
+                    by_limit = needed * of.cost;
+                    // By the least cost: the negative of that by the limit.
+                    (nominal, functional.process, functional.initial) = (-by_limit, -by_limit, -by_limit);
+                }
+                Budget::Share(share) => functional.belief = needed * of.cost * share,
+            }
+        }
+    }
+    functional.partials = Some(&partials);
+    state.total_gradient(task, phi, functional, out)?;
+    if nominal != 0.0 {
+        let mut by_nominal = Vec::new();
+        state.nominal_gradient(task, phi, &mut by_nominal)?;
+        out.iter_mut().zip(&by_nominal).for_each(|(sum, slope)| *sum += nominal * slope);
+    }
+    if let Some((parameter, slope)) = limit.and_then(|limit| limit.slope) {
+        out[parameter] += by_limit * slope;
+    }
+    Ok(sum)
+}
+
+/// The least information at the limit, or at what the plan costs itself where there is none.
+fn needed_information(limit: Option<Limit>, state: &mut TaskState) -> Result<(Needed, Budget), Error> {
+    let horizon = Horizon { base_cost: 0.0, ..Horizon::of_plan(&state.plan, &state.noise)? };
+    let own = state.cost.belief;
+    let limited = limit.map(|limit| limit.value - (state.cost.expected() - own));
+    let (asked, budget) = match limited {
+        Some(left) if left >= LEAST_SHARE * own => (left, Budget::Limited),
+        Some(_) => (LEAST_SHARE * own, Budget::Share(LEAST_SHARE)),
+        None => (own, Budget::Share(1.0)),
+    };
+    Ok((Needed::of(&horizon, asked, &mut state.nearby)?, budget))
+}
+
+fn add_scaled(to: &mut Matrices, from: &Matrices, weight: f64) {
+    to.as_mut_slice().iter_mut().zip(from.as_slice()).for_each(|(to, from)| *to += weight * from);
+}

@@ -1,0 +1,45 @@
+//! The least information as searches need it: its value and how it changes, without a proof and without sensors.
+
+use super::horizon::Horizon;
+use super::local::nats;
+use super::minimum::{covariances, open_loop, place};
+use super::nearby::Nearby;
+use super::sensitivity::{Sensitivity, Worth};
+use super::solution::BoundSettings;
+use crate::Error;
+
+/// The gap at which the search ends, nats per step.
+const GAP: f64 = 1e-9;
+
+/// The least information over a horizon at an expected cost, as far as searches need it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Needed {
+    /// Nats over the whole horizon.
+    pub nats: f64,
+    /// What it is certainly not below, but for rounding: the value of the dual.
+    pub lower_nats: f64,
+    /// How it changes; none where nothing need be known.
+    pub sensitivity: Option<Sensitivity>,
+}
+
+impl Needed {
+    /// At an expected cost, from a place nearby where there is one, in whose stead another is left.
+    ///
+    /// # Errors
+    /// As [`minimum_information`](super::minimum_information).
+    pub fn of(horizon: &Horizon, cost: f64, nearby: &mut Option<Nearby>) -> Result<Self, Error> {
+        if open_loop(horizon, cost).is_some() {
+            return Ok(Self::default());
+        }
+        let settings = BoundSettings { gap: GAP, ..BoundSettings::default() };
+        let (chain, found, budget) = place(horizon, cost, &settings, nearby.as_ref())?;
+        let (_, posterior) = covariances(horizon, &chain, &found);
+        let sensitivity =
+            Sensitivity::over_horizon(horizon, &Worth::of(&chain, &found), &posterior, -found.place.price / budget);
+        let nats = found.local.iter().map(nats).sum();
+        if let Some(left) = Nearby::of(&chain, &found, budget) {
+            *nearby = Some(left);
+        }
+        Ok(Self { nats, lower_nats: (nats - found.gap).max(0.0), sensitivity: Some(sensitivity) })
+    }
+}

@@ -1,0 +1,158 @@
+use serde::{Deserialize, Serialize};
+use supple_kernels::Matrices;
+
+use super::visit::{Scaling, continue_plan};
+use crate::Error;
+use crate::gradient::Functional;
+use crate::pipeline::TaskState;
+use crate::problem::{Problem, Task};
+
+/// Where a change of a task's measured information comes from, between two designs: parts that add up to it, bits (theory,
+/// equation G.10).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Split {
+    /// The task.
+    pub task: String,
+    /// All of it.
+    pub total_bits: f64,
+    /// Through what sensors see: `C` and `V` along a trajectory held fixed.
+    pub sensors_bits: f64,
+    /// Through how uncertainty spreads: `A`, `W` and `X_0` along a trajectory held fixed.
+    pub uncertainty_bits: f64,
+    /// Through how the plan moves.
+    pub plan_bits: f64,
+    /// Through plans on the way that leap from one local minimum to another, and what the integrals leave.
+    pub leaps_bits: f64,
+    /// Designs evaluated on the way.
+    pub evaluations: usize,
+}
+
+/// What the parts may leave of the change, as a share of it, before intervals are halved.
+const LEFT: f64 = 1e-7;
+/// Intervals at most.
+const MOST_INTERVALS: usize = 256;
+/// Gauss and Legendre's nodes and weights on 0 to 1.
+const NODES: [(f64, f64); 5] = [
+    (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_55, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
+
+impl Problem {
+    /// Splits the change of each task's measured information between two designs, along the straight path between them in the
+    /// coordinates of the search. `controls` are those of the plans at the second design, which are followed from there.
+    ///
+    /// # Errors
+    /// Where a plan on the way cannot be made, or has no total gradient.
+    pub fn split(&self, (from, to): (&[f64], &[f64]), controls: &[Matrices]) -> Result<Vec<Split>, Error> {
+        self.check_design(from)?;
+        self.check_design(to)?;
+        let tasks = self.tasks.iter().zip(controls);
+        tasks.map(|(task, controls)| Path::new((self, task), (from, to)).split(controls)).collect()
+    }
+}
+
+struct Path<'a> {
+    problem: &'a Problem,
+    task: &'a Task,
+    scaling: Scaling,
+    /// Scaled coordinates of both ends, and the parameters of the first.
+    ends: [Vec<f64>; 2],
+    from: &'a [f64],
+    to: &'a [f64],
+    state: TaskState,
+    /// Where the plan of the state is on the path, from 0 to 1.
+    place: f64,
+    evaluations: usize,
+}
+
+impl<'a> Path<'a> {
+    fn new((problem, task): (&'a Problem, &'a Task), (from, to): (&'a [f64], &'a [f64])) -> Self {
+        let scaling = Scaling::of(&problem.parameters);
+        let ends = [scaling.scaled(from), scaling.scaled(to)];
+        Self { problem, task, scaling, ends, from, to, state: TaskState::new(task), place: 1.0, evaluations: 0 }
+    }
+
+    /// Parameters at a place of the path.
+    fn at(&self, place: f64) -> Vec<f64> {
+        match place {
+            0.0 => self.from.to_vec(),
+            1.0 => self.to.to_vec(),
+            _ => {
+                let between = self.ends[0].iter().zip(&self.ends[1]).map(|(a, b)| a + place * (b - a));
+                self.scaling.unscaled(self.from, &between.collect::<Vec<_>>())
+            }
+        }
+    }
+
+    /// Goes to a place, with the plan; the information there, nats.
+    fn go(&mut self, place: f64) -> Result<f64, Error> {
+        let (here, there) = (self.at(self.place), self.at(place));
+        let controls = self.state.plan.trajectory.controls.clone();
+        continue_plan((self.problem, self.task), &self.scaling, (&here, &there), (&controls, 1), &mut self.state)
+            .map_err(|failed| failed.explain(self.task, &self.state))?;
+        self.place = place;
+        self.evaluations += 1;
+        Ok(self.state.information.total)
+    }
+
+    /// Slopes of the parts along the path where the state is: sensors, uncertainty, plan.
+    fn slopes(&mut self) -> Result<[f64; 3], Error> {
+        let phi = self.at(self.place);
+        let mut total = Vec::new();
+        self.state.total_gradient(self.task, &phi, Functional::INFORMATION, &mut total)?;
+        let [sensors, uncertainty] = self.state.information_at_rest(self.task, &phi);
+        let along = |gradient: &[f64]| -> f64 {
+            let slopes = self.scaling.gradient(&phi, gradient);
+            slopes.iter().zip(self.ends[0].iter().zip(&self.ends[1])).map(|(slope, (a, b))| slope * (b - a)).sum()
+        };
+        let [total, sensors, uncertainty] = [&total, &sensors, &uncertainty].map(|gradient| along(gradient));
+        Ok([sensors, uncertainty, total - sensors - uncertainty])
+    }
+
+    fn split(mut self, controls: &Matrices) -> Result<Split, Error> {
+        self.state.evaluate(self.task, self.to, &self.problem.planning, Some(controls))?;
+        let end = self.state.information.total;
+        let (mut parts, mut left) = ([0.0; 3], end);
+        // From the end to the start, in intervals each of which is halved until its parts add up.
+        let mut intervals = vec![(0.0, 1.0)];
+        let mut count = 0;
+        while let Some((start, stop)) = intervals.pop() {
+            let kept = (self.state.plan.trajectory.controls.clone(), self.place);
+            let mut found = [0.0; 3];
+            for (node, weight) in NODES.iter().rev() {
+                self.go(start + node * (stop - start))?;
+                let slopes = self.slopes()?;
+                found.iter_mut().zip(slopes).for_each(|(sum, slope)| *sum += weight * (stop - start) * slope);
+            }
+            let information = self.go(start)?;
+            let missed = (left - information - found.iter().sum::<f64>()).abs();
+            count += 1;
+            if missed > LEFT * (stop - start) * end.abs().max(1.0) && count + intervals.len() < MOST_INTERVALS {
+                let middle = 0.5 * (start + stop);
+                intervals.extend([(start, middle), (middle, stop)]);
+                let (controls, place) = kept;
+                self.state.plan_only(self.task, &self.at(place), &self.problem.planning, Some(&controls))?;
+                self.place = place;
+                continue;
+            }
+            parts.iter_mut().zip(found).for_each(|(sum, part)| *sum += part);
+            left = information;
+        }
+        let mut own = TaskState::new(self.task);
+        super::best_of_guesses(self.problem, self.task, self.from, &mut own)?;
+        let bits = |nats: f64| nats / std::f64::consts::LN_2;
+        let total = end - own.information.total;
+        Ok(Split {
+            task: self.task.name.clone(),
+            total_bits: bits(total),
+            sensors_bits: bits(parts[0]),
+            uncertainty_bits: bits(parts[1]),
+            plan_bits: bits(parts[2]),
+            leaps_bits: bits(total - parts.iter().sum::<f64>()),
+            evaluations: self.evaluations,
+        })
+    }
+}
