@@ -48,7 +48,7 @@ pub(crate) fn title(name: &str, unit: &str) -> String {
 }
 
 fn percent(from: f64, to: f64) -> String {
-    format!("{:+.1} %", 100.0 * (to - from) / from.abs())
+    if from == 0.0 { String::new() } else { format!("{:+.1} %", 100.0 * (to - from) / from.abs()) }
 }
 
 pub(crate) fn heading(about: &About) -> String {

@@ -8,8 +8,8 @@ use super::sensitivity::{Sensitivity, Worth};
 use super::solution::BoundSettings;
 use crate::Error;
 
-/// The gap at which the search ends, nats per step.
-const GAP: f64 = 1e-9;
+/// How precisely searches need it: rounding leaves no more of some horizons.
+const SETTINGS: BoundSettings = BoundSettings { gap: 1e-8, max_iterations: 60 };
 
 /// The least information over a horizon at an expected cost, as far as searches need it.
 #[derive(Clone, Debug, Default)]
@@ -31,8 +31,7 @@ impl Needed {
         if open_loop(horizon, cost).is_some() {
             return Ok(Self::default());
         }
-        let settings = BoundSettings { gap: GAP, ..BoundSettings::default() };
-        let (chain, found, budget) = place(horizon, cost, &settings, nearby.as_ref())?;
+        let (chain, found, budget) = place(horizon, cost, &SETTINGS, nearby.as_ref())?;
         let (_, posterior) = covariances(horizon, &chain, &found);
         let sensitivity =
             Sensitivity::over_horizon(horizon, &Worth::of(&chain, &found), &posterior, -found.place.price / budget);

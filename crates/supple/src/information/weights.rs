@@ -27,9 +27,6 @@ const KINDS: [(&str, InformationWeights); 3] = [
     ("measured", InformationWeights::MEASURED),
 ];
 
-/// What a kind that a search has left behind counts, beside 1 for the kind that it is after (theory, section L).
-const KEPT: f64 = 10.0;
-
 impl Default for InformationWeights {
     fn default() -> Self {
         Self::MEASURED
@@ -46,13 +43,12 @@ impl InformationWeights {
         all.iter().all(|weight| weight.is_finite() && *weight >= 0.0) && all.iter().any(|&weight| weight > 0.0)
     }
 
-    /// Where nothing is left to minimise: the next kind as well. None after what is measured.
+    /// Where nothing is left to minimise: the next kind. None after what is measured.
     pub(crate) fn next(self) -> Option<Self> {
-        let kept = Self { needed: KEPT * self.needed, used: KEPT * self.used, ..self };
         match self {
             _ if self.measured > 0.0 => None,
-            _ if self.used > 0.0 => Some(Self { measured: 1.0, ..kept }),
-            _ => Some(Self { used: 1.0, ..kept }),
+            _ if self.used > 0.0 => Self::of_kind("measured"),
+            _ => Self::of_kind("used"),
         }
     }
 
@@ -167,10 +163,8 @@ mod tests {
     fn searches_go_on_to_what_is_used_and_then_to_what_is_measured() {
         let needed = InformationWeights::of_kind("needed").unwrap();
         let used = needed.next().unwrap();
-        assert_eq!(used.to_string(), "10 needed + 1 used");
-        let measured = used.next().unwrap();
-        assert_eq!(measured.to_string(), "100 needed + 10 used + 1 measured");
-        assert_eq!(measured.next(), None);
+        assert_eq!(used.kind(), Some("used"));
+        assert_eq!(used.next(), Some(InformationWeights::MEASURED));
         assert_eq!(InformationWeights::MEASURED.next(), None);
     }
 }
