@@ -246,3 +246,42 @@ pub struct ShowOptions {
     #[arg(long)]
     pub json: bool,
 }
+
+#[derive(Args, Debug)]
+pub struct ExportOptions {
+    /// Folder of a result of `supple design` or `supple evaluate`
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// What to write
+    #[arg(long, value_enum)]
+    pub to: ControllerFormatArgument,
+    /// Task whose controller to write, where there are several
+    #[arg(long, value_name = "NAME")]
+    pub task: Option<String>,
+    /// Design of a search; the optimum where left out
+    #[arg(long, value_enum)]
+    pub at: Option<AtArgument>,
+    /// The file to write; the task's name in the current folder where left out
+    ///
+    /// C is two files: NAME.c, and NAME.h beside it.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ControllerFormatArgument {
+    /// A header and a source of C99 that allocate nothing
+    C,
+    /// One JSON object
+    Json,
+    /// Arrays that numpy.load reads
+    Npz,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AtArgument {
+    /// The design that the search started from
+    Start,
+    /// The best design
+    Optimum,
+}

@@ -37,6 +37,9 @@ pub struct Sample {
     pub deviations: Vec<Vec<f64>>,
     /// Controls, one row per step.
     pub controls: Vec<Vec<f64>>,
+    /// What was measured, one row per time; empty in results of versions that did not keep it.
+    #[serde(default)]
+    pub measurements: Vec<Vec<f64>>,
     /// Its cost; infinite where it diverged.
     #[serde(deserialize_with = "or_nan")]
     pub cost: f64,
@@ -102,12 +105,15 @@ pub(crate) struct Record {
     pub truth: Matrices,
     /// Standard deviations of the estimates, vectors of length n.
     pub deviations: Matrices,
+    /// Measurements, vectors of length p.
+    pub measured: Matrices,
 }
 
 impl Record {
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let states = || Matrices::vectors(steps + 1, dimensions.states);
-        Self { run: Trajectory::zeros(dimensions, steps), truth: states(), deviations: states() }
+        let measured = Matrices::vectors(steps + 1, dimensions.measurements);
+        Self { run: Trajectory::zeros(dimensions, steps), truth: states(), deviations: states(), measured }
     }
 }
 
@@ -151,6 +157,7 @@ impl ClosedLoop {
             if let Some(record) = record.as_deref_mut() {
                 record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
                 record.truth.vector_mut(t).copy_from_slice(self.states.vector(0));
+                record.measured.vector_mut(t).copy_from_slice(self.measured.vector(0));
                 let variance = |i| self.filters.belief.corrected.get(0, i, i);
                 for (i, deviation) in record.deviations.vector_mut(t).iter_mut().enumerate() {
                     *deviation = f64::max(variance(i), 0.0).sqrt();
@@ -394,6 +401,7 @@ pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u6
         estimates: rows(&record.run.states),
         deviations: rows(&record.deviations),
         controls: rows(&record.run.controls),
+        measurements: rows(&record.measured),
         cost: if times > task.steps { closed.outcomes[0].cost } else { f64::INFINITY },
     })
 }
