@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._arrays import check_unmasked
+from ._asked import check_counts
 from ._records import Array, Record, build
 from ._supple import NativeController
 from .errors import UsageError
+from .reports import MonteCarlo
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -162,6 +164,20 @@ class Controller(Record):
     def reset(self) -> None:
         """Begins the plan anew."""
         self._native.reset()
+
+    def monte_carlo(self, rollouts: int = 256, *, seed: int = 0) -> MonteCarlo:
+        """What it costs in closed loop with the task's own model, noise included; where this run is does not matter.
+
+        Results report the cost of roll-outs with an *extended* Kalman filter instead, whose noise is the same for a seed.
+
+        Args:
+            rollouts: How many runs.
+            seed: Seed of their noise.
+        """
+        check_counts(rollouts=rollouts, seed=seed)
+        if not rollouts:
+            raise UsageError("rollouts=0: at least 1")
+        return build(MonteCarlo, self._native.monte_carlo(int(rollouts), int(seed)))
 
     def to_c(self, path: str | os.PathLike[str]) -> list[Path]:
         """Writes ``NAME.c`` and ``NAME.h``, C99 that allocates nothing; both paths.

@@ -232,7 +232,7 @@ class ControllerReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MonteCarlo(Record):
-    """The cost in closed loop with an extended Kalman filter.
+    """The cost in closed loop: with an extended Kalman filter, or that of a :class:`supple.Controller`.
 
     Attributes:
         rollouts: How many runs there were.

@@ -18,6 +18,7 @@ use crate::watch::long;
 #[pyclass(name = "NativeController", module = "supple._supple")]
 pub struct NativeController {
     exported: ExportedController,
+    failures: Failures,
     run: ControllerRun,
     /// The measurement of a step.
     measured: Vec<f64>,
@@ -49,7 +50,7 @@ impl NativeController {
         let exported = made.map_err(|error| errors::of_study(py, &error))?;
         let run = exported.controller.start();
         let measured = vec![0.0; exported.controller.dimensions.measurements];
-        Ok(Self { exported, run, measured })
+        Ok(Self { exported, failures, run, measured })
     }
 
     /// Names, units and arrays, as a dict.
@@ -92,6 +93,12 @@ impl NativeController {
     #[getter]
     fn estimate<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.run.estimate)
+    }
+
+    /// What it costs in closed loop with the model, as a dict.
+    fn monte_carlo(&self, py: Python<'_>, rollouts: usize, seed: u64) -> PyResult<Py<PyAny>> {
+        let found = long(py, None, &self.failures, |_| self.exported.monte_carlo((rollouts, seed)))?;
+        to_python(py, &found.map_err(|error| errors::of_study(py, &error))?)
     }
 
     /// Writes it as `c`, `json` or `npz`; the files written.

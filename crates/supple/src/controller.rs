@@ -163,7 +163,7 @@ impl Controller {
     /// # Errors
     /// Where `y` has another length or is not finite; the run is then as it was before.
     pub fn step(&self, run: &mut ControllerRun, y: &[f64]) -> Result<bool, Error> {
-        let Dimensions { states: n, measurements: p, .. } = self.dimensions;
+        let p = self.dimensions.measurements;
         if y.len() != p {
             check("the measurement", y.len(), p)?;
         }
@@ -175,16 +175,9 @@ impl Controller {
             return Ok(false);
         }
         let ControllerRun { step, estimate, controls, deviation, corrected, innovation } = run;
-        let c = &self.measurement;
-        for (i, innovation) in innovation.iter_mut().enumerate() {
-            *innovation = y[i] - self.expected.vector(t)[i] - dot(row(c, t, i), deviation);
-        }
+        self.correct(t, y, (deviation, innovation), corrected);
         let xbar = self.trajectory.states.vector(t);
-        for i in 0..n {
-            corrected[i] = deviation[i] + dot(row(&self.filter_gain, t, i), innovation);
-            estimate[i] = xbar[i] + corrected[i];
-        }
-        *step += 1;
+        estimate.iter_mut().zip(xbar).zip(&*corrected).for_each(|((x, xbar), d)| *x = xbar + d);
         let (ubar, feedforward) = (self.trajectory.controls.vector(t), self.feedforward.vector(t));
         for (a, u) in controls.iter_mut().enumerate() {
             *u = ubar[a] + feedforward[a] + dot(row(&self.feedback, t, a), corrected);
@@ -192,12 +185,35 @@ impl Controller {
         if let Some(bounds) = &self.bounds {
             bounds.clamp(controls);
         }
-        for (i, deviation) in deviation.iter_mut().enumerate() {
-            let (a, b) = row(&self.dynamics, t, i).split_at(n);
-            let moved: f64 = b.iter().zip(&*controls).zip(ubar).map(|((b, u), ubar)| b * (u - ubar)).sum();
-            *deviation = dot(a, corrected) + moved;
-        }
+        self.predict(t, corrected, controls, deviation);
+        *step += 1;
         Ok(true)
+    }
+
+    /// From `d` before the measurement of step `t` to `d` with it; `innovation` receives `y - ybar - C d`.
+    pub(crate) fn correct(
+        &self,
+        t: usize,
+        y: &[f64],
+        (before, innovation): (&[f64], &mut [f64]),
+        corrected: &mut [f64],
+    ) {
+        let ybar = self.expected.vector(t);
+        for (i, innovation) in innovation.iter_mut().enumerate() {
+            *innovation = y[i] - ybar[i] - dot(row(&self.measurement, t, i), before);
+        }
+        for (i, corrected) in corrected.iter_mut().enumerate() {
+            *corrected = before[i] + dot(row(&self.filter_gain, t, i), innovation);
+        }
+    }
+
+    /// From `d` at step `t` under the controls `u` to `d` before the next measurement.
+    pub(crate) fn predict(&self, t: usize, corrected: &[f64], u: &[f64], next: &mut [f64]) {
+        let ubar = self.trajectory.controls.vector(t);
+        for (i, next) in next.iter_mut().enumerate() {
+            let (a, b) = row(&self.dynamics, t, i).split_at(self.dimensions.states);
+            *next = dot(a, corrected) + b.iter().zip(u).zip(ubar).map(|((b, u), ubar)| b * (u - ubar)).sum::<f64>();
+        }
     }
 }
 

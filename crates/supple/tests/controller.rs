@@ -6,6 +6,7 @@ mod common;
 use common::shipped;
 use supple::design::plan_at;
 use supple::pipeline::TaskState;
+use supple::simulate::monte_carlo;
 use supple::{Controller, Error, EvaluateOptions, Problem};
 
 /// The controller of a problem's first task at its initial parameters, and what made it.
@@ -39,6 +40,43 @@ fn controls_are_those_of_roll_outs_of_a_linear_system() {
         }
     }
     assert!(largest > 1.0, "the controls move: {largest}");
+}
+
+/// Roll-outs with this filter, of nonlinear plants and under noise that varies with the state, run what `step` computes.
+#[test]
+fn steps_are_those_of_roll_outs_along_the_plan() {
+    for file in ["two_mass.toml", "soft_gripper.toml", "iiwa_door.toml", "light_dark.toml"] {
+        let problem = shipped(file);
+        let (controller, _) = planned(&problem);
+        let sample = controller.sample(&problem.tasks[0], &problem.parameters.initial(), 2).unwrap();
+        assert!(sample.cost.is_finite(), "{file}");
+        let (mut run, mut worst) = (controller.start(), 0.0_f64);
+        for (t, expected) in sample.controls.iter().enumerate() {
+            assert!(controller.step(&mut run, &sample.measurements[t]).unwrap());
+            for (u, expected) in run.controls.iter().zip(expected) {
+                worst = worst.max((u - expected).abs() / (1.0 + expected.abs()));
+            }
+        }
+        println!("{file}: controls differ by {worst:.1e}");
+        assert!(worst <= 1e-12, "{file}: controls differ by {worst}");
+    }
+}
+
+/// The cost of the controller in closed loop, and the consistency of its filter, are those of the extended one where both are
+/// the same filter.
+#[test]
+fn closed_loops_of_a_linear_system_are_the_same() {
+    let problem = shipped("tanaka_plant.toml");
+    let (controller, state) = planned(&problem);
+    let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+    let along = controller.monte_carlo(task, &phi, 0.0, (100, 7)).unwrap();
+    let extended = monte_carlo(task, &phi, (&state.plan, &state.noise), 0.0, (100, 7)).unwrap();
+    for (cost, expected) in along.costs.iter().zip(&extended.costs) {
+        assert!((cost - expected).abs() <= 1e-10 * expected, "{cost} for {expected}");
+    }
+    let [along, extended] =
+        [along, extended].map(|found| (found.consistency.unwrap().mean, found.realised_bits.unwrap().mean));
+    assert!((along.0 - extended.0).abs() < 1e-10 && (along.1 - extended.1).abs() < 1e-10 * extended.1);
 }
 
 /// Measurements that the plan expects leave it as it is, whatever the system.

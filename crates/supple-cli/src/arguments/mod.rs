@@ -12,9 +12,9 @@ use crate::output::warn;
 mod studies;
 
 pub use studies::{
-    AtArgument, BoundOptions, ControllerFormatArgument, ExportOptions, FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions,
-    SensorGoalArgument, SensorMethodArgument, SensorsOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions,
-    Width,
+    AtArgument, BoundOptions, ControllerFormatArgument, ExportOptions, FigureArgument, Format, ParetoOptions,
+    PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument, SensorsOptions,
+    ShowOptions, StudyOptions, SweepOptions, TraceOptions, Width,
 };
 
 /// Design compliant robots that need little information to be controlled.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use supple::design::ROLLOUTS;
 
 use super::{GradientArgument, MethodArgument, Output, TaskArguments, count};
 
@@ -266,6 +267,12 @@ pub struct ExportOptions {
     /// C is two files: NAME.c, and NAME.h beside it.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Closed-loop roll-outs of this controller with the nonlinear model; 0 for none
+    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 100_000_000))]
+    pub rollouts: usize,
+    /// Seed of the roll-outs
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

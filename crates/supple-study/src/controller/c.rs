@@ -32,7 +32,7 @@ impl CSource {
     pub fn of(exported: &ExportedController, header: &str) -> Result<Self, StudyError> {
         let controller = &exported.controller;
         if controller.dimensions.controls == 0 || controller.steps() == 0 {
-            let message = format!("task `{}` has no controls: there is nothing to run", exported.task);
+            let message = format!("task `{}` has no controls: there is nothing to run", exported.task.name);
             return Err(StudyError::usage(message));
         }
         let name = exported.name();
@@ -40,7 +40,7 @@ impl CSource {
         let step = step(controller, &name, &mut tables);
         let source = format!(
             "/* Controller of task `{}`. {} says what it computes. */\n\n#include <math.h>\n\n#include \"{header}\"\n\n{}{step}",
-            names::comment(&exported.task),
+            names::comment(&exported.task.name),
             names::comment(header),
             tables.text,
         );
@@ -59,7 +59,8 @@ impl Tables {
         let _ = writeln!(self.text, "static const double {name}[{}][{size}] = {{", kept.len());
         for matrix in kept {
             // The fewest digits that read back to the same bits.
-            let rows = matrix.iter().map(|row| row.iter().map(|number| format!("{number:?}")).collect::<Vec<_>>().join(", "));
+            let rows =
+                matrix.iter().map(|row| row.iter().map(|number| format!("{number:?}")).collect::<Vec<_>>().join(", "));
             let _ = writeln!(self.text, "    {{{}}},", rows.collect::<Vec<_>>().join(",\n     "));
         }
         self.text.push_str("};\n\n");
@@ -104,12 +105,15 @@ fn step(controller: &Controller, name: &str, tables: &mut Tables) -> String {
             let _ = writeln!(limits, "static const double {what}[{m}] = {{{numbers}}};");
             tables.bytes += size_of::<f64>() * m;
         }
-        clip = "        if (u[i] < lower[i]) u[i] = lower[i];\n        if (u[i] > upper[i]) u[i] = upper[i];\n".to_owned();
+        clip =
+            "        if (u[i] < lower[i]) u[i] = lower[i];\n        if (u[i] > upper[i]) u[i] = upper[i];\n".to_owned();
         limits.push('\n');
     }
     tables.text.push_str(&limits);
     let (local, check, unused) = if p > 0 {
-        let check = format!("    for (i = 0; i < {p}; i++) {{\n        if (!isfinite(y[i])) return {upper}_NOT_FINITE;\n    }}\n");
+        let check = format!(
+            "    for (i = 0; i < {p}; i++) {{\n        if (!isfinite(y[i])) return {upper}_NOT_FINITE;\n    }}\n"
+        );
         (format!("innovation[{p}], "), check, "")
     } else {
         (String::new(), String::new(), "    (void)y;\n")
@@ -232,7 +236,7 @@ int {name}_step({name}_controller *controller, const double *y, double *u);
 
 #endif
 ",
-        title = names::comment(task),
+        title = names::comment(&task.name),
         version = env!("CARGO_PKG_VERSION"),
         // Without what multiplication leaves in the last digits.
         horizon = (*time_step * steps as f64 * 1e9).round() / 1e9,

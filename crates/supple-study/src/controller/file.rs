@@ -80,7 +80,7 @@ pub struct ControllerFile {
 impl ControllerFile {
     /// Of a controller.
     pub fn of(exported: &ExportedController) -> Self {
-        let ExportedController { controller, task, status, parameters, time_step, channels } = exported;
+        let ExportedController { controller, task, status, parameters, time_step, channels, .. } = exported;
         let steps = controller.steps();
         let (n, m) = (controller.dimensions.states, controller.dimensions.controls);
         let whole = |matrices: &Matrices, count: usize| columns(matrices, count, 0..matrices.cols());
@@ -92,7 +92,7 @@ impl ControllerFile {
             format: CONTROLLER_FORMAT,
             version: CONTROLLER_VERSION,
             supple: env!("CARGO_PKG_VERSION"),
-            task: task.clone(),
+            task: task.name.clone(),
             status: *status,
             parameters: parameters.clone(),
             time_step: *time_step,

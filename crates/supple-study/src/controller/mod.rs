@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use supple::plan::PlanStatus;
-use supple::{Channels, Controller, Evaluation, Matrices, Named, Trajectory, TrajectoryReport};
+use supple::simulate::MonteCarlo;
+use supple::{Channels, Controller, Evaluation, Matrices, Named, Task, Trajectory, TrajectoryReport};
 
 use crate::{Folder, LoadedTask, OWN_MODEL, StudyError, StudyResult, check_writable, write_text};
 
@@ -47,15 +48,19 @@ impl ControllerFormat {
 }
 
 /// A controller with what it is of.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct ExportedController {
     /// The controller.
     pub controller: Controller,
-    /// Name of the task.
-    pub task: String,
+    /// The task.
+    pub task: Task,
+    /// All parameters of the design, in the order of the task.
+    pub phi: Vec<f64>,
+    /// The expected cost, with the extended filter that results are about.
+    pub expected_cost: f64,
     /// How its plan ended.
     pub status: PlanStatus,
-    /// All parameters of the design.
+    /// The parameters by name.
     pub parameters: Named,
     /// Time step, s.
     pub time_step: f64,
@@ -83,14 +88,17 @@ impl ExportedController {
             (None, _) => {
                 return Err(StudyError::usage(format!("there are several tasks, name one of them: {}", valid())));
             }
-            (Some(name), _) => evaluation.tasks.iter().position(|task| task.name == name).ok_or_else(|| {
-                StudyError::usage(format!("no task is named `{name}`; valid names: {}", valid()))
-            })?,
+            (Some(name), _) => evaluation
+                .tasks
+                .iter()
+                .position(|task| task.name == name)
+                .ok_or_else(|| StudyError::usage(format!("no task is named `{name}`; valid names: {}", valid())))?,
         };
         let report = &evaluation.tasks[index];
-        let trajectory = report.trajectory.as_ref().ok_or_else(|| {
-            wrong(folder, "has no trajectories; make the result again with them")
-        })?;
+        let trajectory = report
+            .trajectory
+            .as_ref()
+            .ok_or_else(|| wrong(folder, "has no trajectories; make the result again with them"))?;
         let restored;
         let loaded = match loaded {
             Some(loaded) => loaded,
@@ -109,17 +117,27 @@ impl ExportedController {
         let Law { trajectory, feedforward, feedback } = Law::read(folder, trajectory)?;
         Ok(Self {
             controller: Controller::along(task, &phi, trajectory, (feedforward, feedback))?,
-            task: task.name.clone(),
+            task: task.clone(),
+            expected_cost: report.cost.expected,
             status: report.status,
             parameters: evaluation.parameters.clone(),
             time_step: task.time_step.resolve(&phi),
             channels: task.system.channels(),
+            phi,
         })
+    }
+
+    /// Its cost in closed loop with the model, over `rollouts` runs of its own filter.
+    ///
+    /// # Errors
+    /// Where a covariance is indefinite.
+    pub fn monte_carlo(&self, rollouts: (usize, u64)) -> Result<MonteCarlo, StudyError> {
+        Ok(self.controller.monte_carlo(&self.task, &self.phi, self.expected_cost, rollouts)?)
     }
 
     /// The name that its files have where none is given: the task's, of letters, digits and `_`.
     pub fn name(&self) -> String {
-        names::identifier(&self.task)
+        names::identifier(&self.task.name)
     }
 
     /// The controller as one JSON object.

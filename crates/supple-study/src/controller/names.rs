@@ -12,7 +12,8 @@ pub fn identifier(name: &str) -> String {
 pub fn constants(prefix: &str, channels: &[Channel]) -> Vec<String> {
     let mut found: Vec<String> = Vec::with_capacity(channels.len());
     for channel in channels {
-        let letters = channel.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' });
+        let letters =
+            channel.name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' });
         let name = prefix.chars().chain(letters).collect::<String>();
         let numbered = (2..).map(|number| format!("{name}_{number}"));
         let free = std::iter::once(name.clone()).chain(numbered).find(|name| !found.contains(name));

@@ -6,7 +6,7 @@ mod files;
 
 use std::path::{Path, PathBuf};
 
-use supple::{EvaluateOptions, Problem};
+use supple::EvaluateOptions;
 use supple_study::controller::ExportedController;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::{Folder, LoadedTask, Made, StudyResult};
@@ -21,17 +21,16 @@ fn shipped(name: &str) -> LoadedTask {
     LoadedTask::load(&repository("tasks").join(name), &[]).unwrap()
 }
 
-/// A task of a text.
-fn written(text: &str) -> LoadedTask {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("task.toml");
-    std::fs::write(&path, text).unwrap();
-    LoadedTask::load(&path, &[]).unwrap()
+/// A shipped task with `from` replaced in its file, which must be there.
+fn edited(name: &str, from: &str, to: &str) -> LoadedTask {
+    let mut sources = shipped(name).sources;
+    assert!(sources[0].text.contains(from), "{name} has no `{from}`");
+    sources[0].text = sources[0].text.replace(from, to);
+    LoadedTask::restore(&sources, &[]).unwrap()
 }
 
 /// A task at its initial parameters, evaluated.
 fn evaluated(task: &LoadedTask, seed: u64) -> Folder {
-    let Problem { .. } = task.problem;
     let wanted = EvaluateOptions { seed, trajectories: true, ..Default::default() };
     let evaluation = task.problem.evaluate(&task.phi, &wanted).unwrap();
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
@@ -42,6 +41,6 @@ fn evaluated(task: &LoadedTask, seed: u64) -> Folder {
 fn exported(folder: &Folder, name: Option<&str>) -> (ExportedController, Vec<Vec<f64>>) {
     let exported = ExportedController::of(folder, None, (name, None)).unwrap();
     let StudyResult::Evaluate(report) = &folder.result else { panic!("no evaluation") };
-    let task = report.evaluation.tasks.iter().find(|task| task.name == exported.task).unwrap();
+    let task = report.evaluation.tasks.iter().find(|task| task.name == exported.task.name).unwrap();
     (exported, task.trajectory.as_ref().unwrap().sample.measurements.clone())
 }
