@@ -74,7 +74,7 @@ fn the_plan_is_the_one_of_the_result() {
 fn results_without_a_controller_are_refused() {
     let task = shipped("iiwa_door.toml");
     let folder = evaluated(&task, 0);
-    let refused = |folder: &_, which| ExportedController::of(folder, None, which).unwrap_err().to_string();
+    let refused = |folder: &_, which| ExportedController::of(folder, None, which).err().unwrap().to_string();
     assert_eq!(refused(&folder, (None, None)), "there are several tasks, name one of them: open, close");
     assert_eq!(refused(&folder, (Some("opne"), None)), "no task is named `opne`; valid names: open, close");
     let start = refused(&folder, (Some("open"), Some(At::Start)));
