@@ -51,7 +51,7 @@ def test_steps_are_the_documented_formulas(file: str, task: str | None) -> None:
     assert controller.measurement_covariance.shape == (steps + 1, p, p)
     np.testing.assert_array_equal(controller.states, trajectory.states)
     np.testing.assert_array_equal(controller.control_upper, np.full(m, np.inf))
-    linear = supple.load(f"tasks/{file}.toml").linearise(controller.task)
+    linear = supple.load(f"tasks/{file}.toml").linearise(task=controller.task)
     np.testing.assert_allclose(controller.belief_covariance, linear.belief_covariance, rtol=1e-6, atol=1e-12)
 
 
@@ -113,7 +113,7 @@ def test_files_hold_the_same(tmp_path: Path) -> None:
 
 
 def test_the_command_line_writes_the_same_files(program: Path, tmp_path: Path) -> None:
-    found = supple.load("tasks/two_mass.toml").design(starts=1, rollouts=0)
+    found = supple.load("tasks/two_mass.toml").design(starts=1)
     found.save(tmp_path / "best")
     for at in ("start", "optimum"):
         controller = found.controller(at=at)
@@ -166,7 +166,7 @@ def test_what_has_no_controller_says_so(tmp_path: Path) -> None:
     bare = supple.load("tasks/two_mass.toml").evaluate(trajectories=False)
     with pytest.raises(supple.UsageError, match="trajectories=True"):
         bare.controller()
-    best = supple.load("tasks/two_mass.toml").design(starts=1, rollouts=0)
+    best = supple.load("tasks/two_mass.toml").design(starts=1)
     with pytest.raises(supple.UsageError, match="optimum"):
         best.controller(at="end")
     controller = best.controller()
