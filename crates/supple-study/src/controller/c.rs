@@ -190,7 +190,7 @@ fn declarations(exported: &ExportedController, name: &str, bytes: usize) -> Stri
  * Written by supple {version}. Status of the plan: {status}.
  *
  * Time step: {time_step:?} s. Horizon: {steps} steps, {horizon:?} s.
- * {n} states, {m} controls, {p} measurements.
+ * States: {n}. Controls: {m}. Measurements: {p}.
  * Tables: {bytes} bytes of constant data.
  * State: {state} bytes, where a double has 8 and is aligned to 8.
  * Work: {operations} floating-point additions and multiplications per step.

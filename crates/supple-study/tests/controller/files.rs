@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use serde_json::Value;
-use supple::Named;
-use supple_study::controller::{At, ControllerFile, ControllerFormat, ExportedController};
+use supple::{EvaluateOptions, Named};
+use supple_study::controller::{At, CSource, ControllerFile, ControllerFormat, ExportedController};
 use supple_study::{OWN_MODEL, Source, StudyResult};
 
 use super::{evaluated, exported, repository, shipped};
@@ -50,6 +50,36 @@ fn the_documentation_lists_all_keys() {
     keys.sort_unstable();
     listed.sort_unstable();
     assert_eq!(keys, listed);
+}
+
+/// Sizes and costs of shipped tasks are those that the documentation tells.
+#[test]
+fn the_documentation_has_the_right_numbers() {
+    let page = std::fs::read_to_string(repository("docs/controller.md")).unwrap();
+    let rows: Vec<Vec<&str>> = page
+        .lines()
+        .filter(|line| line.starts_with("| `") && line.matches(" | ").count() == 5)
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
+        let names: Vec<&str> = row[0].split('`').skip(1).step_by(2).collect();
+        let task = shipped(&format!("{}.toml", names[0]));
+        let wanted = EvaluateOptions { trajectories: true, rollouts: 256, ..Default::default() };
+        let evaluation = task.problem.evaluate(&task.phi, &wanted).unwrap();
+        let extended = evaluation.tasks[0].monte_carlo.as_ref().unwrap().cost_mean;
+        let (exported, _) = exported(&evaluated(&task, 0), Some(names[1]));
+        let header = CSource::of(&exported, "out.h").unwrap().header;
+        for said in
+            [format!("Tables: {} bytes", row[1]), format!("State: {} bytes", row[2]), format!("Work: {} ", row[3])]
+        {
+            assert!(header.contains(&said), "{}: {said}", row[0]);
+        }
+        for (said, found) in [(row[4], extended), (row[5], exported.monte_carlo((256, 0)).unwrap().cost_mean)] {
+            let number: f64 = said.parse().unwrap();
+            assert!((number - found).abs() <= 1e-3 * number, "{}: {said} for {found}", row[0]);
+        }
+    }
 }
 
 /// The plan is that of the result to the last bit, though it is not planned again; so are the parameters, where these are not
