@@ -1,5 +1,5 @@
 //! The controller along a plan: against roll-outs with the extended filter, and against its own formulas.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod common;
 
