@@ -11,6 +11,7 @@ from ._supple import __version__
 from .bounds import Bounds
 from .checks import CheckReport, Linearisation
 from .closed_loop import Rollouts
+from .controller import Controller
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
 from .loading import load, loads
 from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
@@ -31,6 +32,7 @@ __all__ = [
     "CatalogueEntry",
     "CheckReport",
     "ComputeError",
+    "Controller",
     "DerivativeError",
     "Derivatives",
     "Design",

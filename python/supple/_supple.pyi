@@ -1,6 +1,7 @@
 """The native part of the package. Everything here is private to it."""
 
 from os import PathLike
+from pathlib import Path
 from typing import Any, TypeAlias, final
 
 from numpy import float64
@@ -11,6 +12,7 @@ from .progress import Progress
 __all__ = [
     "DesignCollector",
     "Kept",
+    "NativeController",
     "NativeTask",
     "RobustnessCollector",
     "SweepCollector",
@@ -46,6 +48,20 @@ class Kept:
     def plot(self, figure: str, format: str, *, others: list[Kept], task: str | None, wide: bool) -> bytes: ...
     def figure(self, figure: str, *, others: list[Kept], task: str | None) -> dict[str, Any]: ...
     def report(self, others: list[Kept]) -> str: ...
+
+@final
+class NativeController:
+    @staticmethod
+    def of(result: Kept, task: NativeTask | None, *, name: str | None, at: str | None) -> NativeController: ...
+    def data(self) -> dict[str, Any]: ...
+    def step(self, y: NDArray[float64]) -> NDArray[float64] | None: ...
+    def reset(self) -> None: ...
+    @property
+    def position(self) -> int: ...
+    @property
+    def estimate(self) -> NDArray[float64]: ...
+    def monte_carlo(self, rollouts: int, seed: int) -> dict[str, Any]: ...
+    def write(self, format: str, path: _Path) -> list[Path]: ...
 
 @final
 class NativeTask:

@@ -310,7 +310,7 @@ class Trust(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MonteCarlo(Record):
-    """A task in closed loop with an extended Kalman filter, sampled.
+    """A task in closed loop, sampled: with an extended Kalman filter, or with a :class:`supple.Controller`.
 
     Attributes:
         rollouts: How many runs there were.
@@ -362,6 +362,7 @@ class SampleRun(Record):
         estimates: Estimates of the filter, (N+1, n).
         deviations: Standard deviations that the filter gives them, (N+1, n).
         controls: Controls, (N, m).
+        measurements: What was measured, (N+1, p).
         cost: Its cost; infinite where it diverged.
     """
 
@@ -370,6 +371,7 @@ class SampleRun(Record):
     estimates: Array
     deviations: Array
     controls: Array
+    measurements: Array
     cost: float
 
 
@@ -385,8 +387,9 @@ class TrajectoryReport(Record):
         time: Time of each state, s, (N+1,).
         states: (N+1, n).
         deviations: Standard deviations of the belief, (N+1, n).
-        controls: The feedforward, (N, m).
-        feedback: Gains ``K`` of ``u = ubar + K (estimate - xbar)``, (N, m, n).
+        controls: Controls ``ubar``, (N, m).
+        feedforward: ``k``, zero but for rounding where the plan is stationary, (N, m).
+        feedback: Gains ``K`` of ``u = ubar + k + K (estimate - xbar)``, (N, m, n).
         measurements: What each measurement gives.
         sample: One run in closed loop.
     """
@@ -399,6 +402,7 @@ class TrajectoryReport(Record):
     states: Array
     deviations: Array
     controls: Array
+    feedforward: Array
     feedback: Array
     measurements: dict[str, MeasurementReport]
     sample: SampleRun

@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from . import _frames, _html
+from ._asked import check_choice
 from ._records import Array, Record, build
-from ._supple import Kept
+from ._supple import Kept, NativeController
+from .controller import Controller
 from .errors import UsageError
 from .plots import Plots
 from .reports import TaskReport
@@ -246,12 +248,31 @@ class _OfDesign(Result):
         Args:
             task: Name of the task. Required where there are several.
         """
+        return _frames.trajectory_dataset(self.tasks[self._task_name(task)])
+
+    def controller(self, task: str | None = None) -> Controller:
+        """The controller of a task at this design, to run elsewhere; see :class:`Controller` for what it computes.
+
+        Args:
+            task: Name of the task. Required where there are several.
+        """
+        return self._controller(task, None)
+
+    def _controller(self, task: str | None, at: str | None) -> Controller:
+        name = self._task_name(task)
+        if self.tasks[name].trajectory is None:
+            raise UsageError("the result holds no trajectories: make it with `trajectories=True`")
+        native = None if self.task is None else self.task._native
+        return Controller._of(NativeController.of(self._kept, native, name=name, at=at))
+
+    def _task_name(self, task: str | None) -> str:
+        """The name of the task that is asked for, which may be left out where there is one only."""
         if task is None and len(self.tasks) > 1:
             raise UsageError(f"there are several tasks: give task= one of {', '.join(self.tasks)}")
         name = next(iter(self.tasks)) if task is None else task
         if name not in self.tasks:
             raise UsageError(f"there is no task `{name}`: give task= one of {', '.join(self.tasks)}")
-        return _frames.trajectory_dataset(self.tasks[name])
+        return name
 
     def _summary(self) -> list[tuple[str, str]]:
         return self._evaluated.summary()
@@ -437,6 +458,16 @@ class Design(_OfDesign):
     def starts(self) -> list[Start]:
         """Every start; starts take no notice of catalogues."""
         return [build(Start, start) for start in self._data["starts"]]
+
+    def controller(self, task: str | None = None, *, at: str = "optimum") -> Controller:
+        """The controller of a task, to run elsewhere; see :class:`Controller` for what it computes.
+
+        Args:
+            task: Name of the task. Required where there are several.
+            at: Of which design: ``optimum``, the best one, or ``start``, where the search began.
+        """
+        check_choice("at", [at], ["optimum", "start"])
+        return self._controller(task, at)
 
     @cached_property
     def _start(self) -> _Evaluated:

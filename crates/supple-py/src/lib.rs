@@ -4,6 +4,7 @@
 
 mod arrays;
 mod collect;
+mod controller;
 mod errors;
 mod options;
 mod own;
@@ -21,6 +22,8 @@ mod _supple {
 
     #[pymodule_export]
     use crate::collect::{DesignCollector, RobustnessCollector, SweepCollector};
+    #[pymodule_export]
+    use crate::controller::NativeController;
     #[pymodule_export]
     use crate::result::Kept;
     #[pymodule_export]

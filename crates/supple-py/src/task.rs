@@ -15,7 +15,7 @@ use supple_study::pareto::ParetoOptions;
 use supple_study::sensors::SensorsOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
-use supple_study::{About, LoadedTask, Made, Source, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{About, LoadedTask, Made, OWN_MODEL, Source, StudyError, StudyResult, Watch, check_writable};
 
 use crate::arrays::to_python;
 use crate::errors;
@@ -72,7 +72,7 @@ impl NativeTask {
         let problem = own::problem(description, &failures)?;
         let phi = problem.parameters.initial();
         let text = description.get_item("source")?.map_or_else(|| Ok(String::new()), |text| text.extract())?;
-        let sources = vec![Source { path: "own model".to_owned(), text }];
+        let sources = vec![Source { path: OWN_MODEL.to_owned(), text }];
         Ok(Self { task: LoadedTask { problem, phi, sources }, failures })
     }
 

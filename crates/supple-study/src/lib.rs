@@ -4,6 +4,7 @@
 //! that made it.
 pub mod bound;
 mod catalogue;
+pub mod controller;
 pub mod design;
 mod error;
 pub mod evaluate;
@@ -28,6 +29,6 @@ pub use finite::{NotFinite, not_finite};
 pub use folder::{Folder, Made, RESULT, StudyResult};
 pub use picture::picture;
 pub use table::{Cell, Column, Table};
-pub use task::{About, AboutTask, LoadedTask, Source};
+pub use task::{About, AboutTask, LoadedTask, OWN_MODEL, Source};
 pub use watch::{Progress, Silent, Watch};
 pub use write::{check_writable, write_text};

@@ -7,6 +7,9 @@ use supple::{Named, Problem, Task};
 
 use crate::StudyError;
 
+/// What stands for the path of a task file where a task was described in Python.
+pub const OWN_MODEL: &str = "own model";
+
 /// A text file that a result was made of.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {

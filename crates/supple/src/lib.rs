@@ -4,6 +4,7 @@ pub mod belief;
 pub mod bound;
 pub mod check;
 mod contacts;
+mod controller;
 pub mod cost;
 mod cost_parts;
 mod dense;
@@ -38,6 +39,7 @@ pub use contacts::{
     Contact, ContactReport, ContactState, NEGLIGIBLE_FORCE, WantedForce, contact_reports, contact_warnings,
     misses_contact,
 };
+pub use controller::{Controller, ControllerRun};
 pub use cost_parts::{CostParts, cost_parts};
 pub use error::Error;
 pub use evaluation::{

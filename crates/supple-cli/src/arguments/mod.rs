@@ -13,9 +13,9 @@ use crate::output::warn;
 mod studies;
 
 pub use studies::{
-    BoundOptions, FigureArgument, Format, ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions,
-    SensorGoalArgument, SensorMethodArgument, SensorsOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions,
-    Width,
+    AtArgument, BoundOptions, ControllerFormatArgument, ExportOptions, FigureArgument, Format, ParetoOptions,
+    PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument, SensorsOptions,
+    ShowOptions, StudyOptions, SweepOptions, TraceOptions, Width,
 };
 
 /// Design compliant robots that need little information to be controlled.
@@ -113,6 +113,10 @@ pub enum Command {
     Plot(PlotOptions),
     /// Print a result again
     Show(ShowOptions),
+    /// Write the controller of a design as C, JSON or arrays of NumPy
+    ///
+    /// It is a linear, time-varying Kalman filter and control law around the plan: docs/controller.md has its formulas.
+    Export(ExportOptions),
     /// Show the links and joints of a robot file, or its dynamics at a state
     ///
     /// Without a state: the tree of links and joints, with masses, limits and warnings. With one (any of --q, --v and

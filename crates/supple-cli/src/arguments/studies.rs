@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use supple::design::ROLLOUTS;
 
 use super::{GradientArgument, MethodArgument, Output, TaskArguments, count};
 
@@ -245,4 +246,49 @@ pub struct ShowOptions {
     /// Print one JSON object and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct ExportOptions {
+    /// Folder of a result of `supple design` or `supple evaluate`
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// What to write
+    #[arg(long, value_enum)]
+    pub to: ControllerFormatArgument,
+    /// Task whose controller to write, where there are several
+    #[arg(long, value_name = "NAME")]
+    pub task: Option<String>,
+    /// Design of a search; the optimum where left out
+    #[arg(long, value_enum)]
+    pub at: Option<AtArgument>,
+    /// The file to write; the task's name in the current folder where left out
+    ///
+    /// C is two files: NAME.c, and NAME.h beside it.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Closed-loop roll-outs of this controller with the nonlinear model; 0 for none
+    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 100_000_000))]
+    pub rollouts: usize,
+    /// Seed of the roll-outs
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ControllerFormatArgument {
+    /// A header and a source of C99 that allocate nothing
+    C,
+    /// One JSON object
+    Json,
+    /// Arrays that numpy.load reads
+    Npz,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AtArgument {
+    /// The design that the search started from
+    Start,
+    /// The best design
+    Optimum,
 }

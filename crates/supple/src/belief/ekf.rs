@@ -54,7 +54,7 @@ pub struct ExtendedKalman<'a> {
 
 impl Innovation {
     /// With the Cholesky factor of `S`, lower, rows `stride` apart; what is solved for takes the place of `nu`.
-    fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
+    pub(super) fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
         let mut found = Self::default();
         for i in 0..nu.len() {
             let row = &factor[i * stride..=i * stride + i];

@@ -2,6 +2,7 @@
 
 mod adjoint;
 mod ekf;
+mod filter;
 mod guard;
 pub(crate) use guard::mend;
 mod kalman;
@@ -10,4 +11,5 @@ mod sequential;
 pub(crate) use adjoint::solve_column;
 pub use adjoint::{BeliefAdjoint, BeliefSeeds, reverse_kalman};
 pub use ekf::{ExtendedKalman, FilterBatch};
+pub use filter::Filter;
 pub use kalman::{Belief, kalman};

@@ -94,6 +94,7 @@ pub(super) fn trajectory_report(
             .map(|t| (0..sigma.rows()).map(|i| sigma.get(t, i, i).max(0.0).sqrt()).collect())
             .collect(),
         controls: state.plan.trajectory.controls.to_rows(),
+        feedforward: state.plan.policy.feedforward.to_rows(),
         feedback: (0..task.steps).map(gains).collect(),
         measurements: measurements(task, state),
         sample: sample(task, phi, (&state.plan, &state.noise), seed)?,

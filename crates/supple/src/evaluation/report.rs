@@ -314,8 +314,12 @@ pub struct TrajectoryReport {
     pub states: Vec<Vec<f64>>,
     /// Standard deviation of the belief, one row per time.
     pub deviations: Vec<Vec<f64>>,
-    /// Controls, one row per step: the feedforward.
+    /// Controls, one row per step.
     pub controls: Vec<Vec<f64>>,
+    /// Feedforward that the control law adds to them, one row per step: zero but for rounding where the plan is stationary.
+    /// Empty in results of versions that did not keep it.
+    #[serde(default)]
+    pub feedforward: Vec<Vec<f64>>,
     /// Feedback gains, one m x n matrix per step.
     pub feedback: Vec<Vec<Vec<f64>>>,
     /// What each measurement gives.

@@ -53,7 +53,7 @@ pub(crate) fn plan_sampled(
             continue;
         }
         mu *= 0.5;
-        let setting = LoopSetting { task, plan, believed: World { phi, noise }, phi, factors: &factors };
+        let setting = LoopSetting { task, plan, believed: World { phi, noise }, phi, factors: &factors, along: None };
         closed.run(setting, (sampled.seed, plan.iterations as u64), Some(&mut record))?;
         let change = average(&mut plan.trajectory, &record.run, sampled.averaging);
         if !change.is_finite() {

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 
-use crate::belief::{ExtendedKalman, FilterBatch};
+use crate::belief::{ExtendedKalman, Filter, FilterBatch};
+use crate::controller::Controller;
 use crate::noise::{Noise, VaryingNoise};
 use crate::plan::Plan;
 use crate::problem::Task;
@@ -17,10 +18,13 @@ use crate::system::{Points, Times};
 use crate::trajectory::Trajectory;
 use crate::{Dimensions, Error, or_nan};
 
+mod along_plan;
 mod factors;
+mod sample;
 mod statistics;
 
 pub(crate) use factors::NoiseFactors;
+pub use sample::sample;
 pub(crate) use statistics::Outcome;
 pub use statistics::{Consistency, Estimate, MonteCarlo, TouchShare};
 
@@ -37,6 +41,9 @@ pub struct Sample {
     pub deviations: Vec<Vec<f64>>,
     /// Controls, one row per step.
     pub controls: Vec<Vec<f64>>,
+    /// What was measured, one row per time; empty in results of versions that did not keep it.
+    #[serde(default)]
+    pub measurements: Vec<Vec<f64>>,
     /// Its cost; infinite where it diverged.
     #[serde(deserialize_with = "or_nan")]
     pub cost: f64,
@@ -92,6 +99,8 @@ pub(crate) struct LoopSetting<'a> {
     pub phi: &'a [f64],
     /// Factors of the noise that there is, but for what varies with the state.
     pub factors: &'a NoiseFactors,
+    /// The controller whose filter runs in place of the extended one.
+    pub along: Option<&'a Controller>,
 }
 
 /// What a closed-loop run tells of its first sample.
@@ -102,12 +111,15 @@ pub(crate) struct Record {
     pub truth: Matrices,
     /// Standard deviations of the estimates, vectors of length n.
     pub deviations: Matrices,
+    /// Measurements, vectors of length p.
+    pub measured: Matrices,
 }
 
 impl Record {
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let states = || Matrices::vectors(steps + 1, dimensions.states);
-        Self { run: Trajectory::zeros(dimensions, steps), truth: states(), deviations: states() }
+        let measured = Matrices::vectors(steps + 1, dimensions.measurements);
+        Self { run: Trajectory::zeros(dimensions, steps), truth: states(), deviations: states(), measured }
     }
 }
 
@@ -142,7 +154,8 @@ impl ClosedLoop {
     ) -> Result<(), Error> {
         let task = setting.task;
         let World { phi, noise } = setting.believed;
-        let filter = ExtendedKalman { system: &*task.system, phi, noise, varying: &task.noise.varying };
+        let extended = ExtendedKalman { system: &*task.system, phi, noise, varying: &task.noise.varying };
+        let filter = setting.along.map_or(Filter::Extended(extended), Filter::AlongPlan);
         self.start(setting, (seed, first));
         for t in 0..=task.steps {
             self.measure(setting, t);
@@ -151,6 +164,7 @@ impl ClosedLoop {
             if let Some(record) = record.as_deref_mut() {
                 record.run.states.vector_mut(t).copy_from_slice(self.filters.means.vector(0));
                 record.truth.vector_mut(t).copy_from_slice(self.states.vector(0));
+                record.measured.vector_mut(t).copy_from_slice(self.measured.vector(0));
                 let variance = |i| self.filters.belief.corrected.get(0, i, i);
                 for (i, deviation) in record.deviations.vector_mut(t).iter_mut().enumerate() {
                     *deviation = f64::max(variance(i), 0.0).sqrt();
@@ -222,12 +236,7 @@ impl ClosedLoop {
 
     /// Lets the filters take in what was measured, at step `t`. What is no longer finite has diverged: it starts anew
     /// beside the others, which it does not disturb, and no longer counts.
-    fn correct(
-        &mut self,
-        filter: &ExtendedKalman,
-        setting: LoopSetting,
-        (t, recorded): (usize, bool),
-    ) -> Result<(), Error> {
+    fn correct(&mut self, filter: &Filter, setting: LoopSetting, (t, recorded): (usize, bool)) -> Result<(), Error> {
         for sample in 0..self.outcomes.len() {
             let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
             if !(finite(self.filters.means.vector(sample)) && finite(self.measured.vector(sample))) {
@@ -328,7 +337,7 @@ pub fn monte_carlo(
     (rollouts, seed): (usize, u64),
 ) -> Result<MonteCarlo, Error> {
     let world = World { phi, noise };
-    let outcomes = sampled(task, plan, (world, world), (rollouts, seed))?;
+    let outcomes = sampled(task, (plan, None), (world, world), (rollouts, seed))?;
     Ok(MonteCarlo::of(task, outcomes, predicted, seed))
 }
 
@@ -343,19 +352,19 @@ pub fn sampled_costs(
     worlds: (World, World),
     rollouts: (usize, u64),
 ) -> Result<Vec<f64>, Error> {
-    Ok(sampled(task, plan, worlds, rollouts)?.into_iter().map(|outcome| outcome.cost).collect())
+    Ok(sampled(task, (plan, None), worlds, rollouts)?.into_iter().map(|outcome| outcome.cost).collect())
 }
 
 fn sampled(
     task: &Task,
-    plan: &Plan,
+    (plan, along): (&Plan, Option<&Controller>),
     (believed, truth): (World, World),
     (rollouts, seed): (usize, u64),
 ) -> Result<Vec<Outcome>, Error> {
     let factors = NoiseFactors::of(&*truth.fixed_noise(task)?)?;
     let noise = believed.fixed_noise(task)?;
     let believed = World { phi: believed.phi, noise: &noise };
-    let setting = LoopSetting { task, plan, believed, phi: truth.phi, factors: &factors };
+    let setting = LoopSetting { task, plan, believed, phi: truth.phi, factors: &factors, along };
     let size = task.system.dimensions();
     let batch = |number: usize| {
         let first = number * BATCH;
@@ -364,36 +373,4 @@ fn sampled(
     };
     let batches = (0..rollouts.div_ceil(BATCH)).into_par_iter().map(batch).collect::<Result<Vec<_>, _>>()?;
     Ok(batches.concat())
-}
-
-/// The first sample of those of [`monte_carlo`], as it runs.
-///
-/// # Errors
-/// Where a covariance is indefinite.
-pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
-    let noise = World { phi, noise }.fixed_noise(task)?;
-    let factors = NoiseFactors::of(&noise)?;
-    let believed = World { phi, noise: &noise };
-    let setting = LoopSetting { task, plan, believed, phi, factors: &factors };
-    let size = task.system.dimensions();
-    let mut closed = ClosedLoop::new(size, 1);
-    let mut record = Record::new(size, task.steps);
-    let times = match closed.run(setting, (seed, 0), Some(&mut record)) {
-        Ok(()) => task.steps + 1,
-        Err(Error::NotFinite { step, .. } | Error::NotPositiveDefinite { step, .. }) => step,
-        Err(error) => return Err(error),
-    };
-    let rows = |matrices: &Matrices| {
-        let mut rows = matrices.to_rows();
-        rows.truncate(times);
-        rows
-    };
-    Ok(Sample {
-        seed,
-        states: rows(&record.truth),
-        estimates: rows(&record.run.states),
-        deviations: rows(&record.deviations),
-        controls: rows(&record.run.controls),
-        cost: if times > task.steps { closed.outcomes[0].cost } else { f64::INFINITY },
-    })
 }

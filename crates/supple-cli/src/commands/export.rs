@@ -1,0 +1,60 @@
+use std::path::PathBuf;
+
+use supple_study::Folder;
+use supple_study::controller::{At, ControllerFormat, ExportedController, check_out};
+
+use crate::Outcome;
+use crate::arguments::{AtArgument, ControllerFormatArgument, ExportOptions};
+use crate::failure::Failure;
+use crate::output::{print_text, warn};
+use crate::tables::number;
+
+/// `supple export DIR --to FORMAT`
+pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
+    let format = match options.to {
+        ControllerFormatArgument::C => ControllerFormat::C,
+        ControllerFormatArgument::Json => ControllerFormat::Json,
+        ControllerFormatArgument::Npz => ControllerFormat::Npz,
+    };
+    let at = options.at.map(|at| match at {
+        AtArgument::Start => At::Start,
+        AtArgument::Optimum => At::Optimum,
+    });
+    if let Some(out) = &options.out {
+        check_out(format, out)?;
+    }
+    let folder = Folder::load(&options.folder)?;
+    let exported = ExportedController::of(&folder, None, (options.task.as_deref(), at))?;
+    let standard = || PathBuf::from(format!("{}.{}", exported.name(), format.extension()));
+    let out = options.out.clone().unwrap_or_else(standard);
+    for path in exported.write(format, &out)? {
+        print_text(&format!("wrote {}\n", path.display()))?;
+    }
+    let mut outcome = Outcome::Success;
+    if options.rollouts > 0 {
+        outcome = outcome.and(roll_out(&exported, (options.rollouts, options.seed))?);
+    }
+    if !exported.status.is_converged() {
+        let (task, status) = (&exported.task.name, exported.status);
+        warn(&format!("the plan of task `{task}` ended as {status}: its controller may not hold the plan"));
+        outcome = Outcome::Shortfall;
+    }
+    Ok(outcome)
+}
+
+/// What the controller costs in closed loop with the model.
+fn roll_out(exported: &ExportedController, rollouts: (usize, u64)) -> Result<Outcome, Failure> {
+    let found = exported.monte_carlo(rollouts)?;
+    let expected = number(exported.expected_cost);
+    if found.diverged > 0 {
+        let (count, of) = (found.diverged, found.rollouts);
+        warn(&format!("{count} of {of} roll-outs of this controller diverged: it does not hold the plan"));
+        return Ok(Outcome::Shortfall);
+    }
+    let (mean, error) = (number(found.cost_mean), number(found.cost_standard_error));
+    print_text(&format!(
+        "cost in closed loop {mean} +- {error} over {} roll-outs; expected {expected}\n",
+        found.rollouts
+    ))?;
+    Ok(Outcome::Success)
+}

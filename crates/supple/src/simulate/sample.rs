@@ -1,0 +1,52 @@
+use supple_kernels::Matrices;
+
+use super::{ClosedLoop, LoopSetting, NoiseFactors, Record, Sample, World};
+use crate::Error;
+use crate::controller::Controller;
+use crate::noise::Noise;
+use crate::plan::Plan;
+use crate::problem::Task;
+
+/// The first sample of those of [`monte_carlo`](super::monte_carlo), as it runs.
+///
+/// # Errors
+/// Where a covariance is indefinite.
+pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
+    sample_of(task, (plan, None), World { phi, noise }, seed)
+}
+
+/// That of a plan, with the extended filter or that of a controller.
+pub(super) fn sample_of(
+    task: &Task,
+    (plan, along): (&Plan, Option<&Controller>),
+    world: World,
+    seed: u64,
+) -> Result<Sample, Error> {
+    let phi = world.phi;
+    let noise = world.fixed_noise(task)?;
+    let factors = NoiseFactors::of(&noise)?;
+    let believed = World { phi, noise: &noise };
+    let setting = LoopSetting { task, plan, believed, phi, factors: &factors, along };
+    let size = task.system.dimensions();
+    let mut closed = ClosedLoop::new(size, 1);
+    let mut record = Record::new(size, task.steps);
+    let times = match closed.run(setting, (seed, 0), Some(&mut record)) {
+        Ok(()) => task.steps + 1,
+        Err(Error::NotFinite { step, .. } | Error::NotPositiveDefinite { step, .. }) => step,
+        Err(error) => return Err(error),
+    };
+    let rows = |matrices: &Matrices| {
+        let mut rows = matrices.to_rows();
+        rows.truncate(times);
+        rows
+    };
+    Ok(Sample {
+        seed,
+        states: rows(&record.truth),
+        estimates: rows(&record.run.states),
+        deviations: rows(&record.deviations),
+        controls: rows(&record.run.controls),
+        measurements: rows(&record.measured),
+        cost: if times > task.steps { closed.outcomes[0].cost } else { f64::INFINITY },
+    })
+}
