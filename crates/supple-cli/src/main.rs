@@ -5,6 +5,7 @@ mod catalogue;
 mod commands;
 mod contacts;
 mod failure;
+mod informations;
 mod output;
 mod pages;
 mod present;

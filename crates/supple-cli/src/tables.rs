@@ -4,13 +4,12 @@ use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
 use supple::design::DesignStatus;
-use supple::information::InformationWeights;
 use supple::parameters::Role;
-use supple::{Evaluation, InformationReport, LimitViolation, TaskEvaluation};
+use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
-use crate::{catalogue, contacts, split, trust};
+use crate::{catalogue, contacts, informations, split, trust};
 
 /// A number with about six significant digits.
 pub(crate) fn number(value: f64) -> String {
@@ -47,7 +46,7 @@ pub(crate) fn title(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
 }
 
-fn percent(from: f64, to: f64) -> String {
+pub(crate) fn percent(from: f64, to: f64) -> String {
     if from == 0.0 { String::new() } else { format!("{:+.1} %", 100.0 * (to - from) / from.abs()) }
 }
 
@@ -72,13 +71,7 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     let _ = writeln!(page, "{parameters}\n");
 
     let mut results = table(&["", "from", "to", "change", "bound", ""]);
-    let aim = report.settings.information;
-    for (name, of, weight) in informations(about, aim) {
-        if let (Some(from), Some(to)) = (of(start), of(optimum)) {
-            let note = if weight > 0.0 { "minimised".into() } else { String::new() };
-            results.add_row([name.into(), number(from), number(to), percent(from, to), String::new(), note]);
-        }
-    }
+    informations::add_rows(&mut results, (about, report));
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
         let (from, to) = (before.cost.expected, after.cost.expected);
         let missed = optimum.missed_bound(after);
@@ -142,27 +135,6 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     page
 }
 
-/// One kind of information of all tasks, bits: its name, its value, and what it counts in what is minimised.
-type OfTasks<'a> = (&'static str, Box<dyn Fn(&Evaluation) -> Option<f64> + 'a>, f64);
-
-/// The kinds of information in the order of attention; none where a task does not have it.
-fn informations(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
-    let sum = |of: fn(&InformationReport) -> Option<f64>| -> Box<dyn Fn(&Evaluation) -> Option<f64> + '_> {
-        Box::new(move |at| {
-            let one =
-                |(task, about): (&TaskEvaluation, &AboutTask)| Some(about.information_weight * of(&task.information)?);
-            at.tasks.iter().zip(&about.tasks).map(one).sum()
-        })
-    };
-    let rate = |at: &Evaluation| Some(at.tasks.iter().map(|task| task.information.bits_per_second).sum());
-    [
-        ("needed, bits", sum(|at| Some(at.needed.as_ref()?.total_bits)), aim.needed),
-        ("used, bits", sum(|at| Some(at.control.as_ref()?.total_bits)), aim.used),
-        ("measured, bits", sum(|at| Some(at.total_bits)), aim.measured),
-        ("measured, bits/s", Box::new(rate), 0.0),
-    ]
-}
-
 fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
     let gradients = at.tasks.iter().filter_map(|task| task.gradient.as_ref()?.total.as_ref());
     let (mut bits, mut costs) = (0.0, Vec::new());
@@ -224,7 +196,7 @@ fn verdict(about: &About, report: &DesignReport) -> String {
     };
     format!(
         "{how}{}\n{} designs evaluated in {:.2} s, least information {}, method {}, gradient {}, seed {}.{}",
-        passed(report),
+        informations::passed(report),
         report.evaluations,
         report.seconds,
         report.settings.information,
@@ -233,20 +205,6 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         report.seed,
         contacts::note(report)
     )
-}
-
-/// What the search left behind, as nothing of it was left to minimise.
-fn passed(report: &DesignReport) -> String {
-    let most = report.starts.iter().map(|start| start.passed).max().unwrap_or(0);
-    let first = if report.settings.information.needed > 0.0 { "needed" } else { "used" };
-    match (most, first) {
-        (0, _) => String::new(),
-        (1, "needed") => "\nNo information is needed there: the search went on to the least that is used.".into(),
-        (_, "needed") => {
-            "\nNo information is needed or used there: the search went on to the least that is measured.".into()
-        }
-        _ => "\nNo information is used there: the search went on to the least that is measured.".into(),
-    }
 }
 
 /// The page of `supple evaluate`.
@@ -269,16 +227,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
             let _ = writeln!(page, "  {} of the plan seen; {which}", minima(branches));
         }
         let mut rows = table(&["", "", ""]);
-        if let Some(needed) = &information.needed {
-            let note = format!("bits, whatever the sensors and the controller, at a cost of {}", number(needed.cost));
-            rows.add_row(["information needed", &number(needed.total_bits), &note]);
+        for (name, value, note) in informations::of_task(information) {
+            rows.add_row([name, &value, &note]);
         }
-        if let Some(control) = &information.control {
-            rows.add_row(["information used", &number(control.total_bits), "bits that reach the controls"]);
-        }
-        rows.add_row(["information measured", &number(information.total_bits), "bits"]);
-        rows.add_row(["", &number(information.bits_per_step), "bits per step"]);
-        rows.add_row(["", &number(information.bits_per_second), "bits/s"]);
         rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(at, task)]);
         let parts = task.cost.parts;
         let names = ["  nominal", "  belief", "  process noise", "  unknown start"];

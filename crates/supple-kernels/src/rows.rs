@@ -346,9 +346,9 @@ unsafe fn mirror_block<L: Lanes>(a: *mut f64, (i, j): (usize, usize), stride: us
         for (r, row) in block.iter_mut().enumerate() {
             L::load(here.add(r * stride)).store(row.as_mut_ptr());
         }
-        for r in 0..LANES {
-            for c in r + 1..LANES {
-                *here.add(r * stride + c) = block[c][r];
+        for (c, row) in block.iter().enumerate() {
+            for (r, entry) in row[..c].iter().enumerate() {
+                *here.add(r * stride + c) = *entry;
             }
         }
     }

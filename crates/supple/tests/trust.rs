@@ -24,14 +24,15 @@ fn random_task(number: u64) -> Problem {
         .replace("smoothing = 0.1 ", &format!("smoothing = {} ", draw(1e-2, 1.0)))
         .replace("weight = 0.05", &format!("weight = {}", draw(5e-3, 0.5)))
         .replace("bound = 250.0 ", "");
-    let text = [("k1", 50.0, 600.0), ("k2", 100.0, 600.0), ("wall_variance", 1e-6, 1e-1), ("drive_variance", 1e-4, 1e-1)]
-        .into_iter()
-        .fold(text, |text, (name, low, high)| {
-            let start = text.find(&format!("[parameters.{name}]")).unwrap();
-            let from = start + text[start..].find("initial = ").unwrap() + "initial = ".len();
-            let to = from + text[from..].find('\n').unwrap();
-            format!("{}{}{}", &text[..from], draw(low, high), &text[to..])
-        });
+    let text =
+        [("k1", 50.0, 600.0), ("k2", 100.0, 600.0), ("wall_variance", 1e-6, 1e-1), ("drive_variance", 1e-4, 1e-1)]
+            .into_iter()
+            .fold(text, |text, (name, low, high)| {
+                let start = text.find(&format!("[parameters.{name}]")).unwrap();
+                let from = start + text[start..].find("initial = ").unwrap() + "initial = ".len();
+                let to = from + text[from..].find('\n').unwrap();
+                format!("{}{}{}", &text[..from], draw(low, high), &text[to..])
+            });
     Problem::parse(&text, "random.toml").unwrap()
 }
 
@@ -69,4 +70,3 @@ fn verdicts_of_many_tasks() {
     let (same, all, _) = confirmed(200, 20_000);
     assert!(same as f64 >= 0.9 * all as f64, "{same} of {all}");
 }
-

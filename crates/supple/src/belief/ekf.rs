@@ -123,7 +123,7 @@ impl ExtendedKalman<'_> {
             return Err(Error::NotPositiveDefinite { what: "the innovation covariance of a filter", step });
         }
         self.system.observe_all(at, self.phi, expected, scratch);
-        for sample in 0..count {
+        for (sample, said) in innovations.iter_mut().enumerate() {
             let innovation = expected.vector_mut(sample);
             innovation.iter_mut().zip(measured.vector(sample)).for_each(|(expected, y)| *expected = y - *expected);
             let mean = means.vector_mut(sample);
@@ -135,7 +135,7 @@ impl ExtendedKalman<'_> {
                 }
             }
             let (factor, stride) = (belief.innovation_factor.at(sample), belief.innovation_factor.stride());
-            innovations[sample] = Innovation::of(innovation, factor, stride);
+            *said = Innovation::of(innovation, factor, stride);
         }
         Ok(())
     }

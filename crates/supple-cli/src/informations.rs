@@ -1,0 +1,74 @@
+//! The information needed, used and measured, in tables.
+
+use comfy_table::Table;
+use supple::information::InformationWeights;
+use supple::{Evaluation, InformationReport, TaskEvaluation};
+use supple_study::design::DesignReport;
+use supple_study::{About, AboutTask};
+
+use crate::tables::{number, percent};
+
+/// One kind of information of all tasks, bits: its name, its value, and what it counts in what is minimised.
+type OfTasks<'a> = (&'static str, Bits<'a>, f64);
+
+/// Bits of an evaluation; none where a task does not have them.
+type Bits<'a> = Box<dyn Fn(&Evaluation) -> Option<f64> + 'a>;
+
+/// The kinds of information in the order of attention; none where a task does not have it.
+fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
+    let sum = |of: fn(&InformationReport) -> Option<f64>| -> Bits<'_> {
+        Box::new(move |at| {
+            let one =
+                |(task, about): (&TaskEvaluation, &AboutTask)| Some(about.information_weight * of(&task.information)?);
+            at.tasks.iter().zip(&about.tasks).map(one).sum()
+        })
+    };
+    let rate = |at: &Evaluation| Some(at.tasks.iter().map(|task| task.information.bits_per_second).sum());
+    [
+        ("needed, bits", sum(|at| Some(at.needed.as_ref()?.total_bits)), aim.needed),
+        ("used, bits", sum(|at| Some(at.control.as_ref()?.total_bits)), aim.used),
+        ("measured, bits", sum(|at| Some(at.total_bits)), aim.measured),
+        ("measured, bits/s", Box::new(rate), 0.0),
+    ]
+}
+
+/// Adds the rows of a design: from the start to the optimum.
+pub fn add_rows(table: &mut Table, (about, report): (&About, &DesignReport)) {
+    let DesignReport { start, optimum, settings, .. } = report;
+    for (name, of, weight) in all(about, settings.information) {
+        if let (Some(from), Some(to)) = (of(start), of(optimum)) {
+            let note = if weight > 0.0 { "minimised".into() } else { String::new() };
+            table.add_row([name.into(), number(from), number(to), percent(from, to), String::new(), note]);
+        }
+    }
+}
+
+/// The rows of one task: a name, a value and what it is.
+pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, String)> {
+    let mut rows = Vec::new();
+    if let Some(needed) = &information.needed {
+        let note = format!("bits, whatever the sensors and the controller, at a cost of {}", number(needed.cost));
+        rows.push(("information needed", number(needed.total_bits), note));
+    }
+    if let Some(control) = &information.control {
+        rows.push(("information used", number(control.total_bits), "bits that reach the controls".into()));
+    }
+    rows.push(("information measured", number(information.total_bits), "bits".into()));
+    rows.push(("", number(information.bits_per_step), "bits per step".into()));
+    rows.push(("", number(information.bits_per_second), "bits/s".into()));
+    rows
+}
+
+/// What the search left behind, as nothing of it was left to minimise.
+pub fn passed(report: &DesignReport) -> String {
+    let most = report.starts.iter().map(|start| start.passed).max().unwrap_or(0);
+    let first = if report.settings.information.needed > 0.0 { "needed" } else { "used" };
+    match (most, first) {
+        (0, _) => String::new(),
+        (1, "needed") => "\nNo information is needed there: the search went on to the least that is used.".into(),
+        (_, "needed") => {
+            "\nNo information is needed or used there: the search went on to the least that is measured.".into()
+        }
+        _ => "\nNo information is used there: the search went on to the least that is measured.".into(),
+    }
+}
