@@ -1,7 +1,7 @@
 //! What was asked and the answer, in words and numbers.
 
 use maud::{Markup, html};
-use supple::design::DesignStatus;
+use supple::design::{DesignStatus, Split};
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::AboutTask;
 use supple_study::design::DesignReport;
@@ -272,12 +272,14 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
     }
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
         let (a, b) = (&before.information, &after.information);
-        add(format!("information of {}", after.name), "bits", a.total_bits, b.total_bits, none());
-        add(format!("information of {}", after.name), "bits/s", a.bits_per_second, b.bits_per_second, none());
-        if let (Some(a), Some(b)) = (&a.control, &b.control) {
-            let what = format!("information of {} that reaches controls", after.name);
-            add(what, "bits", a.total_bits, b.total_bits, none());
+        if let (Some(a), Some(b)) = (&a.needed, &b.needed) {
+            add(format!("information needed for {}", after.name), "bits", a.total_bits, b.total_bits, none());
         }
+        if let (Some(a), Some(b)) = (&a.control, &b.control) {
+            add(format!("information used for {}", after.name), "bits", a.total_bits, b.total_bits, none());
+        }
+        add(format!("information measured for {}", after.name), "bits", a.total_bits, b.total_bits, none());
+        add(format!("information measured for {}", after.name), "bits/s", a.bits_per_second, b.bits_per_second, none());
         let remark = after.cost.bound.map_or_else(
             || ["none".into(), String::new()],
             |bound| {
@@ -290,6 +292,10 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             },
         );
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
+        if let (Some(a), Some(b)) = (&before.monte_carlo, &after.monte_carlo) {
+            let note = format!("+- {} over {} roll-outs", number(b.cost_standard_error), b.rollouts);
+            add(format!("sampled cost of {}", after.name), "", a.cost_mean, b.cost_mean, [String::new(), note]);
+        }
     }
     if let (Some(before), Some(after)) = (&start.price, &optimum.price) {
         let remark = after.budget.map_or_else(
@@ -305,7 +311,43 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         );
         add("price".into(), "", before.total, after.total, remark);
     }
-    table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows)
+    html! {
+        (table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows))
+        @for text in trusted(report) { p { (text) } }
+        (changes(&report.split))
+    }
+}
+
+/// What roll-outs say of the predictions.
+fn trusted(report: &DesignReport) -> Vec<String> {
+    let says = |place: &str, task: &TaskEvaluation| {
+        let trust = task.trust.as_ref()?;
+        let reasons = if trust.reasons.is_empty() { String::new() } else { format!(": {}", trust.reasons.join("; ")) };
+        Some(format!("Roll-outs of {} {place}: {}{reasons}.", task.name, trust.verdict))
+    };
+    let tasks = report.start.tasks.iter().zip(&report.optimum.tasks);
+    tasks.flat_map(|(start, optimum)| [says("at the start", start), says("at the end", optimum)]).flatten().collect()
+}
+
+/// Where the change of measured information comes from.
+fn changes(split: &[Split]) -> Markup {
+    let head = words([
+        "task",
+        "change, bits",
+        "what sensors see",
+        "how uncertainty spreads",
+        "how the plan moves",
+        "leaps of plans",
+    ]);
+    let row = |of: &Split| {
+        let parts = [of.total_bits, of.sensors_bits, of.uncertainty_bits, of.plan_bits, of.leaps_bits];
+        std::iter::once(of.task.clone()).chain(parts.map(|bits| format!("{bits:+.2}"))).collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = split.iter().map(row).collect();
+    if rows.is_empty() {
+        return html! {};
+    }
+    table("Where the change of measured information comes from (theory, equation G.10)", &head, &rows)
 }
 
 /// Designs that were evaluated by themselves.

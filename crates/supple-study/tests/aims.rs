@@ -1,0 +1,107 @@
+//! Designs for the information needed, used and measured: what docs/paper.md says of them.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use supple::aims::weighted_information;
+use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, best_plan};
+use supple::information::InformationWeights;
+use supple::pipeline::TaskState;
+use supple::{Evaluation, Verdict};
+use supple_study::LoadedTask;
+use supple_study::design::DesignReport;
+
+fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+}
+
+fn task(name: &str) -> LoadedTask {
+    LoadedTask::load(&repository("tasks").join(name), &[]).unwrap()
+}
+
+fn designed(task: &LoadedTask, kind: &str, starts: usize) -> DesignReport {
+    let information = InformationWeights::of_kind(kind).unwrap();
+    let settings = DesignSettings { information, starts, ..task.problem.design.clone() };
+    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    supple_study::design::run(task, &settings, control).unwrap()
+}
+
+fn row(name: &str, at: &Evaluation, parameters: &[(&str, usize)]) -> String {
+    let values = parameters.iter().map(|&(name, digits)| format!("{:.digits$}", at.parameters.get(name).unwrap()));
+    let [of] = &at.tasks[..] else { panic!() };
+    let (needed, used) = (of.information.needed.as_ref().unwrap(), of.information.control.as_ref().unwrap());
+    format!(
+        "| {name} | {} | {:.2} | {:.1} | {:.1} | {:.1} | {:.1} |",
+        values.collect::<Vec<_>>().join(" | "),
+        needed.total_bits,
+        used.total_bits,
+        of.information.total_bits,
+        of.cost.expected,
+        of.monte_carlo.as_ref().unwrap().cost_mean,
+    )
+}
+
+fn assert_designs(name: &str, parameters: &[(&str, usize)]) {
+    let task = task(name);
+    let page = std::fs::read_to_string(repository("docs/paper.md")).unwrap();
+    let kinds = ["needed", "used", "measured"];
+    let reports = kinds.map(|kind| designed(&task, kind, 2));
+    let mut rows = vec![row("start", &reports[0].start, parameters)];
+    for (kind, report) in kinds.iter().zip(&reports) {
+        assert_eq!(report.status, DesignStatus::Converged, "{name}, {kind}");
+        assert_eq!(report.optimum.tasks[0].trust.as_ref().unwrap().verdict, Verdict::Holds, "{name}, {kind}");
+        for split in &report.split {
+            let parts = split.sensors_bits + split.uncertainty_bits + split.plan_bits + split.leaps_bits;
+            assert!((parts - split.total_bits).abs() <= 1e-9 * split.total_bits.abs().max(1.0));
+        }
+        rows.push(row(&format!("least {kind}"), &report.optimum, parameters));
+    }
+    assert!(page.contains(&rows.join("\n")), "docs/paper.md lacks\n{}", rows.join("\n"));
+    // Each is the least of its own kind.
+    let of = |report: &DesignReport, kind: &str| {
+        report.optimum.tasks[0].information.weighted_nats(InformationWeights::of_kind(kind).unwrap())
+    };
+    for (kind, own) in kinds.iter().zip(&reports) {
+        assert!(reports.iter().all(|other| of(own, kind) <= of(other, kind) + 1e-6), "{name}, {kind}");
+    }
+}
+
+#[test]
+fn designs_of_two_masses_for_the_three_are_as_shown() {
+    assert_designs("two_mass_unsure.toml", &[("k1", 1), ("k2", 1)]);
+}
+
+#[test]
+fn designs_of_a_wiping_arm_for_the_three_are_as_shown() {
+    assert_designs("wiping_arm.toml", &[("k", 2), ("d", 2), ("rest", 3)]);
+}
+
+/// From ten starts there is one optimum, and no point of a grid of 20 x 20 that keeps the bound is below it.
+#[test]
+fn the_least_needed_is_one_and_below_a_grid() {
+    let task = task("two_mass_unsure.toml");
+    let report = designed(&task, "needed", 10);
+    assert_eq!(report.agreement(), (10, 0));
+    let least = report.optimum.tasks[0].information.needed.as_ref().unwrap().total_nats;
+    let problem = &task.problem;
+    let weights = InformationWeights::of_kind("needed").unwrap();
+    let (mut lowest, mut feasible) = (f64::INFINITY, 0);
+    for place in 0..400 {
+        let mut phi = task.phi.clone();
+        for (name, share) in [("k1", place % 20), ("k2", place / 20)] {
+            let index = problem.parameters.index(name).unwrap();
+            let [low, high] = problem.parameters.get(index).bounds;
+            phi[index] = low * (high / low).powf(share as f64 / 19.0);
+        }
+        let mut state = TaskState::new(&problem.tasks[0]);
+        best_plan((problem, &problem.tasks[0]), &phi, None, &mut state).unwrap();
+        if state.cost.expected() <= 240.0 {
+            feasible += 1;
+            let found = weighted_information((&problem.tasks[0], &phi), weights, &mut state, &mut Vec::new()).unwrap();
+            lowest = lowest.min(found);
+        }
+    }
+    println!("{least} nats, and at the least {lowest} at {feasible} points");
+    assert!(feasible > 40 && least <= lowest + 1e-6, "{least} {lowest} {feasible}");
+}
