@@ -7,6 +7,7 @@ mod collect;
 mod errors;
 mod options;
 mod own;
+mod plant;
 mod result;
 mod task;
 mod unit;

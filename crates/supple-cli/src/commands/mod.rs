@@ -15,6 +15,7 @@ mod show;
 mod study;
 mod sweep;
 mod trace;
+mod validate;
 
 pub use bound::bound;
 pub use check::check;
@@ -31,6 +32,7 @@ pub use show::show;
 pub use study::study;
 pub use sweep::sweep;
 pub use trace::trace;
+pub use validate::validate;
 
 use clap::CommandFactory;
 
