@@ -1,6 +1,7 @@
 """Tables of docs/validation.md: every shipped robot in closed loop on MuJoCo, at the start and at the optimum.
 
-    pip install . mujoco && python benches/python/validation.py [--rollouts 200] [--only NAME,..] [--json FILE]
+    pip install . mujoco && python benches/python/validation.py [--rollouts 200] [--only NAME,..] \
+        [--tables robots|errors|both] [--json FILE]
 
 The first table has the robots as they are, with supple's law of contact and with MuJoCo's. The second one has robots whose
 numbers are others than supple believes: how much more they cost than the same design on the robot as it is, and which
@@ -91,6 +92,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rollouts", type=int, default=200)
     parser.add_argument("--only", default=",".join(ROBOTS))
+    parser.add_argument("--tables", choices=["robots", "errors", "both"], default="both")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     first = [
@@ -107,12 +109,13 @@ def main() -> int:
         found: dict[tuple[str, str], Validation] = {}
         errors = []
         for at in ("start", "optimum"):
-            for contact in ("same", "mujoco") if presses else ("same",):
+            for contact in ("same", "mujoco") if presses and given.tables != "errors" else ("same",):
                 found[at, contact] = supple.mujoco.validate(design, given.rollouts, contact, at=at)
-            for vary in ERRORS:
+            for vary in ERRORS if given.tables != "robots" else ():
                 if presses or not any(name.startswith(("contact", "friction")) for name in vary):
                     errors.append(supple.mujoco.validate(design, given.rollouts, vary=vary, at=at))
-        first += as_they_are(file, found)
+        if given.tables != "errors":
+            first += as_they_are(file, found)
         second += [
             line
             for at in ("start", "optimum")

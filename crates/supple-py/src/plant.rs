@@ -101,7 +101,7 @@ pub fn changed(
         };
         found.insert(key.clone(), value);
     }
-    let text = toml::to_string(&table).map_err(|error| errors::usage(py, &error.to_string()))?;
+    let text = text(table, &task.task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
     let mut texts: Vec<Source> = sources.clone();
     texts[0].text = text;
     let mut loaded = LoadedTask::restore(&texts, &[]).map_err(|error| errors::of_study(py, &error))?;
@@ -112,6 +112,24 @@ pub fn changed(
         }
     }
     Ok(NativeTask { task: loaded, failures: task.failures.clone() })
+}
+
+/// A task file, with its parameters in the order in which they were declared.
+///
+/// # Errors
+/// Where a value cannot be written.
+fn text(mut table: toml::Table, parameters: &[String]) -> Result<String, String> {
+    let declared = table.remove("parameters");
+    let mut text = toml::to_string(&table).map_err(|error| error.to_string())?;
+    for name in parameters {
+        let entries = declared.as_ref().and_then(|declared| declared.get(name)).and_then(toml::Value::as_table);
+        let quoted = |key: &str| toml::Value::String(key.to_owned());
+        text += &format!("\n[parameters.{}]\n", quoted(name));
+        for (key, value) in entries.into_iter().flatten() {
+            text += &format!("{} = {value}\n", quoted(key));
+        }
+    }
+    Ok(text)
 }
 
 /// Names of states, controls and measurements.
