@@ -122,10 +122,10 @@ def main() -> int:
             for line in with_errors(file, found[at, "same"], [one for one in errors if one.at == at])
         ]
         kept += [one.to_dict() for one in [*found.values(), *errors]]
+        if given.json:
+            given.json.write_text(json.dumps(kept, indent=1))
         print(f"{file}: {time.perf_counter() - began:.0f} s", file=sys.stderr)
     print("\n".join(first), "\n".join(second), sep="\n\n")
-    if given.json:
-        given.json.write_text(json.dumps(kept, indent=1))
     return 0
 
 
