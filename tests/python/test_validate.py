@@ -186,3 +186,20 @@ def test_what_is_wrong_is_named() -> None:
     with pytest.raises(supple.UsageError, match="does not know `locked`"):
         locked = text.replace('actuated = ["shoulder", "elbow"]', 'actuated = ["shoulder", "elbow"]\nlocked = []')
         supple.mujoco.validate(supple.loads(locked, "tasks/task.toml"), 2)
+
+
+def test_the_documentation_has_these_numbers(wiping: supple.validation.Validation) -> None:
+    """The table of docs/validation.md, from more roll-outs: predictions to its digits, means within their intervals."""
+    text = (Path(__file__).parents[2] / "docs" / "validation.md").read_text()
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("| ")
+    ]
+    elbow = supple.mujoco.validate(supple.load("tasks/elastic_elbow.toml"), rollouts=20)
+    for name, task in [("elastic_elbow: press", elbow.tasks["press"]), ("wiping_arm: wipe", wiping.tasks["wipe"])]:
+        for plant, loop in [("supple", task.supple), (f"MuJoCo, {task.mujoco_steps} steps", task.mujoco)]:
+            (row,) = [row for row in rows if row[:3] == [name, "start", plant]]
+            assert row[3] == f"{task.predicted_cost:.4g}" and row[5] == f"{task.predicted_bits:.4g}"
+            mean, half = map(float, row[4].split(" ± "))
+            assert abs(loop.cost_mean - mean) <= half + 0.5 * np.ptp(loop.cost_interval_95)
+            assert loop.consistency is not None
+            assert loop.consistency.mean == pytest.approx(float(row[7].split(" ± ")[0]), rel=0.15)
