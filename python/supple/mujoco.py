@@ -36,12 +36,13 @@ from ._mujoco.costs import Cost, FunctionCost, Quadratic, QuadraticCost, Term
 from ._mujoco.fields import Field
 from ._mujoco.names import Channel
 from ._mujoco.simulator import Simulator
+from ._mujoco.validation import ENDS_WELL, VARY, validate
 from ._records import Array
 from .errors import UsageError
 from .reports import TaskReport
 from .task import Parameter, Task
 
-__all__ = ["Field", "Model", "gradient_error", "quadratic"]
+__all__ = ["ENDS_WELL", "VARY", "Field", "Model", "gradient_error", "quadratic", "validate"]
 
 CostFunction = Callable[..., Any]
 

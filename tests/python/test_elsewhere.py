@@ -1,7 +1,8 @@
 """What supple computes is what the robot does: every shipped robot moves again elsewhere, by MuJoCo.
 
-MuJoCo moves the bodies of the robot's file. What it does not have, compliance between frames and the law of contact, is
-written in NumPy from the formulas of docs/theory/robot.md. The package is not asked what a robot is.
+MuJoCo reads and moves the bodies of the robot's file. What it does not have, compliance between frames and the law of
+contact, is written in NumPy from the formulas of docs/theory/robot.md. This is the robot of supple.mujoco.validate; supple's
+own reader and dynamics are not asked.
 """
 
 from __future__ import annotations
@@ -69,34 +70,20 @@ class Case:
         self.time_step = float(self.plan.t[1] - self.plan.t[0])
         self.twin = self.make_twin()
 
-    def make_twin(self, walls: dict[str, float] | None = None) -> Twin:
+    def make_twin(self) -> Twin:
         values = {key: entry["initial"] for key, entry in self.table.get("parameters", {}).items()}
-        return Twin(self.table["model"], self.path.parent, values, self.states, walls)
+        channels = self.states, list(self.plan.control_names)
+        return Twin(self.table["model"], self.path.parent, values, channels, self.time_step)
 
     def reference(self, substeps: int = SUBSTEPS) -> Array:
         """The states at supple's steps, as the twin moves under the plan's controls."""
-        return self.twin.move(self.plan.x[0], self.plan.u, self.time_step, substeps)
+        return self.twin.move(self.plan.x[0], self.plan.u, substeps)
 
     def moved_by_supple(self, factor: int, folder: Path) -> Array:
         """The same by supple with so many shorter steps for each of the plan's."""
         task = supple.load(_refined(self.path, factor, folder))
         found = task.simulate(np.repeat(self.plan.u, factor, axis=0), task=self.name)
         return found[::factor]
-
-    def pressed(self, x: Array) -> dict[str, tuple[Array, Array, Array]]:
-        """Depths, normal forces, and where it touches, of each contact along states, by the twin's own laws."""
-        found: dict[str, list[tuple[float, float, bool]]] = {name: [] for name in self.twin.contacts}
-        for state in x:
-            p, rate, c = self.twin.split(state)
-            self.twin.put(p, rate)
-            for (name, law), wall in zip(self.twin.contacts.items(), c):
-                depth, force, _ = self.twin.touch(name, wall)
-                normal = float(law.normal @ force)
-                found[name].append((depth, normal, law.touches(depth, normal)))
-        return {
-            name: (np.array([d for d, _, _ in all]), np.array([f for _, f, _ in all]), np.array([t for _, _, t in all]))
-            for name, all in found.items()
-        }
 
 
 @cache
@@ -188,6 +175,19 @@ def test_forces_are_those_of_mujoco_and_the_theory(case: Case, tmp_path: Path) -
         assert np.abs(found - truth).max() <= 1e-8 * np.abs(truth).max() + 1e-13
 
 
+def test_plants_of_mujoco_move_as_the_reference(case: Case) -> None:
+    """Steps of MuJoCo's, of first order, half the error at half their length; all copies move alike."""
+    states, controls = case.plan.x[:-1:10], case.plan.u[::10]
+    truth = np.array([case.twin.move(x, u[None], SUBSTEPS)[1] for x, u in zip(states, controls)])
+    errors = []
+    for substeps in (16, 32):
+        moved = case.twin.by_mujoco(len(states), substeps).step(states, controls)
+        errors.append(np.abs(moved - truth).max(axis=0))
+    change = np.abs(truth - states).max(axis=0)
+    assert (errors[1] <= 0.05 * change + 1e-9).all(), (errors[1], change)
+    assert errors[1].sum() < 0.7 * errors[0].sum()
+
+
 def test_plans_are_motions_under_their_controls(case: Case) -> None:
     task = supple.load(case.path)
     assert np.allclose(task.simulate(case.plan.u, task=case.name), case.plan.x, rtol=1e-12, atol=1e-12)
@@ -201,9 +201,9 @@ def test_contacts_touch_when_they_do_elsewhere(name: str, task: str, tmp_path: P
     plan's own error of position is many steps' way: there it is the shorter time step alone.
     """
     case = _case(name, task)
-    elsewhere = case.pressed(_reference(name, task))
+    elsewhere = case.twin.pressed(_reference(name, task))
     assert set(elsewhere) == set(case.report.contacts)
-    planned, finer = case.pressed(case.plan.x), case.pressed(case.moved_by_supple(4, tmp_path))
+    planned, finer = case.twin.pressed(case.plan.x), case.twin.pressed(case.moved_by_supple(4, tmp_path))
 
     def ends(touching: Array) -> Array:
         return np.flatnonzero(touching)[[0, -1]]
@@ -227,11 +227,9 @@ def test_contacts_of_mujoco_touch_too(name: str, task: str) -> None:
     it is pressed depends on its stiffness, which is another.
     """
     case = _case(name, task)
-    _, _, c = case.twin.split(case.plan.x[0])
-    walls = dict(zip(case.twin.contacts, map(float, c)))
-    found = case.make_twin(walls).move_by_mujoco(case.plan.x[0], case.plan.u, case.time_step, SUBSTEPS_OF_MUJOCO)
+    found = case.twin.pressed_by_mujoco(case.plan.x[0], case.plan.u, SUBSTEPS_OF_MUJOCO)
     arrived = 0
-    for contact, (depths, _, touching) in case.pressed(case.plan.x).items():
+    for contact, (depths, _, touching) in case.twin.pressed(case.plan.x).items():
         theirs = found[contact]
         assert (theirs >= 0.0).all(), contact
         if theirs.any():

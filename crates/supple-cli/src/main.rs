@@ -66,6 +66,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Plot(options) => commands::plot(&options),
         Command::Show(options) => commands::show(&options),
         Command::Export(options) => commands::export(&options),
+        Command::Validate(options) => commands::validate(&options),
         Command::Robot(options) => commands::robot(&options),
         Command::Schema => commands::schema(),
         Command::New(options) => commands::new(&options),

@@ -8,6 +8,7 @@ mod controller;
 mod errors;
 mod options;
 mod own;
+mod plant;
 mod result;
 mod task;
 mod unit;

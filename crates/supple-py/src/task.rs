@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use rayon::ThreadPoolBuilder;
 use supple::design::{Control, DesignSettings};
 use supple::parameters::Scale;
-use supple::{Error, EvaluateOptions, Matrices, Named};
+use supple::{EvaluateOptions, Matrices, Named};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
@@ -21,6 +21,7 @@ use crate::arrays::to_python;
 use crate::errors;
 use crate::options::{self, AxisValues, Designed};
 use crate::own::{self, Failures};
+use crate::plant;
 use crate::result::Kept;
 use crate::watch::{Search, long};
 
@@ -155,9 +156,7 @@ impl NativeTask {
         }
         let motion = long(py, None, &self.failures, |_| {
             let LoadedTask { problem, phi, .. } = &self.task;
-            let names = || problem.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>().join(", ");
-            let unknown = || Error::Unknown { what: "task", name: task.to_owned(), valid: names() };
-            let task = problem.tasks.iter().find(|known| known.name == task).ok_or_else(unknown)?;
+            let task = problem.task(task)?;
             task.simulate(phi, start.as_deref(), rows)
         })?;
         to_python(py, &motion.map_err(|error| errors::of_compute(py, &error))?.states.to_rows())
@@ -174,6 +173,39 @@ impl NativeTask {
     fn linearise(&self, py: Python<'_>, task: &str) -> PyResult<Py<PyAny>> {
         let LoadedTask { problem, phi, .. } = &self.task;
         let found = long(py, None, &self.failures, |_| problem.linearise(phi, task))?;
+        to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
+    }
+
+    /// The text of the task file as JSON.
+    fn tables(&self, py: Python<'_>) -> PyResult<String> {
+        plant::tables(py, &self.task)
+    }
+
+    /// Names and units of states, controls and measurements; a dict.
+    fn channels(&self, py: Python<'_>, task: &str) -> PyResult<Py<PyAny>> {
+        to_python(py, &plant::channels(&self.task, task).map_err(|error| errors::of_compute(py, &error))?)
+    }
+
+    /// The same task with other numbers for elements of compliance, by name and key, and for parameters, bounds or not.
+    fn changed(
+        &self,
+        py: Python<'_>,
+        numbers: Vec<(String, String, Vec<plant::Entry>)>,
+        parameters: Vec<(String, f64)>,
+    ) -> PyResult<Self> {
+        plant::changed(py, self, &numbers, &parameters)
+    }
+
+    /// Roll-outs of a task's plan on a plant, with measurements, costs and contacts of `truth`, and on its own model; a dict.
+    fn roll_out_elsewhere(
+        &self,
+        py: Python<'_>,
+        task: &str,
+        truth: Py<Self>,
+        plant: Py<PyAny>,
+        sizes: (usize, u64),
+    ) -> PyResult<Py<PyAny>> {
+        let found = long(py, None, &self.failures, |_| plant::roll_out(self, (task, truth.get()), &plant, sizes))?;
         to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
     }
 

@@ -17,6 +17,7 @@ mod numbers;
 mod pose;
 mod robot;
 mod tree;
+mod write;
 
 pub use dynamics::{
     Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics,
@@ -30,6 +31,7 @@ pub use numbers::{JointNumbers, LinkNumbers, Numbers};
 pub use pose::Pose;
 pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Robot};
 pub use tree::{Body, Motion, Tree};
+pub use write::{Written, mjcf};
 
 /// Vectors of three numbers over any scalar.
 pub mod vector {

@@ -61,9 +61,7 @@ impl Problem {
     /// Where there is no task of this name, or the design cannot be evaluated.
     pub fn linearise(&self, phi: &[f64], name: &str) -> Result<Linearisation, Error> {
         self.check_design(phi)?;
-        let names = || self.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>().join(", ");
-        let unknown = || Error::Unknown { what: "task", name: name.to_owned(), valid: names() };
-        let task = self.tasks.iter().find(|task| task.name == name).ok_or_else(unknown)?;
+        let task = self.task(name)?;
         let mut state = TaskState::new(task);
         plan_at((self, task), phi, None, (0, 0), &mut state)?;
         let TaskState { plan, noise, belief, .. } = &state;

@@ -47,6 +47,16 @@ impl Problem {
         }
         Err(Error::Shape { what: "the list of parameters".to_owned(), found, expected })
     }
+
+    /// The task of this name.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn task(&self, name: &str) -> Result<&Task, Error> {
+        let names = || self.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>().join(", ");
+        let unknown = || Error::Unknown { what: "task", name: name.to_owned(), valid: names() };
+        self.tasks.iter().find(|task| task.name == name).ok_or_else(unknown)
+    }
 }
 
 /// One task: a system with its costs, start, noise and bound.

@@ -58,7 +58,7 @@ class _Quiet:
                 mujoco.set_mju_user_warning(self._previous)
 
 
-_QUIET = _Quiet()
+QUIET = _Quiet()
 
 
 class _Worker:
@@ -153,7 +153,7 @@ class Simulator:
             worker = self._workers.pop() if self._workers else None
         worker = worker or _Worker(self._base, self._count)
         try:
-            with _QUIET:
+            with QUIET:
                 return work(worker)
         finally:
             with self._lock:

@@ -15,7 +15,7 @@ mod studies;
 pub use studies::{
     AtArgument, BoundOptions, ControllerFormatArgument, ExportOptions, FigureArgument, Format, ParetoOptions,
     PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument, SensorsOptions,
-    ShowOptions, StudyOptions, SweepOptions, TraceOptions, Width,
+    ShowOptions, StudyOptions, SweepOptions, TraceOptions, ValidateOptions, Width,
 };
 
 /// Design compliant robots that need little information to be controlled.
@@ -117,10 +117,17 @@ pub enum Command {
     ///
     /// It is a linear, time-varying Kalman filter and control law around the plan: docs/controller.md has its formulas.
     Export(ExportOptions),
+    /// Run a design in closed loop on MuJoCo
+    ///
+    /// Plan, gains and extended Kalman filter of a result of `supple design` or `supple evaluate` run on MuJoCo beside the
+    /// task's own model, under the same noise. Writes validation.json into the folder. Needs Python with the packages supple
+    /// and mujoco.
+    Validate(ValidateOptions),
     /// Show the links and joints of a robot file, or its dynamics at a state
     ///
     /// Without a state: the tree of links and joints, with masses, limits and warnings. With one (any of --q, --v and
-    /// --tau), or with --json: the dynamics as one JSON object. What is left out of a state is 0.
+    /// --tau), or with --json: the dynamics as one JSON object. What is left out of a state is 0. With --to: the robot in
+    /// another format, with gravity as --gravity or else the file says.
     Robot(RobotOptions),
     /// Print the JSON schema of task files
     Schema,
@@ -313,6 +320,12 @@ pub struct CheckOptions {
     pub json: bool,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RobotFormat {
+    /// The format of MuJoCo
+    Mjcf,
+}
+
 /// What the dynamics of `supple robot` are.
 const DYNAMICS: &str = "\
 Dynamics, in SI units and radians:
@@ -349,6 +362,12 @@ pub struct RobotOptions {
     /// Gravity in the world, m/s^2; 0,0,-9.81 where left out, whatever the file says
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub gravity: Option<String>,
+    /// Write the robot as a file of another format: `mjcf`, which MuJoCo reads
+    #[arg(long, value_enum, value_name = "FORMAT", conflicts_with_all = ["q", "v", "tau", "json"])]
+    pub to: Option<RobotFormat>,
+    /// File to write; standard output where left out
+    #[arg(long, value_name = "PATH", requires = "to")]
+    pub out: Option<PathBuf>,
     /// Print every warning, and not one line for all of a kind
     #[arg(long)]
     pub verbose: bool,

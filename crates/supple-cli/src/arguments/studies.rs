@@ -285,6 +285,42 @@ pub enum ControllerFormatArgument {
     Npz,
 }
 
+#[derive(Args, Debug)]
+pub struct ValidateOptions {
+    /// Folder of a result of `supple design` or `supple evaluate`
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Closed-loop roll-outs of each task
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = count(2, 100_000))]
+    pub rollouts: usize,
+    /// Law of contact on MuJoCo
+    #[arg(long, value_enum, default_value_t = ContactArgument::Same)]
+    pub contact: ContactArgument,
+    /// Design of a search; `start` is the design that an evaluation is about
+    #[arg(long, value_enum)]
+    pub at: Option<AtArgument>,
+    /// A factor on numbers of MuJoCo's robot: NAME=FACTOR; may be given several times
+    #[arg(long, value_name = "NAME=FACTOR")]
+    pub vary: Vec<String>,
+    /// Seed of the roll-outs
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// The Python to run
+    #[arg(long, value_name = "PROGRAM", default_value = "python3")]
+    pub python: String,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ContactArgument {
+    /// That of supple
+    Same,
+    /// MuJoCo's own, as stiff at rest
+    Mujoco,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AtArgument {
     /// The design that the search started from

@@ -16,6 +16,7 @@ mod show;
 mod study;
 mod sweep;
 mod trace;
+mod validate;
 
 pub use bound::bound;
 pub use check::check;
@@ -33,6 +34,7 @@ pub use show::show;
 pub use study::study;
 pub use sweep::sweep;
 pub use trace::trace;
+pub use validate::validate;
 
 use clap::CommandFactory;
 

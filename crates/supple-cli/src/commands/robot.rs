@@ -8,13 +8,14 @@ use std::io::{BufWriter, ErrorKind, Write};
 use serde::{Serialize, Serializer};
 use supple_robot::{
     Kinematics, LoadOptions, Numbers, Pose, Robot, Tree, bias, check_inertia, forward_dynamics, load, mass_matrix,
-    passive_forces,
+    mjcf, passive_forces,
 };
+use supple_study::write_text;
 
 pub use planning::Planning;
 
 use crate::Outcome;
-use crate::arguments::RobotOptions;
+use crate::arguments::{RobotFormat, RobotOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
 
@@ -31,6 +32,9 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     let gravity = options.gravity.as_deref().map_or(Ok(GRAVITY), three)?;
     let package_roots = options.package_roots.clone();
     let robot = load(&options.file, &LoadOptions { package_roots, independent_mimic: options.independent_mimic })?;
+    if let Some(RobotFormat::Mjcf) = options.to {
+        return write(robot, options);
+    }
     let tree = Tree::new(&robot);
     let lists = [("--q", &options.q), ("--v", &options.v), ("--tau", &options.tau)];
     if !options.json && lists.iter().all(|(_, list)| list.is_none()) {
@@ -45,6 +49,25 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
         warn(&format!("the file asks for gravity {x},{y},{z}; this is at 0,0,-9.81: see --gravity"));
     }
     print(&dynamics(&robot, &tree, &state)?)?;
+    Ok(Outcome::Success)
+}
+
+/// Writes the robot in another format.
+///
+/// # Errors
+/// Where gravity is wrong, or the file cannot be written.
+fn write(mut robot: Robot, options: &RobotOptions) -> Result<Outcome, Failure> {
+    robot.gravity = options.gravity.as_deref().map(three).transpose()?.or(robot.gravity);
+    let written = mjcf(&robot);
+    let read = if options.verbose { &robot.every_warning } else { &robot.warnings };
+    read.iter().chain(&written.warnings).for_each(|warning| warn(warning));
+    match &options.out {
+        None => print_text(&written.text)?,
+        Some(path) => {
+            write_text(path, written.text.as_bytes())?;
+            print_text(&format!("wrote {}\n", path.display()))?;
+        }
+    }
     Ok(Outcome::Success)
 }
 

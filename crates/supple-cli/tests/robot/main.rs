@@ -7,6 +7,7 @@ mod dynamics;
 mod planning;
 mod refused;
 mod tree;
+mod written;
 
 use common::{Folder, Run, repository};
 use serde_json::Value;

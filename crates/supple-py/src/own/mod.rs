@@ -17,6 +17,8 @@ use supple::system::System;
 
 use crate::errors;
 
+pub use callback::{fill, read, vectors};
+
 /// The first exception that a function of the user's raised, until somebody takes it.
 #[derive(Clone, Default)]
 pub struct Failures(Arc<Mutex<Option<PyErr>>>);

@@ -5,7 +5,7 @@ use super::{PlanMode, PlanSettings, PlanStatus};
 use crate::Error;
 use crate::noise::Noise;
 use crate::problem::Task;
-use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, World};
+use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, Truth, World};
 use crate::system::Curvature;
 use crate::trajectory::Trajectory;
 
@@ -53,7 +53,8 @@ pub(crate) fn plan_sampled(
             continue;
         }
         mu *= 0.5;
-        let setting = LoopSetting { task, plan, believed: World { phi, noise }, phi, factors: &factors, along: None };
+        let truth = Truth::of(task, phi);
+        let setting = LoopSetting { task, plan, believed: World { phi, noise }, truth, factors: &factors, along: None };
         closed.run(setting, (sampled.seed, plan.iterations as u64), Some(&mut record))?;
         let change = average(&mut plan.trajectory, &record.run, sampled.averaging);
         if !change.is_finite() {

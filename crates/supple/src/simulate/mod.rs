@@ -1,7 +1,5 @@
 //! Closed-loop simulation: roll-outs with noise and an extended Kalman filter in the loop.
 
-use std::borrow::Cow;
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -19,14 +17,19 @@ use crate::trajectory::Trajectory;
 use crate::{Dimensions, Error, or_nan};
 
 mod along_plan;
+mod elsewhere;
 mod factors;
 mod sample;
 mod statistics;
+mod truth;
 
+pub use elsewhere::{Elsewhere, Other, Runs};
 pub(crate) use factors::NoiseFactors;
 pub use sample::sample;
 pub(crate) use statistics::Outcome;
 pub use statistics::{Consistency, Estimate, MonteCarlo, TouchShare};
+pub(crate) use truth::Truth;
+pub use truth::{Plant, World};
 
 /// One run in closed loop; where it diverges, as far as that.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,27 +70,6 @@ pub(crate) struct ClosedLoop {
     scratch: Scratch,
 }
 
-/// Parameters and noise: as they are, or as a controller believes them to be.
-#[derive(Clone, Copy, Debug)]
-pub struct World<'a> {
-    /// All parameters.
-    pub phi: &'a [f64],
-    /// The noise: at the parameters, along any trajectory where it varies with the state.
-    pub noise: &'a Noise,
-}
-
-impl<'a> World<'a> {
-    /// Its noise but for what varies with the state, which every roll-out has at its own states.
-    fn fixed_noise(self, task: &Task) -> Result<Cow<'a, Noise>, Error> {
-        if task.noise.varying.is_empty() {
-            return Ok(Cow::Borrowed(self.noise));
-        }
-        let mut noise = self.noise.clone();
-        task.noise.resolve(self.phi, &mut noise)?;
-        Ok(Cow::Owned(noise))
-    }
-}
-
 /// What a closed-loop run needs.
 #[derive(Clone, Copy)]
 pub(crate) struct LoopSetting<'a> {
@@ -95,8 +77,8 @@ pub(crate) struct LoopSetting<'a> {
     pub plan: &'a Plan,
     /// What the filter reckons with; its noise but for what varies with the state.
     pub believed: World<'a>,
-    /// The parameters that hold.
-    pub phi: &'a [f64],
+    /// What holds.
+    pub truth: Truth<'a>,
     /// Factors of the noise that there is, but for what varies with the state.
     pub factors: &'a NoiseFactors,
     /// The controller whose filter runs in place of the extended one.
@@ -179,7 +161,8 @@ impl ClosedLoop {
             }
             filter.predict(t, &self.controls, &mut self.filters, &mut self.scratch);
         }
-        task.system.final_costs(&self.states, setting.phi, &mut self.stage_costs, &mut self.scratch);
+        let Truth { system, phi, .. } = setting.truth;
+        system.final_costs(&self.states, phi, &mut self.stage_costs, &mut self.scratch);
         for (outcome, last) in self.outcomes.iter_mut().zip(&self.stage_costs) {
             outcome.cost += last;
             if outcome.diverged || !outcome.cost.is_finite() {
@@ -191,7 +174,7 @@ impl ClosedLoop {
 
     /// Draws the first states, and sets the filters to what they believe of them.
     fn start(&mut self, setting: LoopSetting, (seed, first): (u64, u64)) {
-        let LoopSetting { task, believed, phi, factors, .. } = setting;
+        let LoopSetting { task, believed, truth: Truth { system, phi, .. }, factors, .. } = setting;
         self.random.clear();
         for sample in 0..self.outcomes.len() {
             let mut generator = ChaCha8Rng::seed_from_u64(seed);
@@ -203,7 +186,7 @@ impl ClosedLoop {
             factors.initial.at(0).add_sample(&mut generator, x);
             self.random.push(generator);
         }
-        let contacts = task.system.contacts().len();
+        let contacts = system.contacts().len();
         self.outcomes.fill(Outcome { touched: vec![false; contacts], ..Outcome::default() });
         for (mean, value) in self.first.iter_mut().zip(&task.initial_state) {
             *mean = value.resolve(believed.phi);
@@ -215,7 +198,8 @@ impl ClosedLoop {
     fn measure(&mut self, setting: LoopSetting, t: usize) {
         let Self { states, controls, measured, scratch, .. } = self;
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
-        setting.task.system.observe_all(at, setting.phi, measured, scratch);
+        let Truth { system, phi, .. } = setting.truth;
+        system.observe_all(at, phi, measured, scratch);
         let noise = setting.factors.measurement.at(t);
         let log_determinant = noise.log_determinant();
         for (sample, random) in self.random.iter_mut().enumerate() {
@@ -225,7 +209,7 @@ impl ClosedLoop {
         }
         // The sum of two independent noises, one of the variance that varies, has the sum of their variances.
         for varying in &setting.task.noise.varying {
-            let varying = VaryingNoise::of(varying, setting.phi);
+            let varying = VaryingNoise::of(varying, phi);
             for (sample, random) in self.random.iter_mut().enumerate() {
                 let normal: f64 = StandardNormal.sample(random);
                 let deviation = varying.at(self.states.vector(sample)).sqrt();
@@ -261,7 +245,7 @@ impl ClosedLoop {
 
     /// Counts what the filters' innovations say, and at some of the steps which contacts touch.
     fn count(&mut self, setting: LoopSetting, t: usize) {
-        let LoopSetting { task, phi, .. } = setting;
+        let LoopSetting { task, truth: Truth { system, phi, .. }, .. } = setting;
         for (outcome, innovation) in self.outcomes.iter_mut().zip(&self.filters.innovations) {
             outcome.squared += innovation.squared;
             outcome.nats += 0.5 * (innovation.log_determinant + innovation.squared);
@@ -271,25 +255,25 @@ impl ClosedLoop {
         }
         for (sample, outcome) in self.outcomes.iter_mut().enumerate().filter(|(_, outcome)| !outcome.touched.is_empty())
         {
-            let states = task.system.contact_states(self.states.vector(sample), phi);
+            let states = system.contact_states(self.states.vector(sample), phi);
             outcome.touched.iter_mut().zip(&states).for_each(|(touched, state)| *touched |= state.touches());
         }
     }
 
     /// Counts a sample as diverged at step `t`, and puts it back to where it can be computed.
     fn set_aside(&mut self, setting: LoopSetting, (t, sample): (usize, usize)) {
-        let LoopSetting { task, believed, phi, .. } = setting;
+        let LoopSetting { task, believed, truth: Truth { system, phi, .. }, .. } = setting;
         self.outcomes[sample].diverged = true;
         for (x, value) in self.states.vector_mut(sample).iter_mut().zip(&task.initial_state) {
             *x = value.resolve(phi);
         }
         self.filters.start_one(sample, &self.first, believed.noise);
-        task.system.observe(t, self.states.vector(sample), phi, self.measured.vector_mut(sample));
+        system.observe(t, self.states.vector(sample), phi, self.measured.vector_mut(sample));
     }
 
     /// Applies the controls of step `t`, adds their cost, and moves the true states on.
     fn act(&mut self, setting: LoopSetting, t: usize) {
-        let LoopSetting { task, plan, phi, factors, .. } = setting;
+        let LoopSetting { task, plan, truth, factors, .. } = setting;
         let stride = plan.policy.feedback.stride();
         let (feedback, feedforward) = (plan.policy.feedback.at(t), plan.policy.feedforward.vector(t));
         let (xbar, ubar) = (plan.trajectory.states.vector(t), plan.trajectory.controls.vector(t));
@@ -307,8 +291,8 @@ impl ClosedLoop {
         }
         let Self { states, controls, next, stage_costs, scratch, .. } = self;
         let at = Points { states, controls, stages: states.count(), has_end: false, times: Times::At(t) };
-        task.system.stage_costs(at, phi, stage_costs, scratch);
-        task.system.step_all(at, phi, next, scratch);
+        truth.system.stage_costs(at, truth.phi, stage_costs, scratch);
+        truth.step_all(at, next, scratch);
         states.copy_from(next);
         let noise = factors.process.at(t);
         for (sample, random) in self.random.iter_mut().enumerate() {
@@ -364,7 +348,8 @@ fn sampled(
     let factors = NoiseFactors::of(&*truth.fixed_noise(task)?)?;
     let noise = believed.fixed_noise(task)?;
     let believed = World { phi: believed.phi, noise: &noise };
-    let setting = LoopSetting { task, plan, believed, phi: truth.phi, factors: &factors, along };
+    let truth = Truth::of(task, truth.phi);
+    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along };
     let size = task.system.dimensions();
     let batch = |number: usize| {
         let first = number * BATCH;

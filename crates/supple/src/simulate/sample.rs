@@ -1,6 +1,6 @@
 use supple_kernels::Matrices;
 
-use super::{ClosedLoop, LoopSetting, NoiseFactors, Record, Sample, World};
+use super::{ClosedLoop, LoopSetting, NoiseFactors, Record, Sample, Truth, World};
 use crate::Error;
 use crate::controller::Controller;
 use crate::noise::Noise;
@@ -26,7 +26,8 @@ pub(super) fn sample_of(
     let noise = world.fixed_noise(task)?;
     let factors = NoiseFactors::of(&noise)?;
     let believed = World { phi, noise: &noise };
-    let setting = LoopSetting { task, plan, believed, phi, factors: &factors, along };
+    let truth = Truth::of(task, phi);
+    let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along };
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);

@@ -8,7 +8,8 @@ use pyo3::types::{PyDict, PyTuple};
 use supple::system::{Curvature, KnotAdjoints, Points, RollOut, System, Variation, make_convex};
 use supple::{Channel, Channels, Dimensions, Matrices, Scratch, Trajectory};
 
-use exchange::{Argument, Given, add, fill, matrices, numbers, poison, read, row, vectors, write, write_quadratics};
+use exchange::{Argument, Given, add, matrices, numbers, poison, row, write, write_quadratics};
+pub use exchange::{fill, read, vectors};
 
 use super::{Context, Failures, field};
 

@@ -1,15 +1,16 @@
-"""The bodies of robot files as models of MuJoCo. URDF and MJCF files are read by MuJoCo itself; SDF files here."""
+"""SDF files as models of MuJoCo, which does not read them: links, joints with one axis, and frames."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from pathlib import Path
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .._records import Array
+from ..errors import FileError
+
+__all__ = ["quaternion_of", "sdf", "turn_of"]
 
 #: Elements of an SDF model that are read, or do not move anything.
 KNOWN = {
@@ -23,28 +24,19 @@ KNOWN = {
 JOINTS = {"revolute": mujoco.mjtJoint.mjJNT_HINGE, "prismatic": mujoco.mjtJoint.mjJNT_SLIDE}
 
 
-def bodies(path: Path) -> mujoco.MjSpec:
-    """The links and joints of a robot file, all links as bodies of their names, without limits and contacts."""
-    spec = _sdf(path) if path.suffix == ".sdf" else mujoco.MjSpec.from_file(str(path))
-    # Links without inertia stay bodies of their own, with next to none.
-    spec.compiler.fusestatic = False
-    spec.compiler.boundmass = 1e-12
-    spec.compiler.boundinertia = 1e-15
-    for joint in spec.joints:
-        joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
-    for geom in spec.geoms:
-        geom.contype = geom.conaffinity = 0
-    return spec
+def sdf(text: str, file: str) -> mujoco.MjSpec:
+    """The bodies of an SDF file with one model.
 
-
-def _sdf(path: Path) -> mujoco.MjSpec:
-    """An SDF file with one model: links, joints with one axis in the child's frame, and frames."""
-    model = ET.parse(path).getroot().find("model")
-    assert model is not None, f"{path}: there is no model"
-    _check(model, path)
+    Raises:
+        FileError: Where it has what cannot be read here.
+    """
+    model = ET.fromstring(text).find("model")
+    if model is None:
+        raise FileError("there is no <model>", file=file)
+    _check(model, file)
     links = {link.attrib["name"]: link for link in model.iter("link")}
     frames = {frame.attrib["name"]: frame for frame in model.iter("frame")}
-    joints = {_text(joint, "child"): joint for joint in model.iter("joint")}
+    joints = {_text(joint, "child", file): joint for joint in model.iter("joint")}
     poses: dict[str, tuple[Array, Array]] = {"__model__": (np.zeros(3), np.eye(3))}
 
     def pose(name: str) -> tuple[Array, Array]:
@@ -65,21 +57,25 @@ def _sdf(path: Path) -> mujoco.MjSpec:
         if name in made:
             return made[name]
         joint = joints.get(name)
-        parent = "world" if joint is None else _text(joint, "parent")
+        if joint is None:
+            raise FileError(f"link `{name}` floats: no joint carries it", file=file)
+        parent = _text(joint, "parent", file)
         base = (np.zeros(3), np.eye(3)) if parent == "world" else pose(parent)
         p, R = pose(name)
         made[name] = body(parent).add_body(name=name, pos=base[1].T @ (p - base[0]), quat=quaternion_of(base[1].T @ R))
-        assert joint is not None, f"{path}: link {name} floats"
-        if joint.attrib["type"] != "fixed":
-            axis = joint.find("axis")
+        kind = joint.attrib["type"]
+        axis = joint.find("axis")
+        if kind in JOINTS and axis is not None:
             made[name].add_joint(
                 name=joint.attrib["name"],
-                type=JOINTS[joint.attrib["type"]],
+                type=JOINTS[kind],
                 axis=_numbers(axis, "xyz", 3),
                 damping=float(axis.findtext("dynamics/damping") or 0.0),
                 frictionloss=float(axis.findtext("dynamics/friction") or 0.0),
             )
-        _inertia(made[name], links[name].find("inertial"))
+        elif kind != "fixed":
+            raise FileError(f"joint `{joint.attrib['name']}` of type `{kind}` cannot be read here", file=file)
+        _inertia(made[name], links[name].find("inertial"), file)
         return made[name]
 
     for name in links:
@@ -91,27 +87,32 @@ def _sdf(path: Path) -> mujoco.MjSpec:
     return spec
 
 
-def _check(model: ET.Element, path: Path) -> None:
+def _check(model: ET.Element, file: str) -> None:
     for element in model.iter():
         for child in element:
             known = KNOWN.get(element.tag)
-            assert known is None or child.tag in known, f"{path}: teach this reader <{child.tag}> in <{element.tag}>"
+            if known is not None and child.tag not in known:
+                raise FileError(f"<{child.tag}> in <{element.tag}> cannot be read here", file=file)
 
 
-def _inertia(body: mujoco.MjsBody, inertial: ET.Element | None) -> None:
+def _inertia(body: mujoco.MjsBody, inertial: ET.Element | None, file: str) -> None:
     if inertial is None:
         return
     numbers = _numbers(inertial, "pose", 6)
+    xx, yy, zz, xy, xz, yz = (
+        float(inertial.findtext(f"inertia/{entry}") or 0.0) for entry in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    )
+    moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
     body.explicitinertial = True
-    body.mass, body.ipos, body.iquat = float(_text(inertial, "mass")), numbers[:3], quaternion_of(turn_of(numbers[3:]))
-    moments = [float(_text(inertial, f"inertia/{entry}")) for entry in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
-    assert not any(moments[3:]), "teach this reader products of inertia"
-    body.inertia = moments[:3]
+    body.mass, body.ipos = float(_text(inertial, "mass", file)), numbers[:3]
+    body.inertia, body.iquat = moments, quaternion_of(turn_of(numbers[3:]) @ axes)
 
 
-def _text(element: ET.Element, name: str) -> str:
+def _text(element: ET.Element, name: str, file: str) -> str:
     found = element.findtext(name)
-    assert found is not None, f"<{element.tag}> has no <{name}>"
+    if found is None:
+        raise FileError(f"<{element.tag}> has no <{name}>", file=file)
     return found.strip()
 
 

@@ -1,0 +1,147 @@
+//! Plants that Python moves, and tasks with other numbers for their contacts and couplings.
+
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use supple::simulate::{Elsewhere, Other};
+use supple::{Channels, Error, Matrices};
+use supple_study::{LoadedTask, Source};
+
+use crate::errors;
+use crate::own::{Failures, fill, read, vectors};
+use crate::task::NativeTask;
+
+/// An entry of a task file's value.
+#[derive(FromPyObject)]
+pub enum Entry {
+    Number(f64),
+    /// Of a parameter.
+    Name(String),
+}
+
+impl Entry {
+    fn value(&self) -> toml::Value {
+        match self {
+            Self::Number(number) => toml::Value::Float(*number),
+            Self::Name(name) => toml::Value::String(name.clone()),
+        }
+    }
+}
+
+/// Plans a task and rolls it out on a plant, as [`supple::Problem::roll_out_elsewhere`]: `plant` is called with states
+/// (R, n), controls (R, m) and the number of the step, and returns the next states (R, n).
+///
+/// # Errors
+/// As those of the roll-outs.
+pub fn roll_out(
+    task: &NativeTask,
+    (name, truth): (&str, &NativeTask),
+    plant: &Py<PyAny>,
+    sizes: (usize, u64),
+) -> Result<Elsewhere, Error> {
+    let step = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
+        let found = call(plant, &task.failures, t, (states, controls));
+        fill(next, found.as_deref(), states.count(), (1, states.cols()));
+    };
+    let other = Other { task: truth.task.problem.task(name)?, phi: &truth.task.phi, plant: &step };
+    task.task.problem.roll_out_elsewhere(&task.task.phi, name, other, sizes)
+}
+
+/// The next states of all samples; none where anything went wrong, now or before.
+fn call(plant: &Py<PyAny>, failures: &Failures, t: usize, at: (&Matrices, &Matrices)) -> Option<Vec<f64>> {
+    if failures.any() {
+        return None;
+    }
+    let (states, controls) = at;
+    let count = states.count();
+    let shape = [count, states.cols()];
+    let outcome = Python::attach(|py| {
+        let arrays = [vectors(states, 0, count), vectors(controls, 0, count)];
+        let mut given = arrays.into_iter().map(|array| array.into_python(py)).collect::<PyResult<Vec<_>>>()?;
+        given.push(t.into_pyobject(py)?.into_any());
+        let found = plant.bind(py).call1(PyTuple::new(py, given)?)?;
+        read("plant", &found, [&shape])
+    });
+    outcome.map_err(|error| failures.keep(error)).ok().map(|[numbers]| numbers)
+}
+
+/// The text of a task file as JSON.
+///
+/// # Errors
+/// Where the task is not one of a file.
+pub fn tables(py: Python<'_>, task: &LoadedTask) -> PyResult<String> {
+    let table = table(py, task)?;
+    serde_json::to_string(&table).map_err(|error| errors::usage(py, &error.to_string()))
+}
+
+/// The same task with other numbers: one or several of an element of `[[model.compliance]]` by name and key, and of parameters,
+/// which may lie outside of their bounds.
+///
+/// # Errors
+/// Where there is no such element, or the task with these numbers is refused.
+pub fn changed(
+    py: Python<'_>,
+    task: &NativeTask,
+    numbers: &[(String, String, Vec<Entry>)],
+    parameters: &[(String, f64)],
+) -> PyResult<NativeTask> {
+    let LoadedTask { phi, sources, .. } = &task.task;
+    let mut table = table(py, &task.task)?;
+    let model = table.get_mut("model").and_then(|model| model.get_mut("compliance"));
+    let mut elements = model.and_then(toml::Value::as_array_mut);
+    for (name, key, number) in numbers {
+        let mut listed = elements.iter_mut().flat_map(|elements| elements.iter_mut());
+        let named = |element: &&mut toml::Value| element.get("name").and_then(toml::Value::as_str) == Some(name);
+        let found = listed.find(named).and_then(toml::Value::as_table_mut);
+        let Some(found) = found else {
+            return Err(errors::usage(py, &format!("[[model.compliance]] has no element named `{name}`")));
+        };
+        let value = match &number[..] {
+            [one] => one.value(),
+            several => toml::Value::Array(several.iter().map(Entry::value).collect()),
+        };
+        found.insert(key.clone(), value);
+    }
+    let text = text(table, &task.task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
+    let mut texts: Vec<Source> = sources.clone();
+    texts[0].text = text;
+    let mut loaded = LoadedTask::restore(&texts, &[]).map_err(|error| errors::of_study(py, &error))?;
+    loaded.phi.clone_from(phi);
+    for (name, value) in parameters {
+        if let Some(place) = loaded.problem.parameters.names().iter().position(|known| known == name) {
+            loaded.phi[place] = *value;
+        }
+    }
+    Ok(NativeTask { task: loaded, failures: task.failures.clone() })
+}
+
+/// A task file, with its parameters in the order in which they were declared.
+///
+/// # Errors
+/// Where a value cannot be written.
+fn text(mut table: toml::Table, parameters: &[String]) -> Result<String, String> {
+    let declared = table.remove("parameters");
+    let mut text = toml::to_string(&table).map_err(|error| error.to_string())?;
+    for name in parameters {
+        let entries = declared.as_ref().and_then(|declared| declared.get(name)).and_then(toml::Value::as_table);
+        let quoted = |key: &str| toml::Value::String(key.to_owned());
+        text += &format!("\n[parameters.{}]\n", quoted(name));
+        for (key, value) in entries.into_iter().flatten() {
+            text += &format!("{} = {value}\n", quoted(key));
+        }
+    }
+    Ok(text)
+}
+
+/// Names of states, controls and measurements.
+///
+/// # Errors
+/// Where there is no such task.
+pub fn channels(task: &LoadedTask, name: &str) -> Result<Channels, Error> {
+    Ok(task.problem.task(name)?.system.channels())
+}
+
+fn table(py: Python<'_>, task: &LoadedTask) -> PyResult<toml::Table> {
+    let wrong = || errors::usage(py, "this task was not read from a task file");
+    let text = task.sources.first().ok_or_else(wrong)?;
+    text.text.parse().map_err(|_| wrong())
+}

@@ -1,0 +1,179 @@
+//! Links and joints as bodies in bodies.
+
+use super::rotation::quaternion;
+use super::text::{Attributes, Text, named};
+use crate::{Frame, Inertia, Joint, JointKind, Pose, Robot};
+
+/// A robot's bodies on their way into MJCF.
+pub(super) struct Bodies<'a> {
+    pub robot: &'a Robot,
+    /// Joints by the link that they hang on.
+    children: Vec<Vec<usize>>,
+    /// Joints in the order in which they are written.
+    pub order: Vec<usize>,
+    pub warnings: Vec<String>,
+}
+
+/// Joints that carry one body together, the first one nearest to the root, each with its frame in that body where all
+/// are at their references.
+struct Chain {
+    joints: Vec<(usize, Pose)>,
+    /// The body in the parent link where all joints are at their references.
+    pose: Pose,
+    link: usize,
+}
+
+impl<'a> Bodies<'a> {
+    pub fn of(robot: &'a Robot) -> Self {
+        let mut children = vec![Vec::new(); robot.links.len()];
+        for (index, joint) in robot.joints.iter().enumerate() {
+            children[joint.parent].push(index);
+        }
+        Self { robot, children, order: Vec::new(), warnings: Vec::new() }
+    }
+
+    /// The world, which the root is, and all bodies in it.
+    pub fn write(&mut self, text: &mut Text) {
+        let root = &self.robot.links[0];
+        let is_world = root.name == "world";
+        if !is_world {
+            text.open("body", named(&root.name));
+            inertia(root.inertia.as_ref(), text);
+        } else if root.inertia.is_some() {
+            self.warnings.push("the root link `world` is the world of MJCF: its inertia is left out".to_owned());
+        }
+        // Bodies are closed where the next one is not in them.
+        let mut open: Vec<(usize, usize)> = Vec::new();
+        self.frames(0, text);
+        open.extend(self.children[0].iter().rev().map(|&joint| (joint, 0)));
+        let mut depth = 0;
+        while let Some((joint, level)) = open.pop() {
+            while depth > level {
+                text.close();
+                depth -= 1;
+            }
+            let chain = self.chain(joint);
+            self.body(&chain, text);
+            depth += 1;
+            open.extend(self.children[chain.link].iter().rev().map(|&joint| (joint, level + 1)));
+        }
+        (0..depth).for_each(|_| text.close());
+        if !is_world {
+            text.close();
+        }
+    }
+
+    /// The joints from one on that carry one body: a link without inertia and frames, on which only the next joint hangs, is
+    /// none of its own.
+    fn chain(&self, first: usize) -> Chain {
+        let Robot { joints, links, frames, .. } = self.robot;
+        let mut chain = vec![first];
+        let mut last = first;
+        loop {
+            let link = last + 1;
+            let is_bare = links[link].inertia.is_none() && frames.iter().all(|frame| frame.link != link);
+            let next = match self.children[link][..] {
+                [next] if is_bare && moves(&joints[last]) && moves(&joints[next]) => next,
+                _ => break,
+            };
+            chain.push(next);
+            last = next;
+        }
+        // Frames of joints in the body, from the last one back.
+        let mut to_body = Pose::IDENTITY;
+        let mut placed = Vec::new();
+        for &index in chain.iter().rev() {
+            let joint = &joints[index];
+            to_body = joint.child_pose.compose(&to_body);
+            placed.push((index, to_body.inverse()));
+            to_body = joint.origin.compose(&to_body);
+        }
+        placed.reverse();
+        Chain { joints: placed, pose: to_body, link: last + 1 }
+    }
+
+    fn body(&mut self, chain: &Chain, text: &mut Text) {
+        let link = &self.robot.links[chain.link];
+        text.open("body", placed(named(&link.name), &chain.pose));
+        for &(index, frame) in &chain.joints {
+            let joint = &self.robot.joints[index];
+            self.order.push(index);
+            if moves(joint) {
+                text.element("joint", attributes(joint, &frame));
+            }
+            if joint.limits.velocity.is_finite() {
+                self.warnings
+                    .push(format!("joint `{}`: MJCF has no limit of speed, {}", joint.name, joint.limits.velocity));
+            }
+            if [joint.limits.lower, joint.limits.upper].iter().filter(|bound| bound.is_finite()).count() == 1 {
+                self.warnings.push(format!("joint `{}`: MJCF has no range with one end; it is left out", joint.name));
+            }
+        }
+        let carried = || self.children[chain.link].iter().any(|&next| !moves(&self.robot.joints[next]));
+        if link.inertia.is_none()
+            && chain.joints.iter().any(|&(index, _)| moves(&self.robot.joints[index]))
+            && !carried()
+        {
+            let message = "moves and has no inertia, which MuJoCo refuses; lock its joint or give it some";
+            self.warnings.push(format!("link `{}` {message}", link.name));
+        }
+        inertia(link.inertia.as_ref(), text);
+        self.frames(chain.link, text);
+    }
+
+    fn frames(&self, link: usize, text: &mut Text) {
+        for Frame { name, pose, .. } in self.robot.frames.iter().filter(|frame| frame.link == link) {
+            text.element("site", placed(named(name), pose));
+        }
+    }
+}
+
+fn moves(joint: &Joint) -> bool {
+    joint.kind != JointKind::Fixed
+}
+
+/// A joint whose frame is there in its body.
+fn attributes(joint: &Joint, frame: &Pose) -> Attributes {
+    let kind = if joint.kind == JointKind::Prismatic { "slide" } else { "hinge" };
+    let limits = &joint.limits;
+    named(&joint.name)
+        .text("type", kind)
+        .numbers("pos", &frame.position.map(plain))
+        .numbers("axis", &frame.rotate(joint.axis).map(plain))
+        .range("range", [limits.lower, limits.upper])
+        .range("actuatorfrcrange", [-limits.effort, limits.effort])
+        .unless("damping", joint.damping, 0.0)
+        .unless("frictionloss", joint.friction, 0.0)
+        .unless("armature", joint.armature, 0.0)
+        .unless("stiffness", joint.stiffness, 0.0)
+        .unless("springref", joint.rest, 0.0)
+        .unless("ref", joint.reference, 0.0)
+}
+
+/// Where something is.
+pub(super) fn placed(attributes: Attributes, pose: &Pose) -> Attributes {
+    let attributes = match pose.position {
+        [0.0, 0.0, 0.0] => attributes,
+        position => attributes.numbers("pos", &position.map(plain)),
+    };
+    if pose.rotation == Pose::IDENTITY.rotation {
+        return attributes;
+    }
+    attributes.numbers("quat", &quaternion(&pose.rotation).map(plain))
+}
+
+/// Zero without its sign.
+fn plain(value: f64) -> f64 {
+    value + 0.0
+}
+
+fn inertia(inertia: Option<&Inertia>, text: &mut Text) {
+    let Some(Inertia { mass, center, moment: m }) = inertia else { return };
+    let mut attributes = Attributes::default().numbers("pos", &center.map(plain)).numbers("mass", &[*mass]);
+    attributes = if m[0][1] == 0.0 && m[0][2] == 0.0 && m[1][2] == 0.0 {
+        attributes.numbers("diaginertia", &[m[0][0], m[1][1], m[2][2]])
+    } else {
+        attributes.numbers("fullinertia", &[m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2]])
+    };
+    text.element("inertial", attributes);
+}

@@ -1,0 +1,44 @@
+use super::bodies::Bodies;
+use super::equipment::{actuators, followers, keys, sensors, walls};
+use super::text::{Attributes, Text};
+use crate::Robot;
+
+/// A robot as text, and what of it the text does not hold.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The text.
+    pub text: String,
+    /// What could not be written, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// A robot as MJCF, the format of MuJoCo: bodies with inertias, joints with limits, losses and springs, frames as sites, joints
+/// that follow others, actuators, sensors, keyframes and walls. Read again it has the same dynamics.
+///
+/// A link without inertia and frames between two joints becomes a body with both joints, as MuJoCo refuses bodies without
+/// inertia. What is only seen is left out.
+pub fn mjcf(robot: &Robot) -> Written {
+    let mut text = Text::default();
+    text.open("mujoco", Attributes::default().text("model", &robot.name));
+    let compiler = Attributes::default().text("angle", "radian").text("autolimits", "true");
+    text.element("compiler", compiler.text("inertiafromgeom", "false"));
+    if let Some(gravity) = robot.gravity {
+        text.element("option", Attributes::default().numbers("gravity", &gravity));
+    }
+    let mut bodies = Bodies::of(robot);
+    text.open("worldbody", Attributes::default());
+    walls(robot, &mut text);
+    bodies.write(&mut text);
+    text.close();
+    followers(robot, &mut text);
+    actuators(robot, &mut text);
+    sensors(robot, &mut text);
+    keys(robot, &bodies.order, &mut text);
+    let Bodies { mut warnings, .. } = bodies;
+    let meshes: usize = robot.links.iter().map(|link| link.meshes.len()).sum();
+    if meshes > 0 {
+        warnings.push(format!("{meshes} visual mesh{} left out", if meshes == 1 { " is" } else { "es are" }));
+    }
+    warnings.extend(robot.omitted.iter().map(|one| format!("{} `{}` is left out: {}", one.what, one.name, one.why)));
+    Written { text: text.finish(), warnings }
+}

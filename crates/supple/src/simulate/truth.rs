@@ -1,0 +1,60 @@
+use std::borrow::Cow;
+
+use supple_kernels::{Matrices, Scratch};
+
+use crate::Error;
+use crate::noise::Noise;
+use crate::problem::Task;
+use crate::system::{Points, System};
+
+/// How true states move on in place of a model: from the number of a step, states (vectors of length n) and controls
+/// (vectors of length m) of all samples to their next states (vectors of length n). Numbers that are not finite are those
+/// of a sample that diverged.
+pub type Plant<'a> = &'a (dyn Fn(usize, &Matrices, &Matrices, &mut Matrices) + Sync);
+
+/// What holds in a roll-out, whatever its filter believes.
+#[derive(Clone, Copy)]
+pub(crate) struct Truth<'a> {
+    /// Measurements, costs and contacts; the motion too, unless there is a plant.
+    pub system: &'a dyn System,
+    /// All parameters of the system.
+    pub phi: &'a [f64],
+    /// How states move on, where it is not by the system.
+    pub plant: Option<Plant<'a>>,
+}
+
+impl<'a> Truth<'a> {
+    /// The task's own system.
+    pub fn of(task: &'a Task, phi: &'a [f64]) -> Self {
+        Self { system: &*task.system, phi, plant: None }
+    }
+
+    /// Moves all states of a step on, without noise.
+    pub fn step_all(&self, at: Points, next: &mut Matrices, scratch: &mut Scratch) {
+        match self.plant {
+            None => self.system.step_all(at, self.phi, next, scratch),
+            Some(plant) => plant(at.times.of(0), at.states, at.controls, next),
+        }
+    }
+}
+
+/// Parameters and noise: as they are, or as a controller believes them to be.
+#[derive(Clone, Copy, Debug)]
+pub struct World<'a> {
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// The noise: at the parameters, along any trajectory where it varies with the state.
+    pub noise: &'a Noise,
+}
+
+impl<'a> World<'a> {
+    /// Its noise but for what varies with the state, which every roll-out has at its own states.
+    pub(super) fn fixed_noise(self, task: &Task) -> Result<Cow<'a, Noise>, Error> {
+        if task.noise.varying.is_empty() {
+            return Ok(Cow::Borrowed(self.noise));
+        }
+        let mut noise = self.noise.clone();
+        task.noise.resolve(self.phi, &mut noise)?;
+        Ok(Cow::Owned(noise))
+    }
+}

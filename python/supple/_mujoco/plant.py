@@ -1,0 +1,207 @@
+"""Many copies of a robot in one model of MuJoCo's, moved together."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from .._records import Array
+from .laws import turned, turned_back
+from .robot import POINT, Robot
+from .simulator import QUIET
+
+__all__ = ["Plant"]
+
+#: Rates above this, rad/s or m/s, count as diverged: MuJoCo is not to see what is not finite.
+_WILD = 1e6
+
+
+class Plant:
+    """Copies of a robot, moved by MuJoCo; ``R`` copies, ``n`` states in supple's order, ``m`` controls.
+
+    Bushings and contacts are forces on bodies, found anew at each of MuJoCo's steps.
+
+    Args:
+        robot: The robot.
+        copies: How many.
+        time_step: Length of a step of supple's, s.
+        substeps: Steps of MuJoCo's in each.
+    """
+
+    def __init__(self, robot: Robot, copies: int, time_step: float, substeps: int) -> None:
+        self.robot, self.copies, self._time_step = robot, copies, time_step
+        every = mujoco.MjSpec()
+        # In the copies the masses are as they are: bounds of the robot's file are applied before.
+        single = robot.spec.copy().compile()
+        every.option.gravity = robot.spec.option.gravity
+        every.option.cone = robot.spec.option.cone
+        every.compiler.boundmass, every.compiler.boundinertia = 1e-12, 1e-15
+        for copy in range(copies):
+            every.attach(robot.spec.copy(), prefix=f"{copy}:", frame=every.worldbody.add_frame())
+        self.mj = every.compile()
+        options = self.mj.opt
+        options.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        options.tolerance, options.iterations, options.ls_tolerance = 1e-12, 100, 1e-4
+        options.impratio = 10.0
+        options.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        self.data = mujoco.MjData(self.mj)
+        self.substeps = substeps
+        self._views(single)
+
+    def _views(self, single: mujoco.MjModel) -> None:
+        """Arrays of MuJoCo's by copy, and where in them what is."""
+        robot, data, R = self.robot, self.data, self.copies
+        self._qpos, self._qvel = data.qpos.reshape(R, -1), data.qvel.reshape(R, -1)
+        self._ctrl = data.ctrl.reshape(R, -1)
+        self._place = data.xpos[1:].reshape(R, -1, 3)
+        self._turn = data.xmat[1:].reshape(R, -1, 3, 3)
+        self._centre = data.xipos[1:].reshape(R, -1, 3)
+        self._velocity = data.cvel[1:].reshape(R, -1, 6)
+        self._loads = data.xfrc_applied[1:].reshape(R, -1, 6)
+        self._of_tree = data.subtree_com
+        self._root = self.mj.body_rootid[1:].reshape(R, -1)
+        self._mocap = data.mocap_pos.reshape(R, -1, 3)
+        self._body = {single.body(i).name: i - 1 for i in range(single.nbody)}
+        self._file_joints = [single.joint(name).id for name in robot.row]
+        self._motors = [single.joint(f"motor {name}").id for name in robot.motors]
+        self._leaders = [self._file_joints[robot.row[name]] for name in robot.joints]
+        # Columns of supple's controls in MuJoCo's order.
+        self._columns = [robot.controls.index(single.actuator(i).name) for i in range(single.nu)]
+        self._walls = [int(single.body_mocapid[single.body(f"wall {name}").id]) for name in self._own_walls()]
+
+    def _own_walls(self) -> list[str]:
+        return list(self.robot.contacts) if self.robot.own_contacts else []
+
+    @property
+    def substeps(self) -> int:
+        """Steps of MuJoCo's in each of supple's."""
+        return self._substeps
+
+    @substeps.setter
+    def substeps(self, count: int) -> None:
+        self._substeps = count
+        self.mj.opt.timestep = self._time_step / count
+
+    @property
+    def constants(self) -> int:
+        """How many of the states are places of walls."""
+        return len(self.robot.contacts)
+
+    def step(self, states: Array, controls: Array) -> Array:
+        """The states (R, n) after a step of supple's from states (R, n) under controls (R, m); NaN where one diverges."""
+        self.put(states, controls)
+        wild = np.zeros(self.copies, dtype=bool)
+        with QUIET:
+            for _ in range(self._substeps):
+                mujoco.mj_step1(self.mj, self.data)
+                self.apply()
+                mujoco.mj_step2(self.mj, self.data)
+                beyond = ~(np.abs(self._qvel) < _WILD).all(axis=1)
+                if beyond.any():
+                    wild |= beyond
+                    self._qpos[beyond] = self._rest
+                    self._qvel[beyond] = 0.0
+                    self.data.qacc_warmstart.reshape(self.copies, -1)[beyond] = 0.0
+        found = self.states()
+        found[wild] = np.nan
+        return found
+
+    @property
+    def _rest(self) -> Array:
+        return np.asarray(self.mj.qpos0.reshape(self.copies, -1)[0])
+
+    def put(self, states: Array, controls: Array) -> None:
+        """Moves the copies to states and holds controls."""
+        robot = self.robot
+        count = len(robot.joints)
+        moving = count + len(robot.motors)
+        q, v = states[:, :moving], states[:, moving : 2 * moving]
+        self._c = states[:, 2 * moving :]
+        self._qpos[:, self._file_joints] = q[:, :count] @ robot.G.T + robot.offset
+        self._qvel[:, self._file_joints] = v[:, :count] @ robot.G.T
+        self._qpos[:, self._motors], self._qvel[:, self._motors] = q[:, count:], v[:, count:]
+        self._ctrl[:] = controls[:, self._columns]
+        self._warm()
+        for place, (wall, name) in enumerate(zip(self._walls, self._own_walls())):
+            contact = robot.contacts[name]
+            back = contact.radius - (contact.radius or POINT)
+            self._mocap[:, wall] = contact.point + (self._c[:, place] + back)[:, None] * contact.normal
+
+    def _warm(self) -> None:
+        # What a step finds depends on state and controls alone.
+        self.data.qacc_warmstart[:] = 0.0
+
+    def states(self) -> Array:
+        """States (R, n) of the copies."""
+        moving = [*self._leaders, *self._motors]
+        return np.hstack([self._qpos[:, moving], self._qvel[:, moving], self._c])
+
+    def apply(self) -> None:
+        """Puts the forces of bushings and of supple's law of contact on the bodies, where they are now."""
+        self._loads[:] = 0.0
+        for bushing in self.robot.bushings.values():
+            (a, pa, Ra), (b, pb, Rb) = self.frame(bushing.frame_a), self.frame(bushing.frame_c)
+            (va, wa), (vb, wb) = self._moves(a, pa), self._moves(b, pb)
+            rate = vb - va - np.cross(wa, pb - pa)
+            p, omega = turned_back(Ra, pb - pa), turned_back(Ra, wb - wa)
+            torque, force = bushing.loads(p, np.swapaxes(Ra, -1, -2) @ Rb, turned_back(Ra, rate), omega)
+            # The force acts on both at the same point, half-way.
+            middle, force, torque = 0.5 * (pa + pb), turned(Ra, force), turned(Ra, torque)
+            self._load(b, middle, force, torque)
+            self._load(a, middle, -force, -torque)
+        if not self.robot.own_contacts:
+            for name in self.robot.contacts:
+                body, point, _, force = self.touch(name)
+                self._load(body, point, force, np.zeros_like(force))
+
+    def touch(self, name: str) -> tuple[int, Array, Array, Array]:
+        """Of a contact: the body, the point that touches (R, 3), its depth (R,), and the force on the body (R, 3)."""
+        contact = self.robot.contacts[name]
+        body, p, _ = self.frame(contact.frame)
+        point = p - contact.radius * contact.normal
+        depth = contact.depth(p, self._c[:, list(self.robot.contacts).index(name)])
+        velocity, _ = self._moves(body, point)
+        return body, point, depth, contact.force(depth, velocity)
+
+    def frame(self, name: str) -> tuple[int, Array, Array]:
+        """Body, place (R, 3) and turn (R, 3, 3) of a frame in the world; body -1 is the world."""
+        on, place, turn = self.robot.frames[name]
+        body = self._body[on]
+        if body < 0:
+            return body, np.broadcast_to(place, (self.copies, 3)), np.broadcast_to(turn, (self.copies, 3, 3))
+        R = self._turn[:, body]
+        return body, self._place[:, body] + R @ place, R @ turn
+
+    def _moves(self, body: int, point: Array) -> tuple[Array, Array]:
+        """Velocity of a point that a body carries, and the body's angular velocity, each (R, 3)."""
+        if body < 0:
+            return np.zeros_like(point), np.zeros_like(point)
+        omega, of_centre = self._velocity[:, body, :3], self._velocity[:, body, 3:]
+        return of_centre + np.cross(omega, point - self._of_tree[self._root[:, body]]), omega
+
+    def _load(self, body: int, point: Array, force: Array, torque: Array) -> None:
+        if body >= 0:
+            self._loads[:, body, :3] += force
+            self._loads[:, body, 3:] += torque + np.cross(point - self._centre[:, body], force)
+
+    def mean_forces(self, states: Array, controls: Array) -> dict[str, float]:
+        """The mean normal force of supple's law of contact over the states at which it touches, N, by contact."""
+        self.put(states, controls)
+        mujoco.mj_step1(self.mj, self.data)
+        found = {}
+        for name, contact in self.robot.contacts.items():
+            _, _, depth, force = self.touch(name)
+            normal = force @ contact.normal
+            touching = contact.touches(depth, normal)
+            found[name] = float(normal[touching].mean()) if touching.any() else 0.0
+        return found
+
+    def pressed(self) -> dict[str, Array]:
+        """Normal forces of MuJoCo's own contacts by name, N, (R,)."""
+        found = {name: np.zeros(self.copies) for name in self.robot.contacts}
+        force = np.zeros(6)
+        for index, contact in enumerate(self.data.contact):
+            mujoco.mj_contactForce(self.mj, self.data, index, force)
+            copy, _, name = self.mj.geom(contact.geom[0]).name.partition(":")
+            found[name.partition(" ")[2]][int(copy)] = force[0]
+        return found

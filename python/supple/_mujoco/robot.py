@@ -1,0 +1,254 @@
+"""The robot of a task file a second time, as a model of MuJoCo's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from .._records import Array
+from ..errors import UsageError
+from .bodies import bodies
+from .laws import Bushing, Contact, ElasticJoint, Law, Spring, law, numbers
+from .sdf import quaternion_of, turn_of
+
+__all__ = ["FACTORS", "Robot"]
+
+#: What of ``[model]`` is known here, or moves nothing: a task with other keys moves in another way than its twin.
+MODEL = {"kind", "file", "gravity", "actuated", "file_actuators", "independent_mimic", "links", "joints", "frames"}
+MODEL |= {"compliance", "sensors", "integrator", "substeps", "friction_smoothing", "enforce_effort_limits"}
+MODEL |= {"package_roots"}
+LINK, JOINT = {"mass", "inertia_scale", "center"}, {"damping", "friction", "armature", "stiffness", "rest"}
+#: Factors on numbers of the robot's file.
+FACTORS = ("mass", "damping")
+#: Radius of the spheres that stand for points where MuJoCo's own contacts are used, m.
+POINT = 1e-3
+#: Impedance of MuJoCo's own contacts: small, so that they are springs and dampers.
+IMPEDANCE = 0.1
+
+
+class Robot:
+    """Bodies, drives and compliance of a task's robot.
+
+    Bodies, damping and springs in joints, elastic joints and drives are MuJoCo's; bushings, and contacts where ``walls`` is
+    false, are laws that somebody has to apply.
+
+    Args:
+        model: The table ``[model]`` of the task file.
+        source: Path of the robot's file, and the texts of it and of all that it includes, by path.
+        values: Parameters by name.
+        channels: Names of supple's states and controls.
+        factors: Factors on numbers of the file, by the names of :data:`FACTORS`.
+        presses: Force of each contact at which MuJoCo's own contacts have the damping of its law, N: they are then used in
+            place of that law.
+
+    Raises:
+        UsageError: Where the task has what this twin has not.
+        FileError: Where MuJoCo cannot read the robot's file.
+    """
+
+    def __init__(
+        self,
+        model: Mapping[str, Any],
+        source: tuple[str, Mapping[str, str]],
+        values: Mapping[str, float],
+        channels: tuple[Sequence[str], Sequence[str]],
+        factors: Mapping[str, float] | None = None,
+        presses: Mapping[str, float] | None = None,
+    ) -> None:
+        if model["kind"] != "robot":
+            raise UsageError(f"model is of kind `{model['kind']}`: MuJoCo can move robots from files")
+        _known("[model]", model, MODEL)
+        self._values = values
+        states, controls = channels
+        self.controls = list(controls)
+        self.spec = bodies(*source)
+        self.laws: dict[str, Law] = {entry["name"]: law(entry, values) for entry in model.get("compliance", [])}
+        self.contacts = {name: law for name, law in self.laws.items() if isinstance(law, Contact)}
+        self.bushings = {name: law for name, law in self.laws.items() if isinstance(law, Bushing)}
+        self.motors = {name: law for name, law in self.laws.items() if isinstance(law, ElasticJoint)}
+        self.own_contacts = presses is not None
+        if "gravity" in model:
+            self.spec.option.gravity = numbers(model["gravity"], values)
+        self._overrides(model)
+        self._scale(factors or {})
+        self.frames = self._read_frames(model.get("frames", {}))
+        self._coordinates(states)
+        for entry in self.laws.values():
+            if isinstance(entry, Spring):
+                self._add_spring(entry)
+        for name, motor in self.motors.items():
+            self._add_motor(name, motor)
+        self._drive(controls)
+        if presses is not None:
+            mj = self.spec.copy().compile()
+            for name, force in presses.items():
+                self._add_wall(name, force, mj)
+
+    # Numbers of the file.
+
+    def _overrides(self, model: Mapping[str, Any]) -> None:
+        for name, table in model.get("links", {}).items():
+            _known(f"links.{name}", table, LINK)
+            body, given = self.spec.body(name), {key: numbers(entry, self._values) for key, entry in table.items()}
+            body.mass = given.get("mass", body.mass)
+            scale = given.get("inertia_scale", 1.0)
+            body.inertia, body.fullinertia = np.array(body.inertia) * scale, np.array(body.fullinertia) * scale
+            body.ipos = given.get("center", body.ipos)
+        for name, table in model.get("joints", {}).items():
+            _known(f"joints.{name}", table, JOINT)
+            joint, given = self.spec.joint(name), {key: numbers(entry, self._values) for key, entry in table.items()}
+            _set(joint, "damping", given.get("damping", _linear(joint.damping)))
+            _set(joint, "stiffness", given.get("stiffness", _linear(joint.stiffness)))
+            joint.frictionloss = given.get("friction", joint.frictionloss)
+            joint.armature = given.get("armature", joint.armature)
+            if "rest" in given:
+                joint.springref = given["rest"] / self._angle(joint)
+
+    def _scale(self, factors: Mapping[str, float]) -> None:
+        mass, damping = factors.get("mass", 1.0), factors.get("damping", 1.0)
+        for body in self.spec.bodies[1:]:
+            body.mass *= mass
+            body.inertia, body.fullinertia = np.array(body.inertia) * mass, np.array(body.fullinertia) * mass
+        for joint in self.spec.joints:
+            _set(joint, "damping", damping * _linear(joint.damping))
+
+    def _angle(self, joint: mujoco.MjsJoint) -> float:
+        """What the file's unit of a joint's position is in rad or m."""
+        turns = joint.type == mujoco.mjtJoint.mjJNT_HINGE and self.spec.compiler.degree
+        return float(np.pi / 180.0) if turns else 1.0
+
+    def _read_frames(self, own: Mapping[str, Any]) -> dict[str, tuple[str, Array, Array]]:
+        """Bodies, sites, and the task's own frames: body, place and turn."""
+        frames = {body.name: (body.name, np.zeros(3), np.eye(3)) for body in self.spec.bodies}
+        for site in self.spec.sites:
+            turn = np.zeros(9)
+            mujoco.mju_quat2Mat(turn, site.quat)
+            frames[site.name] = site.parent.name, np.array(site.pos), turn.reshape(3, 3)
+        for name, table in own.items():
+            body, p, R = frames[table["on"]]
+            place, rpy = (numbers(table.get(key, [0.0] * 3), self._values) for key in ("position", "rpy"))
+            frames[name] = body, p + R @ place, R @ turn_of(rpy)
+        return frames
+
+    # Coordinates.
+
+    def _coordinates(self, states: Sequence[str]) -> None:
+        """Which positions are supple's, and how the file's others follow them: ``qpos = G q + offset``."""
+        mj = self.spec.copy().compile()
+        if mj.nq != mj.njnt or mj.nv != mj.njnt:
+            raise UsageError("a joint of the robot has more than one position: MuJoCo's twin has hinges and slides")
+        names = [mj.joint(i).name for i in range(mj.njnt)]
+        positions = [name.removeprefix("q.") for name in states if name.startswith("q.")]
+        self.joints = [name for name in positions if name not in self.motors]
+        missing = [name for name in self.joints if name not in names]
+        if missing:
+            raise UsageError(f"joint `{missing[0]}` is not among MuJoCo's {', '.join(names)}")
+        self.row = {name: row for row, name in enumerate(names)}
+        self.G, self.offset = np.zeros((len(names), len(self.joints))), np.zeros(len(names))
+        for column, name in enumerate(self.joints):
+            self.G[self.row[name], column] = 1.0
+        for equality in self.spec.equalities:
+            data = np.asarray(equality.data[:5])
+            here, there = self.row[equality.name1], self.row[equality.name2]
+            if data[2:].any():
+                raise UsageError(f"joint `{equality.name1}` follows `{equality.name2}` by more than a line")
+            self.G[here] = data[1] * self.G[there]
+            rest = mj.qpos0[here] + data[0] - data[1] * mj.qpos0[there]
+            self.offset[here] = rest + data[1] * self.offset[there]
+            # As hard as it can be: what follows in supple follows exactly.
+            equality.solimp, equality.solref = [0.9999, 0.9999, 1e-3, 0.5, 2.0], [1e-9, 1.0]
+        free = [name for name, row in self.row.items() if not self.G[row].any()]
+        if free:
+            raise UsageError(
+                f"joint `{free[0]}` moves in MuJoCo and is no position of the task: it may be locked there"
+            )
+
+    # What the compliance and the drives are in MuJoCo.
+
+    def _add_spring(self, spring: Spring) -> None:
+        joint = self.spec.joint(spring.joint)
+        unit, before = self._angle(joint), _linear(joint.stiffness)
+        stiffness = before + spring.stiffness
+        if stiffness > 0.0:
+            joint.springref = (before * joint.springref + spring.stiffness * spring.rest / unit) / stiffness
+        _set(joint, "stiffness", stiffness)
+        _set(joint, "damping", _linear(joint.damping) + spring.damping)
+
+    def _add_motor(self, name: str, motor: ElasticJoint) -> None:
+        """A body that turns by itself, and a tendon to the joint."""
+        body = self.spec.worldbody.add_body(name=f"motor {name}", mass=1.0, inertia=[motor.motor_inertia] * 3)
+        body.explicitinertial = True
+        rotor = body.add_joint(name=f"motor {name}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+        _set(rotor, "damping", motor.motor_damping)
+        tendon = self.spec.add_tendon(name=f"motor {name}", springlength=[0.0, 0.0])
+        _set(tendon, "stiffness", motor.stiffness)
+        _set(tendon, "damping", motor.damping)
+        tendon.wrap_joint(f"motor {name}", 1.0)
+        tendon.wrap_joint(motor.joint, -1.0)
+
+    def _drive(self, controls: Sequence[str]) -> None:
+        """Actuators by the names of supple's controls: those of the file, and forces at joints and motors."""
+        elastic = {motor.joint: f"motor {name}" for name, motor in self.motors.items()}
+        wanted = {name.removeprefix("ctrl.") for name in controls if name.startswith("ctrl.")}
+        for actuator in list(self.spec.actuators):
+            name = actuator.name or actuator.target
+            if name not in wanted:
+                self.spec.delete(actuator)
+                continue
+            actuator.name = f"ctrl.{name}"
+            actuator.ctrllimited = actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+            actuator.target = elastic.get(actuator.target, actuator.target)
+        for control in controls:
+            if control.startswith("tau."):
+                joint = control.removeprefix("tau.")
+                drive = self.spec.add_actuator(name=control, target=elastic.get(joint, joint))
+                drive.trntype = mujoco.mjtTrn.mjTRN_JOINT
+                drive.set_to_motor()
+
+    def _add_wall(self, name: str, force: float, mj: mujoco.MjModel) -> None:
+        """A sphere on the frame of a contact and a plane that can be moved, which collide with one another alone.
+
+        The static stiffness is that of the law. MuJoCo's force at rest is ``-solref[0] r / ((1 - d) A)`` at the depth ``r``,
+        with its impedance ``d`` and the inverse inertia ``A`` of the body.
+        """
+        contact = self.contacts[name]
+        body, place, _ = self.frames[contact.frame]
+        e = contact.normal
+        side = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
+        side /= np.linalg.norm(side)
+        turn = np.column_stack([side, np.cross(e, side), e])
+        wall = self.spec.worldbody.add_body(name=f"wall {name}", mocap=True, quat=quaternion_of(turn))
+        radius = contact.radius or POINT
+        shapes = {"contype": 0, "conaffinity": 0, "mass": 0.0}
+        wall.add_geom(name=f"wall {name}", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 1], **shapes)
+        sphere = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [radius, 0, 0], "pos": place}
+        self.spec.body(body).add_geom(name=f"body {name}", **sphere, **shapes)
+        pair = self.spec.add_pair(name=name, geomname1=f"body {name}", geomname2=f"wall {name}")
+        pair.condim = 3 if contact.friction else 1
+        pair.friction[:2] = contact.friction
+        pair.solimp = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
+        inverse = (1.0 - IMPEDANCE) * float(mj.body_invweight0[mj.body(body).id, 0])
+        pair.solref = [-contact.stiffness * inverse, -contact.dissipation * force * inverse]
+        pair.solreffriction = [1e-9, 1.0]
+        self.spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+
+
+def _known(where: str, table: Mapping[str, Any], keys: set[str]) -> None:
+    unknown = sorted(set(table) - keys)
+    if unknown:
+        raise UsageError(f"{where}: MuJoCo's twin of a robot does not know `{unknown[0]}`")
+
+
+def _linear(given: Any) -> float:
+    """Stiffness or damping: recent versions of MuJoCo have polynomials."""
+    return float(np.ravel(given)[0])
+
+
+def _set(element: Any, key: str, value: float) -> None:
+    polynomial = np.array(getattr(element, key), dtype=np.float64)
+    if polynomial.ndim:
+        polynomial[0] = value
+    setattr(element, key, polynomial if polynomial.ndim else value)

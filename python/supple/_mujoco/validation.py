@@ -1,0 +1,264 @@
+"""Designs of supple in closed loop on MuJoCo."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import mujoco
+import numpy as np
+
+from .._asked import check_choice, check_counts, finite, logged
+from .._records import Array, build
+from .._supple import NativeTask
+from ..checks import Linearisation
+from ..errors import ComputeError, UsageError
+from ..results import Design, Evaluation
+from ..task import Task
+from ..validation import ConsistencyReport, SampledLoop, TaskValidation, Validation
+from .plant import Plant
+from .robot import FACTORS, Robot
+
+__all__ = ["ENDS_WELL", "VARY", "validate"]
+
+#: A roll-out ends well where no entry of its last state is further from the plan's than so many of the standard deviations
+#: that the plan predicts.
+ENDS_WELL = 4.0
+
+#: What can be varied: which keys of which kinds of ``[[model.compliance]]`` each name multiplies.
+VARY: dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]] = {
+    "mass": [],
+    "damping": [
+        (("spring", "elastic_joint", "bushing"), ("damping",)),
+        (("elastic_joint",), ("motor_damping",)),
+        (("bushing",), ("torsional_damping",)),
+    ],
+    "stiffness": [
+        (("spring", "elastic_joint", "bushing"), ("stiffness",)),
+        (("bushing",), ("torsional_stiffness",)),
+    ],
+    "friction": [(("contact",), ("friction",))],
+    "contact.stiffness": [(("contact",), ("stiffness",))],
+    "contact.dissipation": [(("contact",), ("dissipation",))],
+}
+
+#: MuJoCo's steps are short enough where halving them changes velocities by this share of what a step of the task does.
+CONVERGED = 1e-2
+FEWEST, MOST = 4, 128
+#: Points of the plan at which that is looked at.
+LOOKED_AT = 64
+
+
+def validate(
+    result_or_task: Task | Design | Evaluation,
+    rollouts: int = 200,
+    contact: Literal["same", "mujoco"] = "same",
+    vary: Mapping[str, float] | None = None,
+    at: Literal["start", "optimum"] = "start",
+    seed: int = 0,
+) -> Validation:
+    """Runs a design's plan, gains and extended Kalman filter on MuJoCo, beside supple's own model under the same noise.
+
+    MuJoCo reads the robot's file itself. Bodies, springs, elastic joints, drives and damping are MuJoCo's own; bushings and
+    supple's law of contact are applied as forces at each of its steps, of which there are as many in a time step as it takes
+    for the motion to change no more. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
+    Measurements, costs and contacts are supple's functions of MuJoCo's states.
+
+    Args:
+        result_or_task: A task of a robot from a file, or what :meth:`supple.Task.design` or :meth:`supple.Task.evaluate` found.
+        rollouts: Roll-outs of each task.
+        contact: ``same`` has supple's law of contact (R.14, R.15). ``mujoco`` has MuJoCo's own between a sphere and a plane:
+            its static stiffness is that of the law, it sets in where the body meets the wall and not before, its damping is
+            that of the law at the mean force of the plan, and its friction is dry.
+        vary: Factors on numbers of MuJoCo's robot, of which plan, gains and filter know nothing, by the names of
+            :data:`supple.mujoco.VARY`: ``mass`` (and moments of inertia) of all links; ``damping`` of joints, motors, springs
+            and bushings; ``stiffness`` of springs, elastic joints and bushings; ``friction`` of contacts;
+            ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied.
+        at: The design: of a task or an evaluation ``start``, as it is; of a design search its ``start``, or the ``optimum``
+            it found. ``optimum`` of a task runs :meth:`supple.Task.design` first.
+        seed: Seed of the noise.
+
+    Raises:
+        UsageError: Where the task is not one of a robot from a file, has something that MuJoCo's twin of it has not, or a name
+            or number is wrong.
+        ComputeError: Where the design has no plan.
+    """
+    check_choice("contact", [contact], ["same", "mujoco"])
+    check_choice("at", [at], ["start", "optimum"])
+    check_counts(rollouts=rollouts, seed=seed)
+    if rollouts < 2:
+        raise UsageError(f"rollouts={rollouts}: at least 2, for intervals")
+    factors = _factors(vary or {})
+    task = _task(result_or_task, at)
+    with logged("validate"):
+        tasks = {name: _validate(task, name, (int(rollouts), int(seed)), contact, factors) for name in task.tasks}
+    return Validation(
+        title=task.title,
+        at=at,
+        parameters=task.values,
+        contact=contact,
+        vary=factors,
+        rollouts=int(rollouts),
+        seed=int(seed),
+        mujoco_version=str(mujoco.__version__),
+        tasks=tasks,
+    )
+
+
+def _factors(vary: Mapping[str, float]) -> dict[str, float]:
+    found = {}
+    for name, factor in vary.items():
+        if name not in VARY:
+            raise UsageError(f"vary: there is no `{name}`; there is {', '.join(VARY)}")
+        number = finite(f"vary: {name}", factor)
+        if number is None or number < 0.0 or (name == "mass" and number == 0.0):
+            raise UsageError(f"vary: {name}={factor!r}: a factor {'above' if name == 'mass' else 'of at least'} 0")
+        found[name] = number
+    return found
+
+
+def _task(given: Task | Design | Evaluation, at: str) -> Task:
+    """The task at the design that is meant."""
+    if isinstance(given, Task):
+        return given if at == "start" else given.at(given.design().parameters)
+    if not isinstance(given, (Design, Evaluation)):
+        raise UsageError(
+            f"{type(given).__name__} cannot be validated: give a Task, or a result of its design or evaluate"
+        )
+    if isinstance(given, Evaluation) and at == "optimum":
+        raise UsageError("at='optimum': an evaluation has one design, its `start`; give a task or a result of design")
+    values = given.start_parameters if isinstance(given, Design) and at == "start" else given.parameters
+    if given.task is not None:
+        return given.task.at(values)
+    sources = [(source["path"], source["text"]) for source in given.made["sources"]]
+    return Task(NativeTask.restore(sources, list(values.items())), ("loads", sources[0][0]), values)
+
+
+def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, factors: dict[str, float]) -> TaskValidation:
+    plan = task.linearise(task=name)
+    if plan.status in ("indefinite", "not_finite"):
+        raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
+    truth = _truth(task._native, factors)
+    plant = _plant(truth, name, plan, sizes[0], contact == "mujoco", factors)
+
+    def step(states: Array, controls: Array, _: int) -> Array:
+        return plant.step(states, controls)
+
+    found = task._native.roll_out_elsewhere(name, truth, step, sizes)
+    spread = deviations(plan)
+    costs = {where: np.asarray(found[where]["costs"], dtype=np.float64) for where in ("own", "plant")}
+    both = np.isfinite(costs["own"]) & np.isfinite(costs["plant"])
+    difference, interval = _mean(costs["plant"][both] - costs["own"][both])
+    return TaskValidation(
+        name=name,
+        status=str(found["status"]),
+        predicted_cost=float(found["predicted_cost"]),
+        predicted_bits=float(found["predicted_bits"]),
+        predicted_contacts={entry["name"]: bool(entry["touches"]) for entry in found["contacts"]},
+        supple=_loop(found["own"], plan.states[-1], spread),
+        mujoco=_loop(found["plant"], plan.states[-1], spread),
+        cost_difference=difference,
+        cost_difference_interval_95=interval,
+        mujoco_steps=plant.substeps,
+    )
+
+
+def _truth(task: NativeTask, factors: Mapping[str, float]) -> NativeTask:
+    """The task with the numbers of its compliance varied."""
+    values = task.values()
+    changes: list[tuple[str, str, list[float | str]]] = []
+    parameters: dict[str, float] = {}
+    for element in json.loads(task.tables()).get("model", {}).get("compliance", []):
+        for name, factor in factors.items():
+            for key in [key for kinds, keys in VARY[name] if element["kind"] in kinds for key in keys]:
+                given = element.get(key, 0.0)
+                entries = given if isinstance(given, list) else [given]
+                parameters |= {entry: factor * values[entry] for entry in entries if isinstance(entry, str)}
+                scaled = [entry if isinstance(entry, str) else factor * float(entry) for entry in entries]
+                changes.append((element["name"], key, scaled))
+    return task.changed(changes, list(parameters.items())) if factors else task
+
+
+def _plant(
+    truth: NativeTask, name: str, plan: Linearisation, copies: int, own_contacts: bool, factors: Mapping[str, float]
+) -> Plant:
+    """The robot on MuJoCo, with steps that are short enough along the plan."""
+    model = json.loads(truth.tables())["model"]
+    sources = truth.sources()
+    folder = Path(sources[0][0]).parent
+    file = next((path for path, _ in sources[1:] if Path(path) == folder / str(model.get("file"))), "")
+    channels = truth.channels(name)
+    states, controls = ([channel["name"] for channel in channels[kind]] for kind in ("states", "controls"))
+    own = {key: factor for key, factor in factors.items() if key in FACTORS}
+    make = partial(Robot, model, (file, dict(sources[1:])), truth.values(), (states, controls), own)
+    robot = make()
+    points = np.linspace(0, len(plan.controls) - 1, LOOKED_AT).astype(int)
+    trial = Plant(robot, len(points), plan.time_step, FEWEST)
+    if own_contacts and robot.contacts:
+        robot = make(trial.mean_forces(plan.states[points], plan.controls[points]))
+        trial = Plant(robot, len(points), plan.time_step, FEWEST)
+    settle(trial, plan.states[points], plan.controls[points])
+    return Plant(robot, copies, plan.time_step, trial.substeps)
+
+
+def settle(plant: Plant, states: Array, controls: Array) -> None:
+    """Gives a plant as many steps as it takes for velocities to change no more than :data:`CONVERGED` where they are
+    halved, by the root of the mean square over points, relative to what a step of the task does to them."""
+    count = (states.shape[1] - plant.constants) // 2
+    rates = slice(count, 2 * count)
+    plant.substeps = FEWEST
+    coarse = plant.step(states, controls)
+    while plant.substeps < MOST:
+        plant.substeps *= 2
+        fine = plant.step(states, controls)
+        change = np.sqrt(np.nanmean((fine - states)[:, rates] ** 2, axis=0))
+        if (np.sqrt(np.mean((fine - coarse)[:, rates] ** 2, axis=0)) <= CONVERGED * change + 1e-12).all():
+            return
+        coarse = fine
+
+
+def deviations(plan: Linearisation) -> Array:
+    """Standard deviations (n,) of the last state's entries about the plan's, in closed loop.
+
+    The estimate has the covariance ``M`` about the plan and the state ``Sigma`` about the estimate: ``M+ = F M F' + P - Sigma``
+    with ``F = A + B K`` and the covariance ``P`` before the measurement.
+    """
+    M = plan.initial_covariance - plan.belief_covariance[0]
+    for t, (A, B, K) in enumerate(zip(plan.A, plan.B, plan.feedback)):
+        before = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
+        F = A + B @ K
+        M = F @ M @ F.T + before - plan.belief_covariance[t + 1]
+    return np.asarray(np.sqrt(np.maximum(np.diag(M + plan.belief_covariance[-1]), 0.0)))
+
+
+def _loop(runs: Mapping[str, Any], end: Array, spread: Array) -> SampledLoop:
+    costs = np.asarray(runs["costs"], dtype=np.float64)
+    last = np.asarray(runs["last_states"], dtype=np.float64)
+    well = (np.abs(last - end) <= ENDS_WELL * spread + 1e-12).all(axis=1) & np.isfinite(costs)
+    bits = runs.get("realised_bits")
+    mean, interval = _mean(costs)
+    error = 1.96 * float(bits["standard_error"]) if bits else 0.0
+    consistency = runs.get("consistency")
+    return SampledLoop(
+        cost_mean=mean,
+        cost_interval_95=interval,
+        cost_median=float(np.median(costs)),
+        realised_bits=float(bits["mean"]) if bits else None,
+        realised_bits_interval_95=np.array([bits["mean"] - error, bits["mean"] + error] if bits else []),
+        consistency=build(ConsistencyReport, consistency) if consistency else None,
+        touched={entry["name"]: float(entry["share"]) for entry in runs["touched"]},
+        diverged=int(runs["diverged"]),
+        ends_well=float(np.mean(well)),
+    )
+
+
+def _mean(samples: Array) -> tuple[float, Array]:
+    """The mean, and where the expectation is with 95 %."""
+    if not np.isfinite(samples).all() or len(samples) < 2:
+        mean = float("inf") if len(samples) > 1 else float("nan")
+        return mean, np.array([np.nan, np.nan])
+    mean, error = float(samples.mean()), 1.96 * float(samples.std(ddof=1)) / np.sqrt(len(samples))
+    return mean, np.array([mean - error, mean + error])

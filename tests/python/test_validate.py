@@ -1,0 +1,205 @@
+"""Designs in closed loop on MuJoCo: :func:`supple.mujoco.validate`, and ``python3 -m supple validate``."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import supple
+
+pytest.importorskip("mujoco")
+
+from supple.__main__ import main
+
+#: Enough for statements about means.
+ROLLOUTS = 60
+
+
+@pytest.fixture(scope="module")
+def wiping() -> supple.validation.Validation:
+    return supple.mujoco.validate(supple.load("tasks/wiping_arm.toml"), rollouts=ROLLOUTS)
+
+
+@pytest.mark.parametrize("file", ["elastic_elbow", "soft_gripper", "wiping_arm"])
+def test_supples_own_rollouts_are_those_of_evaluate(file: str) -> None:
+    """The same seeds, the same noise: to the last digits."""
+    task = supple.load(f"tasks/{file}.toml")
+    found = supple.mujoco.validate(task, rollouts=8, seed=3)
+    expected = task.evaluate(rollouts=8, seed=3, trajectories=False)
+    for name, report in expected.tasks.items():
+        one, sampled = found.tasks[name], report.monte_carlo
+        assert sampled is not None
+        assert one.supple.cost_mean == pytest.approx(sampled.cost_mean, rel=1e-12)
+        assert one.predicted_cost == pytest.approx(report.cost.expected, rel=1e-12)
+        assert one.predicted_bits == pytest.approx(report.information.total_bits, rel=1e-12)
+        assert one.predicted_contacts == {contact: made.touches for contact, made in report.contacts.items()}
+
+
+def test_costs_on_mujoco_are_those_of_supple(wiping: supple.validation.Validation) -> None:
+    """Under the same noise the two plants differ by the error of supple's time step alone."""
+    task = wiping.tasks["wipe"]
+    assert task.mujoco.diverged == task.supple.diverged == 0
+    assert abs(task.cost_difference) < 0.05 * task.supple.cost_mean
+    assert task.cost_difference == pytest.approx(task.mujoco.cost_mean - task.supple.cost_mean)
+    lower, upper = task.mujoco.cost_interval_95
+    assert lower < task.mujoco.cost_mean < upper
+    width, of_difference = upper - lower, np.ptp(task.cost_difference_interval_95)
+    assert of_difference < width, "roll-outs under the same noise differ less than among one another"
+    assert task.mujoco.touched == {"wall": 1.0} and task.predicted_contacts == {"wall": True}
+    assert task.mujoco.ends_well > 0.9 and task.supple.ends_well > 0.9
+    assert task.mujoco.realised_bits == pytest.approx(task.predicted_bits, rel=0.5)
+
+
+def test_a_linear_system_ends_within_its_predicted_deviations() -> None:
+    """The deviations of the last state, from a sample of the linear system itself."""
+    from supple._mujoco.validation import deviations
+
+    A, B, C = np.array([[1.0, 0.1], [-0.2, 0.95]]), np.array([[0.0], [0.1]]), np.array([[1.0, 0.0]])
+    task = supple.linear(
+        A=A, B=B, C=C, Q=np.eye(2), R=np.eye(1), W=1e-3 * np.eye(2), V=1e-2 * np.eye(1), X0=1e-2 * np.eye(2), N=30
+    )
+    plan = task.linearise()
+    found = task.simulate(plant=lambda x, u, t: A @ x + B @ u, rollouts=4000)
+    assert np.allclose(deviations(plan), (found.states[:, -1] - plan.states[-1]).std(axis=0), rtol=0.05)
+
+
+def test_errors_of_the_model_cost_what_they_should(wiping: supple.validation.Validation) -> None:
+    task = supple.load("tasks/wiping_arm.toml")
+    plain = wiping.tasks["wipe"]
+    stiff = supple.mujoco.validate(task, ROLLOUTS, vary={"contact.stiffness": 3.0, "mass": 1.3}).tasks["wipe"]
+    assert stiff.supple.cost_mean == plain.supple.cost_mean, "supple's own model is not varied"
+    assert stiff.cost_difference > plain.cost_difference + 1.0
+    assert stiff.mujoco.consistency is not None and plain.mujoco.consistency is not None
+    assert stiff.mujoco.consistency.mean > plain.mujoco.consistency.mean
+    unchanged = supple.mujoco.validate(task, ROLLOUTS, vary={"contact.stiffness": 1.0, "friction": 1.0, "damping": 1.0})
+    assert unchanged.tasks["wipe"].mujoco.cost_mean == pytest.approx(plain.mujoco.cost_mean, rel=1e-9)
+
+
+def test_parameters_are_varied_where_they_stand() -> None:
+    """A soft spring that is twice as stiff is the robot of twice the parameter: measurements and costs too."""
+    from supple._mujoco.validation import _truth
+
+    task = supple.load("tasks/elastic_elbow.toml", k=100.0)
+    varied = _truth(task._native, {"stiffness": 2.0})
+    assert varied.values() == {**task.values, "k": 200.0}
+    beyond = _truth(supple.load("tasks/elastic_elbow.toml", k=400.0)._native, {"stiffness": 2.0})
+    assert beyond.values()["k"] == 800.0, "bounds are those of designs"
+    peg = json.loads(_truth(supple.load("tasks/peg_on_wall.toml")._native, {"stiffness": 2.0}).tables())
+    assert peg["model"]["compliance"][0]["stiffness"] == ["k", 0.0, 4e4]
+
+
+@pytest.mark.parametrize("file", ["elastic_elbow", "soft_gripper"])
+def test_mujocos_own_contacts_press_alike(file: str) -> None:
+    task = supple.load(f"tasks/{file}.toml")
+    found = supple.mujoco.validate(task, rollouts=20, contact="mujoco")
+    for one in found.tasks.values():
+        assert one.mujoco.diverged == 0
+        assert all(share == 1.0 for share in one.mujoco.touched.values())
+        assert one.mujoco.cost_mean == pytest.approx(one.supple.cost_mean, rel=0.5)
+
+
+def test_designs_have_a_start_and_an_optimum(tmp_path: Path) -> None:
+    task = supple.load("tasks/elastic_elbow.toml")
+    design = task.design()
+    start = supple.mujoco.validate(design, 10)
+    optimum = supple.mujoco.validate(design, 10, at="optimum")
+    assert (start.at, start.parameters) == ("start", task.values)
+    assert optimum.parameters == design.parameters != start.parameters
+    assert optimum.tasks["press"].predicted_bits < start.tasks["press"].predicted_bits
+    # A result that was kept is validated from the texts that it holds.
+    again = supple.mujoco.validate(supple.load_result(design.save(tmp_path / "kept")), 10, at="optimum")  # type: ignore[arg-type]
+    assert again.to_dict() == optimum.to_dict()
+    assert "ends well" in repr(again) and "<table" in again._repr_html_()
+
+
+def test_the_command_writes_what_the_function_finds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = supple.load("tasks/elastic_elbow.toml").evaluate().save(tmp_path / "kept")
+    words = ["validate", str(folder), "--rollouts", "10", "--contact", "mujoco", "--vary", "mass=1.1", "--seed", "2"]
+    assert main(words) == 0
+    assert f"wrote {folder / 'validation.json'}" in capsys.readouterr().out
+    found = json.loads((folder / "validation.json").read_text())
+    assert (found["rollouts"], found["contact"], found["vary"], found["seed"]) == (10, "mujoco", {"mass": 1.1}, 2)
+    expected = supple.mujoco.validate(supple.load("tasks/elastic_elbow.toml"), 10, "mujoco", {"mass": 1.1}, seed=2)
+    assert found["tasks"]["press"] == json.loads(json.dumps(expected.to_dict()["tasks"]["press"]))
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == found
+    for wrong, message in [(["--vary", "mass"], "NAME=FACTOR"), (["--vary", "size=2"], "contact.stiffness")]:
+        assert main(["validate", str(folder), *wrong]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_the_program_runs_it(program: Path, tmp_path: Path) -> None:
+    folder = supple.load("tasks/elastic_elbow.toml").evaluate().save(tmp_path / "kept")
+    words = ["validate", str(folder), "--rollouts", "5", "--python", sys.executable, "--json"]
+    found = subprocess.run([program, *words], check=False, capture_output=True, text=True)
+    assert found.returncode == 0, found.stderr
+    assert json.loads(found.stdout) == json.loads((folder / "validation.json").read_text())
+
+
+@pytest.mark.parametrize("path", ["models/iiwa14_door.urdf", "models/wiping_arm.sdf", "models/soft_gripper.xml"])
+def test_robots_as_mjcf_are_read_by_mujoco(program: Path, path: str, tmp_path: Path) -> None:
+    """MuJoCo's bodies of the file that was written have the mass matrix that supple has."""
+    import mujoco
+
+    text = subprocess.run([program, "robot", path, "--to", "mjcf"], check=True, capture_output=True, text=True).stdout
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    dynamics = json.loads(
+        subprocess.run([program, "robot", path, "--json"], check=True, capture_output=True, text=True).stdout
+    )
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    G = np.zeros((model.nv, len(dynamics["joints"])))
+    for column, name in enumerate(dynamics["joints"]):
+        G[model.joint(name).dofadr[0], column] = 1.0
+    for index in range(model.neq):
+        follower, leader = model.eq_obj1id[index], model.eq_obj2id[index]
+        G[follower] = model.eq_data[index, 1] * G[leader]
+    assert np.allclose(G.T @ full @ G, dynamics["mass_matrix"], rtol=1e-9, atol=1e-12)
+
+
+def test_what_is_wrong_is_named() -> None:
+    task = supple.load("tasks/wiping_arm.toml")
+    for options, message in [
+        ({"vary": {"size": 2.0}}, "mass, damping, stiffness, friction, contact.stiffness, contact.dissipation"),
+        ({"vary": {"mass": 0.0}}, "above 0"),
+        ({"vary": {"friction": -1.0}}, "at least 0"),
+        ({"contact": "soft"}, '"same", "mujoco"'),
+        ({"at": "end"}, '"start", "optimum"'),
+        ({"rollouts": 1}, "at least 2"),
+    ]:
+        with pytest.raises(supple.UsageError, match=message.replace("(", r"\(")):
+            supple.mujoco.validate(task, **options)  # type: ignore[arg-type]
+    with pytest.raises(supple.UsageError, match="kind `two_mass`"):
+        supple.mujoco.validate(supple.load("tasks/two_mass_small.toml"), 2)
+    with pytest.raises(supple.UsageError, match="not read from a task file"):
+        one = np.eye(1)
+        linear = supple.linear(A=one, B=one, C=one, W=one, V=one, X0=one, Q=one, R=one, N=3)
+        supple.mujoco.validate(linear, 2)
+    text = Path("tasks/wiping_arm.toml").read_text()
+    with pytest.raises(supple.UsageError, match="does not know `locked`"):
+        locked = text.replace('actuated = ["shoulder", "elbow"]', 'actuated = ["shoulder", "elbow"]\nlocked = []')
+        supple.mujoco.validate(supple.loads(locked, "tasks/task.toml"), 2)
+
+
+def test_the_documentation_has_these_numbers(wiping: supple.validation.Validation) -> None:
+    """The table of docs/validation.md, from more roll-outs: predictions to its digits, means within their intervals."""
+    text = (Path(__file__).parents[2] / "docs" / "validation.md").read_text()
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("| ")
+    ]
+    elbow = supple.mujoco.validate(supple.load("tasks/elastic_elbow.toml"), rollouts=20)
+    for name, task in [("elastic_elbow: press", elbow.tasks["press"]), ("wiping_arm: wipe", wiping.tasks["wipe"])]:
+        for plant, loop in [("supple", task.supple), (f"MuJoCo, {task.mujoco_steps} steps", task.mujoco)]:
+            (row,) = [row for row in rows if row[:3] == [name, "start", plant]]
+            assert row[3] == f"{task.predicted_cost:.4g}" and row[5] == f"{task.predicted_bits:.4g}"
+            mean, half = map(float, row[4].split(" ± "))
+            assert abs(loop.cost_mean - mean) <= half + 0.5 * np.ptp(loop.cost_interval_95)
+            assert loop.consistency is not None
+            assert loop.consistency.mean == pytest.approx(float(row[7].split(" ± ")[0]), rel=0.15)
