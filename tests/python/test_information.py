@@ -1,0 +1,56 @@
+"""The information needed, used and measured, and roll-outs by default."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import own_functions
+import pytest
+
+import supple
+
+TASKS = "tasks/two_mass_unsure.toml"
+
+
+@pytest.fixture(scope="module")
+def task() -> supple.Task:
+    return supple.load(TASKS)
+
+
+def bits(evaluation: Any) -> dict[str, float]:
+    at = evaluation.tasks["press"].information
+    return {"needed": at.needed.total_bits, "used": at.control.total_bits, "measured": at.total_bits}
+
+
+def test_evaluations_have_all_three_and_roll_outs(task: supple.Task) -> None:
+    found = task.evaluate()
+    values = bits(found)
+    assert values["needed"] < values["used"] < values["measured"]
+    at = found.tasks["press"]
+    assert at.information.needed.lower_bits <= values["needed"] and at.information.needed.cost == 240.0
+    sampled = at.monte_carlo
+    assert sampled.rollouts == 256 and sampled.diverged == 0 and at.trust.verdict == "holds"
+    assert sampled.consistency.lower < 1.0 < sampled.consistency.upper
+    assert abs(sampled.realised_bits.mean - values["measured"]) < 0.1 * values["measured"]
+    assert sampled.touched["wall"].share > 0.9
+    without = task.evaluate(needed=False, rollouts=0).tasks["press"]
+    assert without.information.needed is None and without.monte_carlo is None and without.trust is None
+
+
+def test_designs_minimise_what_is_asked_for(task: supple.Task) -> None:
+    kinds: list[Any] = ["needed", "used", "measured"]
+    found = {kind: task.design(information=kind, rollouts=0) for kind in kinds}
+    for kind, design in found.items():
+        assert all(bits(design.optimum)[kind] <= bits(other.optimum)[kind] + 1e-6 for other in found.values())
+    weighted = task.design(information={"needed": 100.0, "measured": 1.0}, starts=1, rollouts=0)
+    assert bits(weighted.optimum)["needed"] < bits(found["measured"].optimum)["needed"]
+    with pytest.raises(supple.UsageError, match="needed"):
+        task.design(information="wanted")  # type: ignore[arg-type]
+    with pytest.raises(supple.UsageError, match="information"):
+        task.design(information={"needed": -1.0})
+
+
+def test_models_in_python_are_not_rolled_out_unasked() -> None:
+    for backend, rolled in [("auto", True), ("jax", False)]:
+        (at,) = own_functions.two_mass(backend).evaluate(needed=False).tasks.values()
+        assert (at.monte_carlo is not None) == rolled, backend
