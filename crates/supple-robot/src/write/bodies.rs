@@ -105,6 +105,9 @@ impl<'a> Bodies<'a> {
                 self.warnings
                     .push(format!("joint `{}`: MJCF has no limit of speed, {}", joint.name, joint.limits.velocity));
             }
+            if joint.limits.effort == 0.0 {
+                self.warnings.push(format!("joint `{}`: MJCF has no limit of force of 0; it is left out", joint.name));
+            }
             if [joint.limits.lower, joint.limits.upper].iter().filter(|bound| bound.is_finite()).count() == 1 {
                 self.warnings.push(format!("joint `{}`: MJCF has no range with one end; it is left out", joint.name));
             }
