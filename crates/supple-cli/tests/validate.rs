@@ -42,7 +42,7 @@ fn only_results_about_one_design_are_taken() {
     assert!(folder.run(&["validate", "nowhere"]).error().contains("nowhere"));
     let message = folder.run(&["validate", "kept", "--at", "optimum"]).error().to_owned();
     assert!(message.contains("--at optimum: an evaluation has one design"), "{message}");
-    let run = folder.run(&["sweep", "task.toml", "--grid", "k1=100,200", "--out", "swept"]);
+    let run = folder.run(&["sweep", "task.toml", "--grid", "k1=40,100", "--out", "swept"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let message = folder.run(&["validate", "swept"]).error().to_owned();
     assert!(message.contains("a result of `sweep`"), "{message}");

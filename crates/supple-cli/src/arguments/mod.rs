@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::Level;
-use supple::design::{GradientKind, Method, ROLLOUTS};
+use supple::design::{GradientKind, Method};
 use supple::information::InformationWeights;
 use supple_study::{LoadedTask, RESULT, check_writable};
 
@@ -286,9 +286,9 @@ pub struct EvaluateOptions {
     /// Gradients to print
     #[arg(long, value_enum, default_value_t = GradientChoice::None)]
     pub gradient: GradientChoice,
-    /// Closed-loop roll-outs with noise and an extended Kalman filter; 0 for none
-    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 100_000_000))]
-    pub rollouts: usize,
+    /// Closed-loop roll-outs with noise and an extended Kalman filter; 0 for none [default: that of the task, 256]
+    #[arg(long, value_name = "N", value_parser = count(0, 100_000_000))]
+    pub rollouts: Option<usize>,
     /// Attempts to find a cheaper plan on another branch of local minima
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub branches: usize,

@@ -15,7 +15,7 @@ pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
         total_gradient: matches!(options.gradient, GradientChoice::Total | GradientChoice::Both),
         frozen_gradient: matches!(options.gradient, GradientChoice::Frozen | GradientChoice::Both),
         needed: true,
-        rollouts: options.rollouts,
+        rollouts: options.rollouts.unwrap_or(problem.design.rollouts),
         branches: options.branches,
         seed: options.seed,
         trajectories: options.output.out.is_some(),

@@ -33,8 +33,38 @@ fn design_prints_a_page_for_people() {
     let run = Folder::with_task(TWO_MASS).run(&["design", "task.toml", "--starts", "1", "--set", "k2=20"]);
     let (code, page) = run.quiet();
     assert_eq!(code, Some(0));
-    for part in ["k1", "k2", "information, bits", "information, bits/s", "cost of press", "seed 0"] {
+    let bits = ["needed, bits", "used, bits", "measured, bits", "measured, bits/s"];
+    let others = ["k1", "k2", "cost of press", "sampled cost of press", "by what sensors see", "seed 0"];
+    for part in bits.into_iter().chain(others).chain(["Roll-outs: linearisation holds."]) {
         assert!(page.contains(part), "{part} is not in\n{page}");
+    }
+}
+
+#[test]
+fn designs_minimise_the_information_that_is_asked_for() {
+    let folder = Folder::with_task(TWO_MASS);
+    let arguments = ["design", "task.toml", "--starts", "1", "--rollouts", "0", "--json"];
+    let measured = folder.run(&arguments).json(0);
+    let used = folder.run(&[&arguments[..], &["--information", "used"]].concat()).json(0);
+    let bits = |found: &Value| number(&found["optimum"]["tasks"][0]["information"]["control"]["total_bits"]);
+    assert_eq!((&measured["settings"]["information"], &used["settings"]["information"]), (&json!("measured"), &json!("used")));
+    assert!(bits(&used) < bits(&measured), "{} {}", bits(&used), bits(&measured));
+    assert!(used["optimum"]["tasks"][0].get("trust").is_none());
+    // Nothing is needed at this bound: what is used is minimised in its stead.
+    let page = folder.run(&["design", "task.toml", "--starts", "1", "--information", "needed"]).quiet().1;
+    assert!(page.contains("No information is needed there: the search went on to the least that is used."), "{page}");
+
+    for (wrong, says) in [
+        ("information = \"wanted\"", "`needed`, `used`, `measured`"),
+        ("information = { needed = -1.0 }", "weights must be at least 0"),
+        ("information = { needed = 1.0, seen = 2.0 }", "seen"),
+        ("information = \"needed\"\ngradient = \"frozen\"", "needs the gradient `total`"),
+        ("rollouts = -1", "rollouts"),
+    ] {
+        let text = format!("{TWO_MASS}\n[design]\n{wrong}\n");
+        let run = Folder::with_task(&text).run(&["design", "task.toml"]);
+        assert_eq!(run.code, Some(2), "{wrong}");
+        assert!(run.stderr.contains(says) && run.stderr.contains("task.toml"), "{wrong}: {}", run.stderr);
     }
 }
 

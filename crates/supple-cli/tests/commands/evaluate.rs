@@ -44,7 +44,11 @@ fn evaluate_prints_what_was_asked_for_and_no_more() {
     let task =
         |more: &[&str]| folder.run(&[&["evaluate", "task.toml", "--json"], more].concat()).json(0)["tasks"][0].clone();
     let plain = task(&[]);
-    assert_eq!((plain.get("gradient"), plain.get("monte_carlo")), (None, None));
+    assert_eq!(plain.get("gradient"), None);
+    assert_eq!((&plain["monte_carlo"]["rollouts"], &plain["trust"]["verdict"]), (&json!(256), &json!("holds")));
+    assert!(number(&plain["information"]["needed"]["total_bits"]) >= number(&plain["information"]["needed"]["lower_bits"]));
+    let without = task(&["--rollouts", "0"]);
+    assert_eq!((without.get("monte_carlo"), without.get("trust")), (None, None));
     assert_eq!(keys(&task(&["--gradient", "total"])["gradient"]), ["total"]);
     assert_eq!(keys(&task(&["--gradient", "frozen"])["gradient"]), ["frozen"]);
     assert_eq!(keys(&task(&["--gradient", "both"])["gradient"]), ["frozen", "total"]);

@@ -47,7 +47,9 @@ pub fn evaluated(task: &Task, phi: &[f64]) -> TaskState {
     task.check_shapes().unwrap();
     let mut state = TaskState::new(task);
     state.evaluate(task, phi, &PlanSettings::default(), None).unwrap();
-    assert!(state.plan.status.is_converged(), "{}", state.plan.status);
+    let plan = &state.plan;
+    let ended = (plan.iterations, plan.stationarity, plan.objective, plan.steepest);
+    assert!(plan.status.is_converged(), "{}: {ended:?}", plan.status);
     state
 }
 
