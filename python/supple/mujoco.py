@@ -336,7 +336,10 @@ def gradient_error(task: Task, *, step: float = 0.01) -> dict[str, float]:
             continue
         value = task.values[name]
         h = step * (abs(value) or parameter.bounds[1] - parameter.bounds[0])
-        moved = [task.evaluate(at={name: value + k * h}, needed=False, rollouts=0, trajectories=False).information.nats for k in (-2, -1, 1, 2)]
+        moved = [
+            task.evaluate(at={name: value + k * h}, needed=False, rollouts=0, trajectories=False).information.nats
+            for k in (-2, -1, 1, 2)
+        ]
         truth = (8.0 * (moved[2] - moved[1]) - (moved[3] - moved[0])) / (12.0 * h)
         slope = sum(weights[label] * _slope(report, name) for label, report in found.tasks.items())
         errors[name] = abs(slope - truth) / abs(truth) if truth != 0.0 else abs(slope)

@@ -47,7 +47,10 @@ fn designs_minimise_the_information_that_is_asked_for() {
     let measured = folder.run(&arguments).json(0);
     let used = folder.run(&[&arguments[..], &["--information", "used"]].concat()).json(0);
     let bits = |found: &Value| number(&found["optimum"]["tasks"][0]["information"]["control"]["total_bits"]);
-    assert_eq!((&measured["settings"]["information"], &used["settings"]["information"]), (&json!("measured"), &json!("used")));
+    assert_eq!(
+        (&measured["settings"]["information"], &used["settings"]["information"]),
+        (&json!("measured"), &json!("used"))
+    );
     assert!(bits(&used) < bits(&measured), "{} {}", bits(&used), bits(&measured));
     assert!(used["optimum"]["tasks"][0].get("trust").is_none());
     // Nothing is needed at this bound: what is used is minimised in its stead.

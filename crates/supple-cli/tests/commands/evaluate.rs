@@ -46,7 +46,9 @@ fn evaluate_prints_what_was_asked_for_and_no_more() {
     let plain = task(&[]);
     assert_eq!(plain.get("gradient"), None);
     assert_eq!((&plain["monte_carlo"]["rollouts"], &plain["trust"]["verdict"]), (&json!(256), &json!("holds")));
-    assert!(number(&plain["information"]["needed"]["total_bits"]) >= number(&plain["information"]["needed"]["lower_bits"]));
+    assert!(
+        number(&plain["information"]["needed"]["total_bits"]) >= number(&plain["information"]["needed"]["lower_bits"])
+    );
     let without = task(&["--rollouts", "0"]);
     assert_eq!((without.get("monte_carlo"), without.get("trust")), (None, None));
     assert_eq!(keys(&task(&["--gradient", "total"])["gradient"]), ["total"]);

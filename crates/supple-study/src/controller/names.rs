@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn comments_end_where_they_should() {
-        assert_eq!(comment("a */ b\n/* c */*/"), "a * / b / * c * /* /");
+        assert_eq!(comment("a */ b\n/* c */*/"), "a * / b / * c * / * /");
         assert!(!comment("*/*/").contains("*/") && !comment("/*/").contains("/*"));
     }
 }

@@ -34,7 +34,7 @@ pub(super) struct Lower {
 }
 
 /// Margins that a dual point is given against rounding, nats: the first that proves a bound, or the next where it proves more.
-const MARGINS: [f64; 8] = [0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
+const MARGINS: [f64; 6] = [0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 
 impl Lower {
     fn new(given: &Given, witness: impl Fn(f64) -> Option<Witness>) -> Self {
