@@ -263,7 +263,7 @@ class Model:
             "planning": dict(planning or {}),
         }
 
-        def made(system: dict[str, Any], error: float | None) -> Task:
+        def made(system: dict[str, Any], error: DerivativeError) -> Task:
             # Roll-outs would call functions in Python some hundred thousand times: they are made where they are asked for.
             unasked = {"rollouts": 0} if system["kind"] == "callback" else {}
             text = json.dumps({**plain, "design": {**unasked, **(design or {})}})

@@ -54,7 +54,8 @@ fn designs_minimise_the_information_that_is_asked_for() {
     assert!(bits(&used) < bits(&measured), "{} {}", bits(&used), bits(&measured));
     assert!(used["optimum"]["tasks"][0].get("trust").is_none());
     // Nothing is needed at this bound: what is used is minimised in its stead.
-    let page = folder.run(&["design", "task.toml", "--starts", "1", "--information", "needed"]).quiet().1;
+    let run = folder.run(&["design", "task.toml", "--starts", "1", "--information", "needed"]);
+    let page = run.quiet().1;
     assert!(page.contains("No information is needed there: the search went on to the least that is used."), "{page}");
 
     for (wrong, says) in [
