@@ -83,7 +83,7 @@ fn the_least_needed_is_one_and_below_a_grid() {
     let task = task("two_mass_unsure.toml");
     let report = designed(&task, "needed", 10);
     for start in &report.starts {
-        println!("{:?} {:?} {}", start.status, start.to, start.information_nats);
+        eprintln!("{:?} {:?} {}", start.status, start.to, start.information_nats);
     }
     assert!(report.agreement().0 >= 9, "{:?}", report.agreement());
     let least = report.optimum.tasks[0].information.needed.as_ref().unwrap().total_nats;
@@ -105,6 +105,6 @@ fn the_least_needed_is_one_and_below_a_grid() {
             lowest = lowest.min(found);
         }
     }
-    println!("{least} nats, and at the least {lowest} at {feasible} points");
+    eprintln!("{least} nats, and at the least {lowest} at {feasible} points");
     assert!(feasible > 40 && least <= lowest + 1e-6, "{least} {lowest} {feasible}");
 }

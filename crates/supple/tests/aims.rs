@@ -68,7 +68,7 @@ fn assert_gradients(name: &str, problem: &Problem, kind: &str) {
                 value((task, &moved), weights, &mut again)
             });
             let parameter = &problem.parameters.get(index).name;
-            println!("{name} {limited} {kind} {nats:.6} d/d{parameter} {:.6e}: {error:.1e}", gradient[index]);
+            eprintln!("{name} {limited} {kind} {nats:.6} d/d{parameter} {:.6e}: {error:.1e}", gradient[index]);
             assert!(error <= 1e-5, "{name} {limited}, {kind}, {parameter}: {error:.2e}");
         }
     }

@@ -52,7 +52,7 @@ fn confirmed(tasks: u64, many: usize) -> (usize, usize, [usize; 3]) {
         same += usize::from(few == sure);
         given[few as usize] += 1;
     }
-    println!("{same} of {all} verdicts confirmed by {many} roll-outs; holds, doubtful, broken: {given:?}");
+    eprintln!("{same} of {all} verdicts confirmed by {many} roll-outs; holds, doubtful, broken: {given:?}");
     (same, all, given)
 }
 

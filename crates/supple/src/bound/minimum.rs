@@ -54,7 +54,7 @@ pub fn minimum_information(
             break;
         }
         let again = of(&BoundSettings { gap: wider * settings.gap, ..*settings });
-        if let Some(MinimumInformation { lower_nats, proof: proof @ Proof::Proved { .. }, .. }) = again.ok() {
+        if let Ok(MinimumInformation { lower_nats, proof: proof @ Proof::Proved { .. }, .. }) = again {
             (best.lower_nats, best.proof) = (lower_nats, proof);
         }
     }

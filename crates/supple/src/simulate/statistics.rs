@@ -41,7 +41,8 @@ pub struct MonteCarlo {
     /// Whether the filter's covariance is that of its errors; none in results of versions that did not look.
     #[serde(default)]
     pub consistency: Option<Consistency>,
-    /// Information that the measurements of roll-outs gave, in bits; none where a measurement's noise varies with the state.
+    /// Information that the measurements of roll-outs gave, in bits; none of a single roll-out, where one diverged, and where a
+    /// measurement's noise varies with the state.
     #[serde(default)]
     pub realised_bits: Option<Estimate>,
     /// Share of the roll-outs in which each contact touched, at 25 or so of their steps.
@@ -124,7 +125,7 @@ impl MonteCarlo {
             cost_standard_error: cost.standard_error,
             difference: cost.mean - predicted,
             consistency: (whole && measured > 0).then_some(consistency),
-            realised_bits: (whole && task.noise.varying.is_empty()).then_some(bits),
+            realised_bits: (whole && rollouts > 1 && task.noise.varying.is_empty()).then_some(bits),
             touched: touched.collect(),
             costs: outcomes.into_iter().map(|outcome| outcome.cost).collect(),
         }
