@@ -82,9 +82,6 @@ fn designs_of_a_wiping_arm_for_the_three_are_as_shown() {
 fn the_least_needed_is_one_and_below_a_grid() {
     let task = task("two_mass_unsure.toml");
     let report = designed(&task, "needed", 10);
-    for start in &report.starts {
-        eprintln!("{:?} {:?} {}", start.status, start.to, start.information_nats);
-    }
     assert!(report.agreement().0 >= 9, "{:?}", report.agreement());
     let least = report.optimum.tasks[0].information.needed.as_ref().unwrap().total_nats;
     let problem = &task.problem;
@@ -105,6 +102,5 @@ fn the_least_needed_is_one_and_below_a_grid() {
             lowest = lowest.min(found);
         }
     }
-    eprintln!("{least} nats, and at the least {lowest} at {feasible} points");
     assert!(feasible > 40 && least <= lowest + 1e-6, "{least} {lowest} {feasible}");
 }

@@ -1,4 +1,5 @@
 //! Gradients of what designs minimise.
+#![allow(clippy::unwrap_used, clippy::print_stderr, missing_docs)]
 
 use supple::aims::weighted_information;
 use supple::design::best_plan;

@@ -1,7 +1,7 @@
 //! `supple check` sees what it is there for: an entry of a gradient that is wrong by a thousandth, on every shipped task;
 //! and it raises no false alarms.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::expect_used)]
 
 #[path = "common/mod.rs"]
 mod common;
