@@ -18,8 +18,11 @@ use crate::dense::{Dense, congruence, dense, store};
 /// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
 pub(super) const LEAST_MARGIN: f64 = 1e-12;
 
-/// Gaps from which a lower bound is proved where none is from that asked for, in units of it.
-const WIDER: [f64; 3] = [10.0, 100.0, 1000.0];
+/// The gap from which a lower bound is proved where none is from that asked for, in units of it.
+const WIDER: f64 = 1000.0;
+
+/// The share of the minimum that such a bound must come to, to be of use.
+const OF_USE: f64 = 0.5;
 
 /// The share of the gap asked for at which the search ends: the proof needs the rest.
 pub(super) const SHARE: f64 = 0.5;
@@ -48,13 +51,12 @@ pub fn minimum_information(
         Ok::<_, Error>(solution(horizon, &chain, found, (cost, budget)))
     };
     let mut best = of(settings)?;
-    // Farther from the boundary, where rounding is less beside what the proof has to see.
-    for wider in WIDER {
-        if matches!(best.proof, Proof::Proved { .. }) {
-            break;
-        }
-        let again = of(&BoundSettings { gap: wider * settings.gap, ..*settings });
-        if let Ok(MinimumInformation { lower_nats, proof: proof @ Proof::Proved { .. }, .. }) = again {
+    if matches!(best.proof, Proof::NotProved { .. }) {
+        // Farther from the boundary, where rounding is less beside what the proof has to see.
+        let again = of(&BoundSettings { gap: WIDER * settings.gap, ..*settings });
+        if let Ok(MinimumInformation { lower_nats, proof: proof @ Proof::Proved { .. }, .. }) = again
+            && lower_nats > OF_USE * best.nats
+        {
             (best.lower_nats, best.proof) = (lower_nats, proof);
         }
     }
