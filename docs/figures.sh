@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Draws the figures of docs/paper.md and docs/bounds.md anew: makes the studies of the paper and curves of bounds, and copies
-# their figures.
+# their figures. The last one needs Python with matplotlib and the package supple.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mktemp -d)
@@ -13,3 +13,5 @@ cargo run --release -- bound tasks/two_mass.toml --set k1=135.912 --set k2=171.4
 for name in plant masses; do
     cargo run --release -- plot "$out/$name" --figure bound --out "docs/images/bounds/$name.svg"
 done
+mkdir -p docs/images/aims
+python docs/three_designs.py docs/images/aims/three.svg

@@ -1,6 +1,6 @@
 """Makes ``crates/supple/tests/golden/bound_steady.json``: least information per step of random systems, by cvxpy.
 
-    python benches/python/bound_steady_oracle.py crates/supple/tests/golden/bound_steady.json
+    python benches/python/bound_steady_oracle.py crates/supple/tests/golden/bound_steady.json 560
 
 Needs cvxpy with Clarabel. Modes on, inside and outside of the unit circle; singular prices of states and of controls. The
 regulator is by steps of the Riccati equation from 0, and the rest is the program of T. Tanaka, P. Esfahani and S. Mitter,
@@ -94,7 +94,7 @@ def minimum(a: Array, w: Array, theta: Array, budget: float) -> float | None:
 def main() -> None:
     """Solves all of them and writes those that came out."""
     out = []
-    for seed in range(48):
+    for seed in range(int(sys.argv[2])):
         a, b, w, q, r = system(seed)
         law = regulator(a, b, q, r)
         if law is None:

@@ -77,8 +77,8 @@ def find_program(given: str | None) -> str:
 
 
 def evaluate(program: str, task: Path, limit: float, out: Path | None = None) -> Run:
-    """Runs `supple evaluate`; with `out`, the trajectory is kept in that folder and is part of the result."""
-    command = [program, "evaluate", str(task), "--json", "--threads", "1"]
+    """Runs `supple evaluate` without roll-outs; with `out`, the trajectory is kept in that folder and is part of the result."""
+    command = [program, "evaluate", str(task), "--json", "--threads", "1", "--rollouts", "0"]
     if out is not None:
         command += ["--out", str(out)]
     clock = time.perf_counter()

@@ -13,6 +13,7 @@ from .checks import CheckReport, Linearisation
 from .closed_loop import Rollouts
 from .controller import Controller
 from .errors import ComputeError, FileError, Interrupted, KeptError, StorageError, SuppleError, UsageError, WorkerError
+from .explorer import Explorer
 from .loading import load, loads
 from .model import DerivativeError, Derivatives, Model, Noise, VaryingVariance, combine
 from .plots import Figure
@@ -37,6 +38,7 @@ __all__ = [
     "Derivatives",
     "Design",
     "Evaluation",
+    "Explorer",
     "Figure",
     "FileError",
     "Grid",
@@ -76,7 +78,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Modules that are imported where they are first used: ``supple.executors``, and ``supple.mujoco``, which needs MuJoCo."""
+    """Imports modules on first use: ``supple.executors``, and ``supple.mujoco``, which requires MuJoCo."""
     if name in ("executors", "mujoco"):
         from importlib import import_module
 

@@ -1,4 +1,4 @@
-"""``python3 -m supple validate DIR``: what the command line leaves to Python."""
+"""``python3 -m supple validate DIR``: the part of the command line that runs in Python."""
 
 from __future__ import annotations
 
@@ -15,22 +15,26 @@ from .studies import load_result
 
 __all__ = ["main"]
 
-#: What is written into the folder of the result.
+#: File written into the folder of the result.
 VALIDATION = "validation.json"
 
 
 def main(words: list[str] | None = None) -> int:
-    """Does what the words say; the exit code of the command line: 0 where all held, 1 where not, 2 where the input is wrong."""
+    """Runs the command and returns its exit code: 0 on success, 1 if a plan or roll-out failed, 2 if the input is invalid."""
     parser = argparse.ArgumentParser(prog="python3 -m supple", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     validate = commands.add_parser("validate", help="run a design in closed loop on MuJoCo")
     validate.add_argument("folder", metavar="DIR", help="folder of a result of `supple design` or `supple evaluate`")
     validate.add_argument("--rollouts", type=int, default=200, metavar="N", help="roll-outs of each task (200)")
+    validate.add_argument("--contact", choices=["same", "mujoco"], default="same", help="contact law on MuJoCo (same)")
+    validate.add_argument("--at", choices=["start", "optimum"], help="design to validate (optimum of a search)")
     validate.add_argument(
-        "--contact", choices=["same", "mujoco"], default="same", help="law of contact on MuJoCo (same)"
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=FACTOR",
+        help="multiply a quantity of MuJoCo's robot by a factor",
     )
-    validate.add_argument("--at", choices=["start", "optimum"], help="design of a search (optimum)")
-    validate.add_argument("--vary", action="append", default=[], metavar="NAME=FACTOR", help="factor on MuJoCo's robot")
     validate.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the roll-outs (0)")
     validate.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args(words)

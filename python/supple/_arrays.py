@@ -1,4 +1,4 @@
-"""Arrays that users give: shapes, numbers and covariances, checked."""
+"""Checks of the arrays that users pass: shapes, numbers and covariances."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 @dataclass
 class Sizes:
-    """Lengths of state, control and measurement, and how many steps there are, with the array that says so."""
+    """Lengths of state, control and measurement, and the number of steps, with the array that determines it."""
 
     states: int
     controls: int
@@ -27,7 +27,7 @@ class Sizes:
 
     @staticmethod
     def of(A: ArrayLike, B: ArrayLike, C: ArrayLike, N: int | None) -> Sizes:
-        """From the shapes of ``A``, ``B`` and ``C``, and from the number of steps where it is given."""
+        """From the shapes of ``A``, ``B`` and ``C``, and from the number of steps if it is given."""
         valid = {"A": "(n, n) or (N, n, n)", "B": "(n, m) or (N, n, m)", "C": "(p, n) or (N+1, p, n)"}
         shapes = {name: numbers(name, given).shape for name, given in (("A", A), ("B", B), ("C", C))}
         for name, shape in shapes.items():
@@ -45,7 +45,7 @@ class Sizes:
         return {"n": self.states, "m": self.controls, "p": self.measurements}[axis]
 
     def see(self, name: str, count: int, measured: bool) -> None:
-        """Takes in how many matrices an array has: one for each step, and one more of what is measured."""
+        """Records how many matrices an array has: one per step, and one more for measurements."""
         steps = count - 1 if measured else count
         valid = "N+1" if measured else "N"
         if steps < 1:
@@ -61,7 +61,7 @@ class Sizes:
 
     @property
     def steps(self) -> int:
-        """N, once all arrays were seen."""
+        """N, once all arrays have been recorded."""
         if not self._steps:
             raise UsageError("N is missing: say how many steps there are, as no array has a time axis")
         return next(iter(self._steps))
@@ -73,7 +73,7 @@ def _text(shape: tuple[int, ...]) -> str:
 
 
 def check_unmasked(name: str, given: object) -> None:
-    """Refuses arrays with masked entries: NumPy would take the numbers below the mask."""
+    """Rejects arrays with masked entries: NumPy would use the numbers under the mask."""
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         place = ", ".join(str(index) for index in np.argwhere(np.ma.getmaskarray(given))[0])
         raise UsageError(
@@ -82,7 +82,7 @@ def check_unmasked(name: str, given: object) -> None:
 
 
 def numbers(name: str, given: ArrayLike) -> Array:
-    """A copy as float64, which nobody else changes; anything but real numbers is an error."""
+    """A private copy as float64; anything other than real numbers is an error."""
     check_unmasked(name, given)
     try:
         found = np.asarray(given)
@@ -94,7 +94,7 @@ def numbers(name: str, given: ArrayLike) -> Array:
 
 
 def finite_array(name: str, given: ArrayLike, axes: tuple[str, ...]) -> Array:
-    """An array that is not empty, of as many axes as are named, whose lengths are checked elsewhere."""
+    """A non-empty array with as many axes as are named; their lengths are checked elsewhere."""
     found = numbers(name, given)
     if found.ndim != len(axes) or not found.size:
         letters = ", ".join(axes) + ("," if len(axes) == 1 else "")
@@ -111,15 +111,15 @@ def _check_finite(name: str, found: Array) -> None:
 
 
 def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: bool = False, once: bool = False) -> Array:
-    """An array of the given axes, or with the time as one axis more before them.
+    """An array with the given axes, or with an additional time axis before them.
 
     Args:
-        name: What it is called.
+        name: Its name in messages.
         given: The array.
         sizes: Lengths of the axes; learns how many steps there are.
         axes: Its axes without time: ``nm`` for (n, m).
-        measured: Whether it is there at the last state too: N + 1 times.
-        once: Whether it has no axis of time.
+        measured: Whether it also exists at the last state: N + 1 times.
+        once: Whether it has no time axis.
     """
     found = numbers(name, given)
     shape = tuple(sizes.length(axis) for axis in axes)
@@ -132,7 +132,7 @@ def array(name: str, given: ArrayLike, sizes: Sizes, axes: str, *, measured: boo
 
 
 def _valid(axes: str, shape: tuple[int, ...], measured: bool, once: bool) -> str:
-    """Shapes that are valid, by letters and by numbers."""
+    """The valid shapes, in letters and in numbers."""
     letters = ", ".join(axes) + ("," if len(axes) == 1 else "")
     lengths = "x".join(str(length) for length in shape)
     if once:
@@ -151,7 +151,7 @@ def symmetric(
     once: bool = False,
     semidefinite: bool = False,
 ) -> Array:
-    """As :func:`array`, of symmetric matrices; what differs by rounding is made equal."""
+    """Like :func:`array`, for symmetric matrices; differences due to rounding are removed."""
     found = array(name, given, sizes, axes, measured=measured, once=once)
     mirror = np.swapaxes(found, -1, -2)
     scale = np.abs(found).max(initial=0.0)
@@ -179,7 +179,7 @@ def covariance(
     once: bool = False,
     definite: bool = False,
 ) -> Array:
-    """As :func:`symmetric`, of covariances; a list of variances stands for the matrix with these on its diagonal."""
+    """Like :func:`symmetric`, for covariances; a list of variances stands for the matrix with these on its diagonal."""
     found = numbers(name, given)
     order = sizes.length(axes[0])
     if found.ndim == 1:
@@ -192,7 +192,7 @@ def covariance(
 
 
 def _check_definite(name: str, found: Array, definite: bool) -> None:
-    """Checks that matrices are positive semidefinite but for rounding, or positive definite."""
+    """Checks that matrices are positive semidefinite up to rounding, or positive definite."""
     least = np.atleast_1d(np.linalg.eigvalsh(found)[..., 0])
     scale = np.atleast_1d(np.abs(found).max(axis=(-1, -2)))
     bad = np.flatnonzero(least <= 0.0 if definite else least < -1e-10 * scale)

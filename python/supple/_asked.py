@@ -1,4 +1,4 @@
-"""What is asked for, checked and in the words of the native part and of the command line."""
+"""Checks of arguments, and their form in the native part and on the command line."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ __all__ += ["check_counts", "design_text", "designs_of", "finite", "logged", "op
 
 LOGGER = logging.getLogger("supple")
 
-# What the native part takes: axes, one axis, and designs by name with values.
+# Arguments of the native part: axes, one axis, and designs by name with values.
 Vary = tuple[str, str | list[float]]
 Axes = list[Vary]
 Chosen = list[str | tuple[str, list[tuple[str, float]]]]
 
 
 class logged:
-    """Logs how long a study takes."""
+    """Logs the duration of a study."""
 
     def __init__(self, what: str) -> None:
         self._what = what
@@ -56,7 +56,7 @@ def check_counts(**counts: int) -> None:
 
 
 def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | None]) -> None:
-    """Whether all values are some of those that are valid; ``None`` is told as such."""
+    """Checks that all values are valid; ``None`` is reported as such."""
     known = list(valid)
     for value in values:
         if value not in known:
@@ -70,7 +70,7 @@ def check_name(name: str, value: str | None) -> None:
 
 
 def finite(name: str, value: float | None) -> float | None:
-    """A number that is asked for, where it is."""
+    """A finite number, or ``None`` if it is not given."""
     if value is None:
         return None
     try:
@@ -87,7 +87,7 @@ def option_words(**options: int) -> list[str]:
 
 
 def bound_points(curve: bool | int) -> int | None:
-    """Points of a curve of bounds: 20 where it is just asked for."""
+    """Number of points of a curve of bounds: 20 for ``True``."""
     if isinstance(curve, bool):
         return 20 if curve else None
     check_counts(curve=curve)

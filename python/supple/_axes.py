@@ -1,4 +1,4 @@
-"""Figures drawn on axes of matplotlib, from the same data as the files."""
+"""Figures drawn on matplotlib axes, from the same data as the files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "star"
 
 
 def draw(figure: dict[str, Any], ax: Any) -> None:
-    """Draws the panels of a figure on one pair of axes each."""
+    """Draws each panel of a figure on its own axes object."""
     axes = list(np.ravel(np.asarray(ax, dtype=object)))
     panels = figure["panels"]
     if len(axes) != len(panels):

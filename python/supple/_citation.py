@@ -6,7 +6,7 @@ from ._supple import __version__
 
 __all__ = ["cite"]
 
-#: The paper whose principle the package computes.
+#: The paper whose principle the package implements.
 PAPER = """@misc{haninger2021minimum,
   author = {Haninger, Kevin},
   title = {Minimum directed information: A design principle for compliant robots},
@@ -19,7 +19,7 @@ PAPER = """@misc{haninger2021minimum,
 
 
 def cite() -> str:
-    """BibTeX of the installed version of the package, and of the paper whose principle it computes."""
+    """BibTeX entries for the installed version of the package, and for the paper whose principle it implements."""
     software = f"""@software{{supple,
   author = {{{{The supple authors}}}},
   title = {{supple: design of compliant robots that need little information to be controlled}},

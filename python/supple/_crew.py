@@ -1,4 +1,4 @@
-"""Workers of an executor: units of work given out in batches, bounded in number, and what comes back."""
+"""Workers of an executor: units of work are sent in a bounded number of batches, and their results are collected."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ LOGGER = logging.getLogger("supple")
 #: An executor, a number of processes, or a function that makes an executor.
 Workers = Union[Executor, int, Callable[[], Executor]]
 
-#: How long a core should work for a batch of units, s, and how long that may take where the core has other work too:
-#: much longer than it takes to send it, and short enough to share out well.
+#: Target computation time of a batch on one core, s, and its limit if the core has other work:
+#: much longer than sending it takes, and short enough to balance the load.
 BATCH, LONGEST = 0.5, 2.0
 
-#: Batches in a second at most: schedulers take about a millisecond for each.
+#: Maximum number of batches per second: schedulers take about a millisecond for each.
 FUTURES = 400
 
-#: Batches given out at first, and at most.
+#: Number of batches in flight: initially, and at most.
 FEWEST, MOST = 8, 4096
 
-#: Studies of more bytes than this are sent only to workers that say that they do not know them.
+#: Studies larger than this, in bytes, are sent only to workers that do not have them yet.
 SMALL = 4096
 
-#: How often a unit is given to other workers after one died with it.
+#: How often a unit is sent to other workers after a worker died with it.
 DEATHS = 3
 
-#: Seconds between looks at signals.
+#: Seconds between checks for signals.
 WAKE = 0.2
 
 
@@ -59,10 +59,10 @@ class Unit:
     """A unit of work.
 
     Attributes:
-        number: Its place among all units.
-        content: What is to be done.
-        words: What it is, for people.
-        deaths: How many executors broke while it was given out.
+        number: Its index among all units.
+        content: The work to do.
+        words: Its description, for people.
+        deaths: Number of executors that broke while it was in flight.
     """
 
     number: int
@@ -71,17 +71,17 @@ class Unit:
     deaths: int = 0
 
 
-#: Units that are done, each with the bytes of what it found.
+#: Completed units, each with the bytes of its result.
 Done = list[tuple[Unit, bytes]]
 Keep = Callable[[Done], None]
 Shown = Callable[[int], None]
 
 
 class Crew:
-    """The workers of an executor, for the time of one study; makes executors anew where it may."""
+    """The workers of an executor, for the duration of one study; recreates executors if possible."""
 
     def __init__(self, workers: Workers, kept: str) -> None:
-        """``kept`` says, in errors, what becomes of what is done."""
+        """``kept`` describes, in errors, what happens to completed work."""
         self._executor: Executor
         self._make: Callable[[], Executor] | None = None
         self._kept = kept
@@ -90,7 +90,7 @@ class Crew:
             return
         if isinstance(workers, int) and not isinstance(workers, bool) and workers >= 1:
             count = workers
-            # Forked processes would inherit locks and open files of this one.
+            # Forked processes would inherit locks and open files of this process.
             spawn = multiprocessing.get_context("spawn")
             self._make = lambda: ProcessPoolExecutor(count, mp_context=spawn, initializer=_units.deaf)
         elif callable(workers):
@@ -110,7 +110,7 @@ class Crew:
             _end(self._executor, at_once=kind is not None)
 
     def hello(self) -> None:
-        """Waits for a worker, and asks whether it can work for this process."""
+        """Waits for a worker and asks whether it can work for this process."""
         LOGGER.info("waiting for a worker")
         for attempt in range(DEATHS):
             try:
@@ -127,16 +127,16 @@ class Crew:
             raise WorkerError(refusal)
 
     def run(self, context: _units.Context, units: Iterable[Unit], total: int, keep: Keep, shown: Shown) -> None:
-        """Does all units, in any order, ``total`` of them at most.
+        """Runs all units, at most ``total``, in any order.
 
-        Where it ends early, what is pending is cancelled, and what is done is kept.
+        If it ends early, pending work is cancelled and completed work is kept.
 
         Args:
-            context: What they share.
+            context: Data that the units share.
             units: The units.
-            total: How many these are, at most.
-            keep: Called on this thread with what is done, all of which it keeps, or it raises.
-            shown: Called with the number of units that were kept.
+            total: Maximum number of units.
+            keep: Called on this thread with completed units; it either keeps all of them or raises.
+            shown: Called with the number of units kept.
         """
         run = _Run(self, context, iter(units), total, keep, shown)
         try:
@@ -159,7 +159,7 @@ class Crew:
 
 
 class _Run:
-    """One study's units on their way."""
+    """The units of one study that are in flight."""
 
     def __init__(
         self,
@@ -177,12 +177,12 @@ class _Run:
         self.left = total
         self.nonce = uuid.uuid4().hex
         self.flying: dict[Future[Any], list[Unit]] = {}
-        # Batches to do again, and whether each needs to be sent what the study is.
+        # Batches to repeat, and whether the study has to be sent with each.
         self.again: deque[tuple[list[Unit], bool]] = deque()
-        # Units that may have killed workers, to do one by one.
+        # Units that may have killed workers, to run one at a time.
         self.suspects: deque[Unit] = deque()
         self.pace = _Pace()
-        # How often executors broke since something was done.
+        # Number of broken executors since a unit was last completed.
         self.breaks = 0
 
     def loop(self) -> None:
@@ -197,9 +197,9 @@ class _Run:
                 self.mend(error)
 
     def fill(self) -> None:
-        """Gives out batches until enough of them are on their way."""
+        """Sends batches until enough of them are in flight."""
         if self.suspects and not self.again:
-            # Alone, so that it is known whose fault it is.
+            # Alone, so that the failing unit can be identified.
             if not self.flying:
                 self.submit([self.suspects.popleft()], True)
             return
@@ -225,7 +225,7 @@ class _Run:
         self.flying[future] = batch
 
     def take(self, futures: Iterable[Future[Any]]) -> None:
-        """Delivers what is done, and raises what a worker raised, or says of itself."""
+        """Delivers completed units, and raises errors that workers raised or reported."""
         done: Done = []
         landed = []
         raised: BaseException | None = None
@@ -233,7 +233,7 @@ class _Run:
             try:
                 answer: _units.Answer = future.result()
             except BaseException as error:
-                # Units of broken executors are still counted as on their way: all of these are to be done again.
+                # Units of broken executors still count as in flight: all of them have to be repeated.
                 raised = raised or self.reason(future, error)
                 continue
             batch = self.flying[future]
@@ -255,7 +255,7 @@ class _Run:
             raise raised
 
     def reason(self, future: Future[Any], error: BaseException) -> BaseException:
-        """What is to be raised for what a future raised."""
+        """The exception to raise for the exception of a future."""
         if isinstance(error, ImportError):
             told = self.crew._broken(error, "")
         elif isinstance(error, CancelledError) or type(error).__name__ == "KilledWorker":
@@ -271,7 +271,7 @@ class _Run:
         return WorkerError(f"{what} got lost: {type(error).__name__}: {error}; {self.crew._kept}")
 
     def mend(self, error: BrokenExecutor) -> None:
-        """Makes a new executor, and does again what was on its way."""
+        """Makes a new executor and repeats the units that were in flight."""
         arrived = [future for future in self.flying if future.done() and not future.cancelled()]
         self.take([future for future in arrived if future.exception() is None])
         self.breaks += 1
@@ -292,8 +292,8 @@ class _Run:
         self.crew._renew()
 
     def abandon(self) -> None:
-        """Cancels what is pending and delivers what is done."""
-        # A pool of processes that is about to be ended would stumble over futures that are cancelled.
+        """Cancels pending units and delivers completed ones."""
+        # A process pool that is about to end fails on cancelled futures.
         if self.crew._make is None or not isinstance(self.crew._executor, ProcessPoolExecutor):
             for future in self.flying:
                 future.cancel()
@@ -307,40 +307,40 @@ class _Run:
 
 
 class _Pace:
-    """How many units a batch has, and how many batches are on their way; results do not depend on either."""
+    """Controls the number of units per batch and of batches in flight; results do not depend on either."""
 
     def __init__(self) -> None:
         self.window = FEWEST
-        # Seconds by unit, of late, and those of a core.
+        # Recent seconds per unit, and recent core seconds per unit.
         self.by_unit = math.inf
         self.core = math.inf
-        # Workers that are busy.
+        # Number of busy workers.
         self.busy = 1.0
         self.seconds = 0.0
         self.longest = 0.0
         self.since = time.perf_counter()
 
     def batch(self, left: int) -> int:
-        """Units of the next batch, where so many are left."""
-        # More futures in a second than this would keep a scheduler busy.
+        """Number of units in the next batch, given the number of units left."""
+        # More futures per second than this would overload a scheduler.
         factor = max(1.0, self.busy / FUTURES / BATCH)
         wanted = factor * min(BATCH / self.core, LONGEST / self.by_unit)
-        # The last ones are small, so that all workers end at about the same time.
+        # The last batches are small, so that all workers end at about the same time.
         share = left / (3 * self.busy)
         return max(1, int(min(wanted, share)))
 
     def note(self, units: int, seconds: float, core: float) -> None:
-        """So many units took so many seconds, and so many of a core."""
+        """Records the seconds and core seconds that a number of units took."""
         self.by_unit = _of_late(self.by_unit, seconds / units)
         self.core = _of_late(self.core, core / units)
         self.seconds += seconds
         self.longest = max(self.longest, seconds)
         elapsed = time.perf_counter() - self.since
-        # Batches that began before count whole: for long, so that they count for little.
+        # Batches that began earlier count in full: as long ones, so that they have little weight.
         if elapsed < max(2 * BATCH, 4 * self.longest):
             return
         self.busy = max(1.0, self.seconds / elapsed)
-        # Where more than half of what was given out is being worked on, some workers have nothing waiting.
+        # If more than half of the sent batches are running, some workers have nothing waiting.
         if self.busy > self.window / 2:
             self.window = min(2 * self.window, MOST)
         self.seconds, self.longest, self.since = 0.0, 0.0, time.perf_counter()
@@ -353,7 +353,7 @@ def _of_late(before: float, now: float) -> float:
 
 
 def _end(executor: Executor, at_once: bool) -> None:
-    """Shuts an executor down; at once, its processes are ended where that can be done."""
+    """Shuts an executor down immediately, ending its processes if possible."""
     if not (at_once and isinstance(executor, ProcessPoolExecutor)):
         executor.shutdown(wait=not at_once)
         return

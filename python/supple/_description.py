@@ -1,4 +1,4 @@
-"""Descriptions of tasks, as the native part reads them: plain numbers, and names of parameters in their place."""
+"""Descriptions of tasks for the native part: plain numbers, or names of parameters in their place."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ Number = float | str
 
 @dataclass(frozen=True)
 class VaryingVariance:
-    """What is added to variances of measurements where they depend on the state: ``coefficient (state - center)^2``.
+    """A state-dependent term added to measurement variances: ``coefficient (state - center)^2``.
 
     Attributes:
-        measurement: Names of the measurements, one or a list, in which ``*`` stands for any letters.
+        measurement: Names of the measurements, one or a list, in which ``*`` matches any characters.
         state: Name of the state.
-        center: Where the state is seen best, in its unit; or the name of a parameter.
-        coefficient: Variance per square of the state's unit, at least 0; or the name of a parameter.
+        center: Value of the state at which the term is zero, in its unit; or the name of a parameter.
+        coefficient: Variance per squared unit of the state, at least 0; or the name of a parameter.
     """
 
     measurement: str | Sequence[str]
@@ -72,7 +72,7 @@ class VaryingVariance:
 
 
 def varying(given: Sequence[VaryingVariance]) -> list[dict[str, Any]]:
-    """What varies of the noise, as plain objects."""
+    """The state-dependent part of the noise, as plain objects."""
     if not _is_list(given) or not all(isinstance(law, VaryingVariance) for law in given):
         raise UsageError(
             f"varying={given!r}: a list of supple.VaryingVariance(measurement, state, center, coefficient)"
@@ -85,10 +85,10 @@ class Noise:
     """Covariances of a task: lists of variances, or whole matrices; entries may be names of parameters.
 
     Attributes:
-        initial: Of the first state, (n,) or (n, n).
-        process: What each step adds to the state, (n,) or (n, n).
-        measurement: Of the measurement, positive definite, (p,) or (p, p).
-        varying: What is added to its variances where they depend on the state; nothing where left out.
+        initial: Covariance of the initial state, (n,) or (n, n).
+        process: Covariance of the noise that each step adds to the state, (n,) or (n, n).
+        measurement: Covariance of the measurement noise, positive definite, (p,) or (p, p).
+        varying: State-dependent terms added to its variances; default: none.
     """
 
     initial: Sequence[Number] | Sequence[Sequence[Number]] | ArrayLike
@@ -125,12 +125,12 @@ def _is_list(given: object) -> bool:
 
 
 def numbers(given: Any) -> list[Number]:
-    """Numbers as Python has them; names stay."""
+    """Numbers as Python numbers; names are kept."""
     return [entry if isinstance(entry, str) else float(entry) for entry in given]
 
 
 def control_rows(given: Any) -> list[list[Number]]:
-    """A first guess of controls as rows: one for all steps, or one each."""
+    """An initial guess of the controls as rows: one for all steps, or one per step."""
     if not _is_list(given):
         raise UsageError(
             f"initial_control={given!r}: it must be a list of one number per control, or of one row per step"
@@ -142,7 +142,7 @@ def names(what: str, given: int | Sequence[str] | Mapping[str, str], letter: str
     """Names with their units.
 
     Raises:
-        UsageError: Where there is none, or one occurs twice.
+        UsageError: If there is none, or one occurs twice.
     """
     if isinstance(given, (int, np.integer)) and not isinstance(given, bool):
         found = {f"{letter}{index + 1}": "" for index in range(given)}
@@ -163,7 +163,7 @@ def parameters(given: Mapping[str, Parameter]) -> dict[str, Parameter]:
     """Declared parameters.
 
     Raises:
-        UsageError: Where one is no :class:`Parameter`.
+        UsageError: If one is not a :class:`Parameter`.
     """
     for name, parameter in given.items():
         if not isinstance(parameter, Parameter):
@@ -208,7 +208,7 @@ def _catalogued(name: str, listed: CatalogueEntry | float) -> dict[str, Any]:
 
 
 def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, ...]], Array]:
-    """What gives the numbers of a list at the parameters' first values, checked."""
+    """A function that gives the numbers of a list at the parameters' initial values, checked."""
 
     def number(what: str, entry: Any) -> float:
         if isinstance(entry, str):
@@ -255,18 +255,18 @@ def bounds(given: Sequence[tuple[float, float]] | None) -> list[list[float | Non
 
 
 def made(description: dict[str, Any]) -> Task:
-    """The task of a description, which is also how other processes make it again."""
+    """The task of a description; other processes rebuild the task in the same way."""
     described = {"source": source(description), **description}
     return Task(NativeTask.own(described), ("own", described))
 
 
 def combine(*tasks: Task, title: str | None = None) -> Task:
-    """One problem of several tasks that share their parameters: information is summed, and every bound has to be met.
+    """Combines several tasks that share their parameters: information is summed, and every cost limit applies.
 
-    Settings of planning and design, and values of parameters, are those of the first.
+    Settings of planning and design, and parameter values, are taken from the first task.
 
     Raises:
-        UsageError: Where parameters differ, names of tasks repeat, or a task was read from a file.
+        UsageError: If parameters differ, names of tasks repeat, or a task was loaded from a file.
     """
     if not tasks:
         raise UsageError("combine needs at least one task")

@@ -1,4 +1,4 @@
-"""Results as tables: one row by step, level, point, visited design or sensor. Information is in bits."""
+"""Results as tables: one row per step, level, point, visited design or sensor. Information is in bits."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from .errors import UsageError
 from .table import Table, dataset
 
 if TYPE_CHECKING:
+    from ._records import Array
     from .bounds import Bounds
     from .reports import TaskReport, TrajectoryReport
     from .sensors import Sensors
@@ -25,7 +26,7 @@ Row = Mapping[str, Any]
 
 
 def _table(rows: Sequence[Row], units: Mapping[str, str]) -> Table:
-    """Rows of equal keys as columns: texts as lists, numbers and truths as arrays; a number that is missing is NaN."""
+    """Rows with equal keys as columns: strings as lists, numbers and booleans as arrays; missing numbers are NaN."""
     columns: dict[str, Any] = {}
     for name in rows[0] if rows else ():
         values = [row[name] for row in rows]
@@ -52,7 +53,9 @@ def _trajectory(report: TaskReport) -> TrajectoryReport:
 
 
 def trajectories(tasks: Iterable[TaskReport]) -> Table:
-    """Plans, one row by step: time, states and their standard deviations, controls, and the bits of each measurement."""
+    """Plans, one row per step: time, states and their standard deviations, controls, contacts, quantities, terms of the
+    cost, and the bits of all measurements.
+    """
     rows: list[Row] = []
     units = {"time": "s", "information_bits": "bit"}
     for report in tasks:
@@ -60,12 +63,23 @@ def trajectories(tasks: Iterable[TaskReport]) -> Table:
         units |= dict(zip(found.state_names, found.state_units))
         units |= {f"{name}.deviation": unit for name, unit in zip(found.state_names, found.state_units)}
         units |= dict(zip(found.control_names, found.control_units))
+        units |= {f"{name}.force": "N" for name in found.contacts} | {
+            f"{name}.clearance": "m" for name in found.contacts
+        }
+        units |= {f"{one.name} ({one.of})": one.unit for one in found.quantities}
         for t, time in enumerate(found.time):
             row: dict[str, Any] = {"task": report.name, "step": t, "time": float(time)}
             row |= dict(zip(found.state_names, found.states[t]))
             row |= {f"{name}.deviation": value for name, value in zip(found.state_names, found.deviations[t])}
             given = found.controls[t] if t < len(found.controls) else [math.nan] * len(found.control_names)
             row |= dict(zip(found.control_names, given))
+            for name, contact in found.contacts.items():
+                row[f"{name}.force"] = contact.force_N[t]
+                row[f"{name}.clearance"] = contact.clearance_m[t]
+                row[f"{name}.touches"] = contact.touches[t]
+            for one in found.quantities:
+                row[f"{one.name} ({one.of})"] = one.values[t] if t < len(one.values) else math.nan
+            row |= {f"cost {name}": cost.per_step[t] for name, cost in found.costs.items()}
             row["information_bits"] = report.information.per_step_nats[t] / LN2
             rows.append(row)
     names = {name: None for row in rows for name in row}
@@ -73,16 +87,16 @@ def trajectories(tasks: Iterable[TaskReport]) -> Table:
 
 
 def trajectory_dataset(report: TaskReport) -> Any:
-    """A plan as an xarray ``Dataset`` over time, state, control and measurement, with units."""
+    """A plan as an xarray ``Dataset`` over time, state, control, contact, term of the cost and roll-out, with units."""
     found = _trajectory(report)
-    variables = {
+    variables: dict[str, Any] = {
         "states": (("time", "state"), found.states),
         "deviations": (("time", "state"), found.deviations),
         "controls": (("step", "control"), found.controls),
         "feedback": (("step", "control", "state"), found.feedback),
         "information_bits": ("time", report.information.per_step_nats / LN2),
     }
-    coordinates = {
+    coordinates: dict[str, Any] = {
         "time": found.time,
         "step": np.arange(len(found.controls)),
         "state": found.state_names,
@@ -90,11 +104,39 @@ def trajectory_dataset(report: TaskReport) -> Any:
         "state_unit": ("state", found.state_units or [""] * len(found.state_names)),
         "control_unit": ("control", found.control_units or [""] * len(found.control_names)),
     }
-    return dataset(variables, {"time": "s", "information_bits": "bit"}, {}, coordinates)
+    units = {"time": "s", "information_bits": "bit"}
+    if found.contacts:
+        curves = list(found.contacts.values())
+        variables["contact_force"] = (("contact", "time"), np.stack([curve.force_N for curve in curves]))
+        variables["contact_clearance"] = (("contact", "time"), np.stack([curve.clearance_m for curve in curves]))
+        variables["contact_touches"] = (("contact", "time"), np.stack([curve.touches for curve in curves]))
+        coordinates["contact"] = list(found.contacts)
+        units |= {"contact_force": "N", "contact_clearance": "m"}
+    if found.costs:
+        variables["cost_per_step"] = (("cost", "time"), np.stack([curve.per_step for curve in found.costs.values()]))
+        coordinates["cost"] = list(found.costs)
+    if found.quantities:
+        values = np.full((len(found.quantities), len(found.time)), math.nan)
+        for row, one in zip(values, found.quantities):
+            row[: len(one.values)] = one.values
+        variables["quantities"] = (("quantity", "time"), values)
+        coordinates["quantity"] = [f"{one.name} ({one.of})" for one in found.quantities]
+        coordinates["quantity_unit"] = ("quantity", [one.unit for one in found.quantities])
+    if found.threads:
+        variables["threads"] = (("rollout", "time", "state"), _padded(found.threads, len(found.time)))
+    return dataset(variables, units, {}, coordinates)
+
+
+def _padded(runs: Sequence[Array], count: int) -> Array:
+    """Runs of states as one array, (runs, count, n); NaN where a run ended early."""
+    out = np.full((len(runs), count, runs[0].shape[1]), math.nan)
+    for row, run in zip(out, runs):
+        row[: len(run)] = run
+    return out
 
 
 def robustness(study: Robustness) -> Table:
-    """One row by design, task, planning and level of noise."""
+    """One row per design, task, planning and noise level."""
     tasks = _tasks(study.made)
     rows = [
         {
@@ -115,7 +157,7 @@ def robustness(study: Robustness) -> Table:
 
 
 def pareto(front: Pareto) -> Table:
-    """One row by point of the front, the tightest bounds first."""
+    """One row per point of the front, the tightest cost limits first."""
     tasks = _tasks(front.made)
     rows = [
         {
@@ -132,7 +174,7 @@ def pareto(front: Pareto) -> Table:
 
 
 def trace(study: Trace) -> Table:
-    """One row by visited design of each search."""
+    """One row per visited design of each search."""
     tasks = _tasks(study.made)
     rows = [
         {
@@ -152,7 +194,7 @@ def trace(study: Trace) -> Table:
 
 
 def bounds(found: Bounds) -> Table:
-    """One row by task and point of its curve; one by task where there is no curve."""
+    """One row per task and point of its curve; one per task if there is no curve."""
     rows: list[Row] = []
     for name, task in found.tasks.items():
         points: Sequence[Any] = found.curves.get(name) or [task]
@@ -170,6 +212,6 @@ def bounds(found: Bounds) -> Table:
 
 
 def sensors(found: Sensors) -> Table:
-    """One row by sensor."""
+    """One row per sensor."""
     rows = [sensor.to_dict() for sensor in found.sensors.values()]
     return _table(rows, {"bits_alone": "bit", "bits_beyond_others": "bit"})

@@ -1,4 +1,4 @@
-"""Linear problems from arrays, which may differ from step to step."""
+"""Linear problems from arrays, which may vary from step to step."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .task import Task
 
 __all__ = ["linear"]
 
-#: Names of the numbers of a vector, with their units where there are any.
+#: Names of the entries of a vector, with their units if any.
 Names = Sequence[str] | Mapping[str, str]
 
 
@@ -58,9 +58,9 @@ def linear(
         y[t]   = C[t] x[t] + d[t] + v[t]                    v[t] ~ N(0, V[t])
         J = sum over t < N of (x'Q[t]x + 2x'S[t]u + u'R[t]u + q[t]'x + r[t]'u)  +  x[N]'QN x[N] + qN'x[N]
 
-    There are no factors 1/2 in the cost, as in task files. Each array may be one matrix for all steps, or one for each
-    step with the time as its first axis: N of them, and N + 1 of ``C``, ``d`` and ``V``, as the last state is measured
-    too. The task has no parameters: it is evaluated and simulated, and there is nothing to design.
+    There are no factors 1/2 in the cost, as in task files. Each array may be one matrix for all steps, or one per step
+    with time as its first axis: N matrices, or N + 1 for ``C``, ``d`` and ``V``, as the last state is measured too. The task
+    has no parameters: it can be evaluated and simulated, but not designed.
 
     Args:
         A: Dynamics, (n, n) or (N, n, n).
@@ -68,32 +68,32 @@ def linear(
         C: Measurement, (p, n) or (N+1, p, n).
         W: Covariance of the process noise of a step, (n, n) or (N, n, n), or variances (n,); may be singular.
         V: Covariance of the measurement noise, (p, p) or (N+1, p, p), or variances (p,); positive definite.
-        X0: Covariance of the first state, (n, n), or variances (n,); may be singular.
+        X0: Covariance of the initial state, (n, n), or variances (n,); may be singular.
         Q: Weight of the state, (n, n) or (N, n, n). ``[[Q, S], [S', R]]`` must be positive semidefinite.
         R: Weight of the control, (m, m) or (N, m, m).
-        QN: Weight of the last state, (n, n); the last of ``Q`` where left out.
-        S: Weight of state and control together, (n, m) or (N, n, m); 0 where left out.
-        c: What is added to the next state, (n,) or (N, n).
-        d: What is added to the measurement, (p,) or (N+1, p).
+        QN: Weight of the last state, (n, n); default: the last of ``Q``.
+        S: Cross weight of state and control, (n, m) or (N, n, m); default: 0.
+        c: Constant added to the next state, (n,) or (N, n).
+        d: Constant added to the measurement, (p,) or (N+1, p).
         q: Linear cost of the state, (n,) or (N, n).
         r: Linear cost of the control, (m,) or (N, m).
-        qN: Linear cost of the last state, (n,); the last of ``q`` where left out.
-        x0: Mean of the first state, (n,); 0 where left out.
-        N: How many steps there are; needed where no array has a time axis.
-        time_step: Time step, s: it makes bits per second of bits per step.
-        bound: The expected cost may be at most this.
-        control_bounds: Least and greatest value of each control; plus or minus infinity for none.
-        states: Names of the states, or names with units; ``x1``, ``x2``... where left out.
-        controls: The same of the controls; ``u1``, ``u2``... where left out.
-        measurements: The same of the measurements; ``y1``, ``y2``... where left out.
-        varying: What is added to variances of measurements where they depend on the state, by these names.
+        qN: Linear cost of the last state, (n,); default: the last of ``q``.
+        x0: Mean of the initial state, (n,); default: 0.
+        N: Number of steps; required if no array has a time axis.
+        time_step: Time step, s; it converts bits per step to bits per second.
+        bound: Cost limit: the greatest expected cost allowed.
+        control_bounds: Lower and upper limit of each control; plus or minus infinity for none.
+        states: Names of the states, or names with units; default: ``x1``, ``x2``...
+        controls: The same for the controls; default: ``u1``, ``u2``...
+        measurements: The same for the measurements; default: ``y1``, ``y2``...
+        varying: State-dependent terms added to measurement variances, by these names.
         name: Name of the task.
-        title: What it is, for people.
-        planning: Settings by the names of the task file's ``[planning]``.
+        title: Description, for people.
+        planning: Settings of the planner, by the names in the task file's ``[planning]``.
 
     Raises:
-        UsageError: Where an array has a wrong shape, is not finite, or no covariance or weight: it says which, what was
-            found and what is valid.
+        UsageError: If an array has a wrong shape, is not finite, or is not a valid covariance or weight; the message names the
+            array, what was found and what is valid.
     """
     sizes = Sizes.of(A, B, C, N)
     n, m, p = sizes.states, sizes.controls, sizes.measurements
@@ -163,7 +163,7 @@ def _check_convex(Q: Array, S: Array | None, R: Array) -> None:
 
 
 def _channels(what: str, given: Names | None, letter: str, count: int) -> list[tuple[str, str]]:
-    """Names with units, of which there must be ``count``."""
+    """Names with units; there must be ``count`` of them."""
     found = describe.names(what, count if given is None else given, letter)
     if len(found) != count:
         raise UsageError(f"{what} has {len(found)} names: there are {count} {what}")
@@ -188,7 +188,7 @@ def _positive(name: str, value: float) -> float:
 
 
 def _bounds(given: Sequence[tuple[float, float]] | None, count: int) -> list[list[float | None]] | None:
-    """Least and greatest controls, (m,) each, with ``None`` for infinite ones."""
+    """Lower and upper limits of the controls, (m,) each, with ``None`` for infinite ones."""
     if given is not None and len(given) != count:
         raise UsageError(f"control_bounds has {len(given)} pairs: there are {count} controls")
     return describe.bounds(given)

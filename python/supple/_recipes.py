@@ -1,4 +1,4 @@
-"""Tasks made again in other processes."""
+"""Tasks rebuilt in other processes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["make"]
 
 
 def make(kind: str, what: Any, changed: Mapping[str, float]) -> Task:
-    """The task of a recipe, with these values of parameters."""
+    """The task of a recipe, with these parameter values."""
     if kind in ("load", "loads"):
         path, sources = what
         return Task(NativeTask.restore(sources, list(changed.items())), (kind, path), changed)

@@ -1,4 +1,4 @@
-"""Plain objects made of nested dicts by their annotations."""
+"""Plain objects built from nested dicts according to their annotations."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "Record", "build", "plain"]
+__all__ = ["Array", "Flags", "Record", "build", "plain"]
 
 #: An array of float64.
 Array = NDArray[np.float64]
+
+#: An array of booleans.
+Flags = NDArray[np.bool_]
 
 T = TypeVar("T")
 R = TypeVar("R", bound="Record")
@@ -24,10 +27,10 @@ _HINTS: dict[type, dict[str, Any]] = {}
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Record:
-    """What reports are made of: named numbers, texts, arrays and other records."""
+    """Base class of reports: named numbers, strings, arrays and other records."""
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it as dicts, lists, numbers and texts: what ``json.dumps`` takes, NaN and infinity included."""
+        """The record as dicts, lists, numbers and strings for ``json.dumps``, including NaN and infinity."""
         return {field.name: plain(getattr(self, field.name)) for field in dataclasses.fields(self)}
 
     def __repr__(self) -> str:
@@ -36,7 +39,7 @@ class Record:
 
 
 def _short(value: object) -> str:
-    """A value in a few words: arrays by their shape."""
+    """A short form of a value: arrays by their shape."""
     if isinstance(value, np.ndarray):
         return f"<array {'x'.join(map(str, value.shape))}>" if value.size > 4 else str(value.tolist())
     if isinstance(value, (list, dict)) and len(value) > 4:
@@ -45,7 +48,7 @@ def _short(value: object) -> str:
 
 
 def plain(value: object) -> Any:
-    """A value as dicts, lists, numbers and texts."""
+    """A value as dicts, lists, numbers and strings."""
     if isinstance(value, Record):
         return value.to_dict()
     if isinstance(value, np.ndarray):
@@ -58,7 +61,7 @@ def plain(value: object) -> Any:
 
 
 def build(kind: type[R], data: Mapping[str, Any]) -> R:
-    """A record of a kind from a dict; keys that the kind does not know are left out."""
+    """A record of a kind from a dict; unknown keys are ignored."""
     hints = _HINTS.get(kind)
     if hints is None:
         hints = _HINTS[kind] = get_type_hints(kind)
@@ -74,7 +77,8 @@ def _convert(hint: Any, value: Any) -> Any:
         inner = [kind for kind in get_args(hint) if kind is not type(None)]
         return _convert(inner[0], value) if len(inner) == 1 else value
     if origin is np.ndarray:
-        return np.asarray(value if value is not None else [], dtype=np.float64)
+        dtype = np.bool_ if hint == Flags else np.float64
+        return np.asarray(value if value is not None else [], dtype=dtype)
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return build(typing.cast("type[Record]", hint), value if value is not None else {})
     if origin is list:

@@ -1,6 +1,7 @@
-"""What a task of an own model is, as a text: what stands for the task file where there is none.
+"""The text that identifies the task of a custom model, in place of a task file.
 
-Results keep it, and journals of sweeps know by it whether they belong to a task: so it has to change where the task does.
+Results store it, and journals of sweeps use it to check whether they belong to a task: it has to change when the task
+changes.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ __all__ = ["of_function", "source"]
 
 
 def source(description: dict[str, Any]) -> str:
-    """The text of a description as the native part takes it."""
+    """The text of a description for the native part."""
     parts = [json.dumps(json.loads(description["plain"]), indent=2)]
     parts += [_of_value(system) for system in description["systems"]]
     return "\n\n".join(parts) + "\n"
 
 
 def of_function(function: Callable[..., Any]) -> str:
-    """The code of a function, and of all that it refers to."""
+    """The code of a function and of everything to which it refers."""
     return _of_callable(function, set())
 
 
@@ -97,6 +98,6 @@ def _of_values(values: dict[str, Any], seen: set[int]) -> str:
         elif hasattr(value, "__array__"):
             lines.append(f"{name} = {_of_value(np.asarray(value))}\n")
         elif value is None or isinstance(value, (bool, int, float, complex, str, list, tuple, dict)):
-            # What is inside of lists has no address in its text.
+            # Values inside lists have no address in their text.
             lines.append(f"{name} = {value!r}\n" if isinstance(value, complex) else f"{name} = {_as_json(value)}\n")
     return "".join(lines)

@@ -45,23 +45,23 @@ def from_state_space(
     title: str = "",
     planning: Mapping[str, Any] | None = None,
 ) -> Task:
-    """A linear problem whose ``A``, ``B`` and ``C`` are those of a state-space object.
+    """A linear problem with ``A``, ``B`` and ``C`` from a state-space object.
 
-    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. Systems
-    in continuous time are put into discrete time by a zero-order hold: the control stays the same over a time step.
-    ``W`` is the covariance of the noise that a time step adds, not one per second, and ``Q`` and ``R`` weigh each step.
+    Takes ``control.StateSpace`` of python-control, and ``StateSpace``, ``lti`` and ``dlti`` of ``scipy.signal``. Continuous-time
+    systems are discretised with a zero-order hold: the control is constant over a time step.
+    ``W`` is the covariance of the noise that a time step adds, not per second, and ``Q`` and ``R`` are the weights of each step.
 
     Args:
-        sys: The system. Its ``D`` must be 0: measurements see the state alone.
-        W: As of :func:`supple.linear`, and so are all other arguments but these:
-        time_step: Time step, s: needed for systems in continuous time, and for those in discrete time that do not say
+        sys: The system. Its ``D`` must be 0: measurements depend on the state alone.
+        W: As in :func:`supple.linear`, like all other arguments except the following:
+        time_step: Time step, s: required for continuous-time systems, and for discrete-time systems that do not specify
             theirs.
-        states: Names of the states; those of python-control's object, or else ``x1``, ``x2``..., where left out.
+        states: Names of the states; default: those of the python-control object, otherwise ``x1``, ``x2``...
         controls: Names of the controls, likewise.
         measurements: Names of the measurements, likewise.
 
     Raises:
-        UsageError: Where the system is of another kind, has a ``D``, or its time step is not known.
+        UsageError: If the system is of another type, has a ``D``, or its time step is not known.
     """
     found = _read(sys)
     if np.any(found.D):
@@ -103,12 +103,12 @@ def from_state_space(
 
 @dataclass(frozen=True)
 class _Found:
-    """What a state-space object says.
+    """Contents of a state-space object.
 
     Attributes:
         A: (n, n), and so on: ``B`` (n, m), ``C`` (p, n), ``D`` (p, m).
-        time_step: s; 0 in continuous time; ``None`` in discrete time with a time step that is not said.
-        names: Names of states, controls and measurements, where there are any.
+        time_step: s; 0 in continuous time; ``None`` in discrete time with an unspecified time step.
+        names: Names of states, controls and measurements, if any.
     """
 
     A: Array

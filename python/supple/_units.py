@@ -1,4 +1,4 @@
-"""What a worker process does: units of work of a study, many per call, each from bytes to bytes."""
+"""The work of a worker process: units of a study, many per call, each from bytes to bytes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Answer", "Context", "context", "deaf", "hello", "work"]
 
-#: Studies that a worker keeps ready.
+#: Number of studies that a worker caches.
 KEPT = 8
 
 _READY: OrderedDict[str, Units] = OrderedDict()
@@ -30,13 +30,13 @@ _LOCK = threading.Lock()
 
 @dataclass(frozen=True)
 class Context:
-    """What all units of a study share.
+    """Data that all units of a study share.
 
     Attributes:
-        version: The version of supple that asks.
-        instructions: What it computes with; other instructions round otherwise.
-        key: Names the study.
-        payload: The task and what the study is, packed.
+        version: The version of supple in the calling process.
+        instructions: Its vector instructions; other instructions round differently.
+        key: Identifies the study.
+        payload: The packed task and study.
     """
 
     version: str
@@ -47,14 +47,14 @@ class Context:
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of units.
+    """The outcome of units.
 
     Attributes:
-        refusal: Why this worker cannot do any units of the study; empty where it can.
-        missing: Whether it has to be sent what the study is.
-        found: The bytes of what each unit found.
-        seconds: How long they took, s.
-        busy: How long a core worked for them, s; less where it had other work too.
+        refusal: Why this worker cannot run units of the study; empty if it can.
+        missing: Whether the study has to be sent to it.
+        found: The bytes of the result of each unit.
+        seconds: Their duration, s.
+        busy: Core time that they took, s; less than ``seconds`` if the core had other work.
     """
 
     refusal: str = ""
@@ -65,10 +65,10 @@ class Answer:
 
 
 def context(task: Task, shared: bytes) -> Context:
-    """What the units of a study of a task share; ``shared`` is the study as its collector has it.
+    """The data that the units of a study share; ``shared`` is the study in the form of its collector.
 
     Raises:
-        UsageError: Where the task cannot be pickled.
+        UsageError: If the task cannot be pickled.
     """
     packed = zlib.compress(pickle.dumps((_pickled(task), shared)))
     return Context(__version__, instructions(), hashlib.sha256(packed).hexdigest(), packed)
@@ -78,7 +78,7 @@ def _pickled(task: Task) -> bytes:
     dumps = pickle.dumps
     if task._recipe[0] == "own":
         try:
-            # Functions of scripts and notebooks, and lambdas, go along by value.
+            # Functions of scripts and notebooks, and lambdas, are sent by value.
             import cloudpickle
 
             dumps = cloudpickle.dumps
@@ -95,7 +95,7 @@ def _pickled(task: Task) -> bytes:
 
 
 def hello(version: str, wanted: str) -> str:
-    """Why this worker cannot work for a process with this version and these instructions; empty where it can."""
+    """Why this worker cannot work for a process with this version and these instructions; empty if it can."""
     where = f"the worker on {socket.gethostname()}"
     if version != __version__:
         return f"{where} has supple {__version__}, this process {version}: install the same version on both"
@@ -109,20 +109,20 @@ def hello(version: str, wanted: str) -> str:
 
 
 def deaf() -> None:
-    """Leaves Ctrl-C to the process that asks, which ends this one."""
+    """Leaves Ctrl-C to the calling process, which ends this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def work(version: str, wanted: str, key: str, payload: bytes | None, units: list[bytes], nonce: str) -> Answer:
-    """Does units of the study with this key.
+    """Runs units of the study with this key.
 
     Args:
-        version: The version of supple that asks.
-        wanted: The instructions that it computes with.
-        key: Names the study.
-        payload: What the study is; ``None`` where the worker may know it.
+        version: The version of supple in the calling process.
+        wanted: The instructions that it uses.
+        key: Identifies the study.
+        payload: The study; ``None`` if the worker may already have it.
         units: The units.
-        nonce: Makes calls different from one another for schedulers that take equal calls for one.
+        nonce: Makes calls distinct for schedulers that merge equal calls.
     """
     refusal = hello(version, wanted)
     if refusal:

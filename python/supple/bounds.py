@@ -1,4 +1,4 @@
-"""How little information would do."""
+"""The minimum information that a task requires."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrderLine(Record):
-    """A line of the order of bounds.
+    """One line of the order of bounds.
 
     Attributes:
-        what: Which number.
-        bits_per_step: Bits by decision; ``None`` where it is not known.
-        assumption: What it holds for.
-        ordered: Whether it takes part in the order: each line that does is at most the next that does.
+        what: Name of the number.
+        bits_per_step: Bits per decision; ``None`` if it is not known.
+        assumption: The assumptions under which it holds.
+        ordered: Whether it belongs to the order: each such line is at most the next such line.
     """
 
     what: str
@@ -43,14 +43,14 @@ class OrderLine(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Direction(Record):
-    """A combination of states that is measured apart from the others: what they give adds up.
+    """A combination of states that is measured independently of the others: their information adds up.
 
     Attributes:
-        bits: What it gives, bits.
-        coefficients: Those of the states, n; that of the state which counts most is 1.
+        bits: Its information, bits.
+        coefficients: Coefficients of the states, n; the coefficient of the most significant state is 1.
         unit: The unit of the combination.
         deviation: The standard deviation of the noise, in this unit.
-        text: The same in words.
+        text: The same as text.
     """
 
     bits: float
@@ -62,17 +62,17 @@ class Direction(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SensorWindow(Record):
-    """What the virtual sensor measures in a part of the time.
+    """Measurements of the virtual sensor in a time window.
 
     Attributes:
         first: Its first decision.
-        last: Its last one.
-        from_s: Time of the first one, s.
-        until_s: Time of the last one, s.
+        last: Its last decision.
+        from_s: Time of the first decision, s.
+        until_s: Time of the last decision, s.
         bits: Bits over the window.
-        rank: How many numbers are measured at a decision, at most.
+        rank: Maximum number of quantities measured at a decision.
         strongest: The decision with the most bits.
-        directions: What is measured there, that with the most bits first.
+        directions: The directions measured there, in descending order of bits.
     """
 
     first: int
@@ -87,7 +87,7 @@ class SensorWindow(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredState(Record):
-    """How much of the information is about one state: bits over all decisions.
+    """The share of the information that concerns one state: bits over all decisions.
 
     Attributes:
         state: Its name.
@@ -105,12 +105,12 @@ class VirtualSensor(Record):
     """A sensor that attains the minimum with a Kalman filter and the optimal regulator.
 
     Attributes:
-        rank: How many numbers it measures at a decision, at most.
-        rank_per_step: How many at each decision, T.
+        rank: Maximum number of quantities that it measures at a decision.
+        rank_per_step: Number of quantities at each decision, T.
         states: Names of the states, n.
-        units: Their units, n; empty where they are not known.
-        measured: Each state that it measures, that with the most bits first.
-        windows: What it measures in each part of the time.
+        units: Their units, n; empty if they are not known.
+        measured: The states that it measures, in descending order of bits.
+        windows: Its measurements in each time window.
         measurement: ``C`` at each decision, rank x n, T of them.
         variances: The diagonal of ``V`` at each decision, rank, T of them.
         gain: The Kalman gain at each decision, n x rank, T of them.
@@ -129,48 +129,48 @@ class VirtualSensor(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BoundReport(Record):
-    """How little information would do for one task; the command line's JSON has the same keys.
+    """The minimum information that one task requires; the command line's JSON has the same keys.
 
-    All rates are bits by decision: of T controls, or of one step where it is stationary.
+    All rates are in bits per decision: of T controls, or of one step for a stationary task.
 
     Attributes:
         name: The task.
-        stationary: Whether all of it is about the steady state, per step.
+        stationary: Whether all numbers refer to the steady state, per step.
         status: How its plan ended.
-        steps: T, decisions that costs and totals are over; 1 where it is stationary.
+        steps: T, the number of decisions that costs and totals cover; 1 for a stationary task.
         time_step_s: Time step, s.
-        cost: The expected cost that is kept, D.
-        own_cost: That of the design with its own sensors; ``None`` where its filter has no steady state.
-        minimum_cost: That with the state known exactly: no information keeps less.
-        open_loop_cost: That with nothing measured; ``None`` where it is infinite.
-        floor_bits_per_step: Stationary: the data-rate theorem. Else the growth of the open loop, which is no bound.
+        cost: The expected cost that is not exceeded, D.
+        own_cost: The expected cost of the design with its own sensors; ``None`` if its filter has no steady state.
+        minimum_cost: The expected cost with the state known exactly: no information achieves less.
+        open_loop_cost: The expected cost without measurements; ``None`` if it is infinite.
+        floor_bits_per_step: Stationary: the data-rate theorem. Otherwise the growth of the open loop, which is not a bound.
         floor_is_bound: Whether the floor is a bound.
         kostina_hassibi_bits_per_step: The bound of Kostina and Hassibi, stationary only.
-        kostina_hassibi_vacuous: Why it says nothing, where it does not.
-        closed_form_bits_per_step: The best bound in closed form.
-        minimum_bits_per_step: The least directed information at the cost D over all sensors and controllers.
-        minimum_lower_bits_per_step: What is proved that it is not below; 0 where nothing is.
-        proved: Whether that is proved, by intervals from a point of the dual.
-        not_proved: Why it is not, where it is not.
-        proof_distance: How far, relatively, the numbers that it is proved for are from those given.
-        achieved_bits_per_step: What the virtual sensor achieves, by its Kalman filter.
-        achieved_cost: The expected cost that the virtual sensor keeps.
-        minimum_bits: The same over all T decisions.
-        duality_gap_bits: Between ``minimum_bits_per_step`` and its lower bound, bits by decision.
-        price_bits_per_cost: Bits over all decisions that a unit more of cost would save.
+        kostina_hassibi_vacuous: Why it does not apply, if it does not.
+        closed_form_bits_per_step: The best closed-form bound.
+        minimum_bits_per_step: The minimum directed information at the cost D over all sensors and controllers.
+        minimum_lower_bits_per_step: The proved lower bound of the minimum; 0 if nothing is proved.
+        proved: Whether the lower bound is proved, by interval arithmetic from a dual point.
+        not_proved: Why it is not proved, if it is not.
+        proof_distance: Relative distance of the numbers for which it is proved from the given ones.
+        achieved_bits_per_step: The information of the virtual sensor, computed by its Kalman filter.
+        achieved_cost: The expected cost with the virtual sensor.
+        minimum_bits: The minimum over all T decisions.
+        duality_gap_bits: Gap between ``minimum_bits_per_step`` and its lower bound, bits per decision.
+        price_bits_per_cost: Bits over all decisions that one more unit of cost would save.
         newton_steps: Newton steps of the search.
         minimum_per_step_bits: Bits at each decision, T.
-        quantiser_bits_per_step: What prefix-free codes with scalar quantisers need at most.
+        quantiser_bits_per_step: Upper bound on the rate of prefix-free codes with scalar quantisers.
         control_bits_per_step: ``DI(x -> u)`` of the design.
         control_per_step_bits: The same at each decision, T.
-        measurement_bits_per_step: ``DI(x -> y)`` of the design, of measurements that a decision follows.
+        measurement_bits_per_step: ``DI(x -> y)`` of the design, for measurements that a decision follows.
         measurement_per_step_bits: The same at each decision, T.
-        last_measurement_bits: Of the measurement at the end, which no decision follows.
-        efficiency: The minimum over ``DI(x -> y)``, at the design's own cost.
-        control_efficiency: The minimum over ``DI(x -> u)``, at the design's own cost.
+        last_measurement_bits: Bits of the measurement at the end, which no decision follows.
+        efficiency: The minimum divided by ``DI(x -> y)``, at the design's own cost.
+        control_efficiency: The minimum divided by ``DI(x -> u)``, at the design's own cost.
         order: The bounds from the least to the greatest.
-        remarks: What to know about these numbers.
-        virtual_sensor: A sensor that needs no more than the minimum.
+        remarks: Remarks on these numbers.
+        virtual_sensor: A sensor that attains the minimum.
     """
 
     name: str
@@ -214,14 +214,14 @@ class BoundReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CurvePoint(Record):
-    """The least information at one cost, bits by decision; NaN where it could not be found.
+    """The minimum information at one cost, bits per decision; NaN if it could not be computed.
 
     Attributes:
-        cost: The expected cost to keep.
-        minimum_bits_per_step: The least information, bits by decision.
-        minimum_lower_bits_per_step: What it is certified to be at least.
-        closed_form_bits_per_step: A floor in closed form.
-        error: Why it could not be found; ``None`` where it was.
+        cost: The expected cost that is not exceeded.
+        minimum_bits_per_step: The minimum information, bits per decision.
+        minimum_lower_bits_per_step: Its certified lower bound.
+        closed_form_bits_per_step: A closed-form bound.
+        error: Why it could not be computed; ``None`` on success.
     """
 
     cost: float
@@ -232,7 +232,7 @@ class CurvePoint(Record):
 
 
 class Bounds(Result):
-    """How little information would do for each task of a design. Of one task, its report's names are at hand here too."""
+    """The minimum information that each task of a design requires. With a single task, its attributes are also available here."""
 
     kind = "bound"
 
@@ -248,7 +248,7 @@ class Bounds(Result):
 
     @cached_property
     def curves(self) -> dict[str, list[CurvePoint]]:
-        """The minimum over the cost of each task by name; empty where it was not asked for."""
+        """The minimum against the cost of each task by name; empty if it was not requested."""
         curves = self._data.get("curves") or []
         return {curve["task"]: [build(CurvePoint, point) for point in curve["points"]] for curve in curves}
 

@@ -1,4 +1,4 @@
-"""Derivatives compared with finite differences, and the linear system that a task is along its plan."""
+"""Derivatives compared with finite differences, and the linearisation of a task along its plan."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ __all__ = ["CheckReport", "CheckedDerivative", "Fact", "Linearisation", "TaskChe
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CheckedDerivative(Record):
-    """A derivative compared with finite differences, by the entry that is worst beside its tolerance.
+    """A derivative compared with finite differences, represented by its worst entry relative to the tolerance.
 
     Attributes:
-        name: Which derivative.
+        name: Name of the derivative.
         error: Difference of the worst entry, relative to the scale of that entry.
-        tolerance: How large it may be, with what the finite difference leaves uncertain.
-        place: Where the worst entry is: a parameter, or states and a step.
+        tolerance: Its largest allowed value, including the uncertainty of the finite difference.
+        place: Location of the worst entry: a parameter, or states and a step.
         analytic: The worst entry.
         numeric: Its finite difference.
-        unresolved: Entries too small beside rounding for an error of a thousandth to show.
-        not_compared: Entries without a finite difference: no point beside the design could be evaluated.
-        passed: Whether every entry was compared, and is within its tolerance.
+        unresolved: Entries too small, relative to rounding, to resolve an error of a thousandth.
+        not_compared: Entries without a finite difference: no point next to the design could be evaluated.
+        passed: Whether every entry was compared and is within its tolerance.
     """
 
     name: str
@@ -39,12 +39,12 @@ class CheckedDerivative(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fact(Record):
-    """Something about the linearisation that decides how well the numbers can be trusted.
+    """A property of the linearisation that affects how far the numbers can be trusted.
 
     Attributes:
-        name: What it is.
+        name: Name of the property.
         value: Its value.
-        note: What it means here.
+        note: Its meaning here.
     """
 
     name: str
@@ -54,14 +54,14 @@ class Fact(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TaskCheck(Record):
-    """What the check of one task found.
+    """The result of checking one task.
 
     Attributes:
         name: Its name.
         status: How its plan ended.
-        stationarity: The largest gradient of the Hamiltonian by a control.
+        stationarity: The largest derivative of the Hamiltonian with respect to a control.
         rows: One entry per derivative.
-        left_out: Designs beside this one that differences by parameters had to leave out, and why.
+        left_out: Neighbouring designs that finite differences had to omit, with reasons.
         facts: Conditioning and observability.
     """
 
@@ -78,7 +78,7 @@ class CheckReport(Record):
     """Every derivative of a problem compared with finite differences.
 
     Attributes:
-        passed: Whether all agree.
+        passed: Whether all derivatives agree.
         tasks: Each task by name.
     """
 
@@ -88,20 +88,20 @@ class CheckReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Linearisation(Record):
-    """The linear system that a task is along its plan; ``n`` states, ``m`` controls, ``p`` measurements, ``N`` steps.
+    """The linearisation of a task along its plan; ``n`` states, ``m`` controls, ``p`` measurements, ``N`` steps.
 
-    ``dx+ = A dx + B du + w`` and ``dy = C dx + v``, where ``dx`` and ``du`` are differences from the plan.
+    ``dx+ = A dx + B du + w`` and ``dy = C dx + v``, where ``dx`` and ``du`` are deviations from the plan.
 
     Attributes:
-        status: How the plan ended; numbers of a plan that is not ``converged`` are of no use.
+        status: How the plan ended; do not use the numbers of a plan that is not ``converged``.
         time_step: Length of a step, s.
         states: States of the plan, (N+1, n).
         controls: Its controls, (N, m).
         dynamics: ``A``, (N, n, n).
         input: ``B``, (N, n, m).
         measurement: ``C``, (N+1, p, n).
-        cost_hessian: Second derivatives of the costs by state and control, (N+1, n+m, n+m).
-        cost_gradient: First derivatives of the costs by state and control, (N+1, n+m).
+        cost_hessian: Second derivatives of the costs with respect to state and control, (N+1, n+m, n+m).
+        cost_gradient: First derivatives of the costs with respect to state and control, (N+1, n+m).
         initial_covariance: ``X_0``, (n, n).
         process_covariance: ``W``, (N, n, n).
         measurement_covariance: ``V``, (N+1, p, p).
@@ -142,7 +142,7 @@ class Linearisation(Record):
         return self.measurement
 
     def system(self) -> dict[str, Any]:
-        """The arguments of :func:`supple.linear` that are the system: ``A``, ``B``, ``C``, ``W``, ``V``, ``X0``."""
+        """The arguments of :func:`supple.linear` that define the system: ``A``, ``B``, ``C``, ``W``, ``V``, ``X0``."""
         return {
             "A": self.dynamics,
             "B": self.input,

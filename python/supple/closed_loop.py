@@ -1,4 +1,4 @@
-"""The controller of a plan on a plant of the user's: roll-outs as arrays."""
+"""The controller of a plan on a user-supplied plant: roll-outs as arrays."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .errors import ComputeError, UsageError
 
 __all__ = ["Plant", "Rollouts", "roll_out"]
 
-#: The state after a step, (n,), of a state (n,), controls (m,) and the number of the step.
+#: A function from a state (n,), controls (m,) and the step number to the next state, (n,).
 Plant = Callable[[Array, Array, int], Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Rollouts(Record):
-    """Runs in closed loop; ``R`` runs, ``N`` steps, ``n`` states, ``m`` controls.
+    """Closed-loop roll-outs; ``R`` roll-outs, ``N`` steps, ``n`` states, ``m`` controls.
 
     Attributes:
         time: Time of each state, s, (N+1,).
         states: States of the plant, (R, N+1, n).
-        estimates: What the filter takes them for after each measurement, (R, N+1, n).
+        estimates: Estimates of the filter after each measurement, (R, N+1, n).
         controls: Controls, (R, N, m).
         seed: Seed of the noise.
     """
@@ -41,8 +41,8 @@ class Rollouts(Record):
 def roll_out(plan: Linearisation, plant: Plant, runs: int, seed: int, start: Array | None, noise: bool) -> Rollouts:
     """Runs the linear controller and Kalman filter of a plan on a plant.
 
-    The controller knows the plan alone: it measures ``C dx + v`` of the plant's state, and predicts with the plan's ``A`` and
-    ``B``, whatever the plant does.
+    The controller uses only the plan: it measures ``C dx + v`` of the plant's state, and predicts with the plan's ``A`` and
+    ``B``, regardless of the plant.
     """
     if plan.status != "converged":
         raise ComputeError(f"the plan ended as {plan.status}: it has no controller that could be rolled out")

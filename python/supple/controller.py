@@ -1,4 +1,4 @@
-"""The controller of a design as something that runs: a step at a time here, or as C, JSON and arrays elsewhere."""
+"""The controller of a design: run one step at a time here, or exported as C, JSON or arrays."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ __all__ = ["Controller"]
 class Controller(Record):
     """A Kalman filter and control law along a plan; ``n`` states, ``m`` controls, ``p`` measurements, ``N`` steps.
 
-    With ``d``, the estimated deviation from the plan, which is 0 before the first measurement, step ``t`` is
+    ``d`` is the estimated deviation from the plan, 0 before the first measurement. Step ``t`` is
     ``d += L[t] @ (y - expected_measurements[t] - C[t] @ d)``, then the controls
     ``u = clip(controls[t] + feedforward[t] + K[t] @ d)``, then ``d = A[t] @ d + B[t] @ (u - controls[t])``.
 
     States, controls and measurements have the units of ``state_units``, ``control_units`` and ``measurement_units``; entries
-    of matrices have those of their row over those of their column, and covariances products of units.
+    of matrices have the unit of their row divided by that of their column, and covariances products of units.
 
     Attributes:
         task: Name of the task.
-        status: How its plan ended; only of a ``converged`` one the controller is of use.
+        status: How its plan ended; use the controller only if it is ``converged``.
         parameters: All parameters of the design.
         time_step: Length of a step, s.
         steps: ``N``.
         time: Time of each state, s, (N+1,).
         state_names: Names of the states.
-        state_units: Their units; empty where they are not known.
+        state_units: Their units; empty if they are not known.
         control_names: Names of the controls.
         control_units: Their units.
         measurement_names: Names of the measurements.
         measurement_units: Their units.
         states: States of the plan, (N+1, n).
         controls: Its controls, (N, m).
-        expected_measurements: What its states measure, (N+1, p).
+        expected_measurements: Measurements predicted from its states, (N+1, p).
         feedforward: ``k``, (N, m).
         feedback: ``K``, (N, m, n).
         filter_gain: ``L``, (N+1, n, p).
@@ -61,8 +61,8 @@ class Controller(Record):
         measurement_covariance: ``V``, (N+1, p, p).
         predicted_covariance: ``P``, before each measurement, (N+1, n, n).
         belief_covariance: ``Sigma``, after each measurement, (N+1, n, n).
-        control_lower: Least controls, ``-inf`` where there is no bound, (m,).
-        control_upper: Greatest controls, ``inf`` where there is no bound, (m,).
+        control_lower: Lower limits of the controls, ``-inf`` if there is none, (m,).
+        control_upper: Upper limits of the controls, ``inf`` if there is none, (m,).
     """
 
     task: str
@@ -132,16 +132,16 @@ class Controller(Record):
 
     @property
     def position(self) -> int:
-        """The step whose measurement comes next, from 0; ``N`` once the plan is over."""
+        """The step of the next measurement, from 0; ``N`` once the plan has ended."""
         return self._native.position
 
     @property
     def estimate(self) -> Array:
-        """The state at the last measurement as estimated with it, (n,); before the first one, the plan's first state."""
+        """The state estimate after the last measurement, (n,); before the first measurement, the plan's initial state."""
         return self._native.estimate
 
     def step(self, y: ArrayLike) -> Array:
-        """Takes in the measurement of the next step and returns its controls.
+        """Processes the measurement of the next step and returns its controls.
 
         Args:
             y: Measurement, (p,), in ``measurement_units``.
@@ -150,8 +150,8 @@ class Controller(Record):
             Controls to apply until the next measurement, (m,), in ``control_units``.
 
         Raises:
-            UsageError: ``y`` is no array of ``p`` numbers, or the plan is over.
-            ComputeError: ``y`` has an entry that is not finite. The controller is then as it was before.
+            UsageError: ``y`` is not an array of ``p`` numbers, or the plan has ended.
+            ComputeError: ``y`` has an entry that is not finite. The state of the controller is then unchanged.
         """
         if type(y) is not np.ndarray or y.dtype != np.float64 or y.ndim != 1:
             y = _vector(y)
@@ -162,16 +162,16 @@ class Controller(Record):
         return found
 
     def reset(self) -> None:
-        """Begins the plan anew."""
+        """Restarts the plan."""
         self._native.reset()
 
     def monte_carlo(self, rollouts: int = 256, *, seed: int = 0) -> MonteCarlo:
-        """What it costs in closed loop with the task's own model, noise included; where this run is does not matter.
+        """Its cost in closed loop with the task's own model and noise, independent of the current step.
 
         Results report the cost of roll-outs with an *extended* Kalman filter instead, whose noise is the same for a seed.
 
         Args:
-            rollouts: How many runs.
+            rollouts: Number of roll-outs.
             seed: Seed of their noise.
         """
         check_counts(rollouts=rollouts, seed=seed)
@@ -180,7 +180,7 @@ class Controller(Record):
         return build(MonteCarlo, self._native.monte_carlo(int(rollouts), int(seed)))
 
     def to_c(self, path: str | os.PathLike[str]) -> list[Path]:
-        """Writes ``NAME.c`` and ``NAME.h``, C99 that allocates nothing; both paths.
+        """Writes ``NAME.c`` and ``NAME.h``, C99 without dynamic allocation; returns both paths.
 
         Args:
             path: The path of ``NAME.c``.
@@ -188,13 +188,13 @@ class Controller(Record):
         return self._native.write("c", path)
 
     def to_json(self, path: str | os.PathLike[str]) -> Path:
-        """Writes one JSON object with the attributes as keys; the path. Bounds that are not there are ``null``."""
+        """Writes one JSON object with the attributes as keys and returns the path. Missing limits are ``null``."""
         return self._native.write("json", path)[0]
 
     def to_npz(self, path: str | os.PathLike[str]) -> Path:
-        """Writes the attributes as arrays for ``numpy.load``; the path.
+        """Writes the attributes as arrays for ``numpy.load`` and returns the path.
 
-        Parameters are ``parameter_names`` and ``parameter_values``.
+        Parameters are stored as ``parameter_names`` and ``parameter_values``.
         """
         return self._native.write("npz", path)[0]
 

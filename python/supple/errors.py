@@ -1,4 +1,4 @@
-"""Exceptions, with the words of the command line."""
+"""Exceptions, with the messages of the command line."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ __all__ += ["WorkerError"]
 
 
 class SuppleError(Exception):
-    """What all exceptions of supple have in common."""
+    """Base class of all exceptions of supple."""
 
 
 class UsageError(SuppleError, ValueError):
-    """Something that was asked for cannot be: an unknown name, a value out of bounds, a wrong shape."""
+    """An argument is invalid: an unknown name, a value out of bounds, a wrong shape."""
 
 
 class ComputeError(SuppleError, ArithmeticError):
-    """Something could not be computed: a number that is not finite, a covariance that is indefinite."""
+    """A result could not be computed: a number is not finite, or a covariance is indefinite."""
 
 
 class StorageError(SuppleError, OSError):
@@ -23,11 +23,11 @@ class StorageError(SuppleError, OSError):
 
 
 class KeptError(SuppleError):
-    """A journal or a kept result that does not fit: from another task or version, or damaged."""
+    """A journal or a stored result does not match: it is from another task or version, or damaged."""
 
 
 class Interrupted(SuppleError):
-    """Work was told to stop before it was done."""
+    """The computation was stopped before it was complete."""
 
 
 class WorkerError(SuppleError, RuntimeError):
@@ -35,15 +35,15 @@ class WorkerError(SuppleError, RuntimeError):
 
 
 class FileError(SuppleError, ValueError):
-    """Something is wrong in a file, or it cannot be read.
+    """A file is invalid or cannot be read.
 
     Attributes:
         file: The file's name.
-        line: Line, from 1; 0 where the file could not be read.
+        line: Line, from 1; 0 if the file could not be read.
         column: Column, from 1.
-        key: What it is about, such as ``tasks[0].noise.initial``.
-        help: What to do about it, where that is known.
-        picture: The lines that are meant, with marks.
+        key: The key concerned, such as ``tasks[0].noise.initial``.
+        help: How to fix it, if that is known.
+        picture: The lines concerned, with marks.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Studies on the workers of an executor: a process pool, a Dask cluster, MPI, or any other.
 
-Any ``concurrent.futures.Executor`` will do. Results are the same, to the last bit, as those of the threads of one
-process: units of work know nothing of one another, and each depends on nothing but the task and its seeds.
+Any ``concurrent.futures.Executor`` works. Results are bit-identical to those of the threads of one process: units of work
+are independent of one another, and each depends only on the task and its seeds.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from .task import Task
 
 __all__ = ["Workers", "use_instructions"]
 
-#: What becomes of what is done where the work ends early.
+#: What happens to completed work if a study ends early.
 LOST = "nothing is kept: call again"
 
 
 def use_instructions(name: str) -> None:
-    """Computes with these instructions from now on: ``baseline``, ``avx2`` or ``avx512``.
+    """Selects the instructions for all further computations: ``baseline``, ``avx2`` or ``avx512``.
 
-    Instructions differ by rounding. Workers use those of the process that asks; where some of them lack these, choose
-    what all have.
+    Instructions differ by rounding. Workers use those of the calling process; if some of them lack these, choose
+    instructions that all of them have.
 
     Raises:
-        UsageError: Where this machine has none of that name.
+        UsageError: If this machine does not have these instructions.
     """
     if not _use_instructions(name):
         raise UsageError(f'use_instructions("{name}"): this machine has none; there is "baseline", "avx2" and "avx512"')
 
 
 class _Shown:
-    """Progress that may be looked at by nobody."""
+    """Progress that may have no observer."""
 
     def __init__(self, seer: Progress | None) -> None:
         self._seer = seer
@@ -64,7 +64,7 @@ def sweep(
 ) -> Kept:
     """Evaluates every point of a grid; ``sizes`` are roll-outs, starts and seed."""
     shown = _Shown(seer)
-    kept = LOST if out is None else f"what is done is kept in {os.fspath(out)}: the same call goes on from there"
+    kept = LOST if out is None else f"finished work is kept in {os.fspath(out)}: the same call resumes"
     with Crew(workers, kept) as crew:
         # Before the journal is open, so that forked workers do not inherit its lock.
         crew.hello()
@@ -92,7 +92,7 @@ def sweep(
 
 
 def design(task: Task, made: list[str], settings: str, workers: Workers, seer: Progress | None) -> Kept:
-    """Searches for a design from every start; ``settings`` are all of them as JSON."""
+    """Searches for a design from every start; ``settings`` are all settings as JSON."""
     shown = _Shown(seer)
     collector = DesignCollector(task._native, settings)
     clock = time.perf_counter()
@@ -133,7 +133,7 @@ def _starts(task: Task, crew: Crew, collector: DesignCollector, shown: _Shown, w
 
 
 def _all(crew: Crew, context: _units.Context, units: list[tuple[bytes, int, str]], shown: _Shown) -> list[bytes]:
-    """What all units found, in their order."""
+    """The results of all units, in their order."""
     found = [b""] * len(units)
 
     def keep(done: Done) -> None:

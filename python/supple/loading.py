@@ -1,4 +1,4 @@
-"""Task files, read."""
+"""Loading of task files."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ LOGGER = logging.getLogger("supple")
 
 
 def load(path: str | os.PathLike[str], /, **parameters: float) -> Task:
-    """Reads a task file (TOML), and sets some of its parameters.
+    """Loads a task file (TOML) and sets some of its parameters.
 
     Raises:
-        FileError: Where the file, or the robot's file that it names, is wrong or cannot be read.
-        UsageError: Where a parameter is unknown or out of bounds.
+        FileError: If the file, or the robot file that it names, is invalid or cannot be read.
+        UsageError: If a parameter is unknown or out of bounds.
     """
     return _read(NativeTask.load(path, pairs(parameters)), ("load", os.fspath(path)), parameters)
 
 
 def loads(text: str, /, path: str | os.PathLike[str] = "task.toml", **parameters: float) -> Task:
-    """Reads a task file from its text, and sets some of its parameters.
+    """Loads a task file from its text and sets some of its parameters.
 
     Args:
         text: The text of a task file (TOML).
-        path: Where the file would be: files that it names, such as that of the robot, are looked for beside it.
+        path: The assumed location of the file: paths in it, such as that of the robot file, are relative to its folder.
         **parameters: Values of parameters.
 
     Raises:
-        FileError: Where the text, or the robot's file that it names, is wrong.
-        UsageError: Where a parameter is unknown or out of bounds.
+        FileError: If the text, or the robot file that it names, is invalid.
+        UsageError: If a parameter is unknown or out of bounds.
     """
     native = NativeTask.restore([(os.fspath(path), text)], pairs(parameters))
     return _read(native, ("loads", os.fspath(path)), parameters)

@@ -1,4 +1,4 @@
-"""Own models: functions of yours as the physics and the costs of a task."""
+"""Custom models: user-supplied functions as the physics and the costs of a task."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ LOGGER = logging.getLogger("supple")
 
 Backend = Literal["auto", "recorded", "jax", "numpy"]
 
-#: Names of the numbers of a vector, with their units where there are any; or how many there are.
+#: Names of the entries of a vector, with their units if any; or the number of entries.
 Names = int | Sequence[str] | Mapping[str, str]
 
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives that you give in place of those that the package finds; what is left out it finds itself.
+    """User-supplied derivatives; the package computes those that are not given.
 
     Functions take batches of ``B`` points, as NumPy arrays of float64, and parameters by name. ``n`` states, ``m`` controls,
     ``p`` measurements, ``J = n + m``, ``z = (x, u)``, ``P`` parameters in the order of the model's; ``x`` is (B, n) and
-    ``u`` is (B, m). They are compared with finite differences when a task is made.
+    ``u`` is (B, m). They are compared with finite differences when a task is created.
 
     Attributes:
         dynamics_jacobians: ``(x, u, p)``: ``[f_x f_u]``, (B, n, J).
@@ -47,16 +47,16 @@ class Derivatives:
         stage_quadratics: ``(x, u, p)``: ``l_zz``, (B, J, J), and ``l_z``, (B, J).
         final_quadratics: ``(x, p)``: ``l_N,xx``, (B, n, n), and ``l_N,x``, (B, n).
         dynamics_curvature: ``(x, u, costates, p)``, costates (B, n): ``(costate' f)_zz``, (B, J, J).
-        contract_dynamics: ``(x, u, adjoints, p)``, adjoints (B, n, J): the gradient of ``sum <adjoint, [f_x f_u]>`` by
-            ``z``, (B, J), and by the parameters, (P,).
-        contract_measurements: ``(x, adjoints, p)``, adjoints (B, p, n): that of ``sum <adjoint, g_x>``, (B, n), (P,).
-        contract_stage_costs: ``(x, u, adjoints, p)``, adjoints (B, J, J): that of ``sum <adjoint, l_zz>``, (B, J), (P,).
-        contract_final_costs: ``(x, adjoints, p)``, adjoints (B, n, n): that of ``sum <adjoint, l_N,xx>``, (B, n), (P,).
-        stage_parameters: ``(x, u, costates, p)``: the gradient of ``sum l + costate' f`` by the parameters, (P,).
-        final_parameters: ``(x, p)``: that of ``sum l_N``, (P,).
+        contract_dynamics: ``(x, u, adjoints, p)``, adjoints (B, n, J): the gradient of ``sum <adjoint, [f_x f_u]>``
+            with respect to ``z``, (B, J), and to the parameters, (P,).
+        contract_measurements: ``(x, adjoints, p)``, adjoints (B, p, n): the gradient of ``sum <adjoint, g_x>``, (B, n), (P,).
+        contract_stage_costs: ``(x, u, adjoints, p)``, adjoints (B, J, J): the gradient of ``sum <adjoint, l_zz>``, (B, J), (P,).
+        contract_final_costs: ``(x, adjoints, p)``, adjoints (B, n, n): the gradient of ``sum <adjoint, l_N,xx>``, (B, n), (P,).
+        stage_parameters: ``(x, u, costates, p)``: the gradient of ``sum l + costate' f`` with respect to the parameters, (P,).
+        final_parameters: ``(x, p)``: the gradient of ``sum l_N``, (P,).
         stage_parameters_along: ``(x, u, costates, dz, dcostates, p)``: the derivative of ``stage_parameters`` along
             ``dz`` (B, J) and ``dcostates`` (B, n), (P,).
-        final_parameters_along: ``(x, dx, p)``: that of ``final_parameters`` along ``dx`` (B, n), (P,).
+        final_parameters_along: ``(x, dx, p)``: the derivative of ``final_parameters`` along ``dx`` (B, n), (P,).
     """
 
     dynamics_jacobians: Callable[..., Any] | None = None
@@ -74,26 +74,26 @@ class Derivatives:
     final_parameters_along: Callable[..., Any] | None = None
 
     def given(self) -> dict[str, Callable[..., Any]]:
-        """Those that are given."""
+        """The given derivatives."""
         pairs = ((field.name, getattr(self, field.name)) for field in fields(self))
         return {name: function for name, function in pairs if function is not None}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DerivativeError(Record):
-    """Estimated relative errors of a model's derivatives: how far they change where all steps are halved, along the
-    trajectory of the first guess and around it.
+    """Estimated relative errors of a model's derivatives: their change when all steps are halved, along the trajectory of
+    the initial guess and around it.
 
-    Variables and functions count by how large they become there; errors are relative to the largest derivative, or to the
-    function where that is larger. All 0 for functions of JAX, whose derivatives are exact but for rounding.
+    Variables and functions are scaled by their largest values there; errors are relative to the largest derivative, or to the
+    function if that is larger. All are 0 for JAX functions, whose derivatives are exact up to rounding.
 
-    Information and expected cost are as exact as the larger of ``first`` and ``second``, and total gradients as the largest
-    of all three, times how much what they are made of cancels: most often within a factor of 100.
+    The error of information and expected cost is the larger of ``first`` and ``second``, and the error of total gradients the
+    largest of all three, times the cancellation among their terms: usually within a factor of 100.
 
     Attributes:
-        first: Of first derivatives.
-        second: Of second derivatives.
-        third: Of third derivatives of costs.
+        first: Error of first derivatives.
+        second: Error of second derivatives.
+        third: Error of third derivatives of costs.
     """
 
     first: float
@@ -102,31 +102,31 @@ class DerivativeError(Record):
 
 
 class Model:
-    """A model of your own: how the state moves on, what is measured, and what it costs.
+    """A custom model: dynamics, measurements and costs.
 
     Functions are written in JAX for one point, or in NumPy for batches of points:
 
-    ``x``, the state, is (n,) or (B, n); ``u``, the controls, (m,) or (B, m); ``p`` holds the parameters by name, numbers,
-    ``p["k1"]`` or ``p.k1``. They return arrays of (n,) or (B, n) and of (p,) or (B, p); costs a number or (B,).
+    ``x``, the state, is (n,) or (B, n); ``u``, the controls, (m,) or (B, m); ``p`` holds the parameters by name as
+    numbers, ``p["k1"]`` or ``p.k1``. They return arrays of (n,) or (B, n) and of (p,) or (B, p); costs return a number or (B,).
 
-    Functions must depend on their arguments only, and be twice differentiable, costs three times, where plans go.
+    Functions must depend on their arguments only, and be twice differentiable (costs three times) wherever plans go.
 
     Args:
         step: ``f(x, u, p)``, the state after one time step.
-        observe: ``g(x, p)``, what is measured.
-        cost: ``l(x, u, p)``, the cost of a step.
-        final_cost: ``l_N(x, p)``, the cost of the end; none where left out.
+        observe: ``g(x, p)``, the measurement.
+        cost: ``l(x, u, p)``, the stage cost.
+        final_cost: ``l_N(x, p)``, the final cost; default: none.
         parameters: Parameters by name.
-        states: Names of the states, with their units in a dict; or how many there are.
-        controls: The same of the controls.
-        measurements: The same of the measurements.
-        backend: Where derivatives come from. ``recorded``: functions of JAX are written out once as plain arithmetic that the
-            engine differentiates and compiles itself: the fastest. ``jax``: JAX differentiates and compiles them.
-            ``numpy``: finite differences of functions of batches. ``auto``: the first of these that takes the functions.
-        derivatives: Derivatives that you give.
+        states: Names of the states, with their units in a dict; or their number.
+        controls: The same for the controls.
+        measurements: The same for the measurements.
+        backend: Source of the derivatives. ``recorded``: JAX functions are converted once to plain arithmetic that the engine
+            differentiates and compiles itself; this is the fastest. ``jax``: JAX differentiates and compiles them.
+            ``numpy``: finite differences of batched functions. ``auto``: the first of these that accepts the functions.
+        derivatives: User-supplied derivatives.
 
     Raises:
-        UsageError: Where functions or names are of the wrong type, or return something else than they should.
+        UsageError: If functions or names are of the wrong type, or functions return something unexpected.
     """
 
     def __init__(
@@ -181,8 +181,8 @@ class Model:
         self._jax = self._traced(backend)
 
     def _traced(self, backend: Backend) -> Any:
-        """The functions in JAX; none where they are not written in it."""
-        # Functions of JAX come from a module that has imported it.
+        """The JAX functions; none if they are not written in JAX."""
+        # JAX functions come from a module that has imported JAX.
         if backend == "numpy" or backend == "auto" and "jax" not in sys.modules:
             return None
         try:
@@ -221,25 +221,25 @@ class Model:
         planning: Mapping[str, Any] | None = None,
         design: Mapping[str, Any] | None = None,
     ) -> Task:
-        """A task for this model. Numbers may be names of parameters in their place.
+        """Creates a task for this model. Names of parameters may replace numbers.
 
         Args:
-            steps: How many steps it lasts, N.
-            time_step: Length of a step, s. The model's ``step`` is not told: it is what rates of information refer to.
-            initial_state: Mean of the first state, (n,).
-            initial_control: First guess of the controls: (m,) for all steps, or (N, m).
-            noise: Covariances of first state, process and measurement.
-            bound: What the expected cost may be at most.
+            steps: Number of steps, N.
+            time_step: Length of a step, s. It is not passed to the model's ``step``; it only defines information rates.
+            initial_state: Mean of the initial state, (n,).
+            initial_control: Initial guess of the controls: (m,) for all steps, or (N, m).
+            noise: Covariances of initial state, process and measurement.
+            bound: Cost limit: the greatest expected cost allowed.
             name: Its name.
-            title: What it is, for people.
+            title: Description, for people.
             information_weight: Weight of its information in the objective.
-            control_bounds: Least and greatest value of each control; plus or minus infinity for none.
-            planning: Settings of the planning by the names of the task file's ``[planning]``.
-            design: Settings of the search by the names of the task file's ``[design]``.
+            control_bounds: Lower and upper limit of each control; plus or minus infinity for none.
+            planning: Settings of the planner, by the names in the task file's ``[planning]``.
+            design: Settings of the search, by the names in the task file's ``[design]``.
 
         Raises:
-            UsageError: Where a number or shape is wrong, and where the functions do not do what they should at the first
-                state: wrong shapes, not float64, not finite, not the same twice, not one point at a time.
+            UsageError: If a number or shape is wrong, or if a function misbehaves at the initial state: wrong shape, not
+                float64, not finite, different values on a second call, or points that affect one another.
         """
         if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
             raise UsageError(f"steps={steps!r}: a whole number of at least 1")
@@ -264,7 +264,7 @@ class Model:
         }
 
         def made(system: dict[str, Any], error: DerivativeError) -> Task:
-            # Roll-outs would call functions in Python some hundred thousand times: they are made where they are asked for.
+            # Roll-outs would call Python functions some hundred thousand times: they are made only on request.
             unasked = {"rollouts": 0} if system["kind"] == "callback" else {}
             text = json.dumps({**plain, "design": {**unasked, **(design or {})}})
             return describe.made({"plain": text, "systems": [system], "derivative_error": error})
@@ -275,12 +275,12 @@ class Model:
         except UsageError as why:
             if self._wanted != "auto" or system["kind"] != "recorded":
                 raise
-            # What is wrong with the task itself is said of the functions called in JAX as well.
+            # Errors of the task itself are also reported for functions called in JAX.
             LOGGER.info("functions are called in JAX, because the engine does not take their record: %s", why)
             return made(*self._called(near))
 
     def _near(self, state: Any, rows: list[list[Number]], steps: int) -> tuple[Array, Array, Array]:
-        """The first state (n,), guess of the controls (N, m) and parameters (P,) as numbers."""
+        """The initial state (n,), initial guess of the controls (N, m) and parameters (P,) as numbers."""
         resolve = describe.resolver(self._parameters)
         x = resolve("initial_state", state, (len(self._channels["states"]),))
         guess = resolve("initial_control", rows, (len(rows), len(self._channels["controls"])))
@@ -307,7 +307,7 @@ class Model:
         return self._called(near)
 
     def _called(self, near: tuple[Array, Array, Array]) -> tuple[dict[str, Any], DerivativeError]:
-        """The system of functions that are called in JAX, whose derivatives are exact."""
+        """The system of functions that JAX evaluates, with exact derivatives."""
         x, controls, phi = near
         checks.check_guess(self._jax, x, controls, phi)
         return self._described(self._overridden(self._jax, self._jax, near)), DerivativeError(0.0, 0.0, 0.0)
@@ -339,7 +339,7 @@ class Model:
         return described, estimate
 
     def _overridden(self, backend: Any, plain: Any, near: tuple[Array, Array, Array]) -> Any:
-        """A backend with the derivatives that are given, once they agree with those of another."""
+        """A backend with the given derivatives, once they agree with those of another backend."""
         if self._given is None:
             return backend
         x, controls, phi = near
@@ -347,7 +347,7 @@ class Model:
         return Overridden(backend, self._given)
 
     def _spans(self) -> Array:
-        """How far parameters may go: relative to their values where they move by ratios."""
+        """Ranges of the parameters: relative to their values if they vary by ratios."""
         spans = [
             -0.5 if parameter.scale == "log" else 0.5 * (parameter.bounds[1] - parameter.bounds[0])
             for parameter in self._parameters.values()
@@ -372,11 +372,11 @@ def _no_cost(x: Any, p: Any) -> Any:
 
 
 def _record(model: Model, near: tuple[Array, Array, Array], time_step: Number) -> dict[str, Any]:
-    """The system of a model of JAX as plain arithmetic, which the engine differentiates itself.
+    """The system of a JAX model as plain arithmetic, which the engine differentiates itself.
 
     Raises:
-        Untranslatable: Where a function does something that cannot be written out.
-        Mistranslated: Where what is written out gives other numbers.
+        Untranslatable: If a function uses an operation that cannot be converted.
+        Mistranslated: If the converted function gives other numbers.
     """
     from ._backends.recorded import record
 

@@ -1,4 +1,4 @@
-"""Models of MuJoCo's: dynamics by ``mj_step``, derivatives by ``mjd_transitionFD`` and finite differences.
+"""MuJoCo models: dynamics by ``mj_step``, derivatives by ``mjd_transitionFD`` and finite differences.
 
 For example::
 
@@ -10,7 +10,7 @@ For example::
     )
     task = model.task(steps=100, noise=supple.Noise(initial={"*": 1e-4}, process={"v.*": 1e-4}, measurement=1e-4))
 
-Tasks are used as any others.
+These tasks are used like any others.
 """
 
 from __future__ import annotations
@@ -55,17 +55,17 @@ def quadratic(
     final_states: Mapping[str, Term] | None = None,
     final_sensors: Mapping[str, Term] | None = None,
 ) -> Quadratic:
-    """A cost of weighted squares, ``sum weight (value - target)^2``: exact derivatives, through sensors those of MuJoCo.
+    """A cost of weighted squares, ``sum weight (value - target)^2``, with exact derivatives; through sensors, MuJoCo's.
 
-    Each entry is a weight, the target being 0, or ``(weight, target)`` with one target for all numbers or a list with one
-    each. Weights and targets may be names of parameters. Weights are those of every step; they are not multiplied by the
+    Each entry is a weight, with a target of 0, or ``(weight, target)`` with one target for all numbers or a list with one
+    for each. Weights and targets may be names of parameters. Weights apply at every step; they are not multiplied by the
     time step.
 
     Args:
         states: By name or pattern: ``{"q.wrist": (5.0, 0.3), "v.*": 0.1}``.
-        sensors: By names of MuJoCo sensors; they need not be measured.
+        sensors: By names of MuJoCo sensors; they do not have to be measured.
         controls: By names of actuators or patterns; one number is the weight of all.
-        final_states: Those of the final cost; as ``states`` where left out.
+        final_states: States of the final cost; default: ``states``.
         final_sensors: The same for ``sensors``.
     """
     every = {"*": float(controls)} if isinstance(controls, (int, float)) else dict(controls or {})
@@ -75,37 +75,37 @@ def quadratic(
 class Model:
     """A MuJoCo model with chosen controls, measurements, parameters and costs.
 
-    The model given is copied and never changed. In the copy the solver of constraints runs until it has converged to
-    ``tolerance``, controls are not cut off at their range (plans keep it instead, see :meth:`task`), and states that
-    diverge are not reset. The noise that MuJoCo declares for sensors is not simulated; see ``sensor_variances``.
+    The given model is copied and never changed. In the copy the constraint solver runs until it has converged to
+    ``tolerance``, controls are not clamped to their range (plans respect it instead, see :meth:`task`), and diverging states
+    are not reset. The noise that MuJoCo declares for sensors is not simulated; see ``sensor_variances``.
 
-    Its state is coordinates, velocities and activations: ``q.JOINT``, ``v.JOINT``, ``a.ACTUATOR``. Orientations of ball and
-    free joints are turns from those of the initial state, as vectors (3,), ``q.JOINT.rx`` to ``.rz``, rad, which must stay
-    below a whole turn; their velocities are in the body's own axes, as in MuJoCo.
+    Its state consists of coordinates, velocities and activations: ``q.JOINT``, ``v.JOINT``, ``a.ACTUATOR``. Orientations of
+    ball and free joints are rotation vectors (3,) relative to the initial state, ``q.JOINT.rx`` to ``.rz``, rad, which must stay
+    below a full turn; their velocities are in the body's own axes, as in MuJoCo.
 
     Args:
         model: An ``MjModel``, or the path of an MJCF, MJB or URDF file.
-        actuators: Names or patterns of those that are controlled; all where left out. Others keep the keyframe's control.
-        sensors: What is measured: names of MuJoCo sensors of positions and velocities, and names or patterns of states;
-            all sensors where left out, all positions where the model has none.
-        parameters: By name, what each sets: ``("jnt_stiffness", "wrist")``, ``("actuator_gainprm", "servo", 0)``, a
+        actuators: Names or patterns of the controlled actuators; default: all. Others keep the keyframe's control.
+        sensors: The measurements: names of MuJoCo sensors of positions and velocities, and names or patterns of states;
+            default: all sensors, or all positions if the model has none.
+        parameters: By name, the field that each sets: ``("jnt_stiffness", "wrist")``, ``("actuator_gainprm", "servo", 0)``, a
             :class:`Field`, or a list of these for several numbers at once; then, as last entry of the tuple, a
             :class:`supple.Parameter`, or a dict with some of ``initial``, ``bounds``, ``scale``, ``unit`` and ``role``. The
-            initial value is the model's where it is left out, and the bounds then are a tenth and ten times of it.
+            default initial value is the model's, with bounds of a tenth and ten times of it.
         cost: :func:`quadratic`, or a function ``cost(x, u, p)`` of batches: (B, n), (B, m) and parameters by name to (B,),
             for every step.
-        final_cost: ``final_cost(x, p)`` to (B,); that of :func:`quadratic` where ``cost`` is one, else 0 where left out.
-        keyframe: Name or number of the keyframe with the initial state and controls; ``qpos0`` at rest where left out.
-        substeps: Steps of MuJoCo's in each time step.
-        eps: Step of the differences of first derivatives, in all coordinates alike.
+        final_cost: ``final_cost(x, p)`` to (B,); default: that of :func:`quadratic` if ``cost`` is one, otherwise 0.
+        keyframe: Name or number of the keyframe with the initial state and controls; default: ``qpos0`` at rest.
+        substeps: MuJoCo steps in each time step.
+        eps: Step size of finite differences for first derivatives, the same in all coordinates.
         order: Their order: 2 is ``mjd_transitionFD``, centred, at ``eps``; 4 extrapolates from ``eps`` and ``2 eps``.
-        curvature_eps: Step of the differences of second derivatives of the dynamics; they are of order 4.
-        tolerance: Of MuJoCo's solver of constraints, where that of the model is larger.
-        threads: Threads of MuJoCo's in one call; all cores where left out.
+        curvature_eps: Step size of finite differences for second derivatives of the dynamics; they are of order 4.
+        tolerance: Tolerance of MuJoCo's constraint solver, if the model's is larger.
+        threads: MuJoCo threads in one call; default: all cores.
 
     Raises:
-        UsageError: Where a name is unknown, or something is of the wrong kind.
-        FileError: Where MuJoCo cannot read the file.
+        UsageError: If a name is unknown, or an argument has the wrong type.
+        FileError: If MuJoCo cannot read the file.
     """
 
     def __init__(
@@ -205,17 +205,17 @@ class Model:
 
     @property
     def measurements(self) -> list[str]:
-        """Names of what is measured, (p,)."""
+        """Names of the measurements, (p,)."""
         return [channel.name for channel in self._outputs.channels]
 
     @property
     def time_step(self) -> float:
-        """Length of a step, s: MuJoCo's times ``substeps``."""
+        """Length of a step, s: MuJoCo's time step times ``substeps``."""
         return self._time_step
 
     @property
     def sensor_variances(self) -> Array:
-        """Squares of the ``noise`` that the MuJoCo model declares for what is measured, (p,); 0 where there is none."""
+        """Squares of the ``noise`` that the MuJoCo model declares for the measurements, (p,); 0 if there is none."""
         variances = np.zeros(len(self._outputs))
         for name, (first, count) in self._outputs.groups.items():
             if self._outputs.sensed[first]:
@@ -224,7 +224,7 @@ class Model:
         return variances
 
     def mjmodel(self, values: Mapping[str, float] | None = None, /, **parameters: float) -> mujoco.MjModel:
-        """A copy of the MuJoCo model, with these values of parameters: to simulate or show a design with MuJoCo itself."""
+        """A copy of the MuJoCo model with these parameter values, to simulate or display a design in MuJoCo itself."""
         changed = {**(values or {}), **parameters}
         for name in changed:
             names.find("parameter", name, list(self._parameters))
@@ -232,7 +232,7 @@ class Model:
         return fields.changed(self._mjmodel, self._backend.simulator.targets, phi)
 
     def positions(self, x: ArrayLike) -> Array:
-        """MuJoCo's ``qpos`` (..., nq) of states (..., n): a trajectory, to show or to simulate."""
+        """MuJoCo's ``qpos`` (..., nq) of states (..., n): a trajectory, for display or simulation."""
         given = np.asarray(x, dtype=np.float64)
         flat = given.reshape(-1, given.shape[-1])
         found = self._backend.simulator.chart.positions(flat[:, : self._backend.simulator.nv])
@@ -250,13 +250,13 @@ class Model:
         measurement: Mapping[str, Number] | Number | None = None,
         varying: Sequence[VaryingVariance] = (),
     ) -> Noise:
-        """Variances by names or patterns of states and measurements; 0 for what is not named.
+        """Variances by names or patterns of states and measurements; 0 for names not given.
 
         Args:
-            initial: Of the first state: ``{"q.*": 1e-6, "v.*": 1e-4}``.
-            process: What each step adds to the state.
-            measurement: Of the measurement; ``sensor_variances`` for what is not named.
-            varying: What is added to its variances where they depend on the state.
+            initial: Variances of the initial state: ``{"q.*": 1e-6, "v.*": 1e-4}``.
+            process: Variances of the noise that each step adds to the state.
+            measurement: Variances of the measurements; ``sensor_variances`` for names not given.
+            varying: State-dependent terms added to the measurement variances.
         """
         named = {"*": measurement} if isinstance(measurement, (int, float, str)) else measurement or {}
         still: list[Number] = [0.0] * len(self._states)
@@ -282,23 +282,23 @@ class Model:
         planning: Mapping[str, Any] | None = None,
         design: Mapping[str, Any] | None = None,
     ) -> Task:
-        """A task for this model. Numbers may be names of parameters in their place.
+        """Creates a task for this model. Names of parameters may replace numbers.
 
         Args:
-            steps: How many steps it lasts, N.
-            noise: Covariances of first state, process and measurement; see :meth:`noise`.
-            initial_state: Mean of the first state, (n,), or changes of the keyframe's by name.
-            initial_control: First guess of the controls, (m,) for all steps or (N, m); the keyframe's where left out.
-            bound: What the expected cost may be at most.
+            steps: Number of steps, N.
+            noise: Covariances of initial state, process and measurement; see :meth:`noise`.
+            initial_state: Mean of the initial state, (n,), or changes of the keyframe's state by name.
+            initial_control: Initial guess of the controls, (m,) for all steps or (N, m); default: the keyframe's.
+            bound: Cost limit: the greatest expected cost allowed.
             name: Its name.
-            title: What it is, for people.
+            title: Description, for people.
             information_weight: Weight of its information in the objective.
-            control_bounds: Least and greatest value of each control; the actuators' ``ctrlrange`` where left out.
-            planning: Settings of the planning by the names of the task file's ``[planning]``.
-            design: Settings of the search by the names of the task file's ``[design]``.
+            control_bounds: Lower and upper limit of each control; default: the actuators' ``ctrlrange``.
+            planning: Settings of the planner, by the names in the task file's ``[planning]``.
+            design: Settings of the search, by the names in the task file's ``[design]``.
 
         Raises:
-            UsageError: Where a number, name or shape is wrong, or MuJoCo diverges at the first state.
+            UsageError: If a number, name or shape is wrong, or MuJoCo diverges at the initial state.
         """
         given = isinstance(initial_state, Mapping) or initial_state is None
         start = self.state(initial_state) if given else initial_state  # type: ignore[arg-type]
@@ -319,14 +319,14 @@ class Model:
 
 
 def gradient_error(task: Task, *, step: float = 0.01) -> dict[str, float]:
-    """Relative errors of the total gradient of information: against plans made again at four neighbouring designs each.
+    """Relative errors of the total gradient of information, compared with new plans at four neighbouring designs each.
 
     Args:
-        task: The task, at the values to look at; these must be at least two steps away from their bounds.
-        step: How far a parameter is moved: relative to its value, or to its range where that is 0.
+        task: The task, at the values to examine; these must be at least two steps away from their bounds.
+        step: Step of a parameter: relative to its value, or to its range if the value is 0.
 
     Returns:
-        By parameter of the role ``design``. Differences have an error of their own, of about ``step**4``.
+        Errors by parameter of the role ``design``. The differences themselves have an error of about ``step**4``.
     """
     found = task.evaluate(gradient="total", needed=False, rollouts=0, trajectories=False)
     weights = {one["name"]: float(one["information_weight"]) for one in found.made["about"]["tasks"]}
@@ -347,13 +347,13 @@ def gradient_error(task: Task, *, step: float = 0.01) -> dict[str, float]:
 
 
 def _slope(report: TaskReport, name: str) -> float:
-    """The total gradient of a task's information by a parameter."""
+    """The total gradient of a task's information with respect to a parameter."""
     total = None if report.gradient is None else report.gradient.total
     return float("nan") if total is None else total.information_nats[name]
 
 
 class _Engine(own.Model):
-    """Tasks of a backend that is there already."""
+    """Tasks of an existing backend."""
 
     def __init__(
         self, backend: MujocoBackend, parameters: Mapping[str, Parameter], channels: tuple[tuple[Channel, ...], ...]

@@ -11,12 +11,12 @@ __all__ = ["CatalogueEntry", "Parameter"]
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """A value of a parameter that can be had.
+    """An available value of a parameter.
 
     Attributes:
         value: The value, in the unit of the parameter.
-        price: What it costs to buy, in any currency; ``None`` where it is not told.
-        name: What its maker calls it.
+        price: Its purchase price, in any currency; ``None`` if it is not given.
+        name: The manufacturer's name for it.
     """
 
     value: float
@@ -26,17 +26,17 @@ class CatalogueEntry:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number that designs and studies change.
+    """A named number that designs and studies vary.
 
     Attributes:
-        initial: The value that it starts from.
+        initial: The initial value.
         bounds: Least and greatest value.
-        scale: How the design search moves it: by differences, ``linear``, or by ratios, ``log``.
+        scale: How the design search varies it: by differences, ``linear``, or by ratios, ``log``.
         unit: Its unit, for people.
-        role: Who may change it: the ``design`` search, or only the user, for a ``study``.
-        catalogue: The values that can be had, numbers or entries; every value within the bounds where left out.
-        price: What a value costs, in units of the budget: ``{"inverse": c}``, ``{"linear": c}``, ``{"log": {..}}`` or
-            ``{"power": {..}}``, as in task files; nothing where left out.
+        role: What may change it: the ``design`` search, or only the user, for a ``study``.
+        catalogue: The available values, numbers or entries; default: every value within the bounds.
+        price: The price of a value, in units of the budget: ``{"inverse": c}``, ``{"linear": c}``, ``{"log": {..}}`` or
+            ``{"power": {..}}``, as in task files; default: free.
     """
 
     initial: float

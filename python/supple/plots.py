@@ -26,15 +26,15 @@ class Figure:
         self._figure = figure
         self._task = task
         self._wide = wide
-        # Drawn at once: what is wrong is said where it was asked for.
+        # Drawn at once, so that errors are raised at the call.
         self._svg = self.render("svg").decode()
 
     def render(self, format: str) -> bytes:
-        """The bytes of a file: ``svg``, ``pdf`` or ``png``."""
+        """The contents of a file: ``svg``, ``pdf`` or ``png``."""
         return self._kept.plot(self._figure, format, others=self._others, task=self._task, wide=self._wide)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Writes a file in the format of its ending; the path."""
+        """Writes a file in the format of its extension and returns the path."""
         format = Path(path).suffix.lstrip(".")
         Path(path).write_bytes(self.render(format))
         return Path(path)
@@ -47,9 +47,9 @@ class Figure:
 
 
 class Plots:
-    """The figures of a result. ``others`` are results to draw into the same figure, ``task`` names one of several.
+    """The figures of a result. ``others`` are results to draw into the same figure, ``task`` selects one of several.
 
-    ``ax`` draws the figure on axes of matplotlib as well: one pair of axes for each of its panels.
+    ``ax`` also draws the figure on matplotlib axes: one axes object for each panel.
     """
 
     def __init__(self, result: Result) -> None:
@@ -72,10 +72,10 @@ class Plots:
         wide: bool = True,
         ax: Any = None,
     ) -> Figure:
-        """Information and cost over one or two parameters, with this result on it.
+        """Information and cost against one or two parameters, with this result marked.
 
-        Without a sweep among the results, one is made: over the first two design parameters between their bounds, with
-        ``points`` values each, the others held at this result's.
+        Without a sweep among the results, it runs one over the first two design parameters between their bounds, with
+        ``points`` values each; the other parameters are held at the values of this result.
         """
         results = [self._result, *others]
         if sweep is None and not any(result.kind == "sweep" for result in results):
@@ -120,5 +120,5 @@ class Plots:
         return self._figure("pareto", others, task, wide, ax)
 
     def bound(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
-        """The least information over the cost to keep; needs ``curve=True``."""
+        """The minimum information against the cost limit; requires ``curve=True``."""
         return self._figure("bound", others, task, wide, ax)

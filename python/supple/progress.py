@@ -1,4 +1,4 @@
-"""Progress of long work: a bar of tqdm's where that is installed."""
+"""Progress of long computations: a tqdm bar if tqdm is installed."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ __all__ = ["Bar", "Progress", "watching"]
 
 
 class Progress(Protocol):
-    """Sees how far long work is. Any object with these methods may be given as ``progress``."""
+    """Observes the progress of a computation. Any object with these methods can be passed as ``progress``."""
 
     def begin(self, what: str, done: int, total: int) -> None:
-        """Work of ``total`` parts began; ``done`` of them were done before."""
+        """A computation of ``total`` parts began; ``done`` of them were done before."""
 
     def advance(self, parts: int) -> None:
-        """``parts`` more are done."""
+        """``parts`` more parts are done."""
 
     def say(self, message: str) -> None:
-        """Something to say beside it, such as the best design until now."""
+        """A message to show, such as the best design so far."""
 
 
 class Bar:
-    """A bar of tqdm's; a line on standard error where that is not installed."""
+    """A tqdm bar; a line on standard error if tqdm is not installed."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -47,14 +47,14 @@ class Bar:
             self._bar.set_postfix_str(message)
 
     def close(self) -> None:
-        """Ends the bar that is there."""
+        """Closes the current bar."""
         if self._bar is not None:
             self._bar.close()
             self._bar = None
 
 
 class Line:
-    """What :class:`Bar` needs of tqdm, on one line of standard error."""
+    """The part of tqdm that :class:`Bar` uses, on one line of standard error."""
 
     def __init__(self, desc: str, initial: int, total: int) -> None:
         self._what, self._done, self._total, self._message = desc, initial, total, ""
@@ -82,7 +82,7 @@ class Line:
 
 
 class watching:
-    """Makes an object that sees progress out of ``progress=``, and ends its bar at the end."""
+    """Makes a progress observer from the argument ``progress=``, and closes its bar at the end."""
 
     def __init__(self, progress: bool | Progress | None) -> None:
         if progress is True:

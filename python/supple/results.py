@@ -1,4 +1,4 @@
-"""Results: plain objects that can be kept, read again, drawn and shown."""
+"""Results: plain objects that can be saved, loaded, plotted and displayed."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ __all__ = ["Design", "Evaluation", "Information", "Result", "Start"]
 
 
 class Result:
-    """A result with all that made it: what ``save`` keeps, the command line reads, and the other way round.
+    """A result with everything that determined it. The command line reads results that ``save`` wrote, and vice versa.
 
     Attributes:
-        task: The task that it was made of, where it was made here; ``None`` after :func:`load_result`.
+        task: The task that it was computed from, if it was computed in this process; ``None`` after :func:`load_result`.
     """
 
     kind: ClassVar[str] = ""
@@ -53,7 +53,7 @@ class Result:
 
     @cached_property
     def made(self) -> dict[str, Any]:
-        """What made it: version, command, arguments, seed, texts of files, title and parameters."""
+        """Everything that determined it: version, command, arguments, seed, texts of files, title and parameters."""
         return self._kept.made()
 
     def to_json(self) -> str:
@@ -61,14 +61,14 @@ class Result:
         return self._kept.json()
 
     def to_dict(self) -> Any:
-        """The same as dicts, lists, numbers and texts."""
+        """The same as dicts, lists, numbers and strings."""
         return json.loads(self.to_json())
 
     def _table(self) -> Table:
         raise UsageError(f"a result of `{self._kept.kind}` is no table")
 
     def to_pandas(self) -> Any:
-        """The result as a pandas ``DataFrame``: its table, one row by step, level, point, visited design or sensor."""
+        """The result as a pandas ``DataFrame``: its table, one row per step, level, point, visited design or sensor."""
         return self._table().to_pandas()
 
     def to_polars(self) -> Any:
@@ -80,17 +80,17 @@ class Result:
         return self._table().to_xarray()
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Keeps the result in a folder that the command line reads too; the folder."""
+        """Saves the result in a folder that the command line can also read, and returns the folder."""
         self._kept.save(folder)
         return Path(folder)
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Self:
-        """Reads a result that :meth:`save` or the command line kept."""
+        """Loads a result that :meth:`save` or the command line wrote."""
         return cls(Kept.load(folder))
 
     def report(self, path: str | os.PathLike[str], *others: Result) -> Path:
-        """Writes one HTML page with this result and others; it needs no network. The path."""
+        """Writes one HTML page with this result and others, which requires no network, and returns the path."""
         page = self._kept.report([other._kept for other in others])
         Path(path).write_text(page, encoding="utf-8")
         return Path(path)
@@ -127,12 +127,12 @@ def _unpacked(kind: type[Result], files: Mapping[str, bytes]) -> Result:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Information(Record):
-    """What designs minimise: the weighted sum of the tasks' information.
+    """The information that designs minimise: the weighted sum over the tasks.
 
     Attributes:
         nats: In nats.
         bits: In bits.
-        bits_per_second: Bits over the time that all measurements together take, s.
+        bits_per_second: Bits divided by the time that all measurements take, s.
     """
 
     nats: float
@@ -142,13 +142,13 @@ class Information(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prices(Record):
-    """What the parameters of a design cost.
+    """Prices of the parameters of a design.
 
     Attributes:
         total: The sum, in units of the budget.
-        budget: What the sum may be at most; ``None`` where there is no budget.
-        weight_nats_per_unit: Nats that a unit of price counts as in what designs minimise.
-        objective_nats: What designs minimise: information, and price with its weight, nats.
+        budget: Limit on the sum; ``None`` if there is no budget.
+        weight_nats_per_unit: Weight of one unit of price in the objective, nats.
+        objective_nats: The objective: information plus weighted price, nats.
         parameters: The price of each parameter that has one.
     """
 
@@ -194,10 +194,10 @@ class _Evaluated:
 
 
 class _OfDesign(Result):
-    """A result that is about one design first of all."""
+    """A result that mainly concerns one design."""
 
     def _whole(self) -> Mapping[str, Any]:
-        """The dict of the evaluation that it is about."""
+        """The dict of its evaluation."""
         return self._data
 
     @cached_property
@@ -216,17 +216,17 @@ class _OfDesign(Result):
 
     @property
     def feasible(self) -> bool:
-        """Whether every plan converged, every task meets its bound and the price the budget."""
+        """Whether every plan converged, every task is within its cost limit, and the price is within the budget."""
         return self._evaluated.feasible
 
     @property
     def feasibility(self) -> float:
-        """How far above its bound an expected cost may be, relative to it, for the task to count as met."""
+        """The relative tolerance by which an expected cost may exceed its limit and still count as feasible."""
         return self._evaluated.feasibility
 
     @property
     def price(self) -> Prices | None:
-        """What the parameters cost; ``None`` where none has a price."""
+        """Prices of the parameters; ``None`` if none has a price."""
         return self._evaluated.price
 
     @property
@@ -236,7 +236,7 @@ class _OfDesign(Result):
 
     @property
     def warnings(self) -> list[str]:
-        """Why the numbers cannot be trusted, of all tasks; empty where all is well."""
+        """Reasons not to trust the numbers, for all tasks; empty if there are none."""
         return [warning for task in self.tasks.values() for warning in task.warnings]
 
     def _table(self) -> Table:
@@ -246,15 +246,15 @@ class _OfDesign(Result):
         """The plan of a task as an xarray ``Dataset`` over time, states and controls, with units.
 
         Args:
-            task: Name of the task. Required where there are several.
+            task: Name of the task. Required if there are several.
         """
         return _frames.trajectory_dataset(self.tasks[self._task_name(task)])
 
     def controller(self, task: str | None = None) -> Controller:
-        """The controller of a task at this design, to run elsewhere; see :class:`Controller` for what it computes.
+        """The controller of a task at this design, for use on a robot; :class:`Controller` describes what it computes.
 
         Args:
-            task: Name of the task. Required where there are several.
+            task: Name of the task. Required if there are several.
         """
         return self._controller(task, None)
 
@@ -266,7 +266,7 @@ class _OfDesign(Result):
         return Controller._of(NativeController.of(self._kept, native, name=name, at=at))
 
     def _task_name(self, task: str | None) -> str:
-        """The name of the task that is asked for, which may be left out where there is one only."""
+        """The name of the requested task, which is optional if there is only one."""
         if task is None and len(self.tasks) > 1:
             raise UsageError(f"there are several tasks: give task= one of {', '.join(self.tasks)}")
         name = next(iter(self.tasks)) if task is None else task
@@ -291,15 +291,15 @@ class Start(Record):
     Attributes:
         status: How it ended.
         to: All parameters where it ended.
-        information_nats: The information there, nats; NaN where nothing could be evaluated.
+        information_nats: The information there, nats; NaN if nothing could be evaluated.
         price: The sum of the parameters' prices there.
         expected_costs: Expected cost of each task there, (tasks,).
-        violation: How far the worst task is above its bound, relative to it.
+        violation: How far the worst task exceeds its cost limit, relative to the limit.
         optimality: First-order optimality.
-        branches: Different local minima of the plans seen at the end.
+        branches: Number of different local minima of the plans encountered at the end.
         evaluations: Designs evaluated.
-        evaluations_without_contact: Of these, how many have a plan that misses a contact.
-        error: Why it ended early; ``None`` where it did not.
+        evaluations_without_contact: Number of these designs whose plan misses a contact.
+        error: Why it ended early; ``None`` if it did not.
     """
 
     status: str
@@ -322,8 +322,8 @@ class ChosenEntry(Record):
     Attributes:
         parameter: The parameter.
         value: The value, in its unit.
-        name: What its maker calls it.
-        price: What it costs to buy.
+        name: The manufacturer's name for it.
+        price: Its purchase price.
         continuous: The value of the best design without catalogues.
     """
 
@@ -343,7 +343,7 @@ class ContinuousOptimum(Record):
         parameters: All parameters.
         information_bits: Its objective, bits.
         expected_costs: Expected cost of each task, (tasks,).
-        violation: How far the worst task is above its bound, relative to it.
+        violation: How far the worst task exceeds its cost limit, relative to the limit.
     """
 
     status: str
@@ -358,10 +358,10 @@ class CombinationReport(Record):
     """A combination of entries of catalogues, with the other parameters optimised.
 
     Attributes:
-        status: How its search ended; where nothing but catalogues is designed, whether it meets every bound.
+        status: How its search ended; if only catalogue parameters are designed, whether it meets every cost limit.
         parameters: All parameters.
         information_bits: Its objective, bits.
-        violation: How far the worst task is above its bound, relative to it.
+        violation: How far the worst task exceeds its cost limit, relative to the limit.
     """
 
     status: str
@@ -372,21 +372,21 @@ class CombinationReport(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CatalogueReport(Record):
-    """The entries of catalogues that a design search chose; the command line's JSON has the same keys.
+    """The catalogue entries that a design search selected; the command line's JSON has the same keys.
 
     Attributes:
         method: ``all_combinations``: all were designed. ``neighbourhood``: rounded, and exchanged for better neighbours.
-        combinations: How many combinations of entries there are.
-        designed: How many of them were designed, or could not be.
-        feasible: How many of them meet every bound.
-        failed: How many could not be designed.
-        error: Why the first of these could not.
-        complete: Whether the choice came to its end: all were tried, or no neighbour of the chosen one is better.
+        combinations: Number of combinations of entries.
+        designed: Number of combinations that were designed, including failures.
+        feasible: Number of combinations that meet every cost limit.
+        failed: Number of combinations that could not be designed.
+        error: Why the first of these failed.
+        complete: Whether the selection was completed: all were tried, or no neighbour of the chosen one is better.
         chosen: The chosen entry of each catalogue.
-        price: What these cost together; ``None`` where an entry has no price.
+        price: Their total price; ``None`` if an entry has no price.
         continuous: The best design without catalogues.
-        gap_bits: Bits that the chosen design needs more than that, prices with their weight included; ``None`` where one of
-            both misses a bound, and where entries have prices and prices count, which that does not pay.
+        gap_bits: Objective of the chosen design minus that of ``continuous``, bits, with weighted prices included; ``None`` if
+            either exceeds a cost limit, or if entries have prices that count, which ``continuous`` does not include.
         best: The best combinations, the chosen one first: at most 10.
     """
 
@@ -405,7 +405,7 @@ class CatalogueReport(Record):
 
 
 class Design(_OfDesign):
-    """The best design that a search found, and how it went; parameters, information and tasks are those of the best."""
+    """The best design that a search found, and the record of the search; parameters, information and tasks are its own."""
 
     kind = "design"
 
@@ -420,17 +420,17 @@ class Design(_OfDesign):
 
     @property
     def active_bounds(self) -> list[str]:
-        """Tasks whose bound is active."""
+        """Tasks whose cost limit is active."""
         return list(self._data["active_bounds"])
 
     @property
     def bound_prices(self) -> dict[str, float]:
-        """Nats that a unit more of each task's bound would save."""
+        """Shadow prices: nats that one more unit of each task's cost limit would save."""
         return {price["task"]: price["nats_per_unit"] for price in self._data["bound_prices"]}
 
     @property
     def budget_nats_per_unit(self) -> float:
-        """Nats that a unit more of budget would save; 0 where there is none or it is not used up."""
+        """Nats that one more unit of budget would save; 0 if there is no budget or it is not exhausted."""
         return float(self._data["budget_nats_per_unit"])
 
     @property
@@ -440,7 +440,7 @@ class Design(_OfDesign):
 
     @property
     def evaluations_without_contact(self) -> int:
-        """How many of these designs have a plan that never touches a contact from which a cost wants a force."""
+        """Number of these designs whose plan never makes a contact whose force a cost tracks."""
         return int(self._data.get("evaluations_without_contact", 0))
 
     @property
@@ -450,21 +450,21 @@ class Design(_OfDesign):
 
     @cached_property
     def catalogue(self) -> CatalogueReport | None:
-        """The entries that were chosen, where parameters have catalogues."""
+        """The selected entries, if parameters have catalogues."""
         found = self._data.get("catalogue")
         return None if found is None else build(CatalogueReport, found)
 
     @cached_property
     def starts(self) -> list[Start]:
-        """Every start; starts take no notice of catalogues."""
+        """Every start; starts ignore catalogues."""
         return [build(Start, start) for start in self._data["starts"]]
 
     def controller(self, task: str | None = None, *, at: str = "optimum") -> Controller:
-        """The controller of a task, to run elsewhere; see :class:`Controller` for what it computes.
+        """The controller of a task, for use on a robot; :class:`Controller` describes what it computes.
 
         Args:
-            task: Name of the task. Required where there are several.
-            at: Of which design: ``optimum``, the best one, or ``start``, where the search began.
+            task: Name of the task. Required if there are several.
+            at: The design: ``optimum``, the best design, or ``start``, the design at which the search began.
         """
         check_choice("at", [at], ["optimum", "start"])
         return self._controller(task, at)
@@ -475,7 +475,7 @@ class Design(_OfDesign):
 
     @property
     def start_parameters(self) -> dict[str, float]:
-        """The design that the first start began from."""
+        """The design at which the first start began."""
         return self._start.parameters
 
     @property

@@ -1,4 +1,4 @@
-"""Which sensors to buy."""
+"""Results of sensor selection."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class SensorSet(Record):
     """A set of sensors.
 
     Attributes:
-        sensors: Names, in the order in which they were taken.
-        expected_cost: Expected cost, of all tasks that were looked at.
+        sensors: Names, in the order of selection.
+        expected_cost: Expected cost, summed over the tasks considered.
         information_bits: Directed information, bits.
-        price: Prices of all together.
-        by: How it came about: ``given``, ``gain`` or ``gain_per_price`` (greedy), or ``search``.
+        price: Total price.
+        by: How it was obtained: ``given``, ``gain`` or ``gain_per_price`` (greedy), or ``search``.
     """
 
     sensors: list[str]
@@ -36,18 +36,18 @@ class SensorSet(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SensorsCertificate(Record):
-    """How good any set within the limits could be. Bounds are in units of the goal: expected cost from below, bits from
-    above, or price from below.
+    """Bounds on any set within the limits, in units of the goal: expected cost from below, bits from above, or price
+    from below.
 
     Attributes:
-        bound: No set does better, by the relaxed problem alone.
-        certified_ratio: The least share of the best possible gain that the greedy set has; of prices, the bound over its
-            price. ``None`` without a greedy set.
-        search: How all sets were searched, ``exhaustive`` or ``branch_and_bound``; ``None`` where they were not.
-        searched_bound: No set does better, by the search.
-        proved: Whether the search proved its set to be the best one.
-        ratio: The greedy set's share of the gain that the search says is possible: exact where that is proved.
-        tried: Sets that were tried, and regions.
+        bound: No set is better, according to the relaxed problem alone.
+        certified_ratio: Guaranteed share of the best possible gain that the greedy set achieves; for prices, the bound divided by
+            its price. ``None`` without a greedy set.
+        search: How all sets were searched, ``exhaustive`` or ``branch_and_bound``; ``None`` if they were not.
+        searched_bound: No set is better, according to the search.
+        proved: Whether the search proved its set to be the best.
+        ratio: The greedy set's share of the gain that is possible according to the search: exact if that is proved.
+        tried: Number of sets and regions tried.
     """
 
     bound: float
@@ -61,20 +61,20 @@ class SensorsCertificate(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SensorValue(Record):
-    """What one sensor is worth.
+    """The worth of one sensor.
 
     Attributes:
         name: Its name.
-        kind: What kind it is.
+        kind: Its kind.
         price: Its price.
         chosen: Whether it is in the chosen set.
         saved_alone: Expected cost that it saves as the only candidate.
-        saved_beyond_others: Expected cost that it saves where all other candidates are there.
+        saved_beyond_others: Expected cost that it saves in addition to all other candidates.
         saved_in_set: Expected cost that it saves, or would save, in the chosen set.
-        bits_alone: Bits that it gives as the only candidate.
-        bits_beyond_others: Bits that it gives beyond all other candidates.
+        bits_alone: Bits that it measures as the only candidate.
+        bits_beyond_others: Bits that it measures in addition to all other candidates.
         saved_alone_per_price: Expected cost that it saves alone, per unit of price; ``None`` without a price.
-        weight: Its weight in the relaxed problem where the certificate was found, 0 to 1.
+        weight: Its weight in the relaxed problem at the point of the certificate, 0 to 1.
     """
 
     name: str
@@ -91,48 +91,48 @@ class SensorValue(Record):
 
 
 class Sensors(Result):
-    """The best set of sensors, what every one is worth, and how good any set could be."""
+    """The best set of sensors, the worth of each sensor, and a bound on any set."""
 
     kind = "sensors"
 
     @cached_property
     def chosen(self) -> SensorSet:
-        """The chosen set: the better of the greedy one and that of the search."""
+        """The chosen set: the better of the greedy set and the set of the search."""
         return build(SensorSet, self._data["chosen"])
 
     @cached_property
     def greedy(self) -> SensorSet | None:
-        """The greedy set; ``None`` where it does not reach a bound on the cost."""
+        """The greedy set; ``None`` if it does not meet the cost limit."""
         return self._set("greedy")
 
     @cached_property
     def best(self) -> SensorSet | None:
-        """The best set of the search; ``None`` where there was none."""
+        """The best set of the search; ``None`` if there was no search."""
         return self._set("best")
 
     @cached_property
     def none(self) -> SensorSet:
-        """With no candidate, but the measurements that are always there."""
+        """Without candidates, but with the measurements that are always present."""
         return build(SensorSet, self._data["none"])
 
     @cached_property
     def all(self) -> SensorSet:
-        """With all candidates, whatever the limits."""
+        """With all candidates, regardless of the limits."""
         return build(SensorSet, self._data["all"])
 
     @cached_property
     def certificate(self) -> SensorsCertificate:
-        """How good any set could be."""
+        """Bounds on any set."""
         return build(SensorsCertificate, self._data["certificate"])
 
     @cached_property
     def sensors(self) -> dict[str, SensorValue]:
-        """What every candidate is worth, by name."""
+        """The worth of every candidate, by name."""
         return {sensor["name"]: build(SensorValue, sensor) for sensor in self._data["sensors"]}
 
     @property
     def tasks(self) -> list[str]:
-        """The tasks that were looked at."""
+        """The tasks considered."""
         return list(self._data["tasks"])
 
     def _set(self, name: str) -> SensorSet | None:
@@ -157,7 +157,7 @@ class Sensors(Result):
 
 
 def sensors_words(options: Mapping[str, Any]) -> list[str]:
-    """The options of the command line that ask for the same."""
+    """The equivalent options of the command line."""
     names = {"goal": "for"}
     words: list[str] = []
     for name, value in options.items():

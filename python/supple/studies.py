@@ -1,4 +1,4 @@
-"""Results of studies of many designs or noises, and results of any kind read again."""
+"""Results of studies of many designs or noise levels, and loading of results of any kind."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Sweep(Result):
 
     @cached_property
     def table(self) -> Table:
-        """One row by design, the last axis changing fastest."""
+        """One row per design; the last axis changes fastest."""
         columns = self._data["columns"]
         return Table(
             self._kept.columns(),
@@ -54,7 +54,7 @@ class Sweep(Result):
         return {axis["parameter"]: axis["values"] for axis in self._data["options"]["axes"]}
 
     def grid(self, column: str) -> NDArray[Any]:
-        """A column in the shape of the grid; texts, such as of ``press.status``, as an array of objects."""
+        """A column in the shape of the grid; strings, such as ``press.status``, as an array of objects."""
         values = self.table[column]
         if isinstance(values, list):
             texts = np.empty(len(values), dtype=object)
@@ -76,14 +76,14 @@ class Sweep(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RobustDesign(Record):
-    """A design of a study of robustness.
+    """A design of a robustness study.
 
     Attributes:
         name: Its name.
         parameters: All parameters.
         information_nats: Its information, nats.
-        status: How its search ended; ``None`` where it was given.
-        warnings: Why its numbers cannot be trusted.
+        status: How its search ended; ``None`` if it was given.
+        warnings: Reasons not to trust its numbers.
     """
 
     name: str
@@ -102,13 +102,13 @@ class RobustnessCell(Record):
         task: Index of the task.
         planned_for: ``nominal`` or ``truth``: the noise that the controller is planned for.
         level: Index of the level.
-        mean: Mean cost; NaN where a roll-out diverged.
+        mean: Mean cost; NaN if a roll-out diverged.
         deviation: Standard deviation of the cost over roll-outs.
         confidence: Half-width of the 95 % confidence interval of the mean.
-        quantiles: Of the cost at 5, 25, 50, 75 and 95 %, (5,).
-        diverged: How many roll-outs diverged.
-        expected: Expected cost by the theory; ``None`` where the controller is not planned for the truth.
-        error: Why it could not be computed; ``None`` where it was.
+        quantiles: Quantiles of the cost at 5, 25, 50, 75 and 95 %, (5,).
+        diverged: Number of roll-outs that diverged.
+        expected: Predicted expected cost; ``None`` if the controller is not planned for the truth.
+        error: Why it could not be computed; ``None`` on success.
     """
 
     design: int
@@ -126,18 +126,18 @@ class RobustnessCell(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Record):
-    """How the growth of cost compares between two designs, roll-out by roll-out.
+    """Comparison of the growth of cost between two designs, roll-out by roll-out.
 
     Attributes:
         task: Index of the task.
         planned_for: ``nominal`` or ``truth``.
-        design: Index of the design that is asked about.
-        other: Index of the design that it is compared with.
+        design: Index of the design.
+        other: Index of the design with which it is compared.
         levels: Indices of the least and the greatest level.
         growths: Growth of the design's cost and of the other's, (2,).
-        difference: Growth of the design's cost less that of the other's.
+        difference: Growth of the design's cost minus growth of the other's.
         interval: Its 95 % confidence interval, (2,).
-        p_value: Of the hypothesis that there is no difference.
+        p_value: p-value of the hypothesis that there is no difference.
     """
 
     task: int
@@ -152,7 +152,7 @@ class Comparison(Record):
 
 
 class Robustness(Result):
-    """Costs in closed loop as a noise grows."""
+    """Closed-loop costs as a noise grows."""
 
     kind = "robustness"
 
@@ -168,7 +168,7 @@ class Robustness(Result):
 
     @cached_property
     def comparisons(self) -> list[Comparison]:
-        """How designs compare."""
+        """Pairwise comparisons of designs."""
         return [build(Comparison, comparison) for comparison in self._data["comparisons"]]
 
     def _table(self) -> Table:
@@ -193,20 +193,20 @@ class Robustness(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ParetoPoint(Record):
-    """A point of a front; the command line's JSON has the same keys.
+    """A point of a Pareto front; the command line's JSON has the same keys.
 
     Attributes:
-        factor: All bounds are this times those of the task.
-        bounds: The bounds here; infinite where a task has none, (tasks,).
+        factor: The factor by which all cost limits of the task are multiplied.
+        bounds: The cost limits here; infinite if a task has none, (tasks,).
         status: How the search ended.
         parameters: All parameters.
         information_nats: Its information, nats.
         task_nats: Information of each task, nats, (tasks,).
         costs: Expected cost of each task, (tasks,).
-        prices: Nats that a unit more of each task's bound would save, (tasks,).
-        price: What its parameters cost; ``None`` where none has a price.
-        at_ends: Parameters at an end of their range.
-        warnings: Why its numbers cannot be trusted.
+        prices: Shadow prices: nats that one more unit of each task's cost limit would save, (tasks,).
+        price: Total price of its parameters; ``None`` if none has a price.
+        at_ends: Parameters at a bound of their range.
+        warnings: Reasons not to trust its numbers.
     """
 
     factor: float
@@ -223,13 +223,13 @@ class ParetoPoint(Record):
 
 
 class Pareto(Result):
-    """The front of information against cost."""
+    """The Pareto front of information and cost."""
 
     kind = "pareto"
 
     @cached_property
     def points(self) -> list[ParetoPoint]:
-        """Points by increasing factor of the bounds: the tightest first."""
+        """Points by increasing factor of the cost limits: the tightest first."""
         return [build(ParetoPoint, point) for point in self._data["points"]]
 
     def _table(self) -> Table:
@@ -237,7 +237,7 @@ class Pareto(Result):
 
     @property
     def remarks(self) -> list[str]:
-        """Where bounds become active along the front."""
+        """Where cost limits become active along the front."""
         return list(self._data["remarks"])
 
     def _summary(self) -> list[tuple[str, str]]:
@@ -270,9 +270,9 @@ class TraceRun(Record):
         start: Number of the start.
         status: How it ended.
         path: Designs in the order in which they were visited.
-        steps: Places in ``path`` of the designs that the optimiser stepped to.
+        steps: Indices in ``path`` of the designs to which the optimiser stepped.
         end: Where it ended: the best design.
-        error: Why it ended early; ``None`` where it did not.
+        error: Why it ended early; ``None`` if it did not.
     """
 
     method: str
@@ -313,6 +313,6 @@ _KINDS = {kind.kind: kind for kind in _ALL}
 
 
 def load_result(folder: str | os.PathLike[str]) -> Result:
-    """Reads a result of any kind that ``save`` or the command line kept."""
+    """Loads a result of any kind that ``save`` or the command line wrote."""
     kept = Kept.load(folder)
     return _KINDS.get(kept.kind, Result)(kept)

@@ -14,10 +14,10 @@ __all__ = ["Table", "dataset"]
 
 
 class Table(Mapping[str, Any]):
-    """Named columns of equal length: arrays of numbers, whole numbers or booleans, or lists of texts.
+    """Named columns of equal length: arrays of numbers, integers or booleans, or lists of strings.
 
-    Numbers are NaN where there is none. Whole numbers and booleans of which some are missing are numbers as well; in a pandas
-    or polars frame they stay what they are, with their missing values.
+    Missing numbers are NaN. Integer and boolean columns with missing values are stored as numbers; in a pandas or polars
+    frame they keep their type, with missing values.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Table(Mapping[str, Any]):
         return iter(self._columns)
 
     def __len__(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return len(next(iter(self._columns.values()), ()))
 
     def to_dict(self) -> dict[str, list[Any]]:
@@ -80,7 +80,7 @@ class Table(Mapping[str, Any]):
         return dataset({name: ("row", self[name]) for name in self}, self.units, self.descriptions)
 
     def _gaps(self) -> list[str]:
-        """Columns of whole numbers and booleans of which some are missing."""
+        """Integer and boolean columns with missing values."""
         missing = [name for name, kind in self._kinds.items() if kind in ("counts", "truths")]
         return [name for name in missing if getattr(self._columns[name], "dtype", None) == np.float64]
 

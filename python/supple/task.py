@@ -1,4 +1,4 @@
-"""Tasks: a robot, what it has to do, and the parameters to design."""
+"""Tasks: a robot, its tasks, and the parameters to design."""
 
 from __future__ import annotations
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from ._asked import Axes, Vary
     from ._crew import Workers
     from ._records import Array
+    from .explorer import Explorer
     from .model import DerivativeError
 
 __all__ = ["CatalogueEntry", "Grid", "Parameter", "Task"]
@@ -51,7 +52,7 @@ Grid = Mapping[str, ArrayLike]
 
 Gradient = Literal["total", "frozen", "both"]
 
-METHODS = ("sqp", "barrier")
+METHODS = ("sqp", "cobyla", "barrier")
 GRADIENTS = ("total", "frozen")
 
 
@@ -59,13 +60,13 @@ class Task:
     """A problem: a model with named parameters, and one or more tasks that share them.
 
     Made by :func:`supple.load`, :class:`supple.Model`, :func:`supple.linear` or :class:`supple.mujoco.Model`.
-    Methods take values of parameters as keyword arguments, or in ``at`` where a name is no identifier or is that of an
-    option.
+    Methods take parameter values as keyword arguments, or in ``at`` if a name is not a valid Python identifier or is the
+    name of an option.
     """
 
     def __init__(self, native: NativeTask, recipe: tuple[str, Any], changed: Mapping[str, float] | None = None) -> None:
         self._native = native
-        # How another process makes the task again.
+        # How another process rebuilds the task.
         self._recipe = recipe
         self._changed = dict(changed or {})
         about = native.about()
@@ -86,7 +87,7 @@ class Task:
 
     @property
     def title(self) -> str:
-        """What it is; may be empty."""
+        """The title; may be empty."""
         return self._title
 
     @property
@@ -96,7 +97,7 @@ class Task:
 
     @property
     def values(self) -> dict[str, float]:
-        """Values of all parameters by name, as set."""
+        """Current values of all parameters by name."""
         return self._native.values()
 
     @property
@@ -106,13 +107,13 @@ class Task:
 
     @property
     def derivative_error(self) -> DerivativeError | None:
-        """How exact the derivatives of a model of :class:`supple.Model` are; ``None`` for other tasks."""
+        """Errors of the derivatives of a :class:`supple.Model`; ``None`` for other tasks."""
         kind, what = self._recipe
         return what.get("derivative_error") if kind == "own" else None
 
     @property
     def warnings(self) -> list[str]:
-        """What of the files is ignored or most likely wrong."""
+        """Parts of the files that are ignored or probably wrong."""
         return self._native.warnings()
 
     def at(self, values: Mapping[str, float] | None = None, /, **parameters: float) -> Task:
@@ -132,13 +133,14 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Evaluation:
-        """Evaluates a design: information, cost, controller, and what else is asked for.
+        """Evaluates a design: information, cost, controller, and optional results.
 
         Args:
-            gradient: Which gradients to find: ``total``, everything moving; ``frozen``, the paper's; or ``both``.
-            needed: Whether to find the least information that any sensors and any controller need at the task's bound.
-            rollouts: Runs in closed loop with an extended Kalman filter; as the task says where left out: 256, or none of
-                models whose functions are in Python.
+            gradient: Gradients to compute: ``total``, in which plan, feedback and filter all vary; ``frozen``, the paper's; or
+                ``both``.
+            needed: Whether to compute the minimum information over all sensors and controllers at the task's cost limit.
+            rollouts: Closed-loop roll-outs with an extended Kalman filter; default: as set in the task: 256, fewer with
+                more than 32 states, or none for models whose functions are in Python.
             branches: Attempts to find a plan of lower cost among other local minima.
             seed: Seed of roll-outs and attempts.
             trajectories: Whether to keep the trajectories.
@@ -147,7 +149,7 @@ class Task:
         """
         check_choice("gradient", [gradient], ["total", "frozen", "both", None])
         task = self.at(at, **parameters)
-        rollouts = int(task._native.design_settings()["rollouts"]) if rollouts is None else rollouts
+        rollouts = task._native.rollouts() if rollouts is None else rollouts
         check_counts(rollouts=rollouts, branches=branches, seed=seed)
         words = ["--gradient", gradient] if gradient else []
         words += option_words(rollouts=rollouts, branches=branches, seed=seed)
@@ -203,23 +205,23 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Array | Rollouts:
-        """Simulates the model under given controls, without noise and feedback; or the plan's controller on a plant.
+        """Simulates the model under given controls, without noise or feedback; or the plan's controller on a plant.
 
         Args:
-            controls: One row for each step, (N, m). The number of rows is the number of steps; bounds of the task on its
-                controls are not applied.
-            plant: In place of ``controls``: a function of a state (n,), controls (m,) and the number of the step that returns
-                the next state. The controller and filter of the plan run on it, and know the plan alone.
-            rollouts: Runs on the plant.
-            seed: Seed of the noise of these runs.
-            noise: Whether first state, process and measurements of these runs have the task's noise.
-            initial_state: The first state, (n,); default: that of the task.
-            task: Name of the task. Required where there are several.
+            controls: One row for each step, (N, m). The number of rows is the number of steps; limits of the controls are not
+                applied.
+            plant: Instead of ``controls``: a function of a state (n,), controls (m,) and the step number that returns the next
+                state. The controller and filter of the plan run on it, and use only the plan.
+            rollouts: Roll-outs on the plant.
+            seed: Seed of the noise of these roll-outs.
+            noise: Whether initial state, process and measurements of these roll-outs have the task's noise.
+            initial_state: The initial state, (n,); default: the task's.
+            task: Name of the task. Required if there are several.
             at: Values of parameters.
             **parameters: Values of parameters.
 
         Returns:
-            The states at steps 0 to N, (N+1, n), in the order of ``state_names`` of trajectories; on a plant
+            The states at steps 0 to N, (N+1, n), in the order of ``state_names`` of trajectories; with a plant,
             :class:`supple.Rollouts`.
         """
         name = self._one_task(task)
@@ -251,10 +253,10 @@ class Task:
     def linearise(
         self, *, task: str | None = None, at: Mapping[str, float] | None = None, **parameters: float
     ) -> Linearisation:
-        """The linear system that a task is along its plan: dynamics, costs, noise and controller as arrays.
+        """The linearisation of a task along its plan: dynamics, costs, noise and controller as arrays.
 
         Args:
-            task: Name of the task. Required where there are several.
+            task: Name of the task. Required if there are several.
             at: Values of parameters.
             **parameters: Values of parameters.
         """
@@ -262,7 +264,7 @@ class Task:
         return build(Linearisation, self.at(at, **parameters)._native.linearise(name))
 
     def _one_task(self, task: str | None) -> str:
-        """The task of a name, or the only one."""
+        """The task with this name, or the only one."""
         check_name("task", task)
         if task is None and len(self._tasks) > 1:
             raise UsageError(f"there are several tasks: give task= one of {', '.join(self._tasks)}")
@@ -273,7 +275,7 @@ class Task:
         *,
         starts: int | None = None,
         seed: int | None = None,
-        method: Literal["sqp", "barrier"] | None = None,
+        method: Literal["sqp", "cobyla", "barrier"] | None = None,
         gradient: Literal["total", "frozen"] | None = None,
         information: Literal["needed", "used", "measured"] | Mapping[str, float] | None = None,
         rollouts: int | None = None,
@@ -283,22 +285,21 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Design:
-        """Searches for the design with the least information that meets every bound.
+        """Searches for the design with the least information that stays within every cost limit.
 
         Args:
-            starts: The values of the parameters as they are, then seeded random ones; as the task says where left out.
+            starts: Number of starts: the current parameter values, then seeded random values; default: as set in the task.
             seed: Seed of random starts and of searches for other local minima.
             method: The optimiser.
             gradient: The gradient that it follows.
-            information: What is minimised: what any sensors and any controller ``"needed"`` at the least, what is ``"used"``
-                by the controls, what is ``"measured"``, or weights of them. Where none is needed the search goes on to what
-                is used.
-            rollouts: Runs in closed loop at the start and at the optimum.
-            settings: Other settings of the search by the names of the task file's ``[design]``.
-            executor: Where the starts are searched from: an executor of ``concurrent.futures``, a number of processes,
-                or a function that makes an executor; the threads of this process where left out. The result is the
-                same.
-            progress: ``True`` for a bar of tqdm's, or an object of your own (:class:`supple.Progress`).
+            information: The information that is minimised: ``"needed"``, the minimum over all sensors and controllers;
+                ``"used"``, by the controller; ``"measured"``, by the sensors; or weights of these. If no information is
+                needed, the search minimises the used information.
+            rollouts: Closed-loop roll-outs at the start and at the optimum.
+            settings: Other settings of the search, by the names in the task file's ``[design]``.
+            executor: Where the searches run: a ``concurrent.futures`` executor, a number of processes, or a function that makes
+                an executor; default: the threads of this process. The result is the same.
+            progress: ``True`` for a tqdm bar, or a custom object (:class:`supple.Progress`).
             at: Values of parameters to start from.
             **parameters: Values of parameters to start from.
         """
@@ -336,19 +337,19 @@ class Task:
         """Evaluates every design of a grid.
 
         Args:
-            grid: Values by parameter; the last axis changes fastest. Values may be a text: ``"50:600:100"``,
-                ``"log:50:600:100"``.
-            rollouts: Closed-loop runs at every point.
-            starts: At every point, design the parameters that are on no axis, from this many starts.
+            grid: Values by parameter; the last axis changes fastest. Values may be a string:
+                ``"50:600:100"``, ``"log:50:600:100"``.
+            rollouts: Closed-loop roll-outs at every point.
+            starts: At every point, design the parameters that are not on an axis, from this many starts.
             seed: Seed of roll-outs and searches.
-            jobs: Points to evaluate at once; all cores where left out.
-            out: A folder whose journal keeps what is done: the same call goes on from there.
-            executor: Where points are evaluated: an executor of ``concurrent.futures``, a number of processes, or a
-                function that makes an executor, which is called again where a worker process ends; the threads of this
-                process where left out. The table is the same to the last bit.
-            progress: ``True`` for a bar of tqdm's, or an object of your own.
-            at: Values of parameters that are on no axis.
-            **parameters: Values of parameters that are on no axis.
+            jobs: Points to evaluate at once; default: all cores.
+            out: A folder whose journal stores completed work: the same call resumes from it.
+            executor: Where points are evaluated: a ``concurrent.futures`` executor, a number of processes, or a function that
+                makes an executor, which is called again if a worker process ends; default: the threads of this process.
+                The table is bit-identical.
+            progress: ``True`` for a tqdm bar, or a custom object.
+            at: Values of parameters that are not on an axis.
+            **parameters: Values of parameters that are not on an axis.
         """
         check_counts(rollouts=rollouts, starts=starts, seed=seed)
         if jobs is not None and jobs < 1:
@@ -384,16 +385,16 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Robustness:
-        """Costs of several designs in closed loop as a noise grows, under the same random numbers.
+        """Closed-loop costs of several designs as a noise grows, with the same random numbers.
 
         Args:
-            designs: Designs by name: values of parameters, ``{"soft": {"k1": 50.0}}``; the names ``start``, the values as
-                they are, and ``optimum``, what a design search finds from there, need none: ``{"optimum": {}}``.
+            designs: Designs by name: parameter values, ``{"soft": {"k1": 50.0}}``; the names ``start``, the current values, and
+                ``optimum``, the result of a design search from there, take no values: ``{"optimum": {}}``.
             vary: The parameter that grows, with the role ``study``, and its values: ``{"wall_variance": [1e-5, 1e-3]}``.
-            rollouts: Runs at every level.
-            seed: Seed of the runs.
+            rollouts: Roll-outs at every level.
+            seed: Seed of the roll-outs.
             executor: Where designs and levels are simulated, as in :meth:`sweep`.
-            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            progress: ``True`` for a tqdm bar, or a custom object.
             at: Values of parameters of ``start``.
             **parameters: Values of parameters of ``start``.
         """
@@ -426,7 +427,7 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Pareto:
-        """The front of information against cost: designs with the least information as all bounds move together."""
+        """Traces the Pareto front of information and cost: designs of least information as all cost limits vary together."""
         check_counts(points=points, starts=starts, seed=seed)
         task = self.at(at, **parameters)
         made = task._made("pareto", option_words(points=points, starts=starts, seed=seed))
@@ -444,15 +445,16 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Bounds:
-        """How little information would do: the least over all sensors and controllers that keep an expected cost.
+        """Computes the minimum information required, over all sensors and controllers that stay within an expected cost.
 
         Args:
-            cost: The expected cost to keep, over the task, or per step where stationary; the design's own where left out.
-            curve: The minimum over a range of costs too: ``True`` for 20 points, or how many.
-            stationary: Bounds by step of the steady state, for linear models that do not change over time.
-            task: The task, where there are several; all of them where left out.
-            progress: ``True`` for a bar of tqdm's, or an object of your own.
-            at: Values of parameters whose names are no words of Python.
+            cost: The expected cost that must not be exceeded, over the task, or per step if stationary; default: the design's
+                own.
+            curve: Whether to compute the minimum over a range of costs too: ``True`` for 20 points, or the number of points.
+            stationary: Bounds per step in the steady state, for time-invariant linear models.
+            task: The task, if there are several; default: all of them.
+            progress: ``True`` for a tqdm bar, or a custom object.
+            at: Values of parameters whose names are not valid Python identifiers.
             **parameters: Values of parameters.
         """
         check_name("task", task)
@@ -475,19 +477,19 @@ class Task:
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Sensors:
-        """The best set of sensors of the task's catalogue, what every sensor is worth, and how good any set could be.
+        """Finds the best set of sensors in the task's catalogue, the worth of each sensor, and a bound on any set.
 
         Without a catalogue the candidates are the task's own measurements, without prices.
 
         Args:
-            budget: Prices of all chosen sensors together at most.
-            count: Chosen sensors at most.
-            cost: Choose the cheapest set with an expected cost of at most this; the smallest where nothing has a price.
-            goal: What the set is to be best in: the least expected cost, or the most information.
-            method: One sensor after the other, all sets (beyond 15 candidates by branch and bound until the best one is
-                proved), or both (branch and bound gives up after 2,000 regions).
-            task: The only task to look at, where there are several; the sum of all where left out.
-            progress: ``True`` for a bar of tqdm's, or an object of your own.
+            budget: Limit on the total price of the chosen sensors.
+            count: Maximum number of chosen sensors.
+            cost: Choose the cheapest set with an expected cost of at most this; the smallest set if there are no prices.
+            goal: The criterion: the least expected cost, or the most information.
+            method: Greedy selection, all sets (beyond 15 candidates by branch and bound until the best set is proved), or both
+                (branch and bound gives up after 2,000 regions).
+            task: The only task to consider, if there are several; default: the sum of all.
+            progress: ``True`` for a tqdm bar, or a custom object.
             at: Values of parameters.
             **parameters: Values of parameters.
         """
@@ -507,14 +509,14 @@ class Task:
         self,
         *,
         starts: int = 10,
-        methods: Sequence[Literal["sqp", "barrier"]] = ("sqp", "barrier"),
+        methods: Sequence[Literal["sqp", "cobyla", "barrier"]] = ("sqp", "barrier"),
         gradients: Sequence[Literal["total", "frozen"]] = ("total", "frozen"),
         seed: int = 0,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Trace:
-        """The paths of searches, by every method and gradient from every start."""
+        """Records the paths of searches, for every method and gradient from every start."""
         check_counts(starts=starts, seed=seed)
         methods, gradients = list(methods), list(gradients)
         check_choice("methods", methods, METHODS)
@@ -526,8 +528,34 @@ class Task:
         with watching(progress) as seer, logged("trace"):
             return Trace(task._native.trace(made, json.dumps(options), seer), task)
 
+    def explore(
+        self,
+        *,
+        port: int | None = None,
+        browser: bool = True,
+        at: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Explorer:
+        """Opens the page of ``supple explore``: sliders for parameters, cost limits and noise, with results at once.
+
+        The page runs in threads of this process and ends with it; Ctrl-C does not end it. In a notebook it appears in the
+        output of the cell; elsewhere its address is printed and opened in a browser. Python is free meanwhile.
+
+        Args:
+            port: Port of 127.0.0.1; default: any that is free.
+            browser: Whether to show the page; if not, it waits at ``url``.
+            at: Values of parameters to begin with.
+            **parameters: Values of parameters to begin with.
+
+        Raises:
+            UsageError: If the port is taken.
+        """
+        from .explorer import explore
+
+        return explore(self.at(at, **parameters), port, browser)
+
     def _made(self, command: str, words: list[str]) -> list[str]:
-        """The command line that does the same; empty where there is none."""
+        """The equivalent command line; empty if there is none."""
         if self._recipe[0] != "load":
             return []
         sets = [word for name, value in self._changed.items() for word in ("--set", f"{name}={value!r}")]
@@ -541,7 +569,7 @@ class Task:
     def _packed(self) -> tuple[str, Any]:
         kind, what = self._recipe
         if kind != "own":
-            # With the texts of its files, which other machines need not have.
+            # Includes the texts of its files, which other machines need not have.
             return kind, (what, self._native.sources())
         return kind, what
 

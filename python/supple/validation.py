@@ -1,4 +1,4 @@
-"""What another simulator says of a design: records of :func:`supple.mujoco.validate`."""
+"""Results of running a design on another simulator: records of :func:`supple.mujoco.validate`."""
 
 from __future__ import annotations
 
@@ -10,41 +10,27 @@ from typing import Any
 
 from . import _html
 from ._records import Array, Record
+from .reports import Consistency
 
-__all__ = ["ConsistencyReport", "SampledLoop", "TaskValidation", "Validation"]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ConsistencyReport(Record):
-    """The normalised innovation squared, mean over measurements and roll-outs (theory, equation I.12).
-
-    Attributes:
-        mean: 1 where the filter's covariance is that of its errors; more where the filter is too sure.
-        lower: Where 95 % of the means of a consistent filter begin.
-        upper: Where they end.
-    """
-
-    mean: float
-    lower: float
-    upper: float
+__all__ = ["SampledLoop", "TaskValidation", "Validation"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SampledLoop(Record):
-    """Roll-outs of a plan with gains and extended Kalman filter.
+    """Roll-outs of a plan with its gains and an extended Kalman filter.
 
     Attributes:
-        cost_mean: Mean cost; infinite where a roll-out diverged.
-        cost_interval_95: Where the expected cost is with 95 %, by the standard error, (2,).
+        cost_mean: Mean cost; infinite if a roll-out diverged.
+        cost_interval_95: 95 % confidence interval of the expected cost, from the standard error, (2,).
         cost_median: Median cost.
-        realised_bits: Mean information that the measurements gave, bits; ``None`` where a roll-out diverged, or where noise of
-            measurements varies with the state.
-        realised_bits_interval_95: Where its expectation is with 95 %, (2,); empty where there is none.
-        consistency: Whether the filter's covariance is that of its errors; ``None`` where a roll-out diverged.
+        realised_bits: Mean measured information, bits; ``None`` if a roll-out diverged, or if measurement noise depends on the
+            state.
+        realised_bits_interval_95: 95 % confidence interval of its expectation, (2,); empty if there is none.
+        consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         touched: Share of the roll-outs in which each contact touched, by name.
-        diverged: How many roll-outs diverged.
-        ends_well: Share of the roll-outs whose last state is that of the plan, each entry within
-            :data:`supple.mujoco.ENDS_WELL` of the standard deviations that the plan predicts.
+        diverged: Number of roll-outs that diverged.
+        ends_well: Share of the roll-outs whose final state agrees with the plan's, each entry within
+            :data:`supple.mujoco.ENDS_WELL` times the standard deviation that the plan predicts.
     """
 
     cost_mean: float
@@ -52,7 +38,7 @@ class SampledLoop(Record):
     cost_median: float
     realised_bits: float | None
     realised_bits_interval_95: Array
-    consistency: ConsistencyReport | None
+    consistency: Consistency | None
     touched: dict[str, float]
     diverged: int
     ends_well: float
@@ -64,15 +50,15 @@ class TaskValidation(Record):
 
     Attributes:
         name: Its name.
-        status: How its plan ended; numbers of a plan that is not ``converged`` say little.
+        status: How its plan ended; do not rely on the numbers of a plan that is not ``converged``.
         predicted_cost: The expected cost that supple predicts.
         predicted_bits: The information that supple predicts, bits.
         predicted_contacts: Whether the plan touches each contact, by name.
         supple: Roll-outs on supple's own model.
         mujoco: Roll-outs on MuJoCo.
-        cost_difference: Mean cost on MuJoCo less that on supple's model, roll-out by roll-out.
-        cost_difference_interval_95: Where its expectation is with 95 %, (2,).
-        mujoco_steps: Steps of MuJoCo's in each time step of the task.
+        cost_difference: Mean cost on MuJoCo minus mean cost on supple's model, roll-out by roll-out.
+        cost_difference_interval_95: 95 % confidence interval of its expectation, (2,).
+        mujoco_steps: MuJoCo steps in each time step of the task.
     """
 
     name: str
@@ -92,10 +78,10 @@ class Validation(Record):
     """A design in closed loop on MuJoCo.
 
     Attributes:
-        title: What the task file is about.
+        title: Title of the task file.
         at: ``start`` or ``optimum``.
         parameters: The design.
-        contact: ``same``, supple's law of contact, or ``mujoco``, MuJoCo's.
+        contact: ``same``, supple's contact law, or ``mujoco``, MuJoCo's.
         vary: Factors on MuJoCo's robot, by name.
         rollouts: Roll-outs of each task.
         seed: Seed of their noise.
@@ -114,7 +100,7 @@ class Validation(Record):
     tasks: dict[str, TaskValidation]
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Writes all of it as JSON; numbers that are not finite are ``null``. The path."""
+        """Writes the validation as JSON, with ``null`` for non-finite numbers, and returns the path."""
         Path(path).write_text(json.dumps(_finite(self.to_dict()), indent=2) + "\n", encoding="utf-8")
         return Path(path)
 
@@ -165,7 +151,7 @@ def _span(interval: Array) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """A value of JSON without NaN and infinity, which JSON has not."""
+    """A JSON value without NaN and infinity, which JSON does not support."""
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, list):

@@ -11,7 +11,8 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.ui import WebDriverWait
 
 ROOT = Path(__file__).resolve().parents[2]
-SUPPLE = Path(os.environ.get("SUPPLE", ROOT / "target/release/supple"))
+#: The program; absolute, as tests run it in folders of their own.
+SUPPLE = Path(os.environ.get("SUPPLE", ROOT / "target/release/supple")).resolve()
 TASK = ROOT / "tasks/two_mass.toml"
 STEPS = {
     "design": ["design"],
@@ -22,8 +23,10 @@ STEPS = {
     "pareto": ["pareto", "--points", "4", "--starts", "1"],
     "bound": ["bound", "--curve"],
 }
+#: How long is waited for a page, s: without a graphics card, a busy machine takes long to paint.
+PATIENCE = 300
 SECTIONS = [
-    "answer", "landscape", "motion", "contacts", "trajectories", "information", "controller", "robustness", "pareto",
+    "answer", "landscape", "motion", "contacts", "quantities", "trajectories", "information", "controller", "robustness", "pareto",
     "bound", "sensitivities", "convergence", "origin",
 ]
 
@@ -32,6 +35,14 @@ def supple(*arguments, codes=(0,)):
     done = subprocess.run([SUPPLE, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode in codes, done.stderr
     return done
+
+
+def keep(driver, name):
+    """Keeps a picture of what a browser shows, where the variable `SCREENSHOTS` names a folder."""
+    folder = os.environ.get("SCREENSHOTS")
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        driver.save_screenshot(str(Path(folder) / f"{name}.png"))
 
 
 @pytest.fixture(scope="session")
@@ -52,13 +63,15 @@ def start(width, height, **media):
     for argument in [
         "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
         "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-        "--host-resolver-rules=MAP * ~NOTFOUND", f"--window-size={width},{height}",
+        "--disable-accelerated-2d-canvas", "--disable-gpu-rasterization",
+        "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", f"--window-size={width},{height}",
     ]:
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(options, Service(os.environ.get("CHROMEDRIVER", "/usr/bin/chromedriver")))
-    driver.set_page_load_timeout(120)
-    driver.set_script_timeout(120)
+    driver.set_page_load_timeout(PATIENCE)
+    driver.set_script_timeout(PATIENCE)
+    driver.command_executor.client_config.timeout = PATIENCE + 60
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     features = [{"name": name.replace("_", "-"), "value": value} for name, value in media.items()]
@@ -90,7 +103,7 @@ def open_page(report):
         driver = start(width, height, **media)
         drivers.append(driver)
         driver.get(page.as_uri())
-        WebDriverWait(driver, 120).until(lambda d: d.execute_script("return document.documentElement.dataset.ready"))
+        WebDriverWait(driver, PATIENCE).until(lambda d: d.execute_script("return document.documentElement.dataset.ready"))
         return driver
 
     yield open_at

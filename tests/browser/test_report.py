@@ -12,27 +12,20 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from conftest import SECTIONS
+from conftest import PATIENCE, SECTIONS, keep
 
 
 def wait(driver, what):
-    return WebDriverWait(driver, 120).until(lambda d: d.execute_script(f"return {what}"))
+    return WebDriverWait(driver, PATIENCE).until(lambda d: d.execute_script(f"return {what}"))
 
 
 def draw_all(driver):
     """Scrolls by all plots, so that each is drawn."""
     for figure in driver.find_elements(By.CSS_SELECTOR, "figure.plot"):
         driver.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", figure)
-        WebDriverWait(driver, 120).until(
+        WebDriverWait(driver, PATIENCE).until(
             lambda d, f=figure: d.execute_script("return arguments[0].querySelector('.canvas')._fullLayout != null", f)
         )
-
-
-def keep(driver, name):
-    folder = os.environ.get("SCREENSHOTS")
-    if folder:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        driver.save_screenshot(str(Path(folder) / f"{name}.png"))
 
 
 def test_every_section_is_there_and_linked(wide):
@@ -139,7 +132,7 @@ def test_the_robot_is_drawn_and_moves(wide):
     wait(wide, "document.querySelector('[data-scene] canvas') !== null")
     button, slider = view.find_element(By.TAG_NAME, "button"), view.find_element(By.CSS_SELECTOR, "input[type=range]")
     frame = lambda: view.get_attribute("data-frame")
-    becomes = lambda text: WebDriverWait(wide, 120).until(lambda _: button.text == text, f"it does not say {text}")
+    becomes = lambda text: WebDriverWait(wide, PATIENCE).until(lambda _: button.text == text, f"it does not say {text}")
     # It plays by itself as soon as it is seen: a press before that would stop it.
     becomes("Pause")
     button.send_keys(Keys.SPACE)
@@ -148,7 +141,7 @@ def test_the_robot_is_drawn_and_moves(wide):
     time.sleep(1.0)
     assert frame() == rest, "it does not stop"
     button.send_keys(Keys.SPACE)
-    WebDriverWait(wide, 120).until(lambda _: frame() != rest, "it does not go on")
+    WebDriverWait(wide, PATIENCE).until(lambda _: frame() != rest, "it does not go on")
     # Pictures are taken at rest: a browser without a graphics card that draws all the time may be late with them.
     slider.send_keys(Keys.HOME)
     becomes("Play")
@@ -156,7 +149,7 @@ def test_the_robot_is_drawn_and_moves(wide):
     first = picture(wide, view)
     slider.send_keys(Keys.END)
     assert frame() == slider.get_attribute("max")
-    WebDriverWait(wide, 120).until(lambda _: picture(wide, view) != first, "nothing moves")
+    WebDriverWait(wide, PATIENCE).until(lambda _: picture(wide, view) != first, "nothing moves")
     keep(wide, "motion")
     colours = wide.execute_script("""
       const plot = document.querySelector('[data-scene] .js-plotly-plot, [data-scene].js-plotly-plot');

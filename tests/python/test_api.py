@@ -131,7 +131,7 @@ def test_a_contact_that_is_missed_is_a_warning(tmp_path: Path) -> None:
     assert not wall.touches and wall.first_s is None and wall.last_s is None and wall.peak_force_N == 0.0
     (warning,) = found.warnings
     assert warning.startswith(
-        "task `press`: the plan never touches `wall`, from which cost 1 (contact_force) wants 10 N"
+        "task `press`: the plan never touches `wall`, but cost 1 (contact_force) tracks a force of 10 N there"
     )
     assert warning in repr(found)
 
@@ -201,7 +201,7 @@ def test_misuse_says_what_is_valid(task: supple.Task) -> None:
         (lambda: task.evaluate(gradient="exact"), 'there is "total", "frozen", "both"'),  # type: ignore[arg-type]
         (lambda: task.evaluate(rollouts=-1), "rollouts=-1: a whole number of at least 0"),
         (lambda: task.evaluate(k1=float("nan")), "parameter `k1` = NaN is outside"),
-        (lambda: task.design(method="newton"), 'there is "sqp", "barrier", None'),  # type: ignore[arg-type]
+        (lambda: task.design(method="newton"), 'there is "sqp", "cobyla", "barrier", None'),  # type: ignore[arg-type]
         (lambda: task.design(settings={"starst": 2}), "unknown field `starst`"),
         (lambda: task.design(starts=0), "starts: must be at least 1"),
         (lambda: task.sweep({"k1": [[1.0, 2.0]]}), "its values are a list of numbers"),
@@ -321,3 +321,22 @@ def test_tasks_from_texts_name_no_command_that_would_do_something_else() -> None
     assert found.made["sources"][0]["text"] == text
     again = pickle.loads(pickle.dumps(door))
     assert again.evaluate(trajectories=False).to_json() == found.to_json()
+
+
+def test_quantities_over_time(tmp_path: Path) -> None:
+    text = Path("tasks/wiping_arm.toml").read_text().replace('"../models', f'"{Path("models").resolve()}')
+    text += '\n[[tasks.limits]]\nkind = "contact_force"\ncontact = "wall"\nupper = 5.2\n'
+    text += '\n[[tasks.curves]]\nkind = "power"\nselect = ["elbow"]\n'
+    (tmp_path / "task.toml").write_text(text)
+    found = supple.load(tmp_path / "task.toml").evaluate(trajectories=True, rollouts=0)
+    plan = found.tasks["wipe"].trajectory
+    assert plan is not None
+    by = {f"{one.name} ({one.of})": one for one in plan.quantities}
+    force, power = by["normal force of wall (limit 1)"], by["power of elbow (curve 1)"]
+    assert (force.unit, force.upper, force.lower, power.unit) == ("N", 5.2, None, "W")
+    assert np.array_equal(force.values, plan.contacts["wall"].force_N)
+    assert np.array_equal(power.values, plan.u[:, 1] * plan.x[:-1, plan.state_names.index("v.elbow")])
+    worst = [one for one in found.tasks["wipe"].limits_violated if one.name == "normal force of wall"]
+    assert worst[0].worst == force.values.max() > 5.2
+    table = found.to_pandas()
+    assert table["power of elbow (curve 1)"].isna().sum() == 1

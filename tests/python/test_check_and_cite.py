@@ -22,7 +22,7 @@ def test_check_compares_every_derivative(small: supple.Task) -> None:
     report = small.check()
     assert report.passed
     rows = {row.name: row for row in report.tasks["press"].rows}
-    assert len(rows) == 16
+    assert len(rows) == 17
     total = rows["total gradient, information"]
     assert total.error <= total.tolerance
     assert total.place in small.parameters

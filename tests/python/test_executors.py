@@ -162,7 +162,7 @@ def test_a_pool_that_breaks_keeps_what_is_done(task: supple.Task, serial: str, t
     with ProcessPoolExecutor(2) as pool, pytest.raises(supple.WorkerError, match="nothing is kept"):
         task.sweep(GRID, executor=pool, progress=Seen(kill_child))
     with ProcessPoolExecutor(2) as pool:
-        with pytest.raises(supple.WorkerError, match=f"is kept in {tmp_path}: the same call goes on from there"):
+        with pytest.raises(supple.WorkerError, match=f"is kept in {tmp_path}: the same call resumes"):
             task.sweep(GRID, executor=pool, out=tmp_path, progress=Seen(kill_child))
     seen = Seen()
     with ProcessPoolExecutor(2) as pool:

@@ -127,3 +127,44 @@ def test_figures_are_drawn_on_axes_of_matplotlib(small: supple.Task, sweep: supp
     with pytest.raises(supple.UsageError, match=r"ax has 1 axes: the figure `landscape` has"):
         field.plot.landscape(ax=pyplot.figure().add_subplot())
     pyplot.close("all")
+
+
+def test_contacts_costs_and_roll_outs_over_time(small: supple.Task) -> None:
+    evaluation = small.evaluate(rollouts=3)
+    report = evaluation.tasks["press"]
+    trajectory = report.trajectory
+    assert trajectory is not None
+    count = len(trajectory.time)
+    (name, contact), (_, seen) = next(iter(trajectory.contacts.items())), next(iter(report.contacts.items()))
+    assert contact.name == name == seen.name
+    assert contact.force_N.shape == contact.clearance_m.shape == contact.run_force_N.shape == (count,)
+    assert contact.touches.dtype == bool and contact.touches.mean() == pytest.approx(seen.share_of_time)
+    assert contact.force_N[contact.touches].max() == pytest.approx(seen.peak_force_N)
+    assert contact.clearance_m.min() == pytest.approx(seen.least_clearance_m)
+    # The terms of the cost add up to that of the plan.
+    costs = np.sum([cost.per_step for cost in trajectory.costs.values()], axis=0)
+    assert costs.shape == (count,) and costs.sum() == pytest.approx(report.cost.nominal)
+    assert [run.shape for run in trajectory.threads] == [trajectory.states.shape] * 3
+    assert "force_N" in contact.to_dict() and trajectory.to_dict()["contacts"][name]["touches"][0] in (True, False)
+    frame = evaluation.to_pandas()
+    np.testing.assert_array_equal(frame[f"{name}.force"], contact.force_N)
+    np.testing.assert_array_equal(frame[f"{name}.touches"], contact.touches)
+    for cost in trajectory.costs.values():
+        np.testing.assert_array_equal(frame[f"cost {cost.name}"], cost.per_step)
+    pytest.importorskip("xarray")
+    data = evaluation.to_xarray()
+    np.testing.assert_array_equal(data["contact_force"].sel(contact=name), contact.force_N)
+    assert data["contact_force"].attrs["units"] == "N" and data["contact_clearance"].attrs["units"] == "m"
+    assert data["threads"].dims == ("rollout", "time", "state") and data["threads"].shape == (
+        3,
+        *trajectory.states.shape,
+    )
+    assert data["cost_per_step"].sum() == pytest.approx(report.cost.nominal)
+    assert small.evaluate(rollouts=0).tasks["press"].trajectory.threads == []  # type: ignore[union-attr]
+
+
+def test_roll_outs_that_end_early_are_filled_with_nan() -> None:
+    from supple._frames import _padded
+
+    found = _padded([np.ones((2, 3)), np.ones((4, 3))], 4)
+    assert found.shape == (2, 4, 3) and np.isnan(found[0, 2:]).all() and (found[1] == 1.0).all()

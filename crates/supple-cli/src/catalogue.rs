@@ -17,14 +17,14 @@ pub(crate) fn page(report: &CatalogueReport) -> String {
         rows.add_row([entry.parameter.clone(), number(entry.value), name, price, number(entry.continuous)]);
     }
     if let Some(price) = report.price.filter(|_| report.chosen.len() > 1) {
-        rows.add_row(["together".into(), String::new(), String::new(), number(price), String::new()]);
+        rows.add_row(["total".into(), String::new(), String::new(), number(price), String::new()]);
     }
     align_right(&mut rows, 1..2);
     align_right(&mut rows, 3..5);
     let _ = writeln!(page, "{rows}\n");
     let _ = writeln!(page, "{} {}", how(report), report.distance(number));
     if let Some(error) = &report.error {
-        let _ = writeln!(page, "{} of them could not be designed; the first: {error}.", report.failed);
+        let _ = writeln!(page, "{} of them could not be designed; first error: {error}.", report.failed);
     }
     page
 }
@@ -49,12 +49,12 @@ fn how(report: &CatalogueReport) -> String {
             format!("Stopped after {designed} of {combinations} combinations of entries; {meet}")
         }
         (CatalogueMethod::Neighbourhood, true) => format!(
-            "Rounded, and exchanged for neighbours until none was better: {designed} of {combinations} combinations of \
+            "Rounded, then exchanged for neighbours until none was better: {designed} of {combinations} combinations of \
              entries designed; {meet}"
         ),
         (CatalogueMethod::Neighbourhood, false) => format!(
-            "Rounded, and exchanged for better neighbours until {designed} of {combinations} combinations of entries were \
-             designed, with better ones perhaps left ([design] max_combinations); {meet}"
+            "Rounded, then exchanged for better neighbours until {designed} of {combinations} combinations of entries were \
+             designed; better ones may remain ([design] max_combinations); {meet}"
         ),
     }
 }

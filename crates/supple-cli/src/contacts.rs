@@ -1,13 +1,12 @@
 //! What plans touch, as text.
 
-use comfy_table::Table;
 use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 
-use crate::tables::{align_right, number, table};
+use crate::tables::{Rows, align_right, number, table};
 
 /// What the plan of a task touches, a row for each contact.
-pub fn table_of(task: &TaskEvaluation) -> Table {
+pub fn table_of(task: &TaskEvaluation) -> Rows {
     let mut rows =
         table(&["contact", "first, s", "last, s", "share of time", "peak, N", "mean, N", "least clearance, m"]);
     for contact in &task.contacts {
@@ -36,7 +35,7 @@ pub fn warnings(at: &Evaluation) -> String {
 pub fn note(report: &DesignReport) -> String {
     match report.evaluations_without_contact {
         0 => String::new(),
-        1 => "\n1 of these designs never touches a contact from which a cost wants a force.".into(),
-        count => format!("\n{count} of these designs never touch a contact from which a cost wants a force."),
+        1 => "\n1 of these designs never makes a contact whose force a cost tracks.".into(),
+        count => format!("\n{count} of these designs never make a contact whose force a cost tracks."),
     }
 }

@@ -3,6 +3,8 @@ use std::io::Write;
 use supple::FileError;
 use supple_study::{StudyError, picture};
 
+use crate::plain::plain;
+
 /// Why a command could not do what was asked.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
@@ -41,6 +43,6 @@ impl Failure {
             Self(StudyError::File(error)) => picture(error).unwrap_or_default(),
             _ => String::new(),
         };
-        let _ = write!(std::io::stderr(), "error: {self}\n{picture}");
+        let _ = write!(std::io::stderr(), "{}", plain(&format!("error: {self}\n{picture}")));
     }
 }

@@ -1,12 +1,11 @@
 //! The information needed, used and measured, in tables.
 
-use comfy_table::Table;
-use supple::information::InformationWeights;
+use supple::design::InformationWeights;
 use supple::{Evaluation, InformationReport, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
-use crate::tables::{number, percent};
+use crate::tables::{Rows, number, percent};
 
 /// One kind of information of all tasks, bits: its name, its value, and what it counts in what is minimised.
 type OfTasks<'a> = (&'static str, Bits<'a>, f64);
@@ -33,7 +32,7 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
 }
 
 /// Adds the rows of a design: from the start to the optimum.
-pub fn add_rows(table: &mut Table, (about, report): (&About, &DesignReport)) {
+pub fn add_rows(table: &mut Rows, (about, report): (&About, &DesignReport)) {
     let DesignReport { start, optimum, settings, .. } = report;
     for (name, of, weight) in all(about, settings.information) {
         if let (Some(from), Some(to)) = (of(start), of(optimum)) {
@@ -47,11 +46,14 @@ pub fn add_rows(table: &mut Table, (about, report): (&About, &DesignReport)) {
 pub fn of_task(information: &InformationReport) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(needed) = &information.needed {
-        let note = format!("bits, whatever the sensors and the controller, at a cost of {}", number(needed.cost));
+        let note = format!("bits, with any sensors and any controller, at a cost of {}", number(needed.cost));
         rows.push(("information needed", number(needed.total_bits), note));
+    } else if information.needed_takes_long {
+        let note = "not computed: slow with this many states; `supple bound` may compute it".into();
+        rows.push(("information needed", "-".into(), note));
     }
     if let Some(control) = &information.control {
-        rows.push(("information used", number(control.total_bits), "bits that reach the controls".into()));
+        rows.push(("information used", number(control.total_bits), "bits that the controller uses".into()));
     }
     rows.push(("information measured", number(information.total_bits), "bits".into()));
     rows.push(("", number(information.bits_per_step), "bits per step".into()));
@@ -65,10 +67,10 @@ pub fn passed(report: &DesignReport) -> String {
     let first = if report.settings.information.needed > 0.0 { "needed" } else { "used" };
     match (most, first) {
         (0, _) => String::new(),
-        (1, "needed") => "\nNo information is needed there: the search went on to the least that is used.".into(),
+        (1, "needed") => "\nNo information is needed there; the search then minimised the information used.".into(),
         (_, "needed") => {
-            "\nNo information is needed or used there: the search went on to the least that is measured.".into()
+            "\nNo information is needed or used there; the search then minimised the information measured.".into()
         }
-        _ => "\nNo information is used there: the search went on to the least that is measured.".into(),
+        _ => "\nNo information is used there; the search then minimised the information measured.".into(),
     }
 }

@@ -8,10 +8,12 @@ mod failure;
 mod informations;
 mod output;
 mod pages;
+mod plain;
 mod present;
 mod progress;
 mod split;
 mod tables;
+mod template;
 mod trust;
 
 use std::process::ExitCode;
@@ -61,6 +63,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Sensors(options) => commands::sensors(&options),
         Command::Bound(options) => commands::bound(&options),
         Command::Trace(options) => commands::trace(&options),
+        Command::Explore(options) => commands::explore(&options),
         Command::Study(options) => commands::study(&options, &arguments.common),
         Command::Report(options) => commands::report(&options),
         Command::Plot(options) => commands::plot(&options),

@@ -2,9 +2,11 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use serde::Serialize;
+use supple_study::CHECKSUMS;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
+use crate::plain::plain;
 
 /// Prints one JSON object on standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
@@ -14,7 +16,7 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
 
 /// Prints text on standard output; a reader that hung up is no failure.
 pub fn print_text(text: &str) -> Result<(), Failure> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
+    match std::io::stdout().lock().write_all(plain(text).as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::write("standard output", error)),
         _ => Ok(()),
     }
@@ -23,13 +25,21 @@ pub fn print_text(text: &str) -> Result<(), Failure> {
 /// A line about what goes on, on standard error.
 pub fn note(text: &str) {
     // Nobody is left to tell where this fails.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", plain(text));
 }
 
 /// A warning on standard error.
 pub fn warn(warning: &str) {
     // Nobody is left to tell where this fails.
-    let _ = writeln!(std::io::stderr(), "warning: {warning}");
+    let _ = writeln!(std::io::stderr(), "warning: {}", plain(warning));
+}
+
+/// Warns of files of a result that are no longer those that were saved.
+pub fn warn_changed(folder: &Path) {
+    for name in supple_study::changed(folder) {
+        let path = folder.join(name);
+        warn(&format!("{} has changed since it was made: its checksum is not that of {CHECKSUMS}", path.display()));
+    }
 }
 
 fn to_json(value: &impl Serialize) -> Result<String, Failure> {

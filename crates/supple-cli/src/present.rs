@@ -21,6 +21,17 @@ pub fn present(result: &StudyResult, made: &Made, output: &Output) -> Result<Out
     print(result, made, folder, output.json)
 }
 
+/// Warns of a study that was stopped; how its command ends then.
+pub fn tell(stopped: Option<String>) -> Outcome {
+    match stopped {
+        Some(text) => {
+            warn(&text);
+            Outcome::Shortfall
+        }
+        None => Outcome::Success,
+    }
+}
+
 /// Prints the page of a result, which may be kept in a folder, or its JSON; the outcome is that of its numbers.
 pub fn print(result: &StudyResult, made: &Made, folder: Option<&Path>, json: bool) -> Result<Outcome, Failure> {
     if json {

@@ -1,20 +1,37 @@
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Mutex, OnceLock};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use supple::design::{Event, Observer};
+use supple::halt;
 use supple_study::Watch;
 
-/// Set by Ctrl-C: long work stops soon and keeps what it found. A second Ctrl-C ends the program at once.
+/// Set by Ctrl-C and by SIGTERM: long work stops soon and keeps what it found.
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Listens for Ctrl-C from now on.
-pub fn listen() {
-    let handler = || {
-        if STOP.swap(true, Ordering::SeqCst) {
+/// A signal so soon after the first is the same one, sent by the terminal and by a study.
+const SAME_SIGNAL: Duration = Duration::from_millis(500);
+
+/// How work ends that a signal stops.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Stopping {
+    /// At its next pause, as what is under way is of use.
+    AtPause,
+    /// Within moments: what is under way is kept elsewhere, or not at all.
+    Now,
+}
+
+/// Listens for Ctrl-C and SIGTERM from now on; a second one ends the program at once.
+pub fn listen(stopping: Stopping) {
+    let first = OnceLock::new();
+    let handler = move || {
+        let now = Instant::now();
+        if now.duration_since(*first.get_or_init(|| now)) > SAME_SIGNAL {
             std::process::exit(130);
         }
+        STOP.store(true, Ordering::SeqCst);
+        halt::request(stopping == Stopping::Now);
     };
     // Where signals cannot be listened for, Ctrl-C ends the program as usual.
     let _ = ctrlc::set_handler(handler);
@@ -75,16 +92,16 @@ impl Observer for Progress {
         let State { evaluations, ended, of, combinations, .. } = &*state;
         self.bar.set_message(match combinations {
             Some((done, of)) => {
-                format!("{done} of {of} combinations of catalogues; without catalogues the best has {best}")
+                format!("{done} of {of} combinations of catalogue entries; best without catalogues: {best}")
             }
             None => format!("{ended} of {of} starts, {evaluations} designs, best {best}"),
         });
     }
 }
 
-/// Does long work with a bar, until it is done or Ctrl-C stops it.
-pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
-    listen();
+/// Does long work with a bar, until it is done or a signal stops it.
+pub fn watched<T>(stopping: Stopping, work: impl FnOnce(Watch) -> T) -> T {
+    listen(stopping);
     let bar = Bar::new();
     let found = work(Watch { progress: &bar, stop: &STOP });
     bar.finish();

@@ -9,14 +9,20 @@ pub fn of_design(split: &[Split]) -> String {
     let mut text = String::new();
     for of in split.iter().filter(|of| of.total_bits != 0.0) {
         let parts = [
-            ("what sensors see", of.sensors_bits),
-            ("how uncertainty spreads", of.uncertainty_bits),
-            ("how the plan moves", of.plan_bits),
-            ("plans that leap to another local minimum", of.leaps_bits),
+            ("what the sensors see", of.sensors_bits),
+            ("how uncertainty propagates", of.uncertainty_bits),
+            ("how the plan changes", of.plan_bits),
+            ("plans that jump to another local minimum", of.leaps_bits),
         ];
         let shown = parts.iter().filter(|(_, bits)| bits.abs() > 1e-4 * of.total_bits.abs());
-        let shown: Vec<String> = shown.map(|(name, bits)| format!("{bits:+.2} by {name}")).collect();
-        let _ = writeln!(text, "{}: {:+.2} measured bits: {}.", of.task, of.total_bits, shown.join(", "));
+        let shown: Vec<String> = shown.map(|(name, bits)| format!("{bits:+.2} from {name}")).collect();
+        let _ = writeln!(
+            text,
+            "{}: measured information changes by {:+.2} bits: {}.",
+            of.task,
+            of.total_bits,
+            shown.join(", ")
+        );
     }
     if !text.is_empty() {
         text.push('\n');

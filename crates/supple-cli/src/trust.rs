@@ -14,7 +14,7 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
         rows.push(("sampled information", number(bits.mean), format!("bits, +- {}", number(bits.standard_error))));
     }
     if let Some(found) = sampled.consistency {
-        let band = format!("innovations squared over expected: {:.3} to {:.3} by chance", found.lower, found.upper);
+        let band = format!("squared innovations over expected; 95 % band {:.3} to {:.3}", found.lower, found.upper);
         rows.push(("filter consistency", format!("{:.3}", found.mean), band));
     }
     rows
@@ -22,8 +22,7 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
 
 /// The verdict, and its reasons.
 pub fn line(trust: &Trust) -> String {
-    let reasons = if trust.reasons.is_empty() { String::new() } else { format!(": {}", trust.reasons.join("; ")) };
-    format!("Roll-outs: {}{reasons}.", trust.verdict)
+    format!("Roll-outs: {trust}.")
 }
 
 /// The verdicts at the start and at the optimum of a design.

@@ -87,7 +87,7 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
         (&["missing", "--to", "c"], "missing/result.json"),
         (&["at", "--to", "json", "--out", "there.json"], "there.json"),
         (&["at", "--to", "json", "--out", "file/one.json"], "file/one.json"),
-        (&["at", "--to", "npz", "--out", ".."], "names no file"),
+        (&["at", "--to", "npz", "--out", ".."], "is not a file name"),
         (&["at", "--to", "c", "--out", "press.txt"], "press.txt: the source of C must be a file NAME.c"),
         (&["at", "--to", "c", "--at", "start"], "holds one design"),
     ] {

@@ -37,6 +37,6 @@ fn plot_refuses_what_it_cannot_draw_and_writes_nothing() {
     assert!(error(&["out", "--figure", "landscape"]).contains("given: out (of `supple evaluate`)"));
     assert!(error(&["nowhere", "--figure", "belief"]).contains("nowhere"));
     assert!(error(&["out", "--figure", "belief", "--task", "push"]).contains("valid names: press"));
-    assert!(error(&["out", "--figure", "belief", "--out", ".."]).contains("names no file"));
+    assert!(error(&["out", "--figure", "belief", "--out", ".."]).contains("is not a file name"));
     assert_eq!(folder.names(), ["out", "task.toml"]);
 }

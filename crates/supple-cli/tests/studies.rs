@@ -25,9 +25,13 @@ fn robustness_prints_a_page_and_keeps_a_result() {
     let page = folder.run(&[&arguments[..], &["--out", "kept"]].concat());
     let (code, text) = page.quiet();
     assert_eq!(code, Some(0));
-    for part in
-        ["planned for wall as it is", "whatever it is", "the cost of optimum grows by", "p = ", "10 roll-outs each"]
-    {
+    for part in [
+        "planned for the true wall",
+        "planned for the nominal wall = ",
+        "the cost of optimum grows by",
+        "p = ",
+        "10 roll-outs each",
+    ] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let json = folder.run(&[&arguments[..], &["--json"]].concat()).json(0);

@@ -59,22 +59,44 @@ fn a_study_makes_its_steps_figures_and_a_report() {
     assert!(shown.contains("study/figures/line.svg: a figure"), "{shown}");
 
     let again = folder.run(&["study", "study.toml"]);
-    assert_eq!(again.stderr.matches(": as it was made before").count(), 3, "{}", again.stderr);
+    assert_eq!(again.stderr.matches(": reused from an earlier run").count(), 3, "{}", again.stderr);
     // Another option of one step, and all steps of another task.
     std::fs::write(folder.path("study.toml"), edited(STUDY, "rollouts = 2", "rollouts = 3")).unwrap();
-    assert_eq!(folder.run(&["study", "study.toml"]).stderr.matches(": as it was made before").count(), 2);
+    assert_eq!(folder.run(&["study", "study.toml"]).stderr.matches(": reused from an earlier run").count(), 2);
     std::fs::write(folder.path("task.toml"), edited(TWO_MASS, "bound = ", "bound = 1")).unwrap();
     std::fs::remove_dir_all(folder.path("study/line")).unwrap();
-    assert_eq!(folder.run(&["study", "study.toml"]).stderr.matches(": as it was made before").count(), 0);
+    assert_eq!(folder.run(&["study", "study.toml"]).stderr.matches(": reused from an earlier run").count(), 0);
+}
+
+#[test]
+fn a_step_that_fell_short_counts_whenever_the_study_is_run() {
+    let folder = with_study(STUDY);
+    std::fs::write(folder.path("task.toml"), edited(TWO_MASS, "bound = ", "bound = 0.1 # ")).unwrap();
+    let first = folder.run(&["study", "study.toml"]);
+    assert_eq!(first.code, Some(1), "{first:?}");
+    let again = folder.run(&["study", "study.toml"]);
+    assert_eq!(again.code, Some(1), "{again:?}");
+    assert!(again.stderr.contains("best: reused from an earlier run, which fell short"), "{}", again.stderr);
+
+    // A design that was stopped is made again.
+    let result = folder.path("study/best/result.json");
+    let text = std::fs::read_to_string(&result).unwrap();
+    let (before, after) = text.split_once("\"starts\"").unwrap();
+    let status = after.find("\"status\": \"").unwrap() + "\"status\": \"".len();
+    let end = status + after[status..].find('"').unwrap();
+    std::fs::write(&result, format!("{before}\"starts\"{}stopped{}", &after[..status], &after[end..])).unwrap();
+    let resumed = folder.run(&["study", "study.toml"]);
+    assert!(!resumed.stderr.contains("best: reused from an earlier run"), "{}", resumed.stderr);
+    assert_eq!(resumed.stderr.matches(": reused from an earlier run").count(), 2, "{}", resumed.stderr);
 }
 
 #[test]
 fn what_is_shown_is_what_was_printed() {
     let folder = Folder::with_task(TWO_MASS);
     for arguments in [&["design", "task.toml", "--starts", "1"][..], &["trace", "task.toml", "--starts", "1"]] {
-        let arguments = [arguments, &["--out", "kept"]].concat();
-        let printed = folder.run(&arguments);
-        assert_eq!(folder.run(&["show", "kept"]).quiet().1, printed.stdout);
+        let kept = arguments[0];
+        let printed = folder.run(&[arguments, &["--out", kept]].concat());
+        assert_eq!(folder.run(&["show", kept]).quiet().1, printed.stdout);
     }
 }
 

@@ -314,19 +314,24 @@ impl Axis {
     /// An axis with some room beyond all values; where the values allow no logarithm, it is linear.
     pub fn around(label: impl Into<String>, unit: impl Into<String>, scale: Scale, values: &[f64]) -> Self {
         let (low, high) = ends(values.iter().copied().filter(|value| value.is_finite()));
-        let scale = if low > 0.0 { scale } else { Scale::Linear };
+        let scale = suited(scale, low, high);
         Self::over(label, unit, scale, room(scale, low, high))
     }
 
     /// An axis that ends at the least and the greatest value.
     pub fn within(label: impl Into<String>, unit: impl Into<String>, scale: Scale, values: &[f64]) -> Self {
         let (low, high) = ends(values.iter().copied().filter(|value| value.is_finite()));
-        let scale = if low > 0.0 { scale } else { Scale::Linear };
+        let scale = suited(scale, low, high);
         if low < high {
             return Self::over(label, unit, scale, [low, high]);
         }
         Self::over(label, unit, scale, room(scale, low, high))
     }
+}
+
+/// A logarithmic scale only where all that it shows are normal numbers whose ratio is one too.
+fn suited(scale: Scale, low: f64, high: f64) -> Scale {
+    if low > 1e-290 && high < 1e290 && (high / low).is_finite() { scale } else { Scale::Linear }
 }
 
 /// The least and the greatest of finite values; 0 and 1 of none.

@@ -75,6 +75,7 @@ fn more_than_six_states_are_reduced_to_those_that_move_most() {
     let trajectory = report.evaluation.tasks[0].trajectory.as_mut().unwrap();
     let sample = &mut trajectory.sample;
     let tables = [&mut trajectory.states, &mut trajectory.deviations, &mut sample.states, &mut sample.estimates];
+    trajectory.feedback.iter_mut().flatten().for_each(|row| row.extend([0.0, 0.0, 0.0]));
     // Three states more that rest.
     tables.into_iter().chain([&mut sample.deviations]).flatten().for_each(|row| row.extend([1.0, 1.0, 1.0]));
     trajectory.state_names.extend(["a", "b", "c"].map(String::from));

@@ -115,9 +115,20 @@ pub fn is_file(path: impl AsRef<Path>) -> bool {
 /// The text of a file, or what [`with_texts`] gives for it.
 ///
 /// # Errors
-/// Where it cannot be read, is no text in UTF-8, or has more than 64 MiB.
+/// Where it cannot be read, is no file, such as a pipe that would be waited for, is no text in UTF-8, or has more than 64 MiB.
 pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let path = path.as_ref();
+    if std::fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+        return Err(FileError::unreadable(&path.display().to_string(), "it is no file, but a pipe, socket or device"));
+    }
+    read_given(path)
+}
+
+/// As [`read_text`], of a path that the user named: it may be a pipe.
+///
+/// # Errors
+/// As those of [`read_text`], but for pipes.
+pub fn read_given(path: &Path) -> Result<String, FileError> {
     let name = path.display().to_string();
     if let Some(text) = TEXTS.with_borrow(|texts| texts.get(&name).cloned()) {
         return Ok(text);

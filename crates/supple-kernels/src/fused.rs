@@ -1,7 +1,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::Scalar;
 use crate::scalar::derive_operators;
+use crate::{Scalar, math};
 
 /// One number whose multiply-add is rounded once: what one lane does where the machine has the instruction.
 ///
@@ -74,31 +74,31 @@ impl Scalar for Fused {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        (Self(self.0.sin()), Self(self.0.cos()))
+        math::single_sin_cos(self, self.0)
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        Self(self.0.exp())
+        Self(math::exp(self.0))
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        Self(self.0.ln())
+        Self(math::ln(self.0))
     }
     #[inline(always)]
     fn tanh(self) -> Self {
-        Self(self.0.tanh())
+        Self(math::tanh(self.0))
     }
     #[inline(always)]
     fn exp_m1(self) -> Self {
-        Self(self.0.exp_m1())
+        Self(math::exp_m1(self.0))
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        Self(self.0.ln_1p())
+        Self(math::ln_1p(self.0))
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        Self(self.0.atan2(x.0))
+        Self(math::atan2(self.0, x.0))
     }
     #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {

@@ -1,7 +1,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::Scalar;
 use crate::scalar::derive_operators;
+use crate::{Scalar, math};
 
 /// How many numbers every [`Lanes`] type holds.
 pub const LANES: usize = 8;
@@ -117,36 +117,53 @@ impl Scalar for Portable {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        (Self(self.0.map(f64::sin)), Self(self.0.map(f64::cos)))
+        lane_sin_cos(self)
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        Self(self.0.map(f64::exp))
+        Self(self.0.map(math::exp))
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        Self(self.0.map(f64::ln))
+        Self(self.0.map(math::ln))
     }
     #[inline(always)]
     fn tanh(self) -> Self {
-        Self(self.0.map(f64::tanh))
+        Self(self.0.map(math::tanh))
     }
     #[inline(always)]
     fn exp_m1(self) -> Self {
-        Self(self.0.map(f64::exp_m1))
+        Self(self.0.map(math::exp_m1))
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        Self(self.0.map(f64::ln_1p))
+        Self(self.0.map(math::ln_1p))
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i].atan2(x.0[i])))
+        Self(std::array::from_fn(|i| math::atan2(self.0[i], x.0[i])))
     }
     #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
         Self(std::array::from_fn(|i| if self.0[i] > 0.0 { positive.0[i] } else { otherwise.0[i] }))
     }
+}
+
+/// Sine and cosine of all lanes; those of large angles one by one.
+#[inline(always)]
+fn lane_sin_cos<L: Lanes>(x: L) -> (L, L) {
+    let (sin, cos) = math::near_sin_cos(x);
+    let values = x.to_array();
+    // Neither are numbers that are not finite.
+    let is_near = |value: f64| value.abs() <= math::NEAR;
+    if values.into_iter().all(is_near) {
+        return (sin, cos);
+    }
+    let (mut sin, mut cos) = (sin.to_array(), cos.to_array());
+    for (i, value) in values.into_iter().enumerate().filter(|&(_, value)| !is_near(value)) {
+        (sin[i], cos[i]) = math::sin_cos(value);
+    }
+    (L::from_array(sin), L::from_array(cos))
 }
 
 /// What every lane type has in common, given its operators.
@@ -263,34 +280,33 @@ pub(crate) mod x86 {
                 }
                 #[inline(always)]
                 fn sin_cos(self) -> (Self, Self) {
-                    let values = self.to_array();
-                    (Self::from_array(values.map(f64::sin)), Self::from_array(values.map(f64::cos)))
+                    lane_sin_cos(self)
                 }
                 #[inline(always)]
                 fn exp(self) -> Self {
-                    Self::from_array(self.to_array().map(f64::exp))
+                    Self::from_array(self.to_array().map(math::exp))
                 }
                 #[inline(always)]
                 fn ln(self) -> Self {
-                    Self::from_array(self.to_array().map(f64::ln))
+                    Self::from_array(self.to_array().map(math::ln))
                 }
                 #[inline(always)]
                 fn tanh(self) -> Self {
-                    Self::from_array(self.to_array().map(f64::tanh))
+                    Self::from_array(self.to_array().map(math::tanh))
                 }
                 #[inline(always)]
                 fn exp_m1(self) -> Self {
-                    Self::from_array(self.to_array().map(f64::exp_m1))
+                    Self::from_array(self.to_array().map(math::exp_m1))
                 }
                 #[inline(always)]
                 fn ln_1p(self) -> Self {
-                    Self::from_array(self.to_array().map(f64::ln_1p))
+                    Self::from_array(self.to_array().map(math::ln_1p))
                 }
                 #[inline(always)]
                 fn atan2(self, x: Self) -> Self {
                     let (mut y, x) = (self.to_array(), x.to_array());
                     for i in 0..LANES {
-                        y[i] = y[i].atan2(x[i]);
+                        y[i] = math::atan2(y[i], x[i]);
                     }
                     Self::from_array(y)
                 }

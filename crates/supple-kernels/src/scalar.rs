@@ -136,58 +136,6 @@ pub trait Scalar:
     }
 }
 
-impl Scalar for f64 {
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        // Plain: the baseline instruction set has no fused form, and the library call is slow.
-        self * factor + term
-    }
-    #[inline(always)]
-    fn recip(self) -> Self {
-        1.0 / self
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
-    }
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        f64::sin_cos(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        f64::exp(self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        f64::ln(self)
-    }
-    #[inline(always)]
-    fn tanh(self) -> Self {
-        f64::tanh(self)
-    }
-    #[inline(always)]
-    fn exp_m1(self) -> Self {
-        f64::exp_m1(self)
-    }
-    #[inline(always)]
-    fn ln_1p(self) -> Self {
-        f64::ln_1p(self)
-    }
-    #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
-        f64::atan2(self, x)
-    }
-    #[inline(always)]
-    fn select(self, positive: Self, otherwise: Self) -> Self {
-        if self > 0.0 { positive } else { otherwise }
-    }
-}
-
 /// Implements the operators with an `f64` on the right, and the assigning ones, from the operators between two `Self`.
 macro_rules! derive_operators {
     ([$($generics:tt)*] $name:ty) => {

@@ -1,5 +1,7 @@
 //! Errors of the library as exceptions of the package, with the same words.
 
+use std::any::Any;
+
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
@@ -50,7 +52,10 @@ pub fn of_file(py: Python<'_>, error: &FileError) -> PyErr {
 
 /// The exception for what could not be computed, or was asked for wrongly.
 pub fn of_compute(py: Python<'_>, error: &supple::Error) -> PyErr {
-    use supple::Error::{CostBelowLeast, NoTotalGradient, OutOfBounds, Planning, Shape, Unknown};
+    use supple::Error::{CostBelowLeast, NoTotalGradient, OutOfBounds, Planning, Shape, TooMany, Unknown};
+    if matches!(error, supple::Error::Stopped) {
+        return exception(py, "Interrupted", &error.to_string(), &PyDict::new(py));
+    }
     let asked = matches!(
         error,
         CostBelowLeast { .. }
@@ -59,9 +64,17 @@ pub fn of_compute(py: Python<'_>, error: &supple::Error) -> PyErr {
             | Shape { .. }
             | NoTotalGradient { .. }
             | Planning { .. }
+            | TooMany { .. }
     );
     let name = if asked { "UsageError" } else { "ComputeError" };
     exception(py, name, &error.to_string(), &PyDict::new(py))
+}
+
+/// The exception for a defect of the library, in place of one that `except Exception` does not see.
+pub fn of_panic(py: Python<'_>, panic: &(dyn Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    let message = format!("a defect of supple, please report it: {}", text.unwrap_or("no message"));
+    exception(py, "ComputeError", &message, &PyDict::new(py))
 }
 
 /// The exception for something wrong with what was asked for.

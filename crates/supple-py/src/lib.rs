@@ -6,9 +6,11 @@ mod arrays;
 mod collect;
 mod controller;
 mod errors;
+mod explore;
 mod options;
 mod own;
 mod plant;
+mod pool;
 mod result;
 mod task;
 mod unit;
@@ -25,6 +27,8 @@ mod _supple {
     use crate::collect::{DesignCollector, RobustnessCollector, SweepCollector};
     #[pymodule_export]
     use crate::controller::NativeController;
+    #[pymodule_export]
+    use crate::explore::NativeExplorer;
     #[pymodule_export]
     use crate::result::Kept;
     #[pymodule_export]

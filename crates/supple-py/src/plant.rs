@@ -2,13 +2,12 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use supple::simulate::{Elsewhere, Other};
 use supple::{Channels, Error, Matrices};
+use supple::{Elsewhere, Other};
 use supple_study::{LoadedTask, Source};
 
 use crate::errors;
 use crate::own::{Failures, fill, read, vectors};
-use crate::task::NativeTask;
 
 /// An entry of a task file's value.
 #[derive(FromPyObject)]
@@ -33,17 +32,17 @@ impl Entry {
 /// # Errors
 /// As those of the roll-outs.
 pub fn roll_out(
-    task: &NativeTask,
-    (name, truth): (&str, &NativeTask),
+    (task, failures): (&LoadedTask, &Failures),
+    (name, truth): (&str, &LoadedTask),
     plant: &Py<PyAny>,
     sizes: (usize, u64),
 ) -> Result<Elsewhere, Error> {
     let step = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
-        let found = call(plant, &task.failures, t, (states, controls));
+        let found = call(plant, failures, t, (states, controls));
         fill(next, found.as_deref(), states.count(), (1, states.cols()));
     };
-    let other = Other { task: truth.task.problem.task(name)?, phi: &truth.task.phi, plant: &step };
-    task.task.problem.roll_out_elsewhere(&task.task.phi, name, other, sizes)
+    let other = Other { task: truth.problem.task(name)?, phi: &truth.phi, plant: &step };
+    task.problem.roll_out_elsewhere(&task.phi, name, other, sizes)
 }
 
 /// The next states of all samples; none where anything went wrong, now or before.
@@ -80,12 +79,12 @@ pub fn tables(py: Python<'_>, task: &LoadedTask) -> PyResult<String> {
 /// Where there is no such element, or the task with these numbers is refused.
 pub fn changed(
     py: Python<'_>,
-    task: &NativeTask,
+    task: &LoadedTask,
     numbers: &[(String, String, Vec<Entry>)],
     parameters: &[(String, f64)],
-) -> PyResult<NativeTask> {
-    let LoadedTask { phi, sources, .. } = &task.task;
-    let mut table = table(py, &task.task)?;
+) -> PyResult<LoadedTask> {
+    let LoadedTask { phi, sources, .. } = task;
+    let mut table = table(py, task)?;
     let model = table.get_mut("model").and_then(|model| model.get_mut("compliance"));
     let mut elements = model.and_then(toml::Value::as_array_mut);
     for (name, key, number) in numbers {
@@ -101,7 +100,7 @@ pub fn changed(
         };
         found.insert(key.clone(), value);
     }
-    let text = text(table, &task.task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
+    let text = text(table, &task.problem.parameters.names()).map_err(|error| errors::usage(py, &error))?;
     let mut texts: Vec<Source> = sources.clone();
     texts[0].text = text;
     let mut loaded = LoadedTask::restore(&texts, &[]).map_err(|error| errors::of_study(py, &error))?;
@@ -111,7 +110,7 @@ pub fn changed(
             loaded.phi[place] = *value;
         }
     }
-    Ok(NativeTask { task: loaded, failures: task.failures.clone() })
+    Ok(loaded)
 }
 
 /// A task file, with its parameters in the order in which they were declared.

@@ -22,6 +22,7 @@ use crate::errors;
 use crate::options::{self, AxisValues, Designed};
 use crate::own::{self, Failures};
 use crate::plant;
+use crate::pool;
 use crate::result::Kept;
 use crate::watch::{Search, long};
 
@@ -53,15 +54,19 @@ impl NativeTask {
     /// Reads a task file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, values: Vec<(String, f64)>) -> PyResult<Self> {
-        let task = py.detach(|| LoadedTask::load(&path, &values)).map_err(|error| errors::of_study(py, &error))?;
+        let pool = pool::pool(py)?;
+        let task = py
+            .detach(|| pool.install(|| LoadedTask::load(&path, &values)))
+            .map_err(|error| errors::of_study(py, &error))?;
         Ok(Self { task, failures: Failures::default() })
     }
 
     /// The task that another process read from texts by path, the task file's first; no file is read.
     #[staticmethod]
     fn restore(py: Python<'_>, sources: Vec<(String, String)>, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let pool = pool::pool(py)?;
         let sources: Vec<Source> = sources.into_iter().map(|(path, text)| Source { path, text }).collect();
-        let task = py.detach(|| LoadedTask::restore(&sources, &values));
+        let task = py.detach(|| pool.install(|| LoadedTask::restore(&sources, &values)));
         Ok(Self { task: task.map_err(|error| errors::of_study(py, &error))?, failures: Failures::default() })
     }
 
@@ -111,6 +116,11 @@ impl NativeTask {
     /// The settings of the design search, as a dict.
     fn design_settings(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         to_python(py, &self.task.problem.design)
+    }
+
+    /// How many roll-outs results end with where nothing else is said.
+    fn rollouts(&self) -> usize {
+        self.task.problem.rollouts(None)
     }
 
     /// Evaluates the design that the parameters are.
@@ -193,7 +203,8 @@ impl NativeTask {
         numbers: Vec<(String, String, Vec<plant::Entry>)>,
         parameters: Vec<(String, f64)>,
     ) -> PyResult<Self> {
-        plant::changed(py, self, &numbers, &parameters)
+        let task = plant::changed(py, &self.task, &numbers, &parameters)?;
+        Ok(Self { task, failures: self.failures.clone() })
     }
 
     /// Roll-outs of a task's plan on a plant, with measurements, costs and contacts of `truth`, and on its own model; a dict.
@@ -205,7 +216,8 @@ impl NativeTask {
         plant: Py<PyAny>,
         sizes: (usize, u64),
     ) -> PyResult<Py<PyAny>> {
-        let found = long(py, None, &self.failures, |_| plant::roll_out(self, (task, truth.get()), &plant, sizes))?;
+        let given = ((&self.task, &self.failures), (task, &truth.get().task));
+        let found = long(py, None, &self.failures, |_| plant::roll_out(given.0, given.1, &plant, sizes))?;
         to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
     }
 

@@ -16,6 +16,7 @@ use supple_study::sweep::{SweepOptions, SweepUnit, SweepUnits};
 use supple_study::{LoadedTask, StudyError};
 
 use crate::errors;
+use crate::pool;
 use crate::task::NativeTask;
 use crate::watch::long;
 
@@ -57,7 +58,8 @@ impl Units {
     fn new(py: Python<'_>, task: Py<NativeTask>, shared: &[u8]) -> PyResult<Self> {
         let shared: Shared = from_bytes(py, shared)?;
         let loaded = &task.get().task;
-        let study = py.detach(|| {
+        let pool = pool::pool(py)?;
+        let prepare = || {
             Ok(match shared {
                 Shared::Sweep(options) => Study::Sweep(Box::new(SweepUnits::new(loaded, &options)?)),
                 Shared::Design(settings) => Study::Design(settings),
@@ -65,7 +67,8 @@ impl Units {
                     Study::Robustness(RobustnessUnits::new(loaded, &options, starts)?)
                 }
             })
-        });
+        };
+        let study = py.detach(|| pool.install(prepare));
         let study = study.map_err(|error: StudyError| errors::of_study(py, &error))?;
         Ok(Self { task, study })
     }

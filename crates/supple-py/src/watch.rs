@@ -9,7 +9,9 @@ use pyo3::prelude::*;
 use supple::design::{Event, Observer};
 use supple_study::{Progress, Watch};
 
+use crate::errors;
 use crate::own::Failures;
+use crate::pool::{self, Running};
 
 /// How often progress is shown and signals are looked for.
 const WAKE: Duration = Duration::from_millis(50);
@@ -20,20 +22,23 @@ const WAKE: Duration = Duration::from_millis(50);
 /// `progress` has the methods `begin(what, done, total)`, `advance(parts)` and `say(message)`.
 ///
 /// # Errors
-/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions.
+/// What a signal or `progress` raised, after the work has stopped; the first exception of the user's own functions; a defect of
+/// the library.
 pub fn long<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     failures: &Failures,
     work: impl FnOnce(Watch<'_>) -> T + Send,
 ) -> PyResult<T> {
+    let pool = pool::pool(py)?;
+    let running = Running::begin();
     let relay = Relay::default();
     let stop = AtomicBool::new(false);
     let (outcome, raised) = std::thread::scope(|scope| {
         let worker = scope.spawn(|| {
             // Told even where the work panics.
             let _end = End(&relay);
-            work(Watch { progress: &relay, stop: &stop })
+            pool.install(|| work(Watch { progress: &relay, stop: &stop }))
         });
         let mut raised = None;
         loop {
@@ -44,6 +49,7 @@ pub fn long<T: Send>(
             }
             if raised.is_some() || failures.any() {
                 stop.store(true, Ordering::Relaxed);
+                running.halt();
             }
             if ended {
                 break;
@@ -57,7 +63,7 @@ pub fn long<T: Send>(
     if let Some(error) = raised {
         return Err(error);
     }
-    Ok(outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    outcome.map_err(|panic| errors::of_panic(py, &*panic))
 }
 
 /// What is to be told of long work.

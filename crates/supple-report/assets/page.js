@@ -52,7 +52,7 @@
   }
 
   function excuse() {
-    const text = "Plots cannot be drawn by this browser. They need one of 2023 or later.";
+    const text = "This browser cannot draw the plots. Use a browser from 2023 or later.";
     document.querySelectorAll(".canvas, [data-scene]").forEach((place) => { place.textContent = text; });
   }
 

@@ -98,7 +98,7 @@ const supplePlots = (data) => {
 
   function layoutOf(plot, view, width, height) {
     const own = resolve(plot.layout, "");
-    for (const [path, value] of Object.entries(view?.layout ?? {})) setPath(own, path, plain(value));
+    for (const [path, value] of Object.entries(view?.layout ?? {})) setPath(own, path, typeof value === "string" ? plain(value) : value);
     const colour = SuppleTheme.colour;
     const layout = {
       autosize: true, hovermode: "x unified", height,
@@ -109,7 +109,11 @@ const supplePlots = (data) => {
       hoverlabel: { bgcolor: colour("@paper"), font: { color: colour("@ink") } },
       ...own,
     };
-    for (const key of Object.keys(layout).filter((name) => /^[xy]axis\d*$/.test(name))) layout[key] = axis(layout[key]);
+    for (const key of Object.keys(layout).filter((name) => /^[xy]axis\d*$/.test(name))) {
+      layout[key] = axis(layout[key]);
+      // Few ticks on narrow screens, so that their texts do not touch.
+      if (width < 500 && layout[key].tickvals === undefined) layout[key].nticks ??= key.startsWith("x") ? 5 : 6;
+    }
     layout.xaxis ??= axis({});
     layout.yaxis ??= axis({});
     if (layout.scene) {

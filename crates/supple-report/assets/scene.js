@@ -43,25 +43,59 @@
   }
 
   class View {
-    constructor(element, data) {
+    constructor(element, data, prepared) {
       this.element = element;
       const meshes = data.meshes.map((mesh) => ({
         vertices: new Float32Array(G.bytes(mesh.vertices)),
         faces: new Uint32Array(G.bytes(mesh.faces)),
       }));
-      this.designs = data.designs.map((design, index) => F.prepare(design, meshes, index));
+      this.take(prepared || data.designs.map((design, index) => F.prepare(design, meshes, index)));
       this.scales = F.scales(this.designs);
       this.box = F.bounds(this.designs);
       this.home = F.camera(this.box);
       this.eye = this.home;
-      // The design that lasts longest gives the frames; others are shown at the same time.
-      this.master = this.designs.reduce((best, d) => (this.end(d) > this.end(best) ? d : best), this.designs[0]);
       this.show = { forces: true, beliefs: true };
       this.overlaid = false;
       this.playing = false;
       this.frame = 0;
       this.drawn = 0;
       this.warnings = data.warnings || [];
+    }
+
+    /** The designs that are shown. The one that lasts longest gives the frames; others are shown at the same time. */
+    take(designs) {
+      this.designs = designs;
+      this.master = designs.reduce((best, d) => (this.end(d) > this.end(best) ? d : best), designs[0]);
+    }
+
+    /**
+     * Shows other designs, prepared by `SuppleScene.figure.prepare`, at the frame that is shown. Camera and box stay;
+     * scales change only by much, so that arrows can be compared.
+     */
+    replace(designs) {
+      const before = this.traces.map(({ kind, index, design }) => [kind, index, design.model]);
+      const names = this.designs.map((design) => design.name).join();
+      this.take(designs);
+      this.rescale();
+      const frame = Math.min(this.frame, this.master.time.length - 1);
+      this.range.max = String(this.master.time.length - 1);
+      const now = this.plan();
+      const same = names === designs.map((design) => design.name).join() && now.length === before.length
+        && now.every(({ kind, index, design }, n) =>
+          kind === before[n][0] && index === before[n][1] && (kind !== "bodies" || design.model === before[n][2]));
+      this.traces = now;
+      this.frame = frame;
+      if (same) this.go(frame);
+      else if (this.busy) this.busy.then(() => this.draw());
+      else this.draw();
+    }
+
+    rescale() {
+      const fresh = F.scales(this.designs);
+      const far = (a, b) => !(a / b < 3 && b / a < 3);
+      if (["force", "torque", "belief"].every((key) => !far(fresh[key], this.scales[key]))) return;
+      this.scales = fresh;
+      this.describe();
     }
 
     end(design) {
@@ -149,7 +183,7 @@
       if (this.any("beliefs") || this.any("bands")) {
         const factor = this.scales.belief;
         const larger = factor === 1 ? "to scale" : `drawn ${factor} times as large`;
-        parts.push(`Translucent: where points and walls are believed to be, 2 standard deviations, ${larger}.`);
+        parts.push(`Translucent: estimated position of points and walls, 2 standard deviations, ${larger}.`);
       }
       this.text.replaceChildren(...parts);
     }
@@ -189,8 +223,7 @@
         // By itself plotly draws twice as many pixels each way: four times the work where there is no graphics card.
         plotGlPixelRatio: Math.min(2, window.devicePixelRatio || 1),
       });
-      this.busy = Promise.resolve(done).then(() => { this.busy = null; this.shown(); });
-      return this.busy;
+      return this.until(done);
     }
 
     /** Moves what is drawn to the frame. */
@@ -203,8 +236,20 @@
       const moved = this.traces.map((trace, place) => ({ ...trace, place })).filter((t) => !fixed(t.kind, t.design));
       const shapes = moved.map(({ kind, design }) => F.shape(kind, design, this.frameOf(design), this.scales, this.show));
       const all = (axis) => shapes.map((shape) => shape[axis]);
-      const done = Plotly.restyle(this.view, { x: all("x"), y: all("y"), z: all("z") }, moved.map(({ place }) => place));
-      this.busy = Promise.resolve(done).then(() => { this.busy = null; this.shown(); });
+      this.until(Plotly.restyle(this.view, { x: all("x"), y: all("y"), z: all("z") }, moved.map(({ place }) => place)));
+    }
+
+    /**
+     * Busy until the picture is on the screen: a browser without a graphics card would otherwise queue pictures faster than
+     * it paints them, and stop answering.
+     */
+    until(done) {
+      const painted = () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+      this.busy = Promise.resolve(done).then(() => (document.hidden ? null : painted())).then(() => {
+        this.busy = null;
+        this.shown();
+      });
+      return this.busy;
     }
 
     shown() {
@@ -335,11 +380,14 @@
     }
   }
 
-  /** Puts the view into an element. Returns an object with `play()`, `pause()` and `go(frame)`. */
-  S.mount = function (element, data) {
-    const view = new View(element, data);
+  /**
+   * Puts the view into an element. Returns an object with `play()`, `pause()`, `go(frame)` and `replace(designs)`. Designs may
+   * be prepared already, by `SuppleScene.figure.prepare`.
+   */
+  S.mount = function (element, data, prepared) {
+    const view = new View(element, data, prepared);
     if (!view.designs.length) {
-      element.textContent = "There is nothing to show.";
+      element.textContent = "Nothing to show.";
       return view;
     }
     view.build();

@@ -14,8 +14,11 @@
     return "#" + a.map((v, n) => Math.round(v + share * (b[n] - v)).toString(16).padStart(2, "0")).join("");
   }
 
-  /** A design with its surfaces decoded and all that does not change put together. */
-  function prepare(design, meshes, index) {
+  /**
+   * A design with its surfaces decoded and all that does not change put together; taken over from another design, where
+   * one with the same surfaces is given.
+   */
+  function prepare(design, meshes, index, before) {
     const bodies = design.bodies.filter((body) => body.mesh !== null);
     const surfaces = bodies.map((body) => meshes[body.mesh]);
     const ball = G.ball(14, 8), cube = G.cube();
@@ -25,6 +28,14 @@
       if (!moving(body)) return "#8a8f98";
       return n % 2 ? mix(colour, "#ffffff", 0.3) : colour;
     });
+    const shared = before && before.colour === colour && before.surfaces.length === surfaces.length
+      && surfaces.every((surface, n) => surface === before.surfaces[n]);
+    if (shared) {
+      const { model, facecolor } = before;
+      const plates = before.walls.length === design.walls.length ? before.plates : G.merge(design.walls.map(() => cube));
+      const balls = before.beliefs.length === design.beliefs.length ? before.balls : G.merge(design.beliefs.map(() => ball));
+      return { ...design, bodies, surfaces, model, facecolor, ball, cube, colour, plates, balls };
+    }
     const model = G.merge(surfaces);
     return {
       ...design, bodies, surfaces, model, ball, cube, colour,

@@ -2,6 +2,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use supple_study::{Folder, StudyResult};
 
 use crate::ReportError;
+use crate::assets::{LICENCE, STYLE, THEME, plotly};
 use crate::html::heading;
 use crate::packed::packed;
 use crate::part::{Part, parts};
@@ -9,9 +10,7 @@ use crate::plots::Plots;
 use crate::sections::{Context, KINDS};
 use crate::words::count;
 
-const STYLE: &str = include_str!("../assets/page.css");
-const SCRIPTS: [&str; 3] =
-    [include_str!("../assets/theme.js"), include_str!("../assets/plots.js"), include_str!("../assets/page.js")];
+const SCRIPTS: [&str; 3] = [THEME, include_str!("../assets/plots.js"), include_str!("../assets/page.js")];
 
 /// A section of the page that is made.
 struct Made {
@@ -44,6 +43,7 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 meta name="generator" content=(concat!("supple ", env!("CARGO_PKG_VERSION")));
@@ -68,15 +68,10 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
     Ok(page.into_string())
 }
 
-/// What the licence of plotly.js asks for, readable where the packed script is not.
-const LICENCE: &str = "<!-- plotly.js v3.0.1, copyright 2012-2025, Plotly, Inc., all rights reserved, MIT licence -->";
-
-/// plotly.js as the crate carries it, without the formula renderer that follows it there.
-fn plotly() -> String {
-    let all = plotly::Plot::offline_js_sources();
-    let inner = all.split_once('>').map_or("", |(_, rest)| rest);
-    inner.split_once("</script>").map_or(inner, |(script, _)| script).to_owned()
-}
+/// What the page may do: run what is written in it, and nothing else. No address is asked for anything, whatever a script in it
+/// would like; pictures that plots are saved as are data.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
+                      font-src data:; base-uri 'none'; form-action 'none'";
 
 /// The title of the study, or of its one part.
 fn title(folders: &[Folder], parts: &[Part]) -> String {
@@ -103,7 +98,7 @@ fn banner(folders: &[Folder], title: &str) -> Markup {
                 option value="dark" { "dark" }
             }
         }
-        noscript { p { "Text and tables are complete without scripts; plots and the moving robot need them." } }
+        noscript { p { "Text and tables are complete without scripts; plots and the animation require them." } }
     }
 }
 

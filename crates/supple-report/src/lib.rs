@@ -3,6 +3,7 @@
 //! [`Folder::load_all`](supple_study::Folder::load_all) reads folders of results, [`page`] makes the page. Its text and tables are HTML made here; its plots are
 //! data made here and drawn by plotly.js, which the page carries; nothing is fetched when it is read.
 mod arrays;
+pub mod assets;
 mod document;
 mod error;
 mod html;

@@ -118,7 +118,11 @@ impl<'a> Part<'a> {
         let searches = self.searches();
         let mut shown: Vec<Shown<'a>> = Vec::new();
         let mut add = |name: String, at: &'a Evaluation, shared: bool| {
-            if shared && shown.iter().any(|other| other.at.parameters == at.parameters) {
+            let same = shown.iter_mut().find(|other| other.at.parameters == at.parameters);
+            if let Some(other) = same.filter(|other| shared || alike(other.at, at)) {
+                if !shared && other.name != name {
+                    other.name = format!("{} and {name}", other.name);
+                }
                 return;
             }
             let name = unused(&name, |name| shown.iter().any(|other| other.name == name));
@@ -148,6 +152,15 @@ impl<'a> Part<'a> {
         };
         design.iter().filter_map(of).collect()
     }
+}
+
+/// Whether two evaluations of the same parameters show the same plans: their costs agree to rounding.
+fn alike(a: &Evaluation, b: &Evaluation) -> bool {
+    let near = |(a, b): (&supple::TaskEvaluation, &supple::TaskEvaluation)| {
+        let (a_cost, b_cost) = (a.cost.expected, b.cost.expected);
+        a.trajectory.is_some() == b.trajectory.is_some() && (a_cost - b_cost).abs() <= 1e-9 * a_cost.abs()
+    };
+    a.tasks.len() == b.tasks.len() && a.tasks.iter().zip(&b.tasks).all(near)
 }
 
 /// What the best design of a search may be called.

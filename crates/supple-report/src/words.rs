@@ -8,7 +8,7 @@ use supple_study::robustness::PlannedFor;
 pub fn ended(status: DesignStatus) -> &'static str {
     match status {
         DesignStatus::Converged => "converged",
-        DesignStatus::NotOptimal => "came to rest where the total gradient is not zero",
+        DesignStatus::NotOptimal => "stopped where the total gradient is not zero",
         DesignStatus::NotConverged => "did not converge",
         DesignStatus::BoundViolated => "found no design that meets every bound",
         DesignStatus::Stopped => "was stopped",
@@ -21,9 +21,9 @@ pub fn planned(status: PlanStatus) -> &'static str {
         PlanStatus::Converged => "converged",
         PlanStatus::MaxIterations => "used up its iterations",
         PlanStatus::LineSearchStalled => "stalled: no step lowered its cost",
-        PlanStatus::SlowProgress => "crept: its cost hardly falls any more",
+        PlanStatus::SlowProgress => "progressed too slowly: its cost hardly decreases any more",
         PlanStatus::TimeLimit => "reached its time limit",
-        PlanStatus::Indefinite => "failed: the control's curvature stays indefinite",
+        PlanStatus::Indefinite => "failed: the curvature of the cost in the control stays indefinite",
     }
 }
 
@@ -31,6 +31,7 @@ pub fn planned(status: PlanStatus) -> &'static str {
 pub fn method(method: Method, gradient: GradientKind) -> String {
     let method = match method {
         Method::Sqp => "sequential quadratic programming",
+        Method::Cobyla => "linear approximations without gradients",
         Method::Barrier => "barrier descent",
     };
     let gradient = match gradient {
@@ -43,7 +44,7 @@ pub fn method(method: Method, gradient: GradientKind) -> String {
 /// Which noise controllers are planned for.
 pub fn planning(planned_for: PlannedFor) -> &'static str {
     match planned_for {
-        PlannedFor::Nominal => "planned for the task's noise",
+        PlannedFor::Nominal => "planned for the nominal noise",
         PlannedFor::Truth => "planned for the true noise",
     }
 }

@@ -82,7 +82,7 @@ fn trace(task: &LoadedTask) -> StudyResult {
         end: point(task, 200.0),
         error: Some("no step".into()),
     };
-    StudyResult::Trace(Box::new(Trace { options, runs: vec![run] }))
+    StudyResult::Trace(Box::new(Trace { options, runs: vec![run], stopped: false }))
 }
 
 fn front(task: &LoadedTask) -> StudyResult {
@@ -102,7 +102,7 @@ fn front(task: &LoadedTask) -> StudyResult {
     let points = vec![at(0.9), at(1.0), at(1.2)];
     let options = ParetoOptions { points: 3, starts: 1, seed: 0 };
     let remarks = vec!["the bound is active <all along>".into()];
-    StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![250.0], points, remarks }))
+    StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![250.0], points, remarks, stopped: false }))
 }
 
 fn bound(task: &LoadedTask) -> StudyResult {
@@ -201,16 +201,13 @@ fn prices_and_the_budget_are_told() {
     };
     let told = text(&page(&folders(&result)).unwrap());
     assert!(told.contains("The price falls from 100 to 0.09"), "{told}");
-    assert!(told.contains("; the budget is 200. A unit of it counts as 2.885"), "{told}");
-    assert!(
-        told.contains("<th scope=\"col\" class=\"number\">price</th>"),
-        "designs evaluated by themselves have prices"
-    );
+    assert!(told.contains("; the budget is 200. A unit of price counts as 2.885"), "{told}");
+    assert!(told.contains("<th scope=\"col\" class=\"number\">price</th>"), "designs that no search found have prices");
 
     let mut dear = result.clone();
     let StudyResult::Design(report) = &mut dear else { panic!() };
     report.budget_nats_per_unit = 0.5 * std::f64::consts::LN_2;
-    assert!(text(&page(&folders(&dear)).unwrap()).contains("used up: one unit more of it would save 0.5 bits"));
+    assert!(text(&page(&folders(&dear)).unwrap()).contains("exhausted: +1 in budget saves 0.5 bits"));
     let StudyResult::Design(report) = &mut dear else { panic!() };
     report.optimum.price.as_mut().unwrap().total = 201.0;
     assert!(text(&page(&folders(&dear)).unwrap()).contains("this exceeds the budget of 200"));

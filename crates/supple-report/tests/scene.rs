@@ -232,7 +232,7 @@ fn what_is_no_mesh_is_said() {
     let [warning] = &json["warnings"].as_array().unwrap()[..] else { panic!("{}", json["warnings"]) };
     let warning = warning.as_str().unwrap();
     assert!(warning.starts_with("7 meshes cannot be shown, each of which cannot be read: "), "{warning}");
-    assert!(warning.contains("missing4.stl and 2 more; simple shapes are shown instead"), "{warning}");
+    assert!(warning.contains("missing4.stl and 2 more; lines between joints are shown instead"), "{warning}");
 }
 
 #[test]

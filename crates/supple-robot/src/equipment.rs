@@ -1,6 +1,6 @@
 //! What a robot's file holds besides links and joints: actuators, sensors, keyframes and walls. SI units and radians.
 
-use crate::{JointKind, Pose, Robot, Tree};
+use crate::Pose;
 
 /// An actuator at a joint.
 ///
@@ -106,9 +106,9 @@ pub enum Measured {
     JointVelocity(usize),
     /// Torque or force that actuators exert on the joint with this index, N m or N.
     JointTorque(usize),
-    /// Position in the world of the frame with this number, m: links first, then [`Robot::frames`].
+    /// Position in the world of the frame with this number, m: links first, then [`Robot::frames`](crate::Robot::frames).
     FramePosition(usize),
-    /// Orientation in the world of the frame with this number: links first, then [`Robot::frames`].
+    /// Orientation in the world of the frame with this number: links first, then [`Robot::frames`](crate::Robot::frames).
     FrameOrientation(usize),
 }
 
@@ -143,26 +143,14 @@ pub struct Omitted {
 pub struct Key {
     /// Its name, unlike that of any other key; `keyN` with its number from 0 where the file gives none.
     pub name: String,
-    /// Position of every joint of [`Robot::joints`], rad or m; 0 for those that are fixed.
+    /// Position of every joint of [`Robot::joints`](crate::Robot::joints), rad or m; 0 for those that are fixed.
     pub positions: Vec<f64>,
-    /// Velocity of every joint of [`Robot::joints`], rad/s or m/s; 0 for those that are fixed.
+    /// Velocity of every joint of [`Robot::joints`](crate::Robot::joints), rad/s or m/s; 0 for those that are fixed.
     pub velocities: Vec<f64>,
-    /// Control of every actuator of [`Robot::actuators`], in the unit of the control; 0 where the file gives none.
+    /// Control of every actuator of [`Robot::actuators`](crate::Robot::actuators), in the unit of the control; 0 where the file gives none.
     pub controls: Vec<f64>,
     /// Line in the file.
     pub line: usize,
-}
-
-impl Key {
-    /// Positions of the degrees of freedom of a tree, in their order, rad or m.
-    pub fn q(&self, tree: &Tree) -> Vec<f64> {
-        tree.joint_indices().iter().map(|&joint| self.positions[joint]).collect()
-    }
-
-    /// Velocities of the degrees of freedom of a tree, in their order, rad/s or m/s.
-    pub fn v(&self, tree: &Tree) -> Vec<f64> {
-        tree.joint_indices().iter().map(|&joint| self.velocities[joint]).collect()
-    }
 }
 
 /// A plane or a box of the environment, which does not move.
@@ -201,27 +189,5 @@ impl Wall {
         let normal = self.pose.rotation.map(|row| sign * row[axis]);
         let at = self.pose.position;
         Some((normal, [0, 1, 2].map(|entry| at[entry] + half * normal[entry])))
-    }
-}
-
-impl Robot {
-    /// The actuator `name`.
-    pub fn actuator(&self, name: &str) -> Option<&Actuator> {
-        self.actuators.iter().find(|actuator| actuator.name == name)
-    }
-
-    /// The keyframe `name`.
-    pub fn key(&self, name: &str) -> Option<&Key> {
-        self.keys.iter().find(|key| key.name == name)
-    }
-
-    /// The wall `name`.
-    pub fn wall(&self, name: &str) -> Option<&Wall> {
-        self.walls.iter().find(|wall| wall.name == name)
-    }
-
-    /// Whether the joint of an actuator slides: its force is then in N, and not in N m.
-    pub fn slides(&self, actuator: &Actuator) -> bool {
-        self.joints.get(actuator.joint).is_some_and(|joint| joint.kind == JointKind::Prismatic)
     }
 }

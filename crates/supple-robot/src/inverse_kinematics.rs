@@ -10,6 +10,7 @@
 //! `J` holds the columns of the joints that may move: not those at a limit that the step would leave.
 
 use supple_kernels::Ldl;
+use supple_kernels::math;
 
 use crate::vector::{scale, sub};
 use crate::{Kinematics, Numbers, Pose, Tree, frame_jacobian};
@@ -249,7 +250,7 @@ fn rotation_vector(r: &[[f64; 3]; 3]) -> [f64; 3] {
     let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]].map(|entry| 0.5 * entry);
     let sin = skew.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
     let cos = 0.5 * (r[0][0] + r[1][1] + r[2][2] - 1.0);
-    let angle = sin.atan2(cos);
+    let angle = math::atan2(sin, cos);
     if sin > 1e-6 {
         return scale(angle / sin, skew);
     }

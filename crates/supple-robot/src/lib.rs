@@ -10,6 +10,7 @@
 
 mod dynamics;
 mod equipment;
+mod insert;
 mod inverse_kinematics;
 mod load;
 mod lock;
@@ -22,13 +23,14 @@ mod write;
 pub use dynamics::{
     Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics,
     frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, massless_joints, passive_forces,
-    passive_forces_ahead, passive_resistance, solve,
+    passive_forces_ahead, passive_resistance, point_jacobian, solve,
 };
 pub use equipment::{Actuator, Key, Law, Measured, Omitted, Sensor, Wall, WallShape};
+pub use insert::{Insert, InsertedAxis};
 pub use inverse_kinematics::{PoseGoal, Reach, Reached, inverse_kinematics};
 pub use load::{LoadOptions, load, parse};
 pub use numbers::{JointNumbers, LinkNumbers, Numbers};
-pub use pose::Pose;
+pub use pose::{Pose, turn};
 pub use robot::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Robot};
 pub use tree::{Body, Motion, Tree};
 pub use write::{Written, mjcf};

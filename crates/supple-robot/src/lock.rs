@@ -2,6 +2,7 @@
 
 use crate::pose::{dot, scale};
 use crate::{Joint, JointKind, Limits, Measured, Omitted, Pose, Robot};
+use supple_kernels::math;
 
 impl Limits {
     /// The position at which a joint starts where nothing is said: 0 where the limits allow it, else the middle of the
@@ -91,7 +92,7 @@ impl Joint {
             return Pose::at(scale(by, axis));
         }
         // R = I + sin [axis] + (1 - cos) [axis]^2
-        let (sin, cos) = by.sin_cos();
+        let (sin, cos) = math::sin_cos(by);
         let [x, y, z] = axis;
         let skew = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
         let mut rotation = Pose::IDENTITY.rotation;

@@ -2,6 +2,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use supple_kernels::Scalar;
+use supple_kernels::math;
 
 /// Where a frame is, seen from another: `p_outer = rotation p_inner + position`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +131,7 @@ impl Pose {
     ///
     /// Rounding away from 0 and 1, such as the cosine 6e-17 of a right angle, is taken back.
     pub fn from_rpy(position: [f64; 3], rpy: [f64; 3]) -> Self {
-        let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(f64::sin_cos).map(|(sin, cos)| (clean(sin), clean(cos)));
+        let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(math::sin_cos).map(|(sin, cos)| (clean(sin), clean(cos)));
         Self {
             rotation: [
                 [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -162,4 +163,12 @@ impl Pose {
 fn clean(entry: f64) -> f64 {
     let nearest = entry.round();
     if (entry - nearest).abs() < 1e-15 { nearest + 0.0 } else { entry }
+}
+
+/// The turn of a rotation from a reference, in the axes of the reference: the sine of the angle along the axis, half
+/// the skew part of `R_ref' R`; both by rows. It is the rotation vector for small angles, and bounded and smooth for all.
+pub fn turn<S: Scalar>(rotation: &[[S; 3]; 3], reference: &[[S; 3]; 3]) -> [S; 3] {
+    let entry = |i: usize, j: usize| (0..3).fold(S::zero(), |sum, k| sum + reference[k][i] * rotation[k][j]);
+    let half = |i: usize, j: usize| (entry(i, j) - entry(j, i)) * 0.5;
+    [half(2, 1), half(0, 2), half(1, 0)]
 }

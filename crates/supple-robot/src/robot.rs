@@ -184,3 +184,25 @@ impl Robot {
         own.or_else(|| self.frames.iter().find(|frame| frame.name == name).map(|frame| (frame.link, frame.pose)))
     }
 }
+
+impl Robot {
+    /// The actuator `name`.
+    pub fn actuator(&self, name: &str) -> Option<&Actuator> {
+        self.actuators.iter().find(|actuator| actuator.name == name)
+    }
+
+    /// The keyframe `name`.
+    pub fn key(&self, name: &str) -> Option<&Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// The wall `name`.
+    pub fn wall(&self, name: &str) -> Option<&Wall> {
+        self.walls.iter().find(|wall| wall.name == name)
+    }
+
+    /// Whether the joint of an actuator slides: its force is then in N, and not in N m.
+    pub fn slides(&self, actuator: &Actuator) -> bool {
+        self.joints.get(actuator.joint).is_some_and(|joint| joint.kind == JointKind::Prismatic)
+    }
+}

@@ -1,6 +1,6 @@
 //! What of a robot moves, and with which coordinates.
 
-use crate::{Joint, JointKind, Robot};
+use crate::{Joint, JointKind, Key, Robot};
 
 /// The moving bodies of a robot: structure without numbers that a design may change.
 ///
@@ -172,4 +172,16 @@ fn axes_about(axis: [f64; 3]) -> [[f64; 3]; 3] {
     let first = crate::pose::scale(1.0 / crate::pose::dot(across, across).sqrt(), across);
     let second = crate::pose::cross(axis, first);
     [0, 1, 2].map(|row| [first[row], second[row], axis[row]])
+}
+
+impl Key {
+    /// Positions of the degrees of freedom of a tree, in their order, rad or m.
+    pub fn q(&self, tree: &Tree) -> Vec<f64> {
+        tree.joint_indices().iter().map(|&joint| self.positions[joint]).collect()
+    }
+
+    /// Velocities of the degrees of freedom of a tree, in their order, rad/s or m/s.
+    pub fn v(&self, tree: &Tree) -> Vec<f64> {
+        tree.joint_indices().iter().map(|&joint| self.velocities[joint]).collect()
+    }
 }

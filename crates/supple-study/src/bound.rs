@@ -1,6 +1,7 @@
 //! Bounds on information: how little would do at a design, and over a range of costs.
 
 use std::path::Path;
+use supple::math;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -158,8 +159,8 @@ fn costs(bounding: &Bounding, report: &TaskBound, points: usize) -> Vec<f64> {
     let open = report.open_loop_cost.map_or(f64::INFINITY, |cost| cost - least);
     let (near, far) = (NEAREST * own, (FARTHEST * own).min(open).max(own));
     let last = (points - 1) as f64;
-    let mut costs: Vec<f64> = (0..points).map(|i| least + near * (far / near).powf(i as f64 / last)).collect();
-    let distance = |i: &usize| ((costs[*i] - least) / own).ln().abs();
+    let mut costs: Vec<f64> = (0..points).map(|i| least + near * math::powf(far / near, i as f64 / last)).collect();
+    let distance = |i: &usize| math::ln((costs[*i] - least) / own).abs();
     if let Some(nearest) = (0..points).min_by(|a, b| distance(a).total_cmp(&distance(b))) {
         costs[nearest] = report.cost;
     }

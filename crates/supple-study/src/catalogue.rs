@@ -92,7 +92,7 @@ impl CatalogueReport {
         let more = self.best.first().map_or(f64::NAN, |chosen| chosen.information_bits - free);
         match self.gap_bits {
             Some(gap) if (gap - more).abs() <= 1e-9 * free.abs() => format!(
-                "Without catalogues {} bits would do: {} less, {:.2} %.",
+                "Without catalogues, the optimum has {} bits: {} less, {:.2} %.",
                 number(free),
                 number(gap),
                 100.0 * gap / (free + gap).abs().max(1e-300)
@@ -106,9 +106,12 @@ impl CatalogueReport {
                 "Without catalogues no design that meets every bound was found either.".to_owned()
             }
             None if self.chosen.iter().any(|entry| entry.price.is_some()) => {
-                format!("Without catalogues, and without paying for their entries, {} bits would do.", number(free))
+                format!(
+                    "Without catalogues, and without paying for their entries, the optimum has {} bits.",
+                    number(free)
+                )
             }
-            None => format!("Without catalogues {} bits would do.", number(free)),
+            None => format!("Without catalogues, the optimum has {} bits.", number(free)),
         }
     }
 

@@ -74,7 +74,7 @@ impl DesignReport {
     /// What to do where only one start found the best design, and others worse ones.
     pub fn advice(&self) -> &'static str {
         match self.agreement() {
-            (1, 1..) => " Others ended at worse optima: with more starts (`--starts`) there may be better ones.",
+            (1, 1..) => " Other starts ended at worse optima; more starts (`--starts`) may find a better one.",
             _ => "",
         }
     }
@@ -109,7 +109,7 @@ pub struct StartReport {
     pub price: f64,
     /// Expected cost of each task there.
     pub expected_costs: Vec<f64>,
-    /// How far the worst task is above its bound, relative to it.
+    /// How far the worst task is above its bound, or the price above the budget where that is farther, relative to it.
     #[serde(deserialize_with = "supple::or_nan")]
     pub violation: f64,
     /// First-order optimality.
@@ -186,7 +186,7 @@ pub(crate) fn best_of(
 }
 
 fn searcher<'a>(task: &'a LoadedTask, settings: &'a DesignSettings, control: Control<'a>) -> Searcher<'a> {
-    Searcher { problem: &task.problem, settings, aim: Aim::default(), control }
+    Searcher::new(&task.problem, settings, Aim::default(), control)
 }
 
 /// Checks that a task has something to design.
@@ -210,13 +210,14 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
     let settings = searcher.settings;
     let wanted =
         EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
-    let (feasibility, rollouts) = (Some(settings.feasibility), settings.rollouts);
+    let (feasibility, rollouts) = (Some(settings.feasibility), problem.rollouts(settings.rollouts));
     let information = Some(settings.information);
     let wanted = EvaluateOptions { feasibility, rollouts, information, needed: true, ..wanted };
     let start = problem.evaluate(phi, &wanted)?;
     let best = found.found();
     let controls = Some(best.controls.clone());
     let optimum = problem.evaluate(&best.to, &EvaluateOptions { controls, ..wanted })?;
+    let nats: Vec<f64> = start.tasks.iter().map(|task| task.information.total_nats).collect();
     let active = |(task, price): (&Task, &f64)| (*price > 0.0).then(|| task.name.clone());
     let price = |(task, &nats_per_unit): (&Task, &f64)| TaskPrice { task: task.name.clone(), nats_per_unit };
     Ok(DesignReport {
@@ -234,7 +235,7 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
         catalogue: CatalogueReport::of(searcher, found),
         // Plans on the way may be missing where both ends have them.
         split: match settings.gradient {
-            GradientKind::Total => problem.split((phi, &best.to), &best.controls).unwrap_or_default(),
+            GradientKind::Total => problem.split((phi, &nats), (&best.to, &best.controls)).unwrap_or_default(),
             GradientKind::Frozen => Vec::new(),
         },
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
@@ -253,7 +254,7 @@ fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {
         information_nats: summary.information,
         price: summary.price,
         expected_costs: summary.costs.clone(),
-        violation: summary.violation,
+        violation: summary.violation.max(summary.overspent),
         optimality: summary.optimality,
         branches: summary.branches,
         evaluations: summary.evaluations,

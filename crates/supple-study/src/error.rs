@@ -13,7 +13,7 @@ pub enum StudyError {
     Usage(String),
     /// Something could not be computed.
     #[error("{0}")]
-    Compute(#[from] supple::Error),
+    Compute(supple::Error),
     /// A file could not be read or written.
     #[error("{what}: {error}")]
     Io {
@@ -33,6 +33,12 @@ pub enum StudyError {
         /// What is wrong, and what to do.
         message: String,
     },
+}
+
+impl From<supple::Error> for StudyError {
+    fn from(error: supple::Error) -> Self {
+        if matches!(error, supple::Error::Stopped) { Self::Stopped } else { Self::Compute(error) }
+    }
 }
 
 impl From<FileError> for StudyError {

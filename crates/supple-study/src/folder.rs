@@ -1,9 +1,11 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use supple::design::DesignStatus;
 use supple::file::read_text;
 
 use crate::bound::BoundStudy;
+use crate::checksums;
 use crate::design::DesignReport;
 use crate::evaluate::EvaluateReport;
 use crate::pareto::Pareto;
@@ -12,10 +14,8 @@ use crate::sensors::Sensors;
 use crate::study::Study;
 use crate::sweep::Sweep;
 use crate::trace::Trace;
+use crate::write::RESULT;
 use crate::{About, LoadedTask, NotFinite, Source, StudyError, not_finite, write_text};
-
-/// The file that holds a result and all that made it.
-pub const RESULT: &str = "result.json";
 
 /// The version of the layout of result folders.
 const FORMAT: u32 = 1;
@@ -155,7 +155,7 @@ struct File<M, R> {
 }
 
 impl Folder {
-    /// Writes `result.json`, whole or not at all, and what else belongs to the result.
+    /// Writes `result.json`, whole or not at all, what else belongs to the result, and the checksums of all.
     ///
     /// # Errors
     /// Where a file cannot be written.
@@ -169,7 +169,8 @@ impl Folder {
         let file = path.join(RESULT);
         let json = serde_json::to_string_pretty(&File { made, result });
         let text = json.map_err(|error| StudyError::io(&file, error.into()))? + "\n";
-        write_text(&file, text.as_bytes())
+        write_text(&file, text.as_bytes())?;
+        checksums::save(path)
     }
 
     /// Reads folders; after that of a study file those of its steps. A folder that is named twice is read once.
@@ -190,6 +191,51 @@ impl Folder {
             found.push(folder);
         }
         Ok(found)
+    }
+
+    /// Whether a folder already holds what a command would make: the same words, files and version, and not stopped halfway.
+    pub fn is_made(folder: &Path, words: &[String]) -> bool {
+        let Ok(Self { made, result, .. }) = Self::load(folder) else { return false };
+        if !checksums::changed(folder).is_empty() {
+            return false;
+        }
+        let complete = match &result {
+            StudyResult::Sweep(sweep) => sweep.complete,
+            // Starts that were not begun are not in the list.
+            StudyResult::Design(design) => {
+                design.status != DesignStatus::Stopped
+                    && design.starts.iter().all(|start| start.status != DesignStatus::Stopped)
+            }
+            StudyResult::Robustness(study) => !study.stopped,
+            StudyResult::Pareto(front) => !front.stopped,
+            StudyResult::Trace(study) => !study.stopped,
+            _ => true,
+        };
+        let same = |source: &Source| read_text(&source.path).is_ok_and(|text| text == source.text);
+        complete && made.arguments == words && made.supple == env!("CARGO_PKG_VERSION") && made.sources.iter().all(same)
+    }
+
+    /// Checks that a folder holds no result of another kind, which a new one would replace: `kind` is that of
+    /// [`StudyResult::kind`].
+    ///
+    /// # Errors
+    /// Where it holds one.
+    pub fn check_kind(path: &Path, kind: &str) -> Result<(), StudyError> {
+        #[derive(Deserialize)]
+        struct Kind {
+            kind: String,
+        }
+        let file = path.join(RESULT);
+        let read = std::fs::read_to_string(&file).ok().and_then(|text| serde_json::from_str::<Kind>(&text).ok());
+        match read {
+            Some(found) if found.kind != kind => Err(StudyError::usage(format!(
+                "{} holds a result of `supple {}`, which one of `supple {kind}` would replace; name another folder, or \
+                 delete it",
+                path.display(),
+                found.kind
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Reads a folder.

@@ -4,6 +4,7 @@
 //! that made it.
 pub mod bound;
 mod catalogue;
+mod checksums;
 pub mod controller;
 pub mod design;
 mod error;
@@ -24,11 +25,12 @@ pub mod trace;
 mod watch;
 mod write;
 
+pub use checksums::{CHECKSUMS, changed};
 pub use error::StudyError;
 pub use finite::{NotFinite, not_finite};
-pub use folder::{Folder, Made, RESULT, StudyResult};
+pub use folder::{Folder, Made, StudyResult};
 pub use picture::picture;
 pub use table::{Cell, Column, Table};
 pub use task::{About, AboutTask, LoadedTask, OWN_MODEL, Source};
 pub use watch::{Progress, Silent, Watch};
-pub use write::{check_writable, write_text};
+pub use write::{RESULT, check_writable, write_text};

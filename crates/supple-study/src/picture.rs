@@ -1,3 +1,5 @@
+use std::path::Path;
+
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
 use supple::FileError;
 
@@ -17,9 +19,21 @@ struct Located {
 /// Bytes up to which a line of a file is worth showing.
 const LONGEST: usize = 400;
 
+/// Endings of the files whose lines are shown. A task file of others may name any file, whose lines are nobody's business.
+const SHOWN: [&str; 8] = ["toml", "urdf", "xml", "sdf", "world", "mjcf", "csv", "json"];
+
+/// Whether lines of a file are shown.
+fn is_shown(file: &str) -> bool {
+    let ending = Path::new(file).extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    ending.is_some_and(|ending| SHOWN.contains(&&*ending))
+}
+
 /// The lines that an error is about, with marks, for people; none where there are none to show.
 pub fn picture(error: &FileError) -> Option<String> {
     let line = error.line.checked_sub(1)?;
+    if !is_shown(&error.file) {
+        return None;
+    }
     let short = |line: &str| line.len() <= LONGEST;
     error.text.lines().nth(line).filter(|line| short(line) && !line.trim().is_empty())?;
     let around = error.text.lines().skip(line.saturating_sub(1)).take(3).all(short);

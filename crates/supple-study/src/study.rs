@@ -10,8 +10,6 @@ use serde::{Deserialize, Deserializer, Serialize};
 use supple::FileError;
 use supple::file::{Document, Place, read_text};
 
-use crate::{Folder, StudyResult};
-
 /// The result of a study file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Study {
@@ -283,15 +281,4 @@ fn tidy(path: &Path) -> String {
         }
     }
     tidy.display().to_string()
-}
-
-/// Whether a folder already holds what a command would make: the same words, files and version.
-pub fn is_made(folder: &Path, words: &[String]) -> bool {
-    let Ok(Folder { made, result, .. }) = Folder::load(folder) else { return false };
-    let complete = match &result {
-        StudyResult::Sweep(sweep) => sweep.complete,
-        _ => true,
-    };
-    let same = |source: &crate::Source| read_text(&source.path).is_ok_and(|text| text == source.text);
-    complete && made.arguments == words && made.supple == env!("CARGO_PKG_VERSION") && made.sources.iter().all(same)
 }

@@ -40,7 +40,7 @@ impl Cell {
     fn to_csv(&self) -> String {
         match self {
             Self::Number(number) if number.is_finite() => number_text(*number),
-            Self::Text(text) => text.clone(),
+            Self::Text(text) => no_formula(text),
             _ => String::new(),
         }
     }
@@ -53,6 +53,11 @@ impl Cell {
             _ => "null".to_owned(),
         }
     }
+}
+
+/// A text that spreadsheets take for text: an apostrophe before what they would compute.
+fn no_formula(text: &str) -> String {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text.to_owned() }
 }
 
 /// The shortest text from which the same number is read; whole numbers without a point.
@@ -94,11 +99,12 @@ impl Table {
         Some(self.rows.iter().map(number).collect())
     }
 
-    /// The table as CSV (RFC 4180): names of columns, then rows; what is missing is empty.
+    /// The table as CSV (RFC 4180): names of columns, then rows; what is missing is empty. Before texts that spreadsheets would
+    /// compute, as they begin with `=`, `+`, `-` or `@`, stands an apostrophe.
     pub fn to_csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Writing to memory cannot fail, and rows of another length than the first one are written as they are.
-        let names: Vec<&str> = self.columns.iter().map(|column| &*column.name).collect();
+        let names: Vec<String> = self.columns.iter().map(|column| no_formula(&column.name)).collect();
         let _ = writer.write_record(&names);
         for row in &self.rows {
             let _ = writer.write_record(row.iter().map(Cell::to_csv));
@@ -236,19 +242,27 @@ mod tests {
             let text = table.to_csv();
             let mut reader = csv::ReaderBuilder::new().from_reader(text.as_bytes());
             let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
-            prop_assert!(names.iter().eq(table.columns.iter().map(|column| &column.name)));
+            prop_assert!(names.into_iter().eq(table.columns.iter().map(|column| no_formula(&column.name))));
             let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
             prop_assert_eq!(records.len(), table.rows.len());
             for (record, row) in records.iter().zip(&table.rows) {
                 for (field, cell) in record.iter().zip(row) {
                     match cell {
                         Cell::Number(number) => prop_assert_eq!(field.parse::<f64>().unwrap().to_bits(), number.to_bits()),
-                        Cell::Text(text) => prop_assert_eq!(field, text),
+                        Cell::Text(text) => prop_assert_eq!(field, no_formula(text)),
                         Cell::Missing => prop_assert_eq!(field, ""),
                     }
                 }
             }
         }
+    }
+
+    #[test]
+    fn csv_holds_no_formula_of_spreadsheets() {
+        let column = Column { name: "=HYPERLINK(\"x\")".into(), unit: String::new(), description: String::new() };
+        let rows = vec![vec![Cell::Text("@SUM(A1)".into())], vec![Cell::Number(-1.5)]];
+        let text = Table { columns: vec![column], rows }.to_csv();
+        assert_eq!(text, "\"'=HYPERLINK(\"\"x\"\")\"\n'@SUM(A1)\n-1.5\n");
     }
 
     #[test]

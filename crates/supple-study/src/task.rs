@@ -80,7 +80,7 @@ impl LoadedTask {
     /// # Errors
     /// Where a file cannot be read or anything in it is wrong, or a parameter is unknown or out of bounds.
     pub fn load(path: &Path, set: &[(String, f64)]) -> Result<Self, StudyError> {
-        let text = read_text(path)?;
+        let text = supple_files::read_given(path)?;
         let name = path.display().to_string();
         let problem = Problem::parse(&text, &name)?;
         let mut phi = problem.parameters.initial();

@@ -31,8 +31,11 @@ pub struct TraceOptions {
 pub struct Trace {
     /// What was asked for.
     pub options: TraceOptions,
-    /// One run per method, gradient and start, in this order of nesting.
+    /// One run per method, gradient and start, in this order of nesting; of a study that was stopped, those that had begun.
     pub runs: Vec<TraceRun>,
+    /// Whether it was stopped before all searches had ended.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stopped: bool,
 }
 
 /// One search from one start.
@@ -79,11 +82,11 @@ impl TraceRun {
 }
 
 /// Runs every search and keeps what it visits. All methods and gradients begin from the same starts, and all other
-/// settings are those of the task.
+/// settings are those of the task. What was visited until it is told to stop is kept.
 ///
 /// # Errors
-/// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where
-/// it is told to stop.
+/// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where it is
+/// told to stop before any search has visited a design.
 pub fn run(task: &LoadedTask, options: &TraceOptions, watch: Watch) -> Result<Trace, StudyError> {
     let TraceOptions { starts, methods, gradients, .. } = options;
     check_designable(task)?;
@@ -92,11 +95,16 @@ pub fn run(task: &LoadedTask, options: &TraceOptions, watch: Watch) -> Result<Tr
     let kinds: Vec<(Method, GradientKind)> =
         methods.iter().flat_map(|&method| gradients.iter().map(move |&gradient| (method, gradient))).collect();
     watch.progress.begin("searches", 0, (kinds.len() * starts) as u64);
-    let runs = kinds.par_iter().map(|&kind| searches(task, options, kind, watch)).collect::<Result<Vec<_>, _>>()?;
-    if watch.is_stopped() {
+    let search = |&kind: &(Method, GradientKind)| match watch.is_stopped() {
+        true => Ok(Vec::new()),
+        false => searches(task, options, kind, watch),
+    };
+    let runs = kinds.par_iter().map(search).collect::<Result<Vec<_>, _>>()?.concat();
+    if runs.is_empty() {
         return Err(StudyError::Stopped);
     }
-    Ok(Trace { options: options.clone(), runs: runs.concat() })
+    let ended = runs.iter().filter(|run| run.status != DesignStatus::Stopped).count();
+    Ok(Trace { options: options.clone(), runs, stopped: ended < kinds.len() * starts && watch.is_stopped() })
 }
 
 fn check_list<T: PartialEq + std::fmt::Display>(what: &str, list: &[T]) -> Result<(), StudyError> {
@@ -126,23 +134,43 @@ fn searches(
         progress: watch.progress,
     };
     let control = Control { observer: &recorder, stop: watch.stop };
-    let found = Searcher { problem, settings: &settings, aim: Aim::default(), control }.search(phi)?;
-    let paths = recorder.paths.into_iter().map(|path| path.into_inner().unwrap_or_else(PoisonError::into_inner));
-    let run = |(start, (summary, path)): (usize, (&StartSummary, Path))| TraceRun {
-        method,
-        gradient,
-        start,
-        status: summary.status,
-        path: path.points,
-        steps: path.steps,
-        end: TracePoint {
-            parameters: Named::new(&problem.parameters, &summary.to),
-            information_nats: summary.information,
-            costs: summary.costs.clone(),
-        },
-        error: summary.error.as_ref().map(ToString::to_string),
+    let searcher = Searcher::new(problem, &settings, Aim::default(), control);
+    let search = |start: usize| {
+        let summary = (!watch.is_stopped()).then(|| searcher.search_start(phi, start)).transpose()?;
+        Ok(summary.map(|summary| (start, summary)))
     };
-    Ok(found.starts.iter().zip(paths).enumerate().map(run).collect())
+    let found: Vec<Option<(usize, StartSummary)>> =
+        (0..starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
+    let found: Vec<(usize, StartSummary)> = found.into_iter().flatten().collect();
+    if let [(_, first), ..] = &found[..]
+        && found.iter().all(|(_, summary)| summary.controls.is_empty())
+        && let Some(error) = first.error.clone()
+        && !watch.is_stopped()
+    {
+        return Err(error.into());
+    }
+    let mut paths: Vec<Path> =
+        recorder.paths.into_iter().map(|path| path.into_inner().unwrap_or_else(PoisonError::into_inner)).collect();
+    let run = |(start, summary): (usize, StartSummary)| {
+        let path = std::mem::take(&mut paths[start]);
+        TraceRun {
+            method,
+            gradient,
+            start,
+            status: summary.status,
+            path: path.points,
+            steps: path.steps,
+            end: TracePoint {
+                parameters: Named::new(&problem.parameters, &summary.to),
+                information_nats: summary.information,
+                costs: summary.costs,
+            },
+            error: summary.error.as_ref().map(ToString::to_string),
+        }
+    };
+    // What was stopped before it saw a design has nothing to show.
+    let begun = |run: &TraceRun| run.status != DesignStatus::Stopped || !run.path.is_empty();
+    Ok(found.into_iter().map(run).filter(begun).collect())
 }
 
 /// What a start has visited until now.

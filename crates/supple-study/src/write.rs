@@ -3,6 +3,9 @@ use std::path::Path;
 
 use crate::StudyError;
 
+/// The file that holds a result and all that made it.
+pub const RESULT: &str = "result.json";
+
 /// Checks that a file can be written to a folder before long work is done for it. Leaves nothing behind.
 ///
 /// # Errors

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use supple::aims::weighted_information;
+use supple::design::InformationWeights;
 use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, best_plan};
-use supple::information::InformationWeights;
 use supple::pipeline::TaskState;
 use supple::{Evaluation, Verdict};
 use supple_study::LoadedTask;

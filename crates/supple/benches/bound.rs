@@ -7,7 +7,7 @@ use std::path::Path;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrix;
 use supple::Problem;
-use supple::bound::{BoundSettings, Horizon, minimum_information, stationary_minimum};
+use supple::bound::{BoundSettings, Horizon, horizon_of_plan, minimum_information, stationary_minimum};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 
@@ -42,7 +42,7 @@ fn door() -> (Horizon, f64) {
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let mut state = TaskState::new(task);
     state.evaluate(task, &phi, &PlanSettings::default(), None).unwrap();
-    (Horizon::of_plan(&state.plan, &state.noise).unwrap(), state.cost.expected())
+    (horizon_of_plan(&state.plan, &state.noise).unwrap(), state.cost.expected())
 }
 
 fn bounds(c: &mut Criterion) {

@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use supple::belief::{Belief, kalman};
+use supple::Linearise;
 use supple::design::{Control, DesignSettings, NoObserver, design};
 use supple::gradient::Functional;
-use supple::information::{Information, information};
+use supple::lqg::{Belief, kalman};
+use supple::lqg::{Information, information};
+use supple::lqg::{Policy, Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
-use supple::plan::{PlanSettings, Policy, Regularisation, rollout, solve_riccati};
+use supple::plan::{PlanSettings, rollout};
 use supple::system::Curvature;
 use supple::{EvaluateOptions, Level, Problem, Scratch};
 

@@ -8,13 +8,16 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use supple::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
+use supple::Linearise;
 use supple::design::{Control, DesignSettings, NoObserver, design};
-use supple::information::{Information, information};
-use supple::noise::Noise;
+use supple::lqg::KnotAdjoints;
+use supple::lqg::Noise;
+use supple::lqg::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
+use supple::lqg::{Information, information};
+use supple::lqg::{Policy, Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
-use supple::plan::{PlanSettings, Policy, Regularisation, rollout, solve_riccati};
-use supple::system::{Curvature, KnotAdjoints};
+use supple::plan::{PlanSettings, rollout};
+use supple::system::Curvature;
 use supple::{EvaluateOptions, Level, Problem, Scratch, Trajectory};
 
 fn load(name: &str) -> Problem {

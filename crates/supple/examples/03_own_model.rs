@@ -8,11 +8,12 @@ use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use supple::cost::{Control as Effort, Cost, CostKind, Norm, State, Weights};
+use supple::cost::Cost;
 use supple::design::{Control, DesignSettings, NoObserver, design};
 use supple::noise::{Covariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters, Role, Scale};
 use supple::plan::PlanSettings;
+use supple::quantity::{Control as Effort, State};
 use supple::system::Authored;
 use supple::{Dimensions, EvaluateOptions, Model, Point, Problem, Scalar, Task, Value};
 
@@ -56,17 +57,10 @@ fn diagonal(variances: &[f64]) -> Covariance {
 
 /// Brings the cart to its place with the pole upright.
 fn problem() -> Problem {
-    let cost = |kind, stage, last| {
-        let [stage, last] = [stage, last].map(|weight| Weights::Equal(number(weight)));
-        Cost { kind, norm: Norm::Quadratic, stage, last }
-    };
-    let states = |selected: &[usize]| {
-        CostKind::State(State { selected: selected.iter().map(|&state| (state, number(0.0))).collect() })
-    };
     let costs = vec![
-        cost(states(&[0, 1]), 1.0, 20.0),
-        cost(states(&[2, 3]), 0.1, 2.0),
-        cost(CostKind::Control(Effort { controls: 1 }), 0.01, 0.0),
+        Cost::new(State::new([0, 1]), 1.0).with_final_weight(20.0),
+        Cost::new(State::new([2, 3]), 0.1).with_final_weight(2.0),
+        Cost::new(Effort::all(1), 0.01),
     ];
     let parameter = |name: &str, initial, bounds, unit: &str| Parameter {
         catalogue: Vec::new(),

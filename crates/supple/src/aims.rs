@@ -2,29 +2,32 @@
 
 use crate::Error;
 use crate::Value;
-use crate::bound::{Horizon, Needed};
-use crate::gradient::{Functional, Partials};
-use crate::information::{InformationWeights, add_control_partials};
+use crate::gradient::Functional;
+use crate::horizon::horizon_of_plan;
 use crate::pipeline::TaskState;
 use crate::problem::Task;
+use crate::settings::InformationWeights;
 use supple_kernels::Matrices;
+use supple_lqg::Partials;
+use supple_lqg::add_control_partials;
+use supple_lqg::bound::{Horizon, Needed};
 
 /// The share of what a plan pays for not knowing the state that is left to keep where the limit leaves less.
 const LEAST_SHARE: f64 = 0.05;
 
 /// What an expected cost may be at most.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Limit {
     pub value: f64,
-    /// The parameter that it is a multiple of, and that multiple, where there is one.
-    pub slope: Option<(usize, f64)>,
+    /// Its derivative by each parameter that it depends on.
+    pub slopes: Vec<(usize, f64)>,
 }
 
 impl Limit {
     /// A task's bound times a factor.
     pub fn of(bound: Value, factor: f64, phi: &[f64]) -> Self {
-        let slope = bound.parameter().map(|parameter| (parameter, factor));
-        Self { value: factor * bound.resolve::<f64>(phi), slope }
+        let slopes = bound.slopes(phi).into_iter().map(|(parameter, slope)| (parameter, factor * slope)).collect();
+        Self { value: factor * bound.resolve::<f64>(phi), slopes }
     }
 }
 
@@ -48,7 +51,7 @@ pub fn weighted_information(
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {
     let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
-    information_within((task, phi), (weights, limit), state, out)
+    information_within((task, phi), (weights, limit.as_ref()), state, out)
 }
 
 /// As [`weighted_information`], with a limit of its own.
@@ -57,7 +60,7 @@ pub fn weighted_information(
 /// As those.
 pub(crate) fn information_within(
     (task, phi): (&Task, &[f64]),
-    (weights, limit): (InformationWeights, Option<Limit>),
+    (weights, limit): (InformationWeights, Option<&Limit>),
     state: &mut TaskState,
     out: &mut Vec<f64>,
 ) -> Result<f64, Error> {
@@ -105,15 +108,14 @@ pub(crate) fn information_within(
         state.nominal_gradient(task, phi, &mut by_nominal)?;
         out.iter_mut().zip(&by_nominal).for_each(|(sum, slope)| *sum += nominal * slope);
     }
-    if let Some((parameter, slope)) = limit.and_then(|limit| limit.slope) {
+    for &(parameter, slope) in limit.into_iter().flat_map(|limit| &limit.slopes) {
         out[parameter] += by_limit * slope;
     }
     Ok(sum)
 }
 
 /// The least information at the limit, or at what the plan costs itself where there is none.
-fn needed_information(limit: Option<Limit>, state: &mut TaskState) -> Result<(Needed, Budget), Error> {
-    let horizon = Horizon { base_cost: 0.0, ..Horizon::of_plan(&state.plan, &state.noise)? };
+fn needed_information(limit: Option<&Limit>, state: &mut TaskState) -> Result<(Needed, Budget), Error> {
     let own = state.cost.belief;
     let limited = limit.map(|limit| limit.value - (state.cost.expected() - own));
     let (asked, budget) = match limited {
@@ -121,7 +123,28 @@ fn needed_information(limit: Option<Limit>, state: &mut TaskState) -> Result<(Ne
         Some(_) => (LEAST_SHARE * own, Budget::Share(LEAST_SHARE)),
         None => (own, Budget::Share(1.0)),
     };
-    Ok((Needed::of(&horizon, asked, &mut state.nearby)?, budget))
+    Ok((needed_beyond(asked, state)?, budget))
+}
+
+/// The least information at an expected cost that is so much above the least.
+///
+/// # Errors
+/// Where there is no law of least cost along the plan, or the minimum was not found.
+pub(crate) fn needed_beyond(budget: f64, state: &mut TaskState) -> Result<Needed, Error> {
+    Ok(Needed::of(&horizon_of(state)?, budget, &mut state.nearby)?)
+}
+
+/// As [`needed_beyond`]; none where that would take longer than evaluations should.
+///
+/// # Errors
+/// As that.
+pub(crate) fn needed_soon(budget: f64, state: &mut TaskState) -> Result<Option<Needed>, Error> {
+    Ok(Needed::soon(&horizon_of(state)?, budget, &mut state.nearby)?)
+}
+
+/// The horizon of a plan, whose costs count from the least.
+fn horizon_of(state: &TaskState) -> Result<Horizon, Error> {
+    Ok(Horizon { base_cost: 0.0, ..horizon_of_plan(&state.plan, &state.noise)? })
 }
 
 fn add_scaled(to: &mut Matrices, from: &Matrices, weight: f64) {

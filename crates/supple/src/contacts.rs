@@ -1,10 +1,8 @@
-//! How a plan touches things: every contact of the model along the nominal trajectory.
+//! Contacts of models, at one state and along a plan.
 
 use serde::{Deserialize, Serialize};
 
 use crate::lenient::or_nan;
-use crate::problem::Task;
-use crate::trajectory::Trajectory;
 
 /// A contact of a model.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -114,64 +112,6 @@ impl ContactReport {
     }
 }
 
-/// The contacts of a task along a trajectory at `phi`, in the order of the model.
-pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec<ContactReport> {
-    let contacts = task.system.contacts();
-    if contacts.is_empty() {
-        return Vec::new();
-    }
-    let mut states = vec![Vec::with_capacity(trajectory.states.count()); contacts.len()];
-    for step in 0..trajectory.states.count() {
-        let now = task.system.contact_states(trajectory.states.vector(step), phi);
-        states.iter_mut().zip(now).for_each(|(states, now)| states.push(now));
-    }
-    let time_step = task.time_step.resolve::<f64>(phi);
-    let named = contacts.into_iter().zip(&states);
-    named.map(|(contact, states)| ContactReport::of(contact.name, states, time_step)).collect()
-}
-
-/// A warning for each cost that wants a force from a contact that the plan never touches, given the reports of all
-/// contacts.
-pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
-    let missed = |wanted: WantedForce| {
-        let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
-        let WantedForce { cost, kind, target, .. } = wanted;
-        Some(format!(
-            "task `{}`: the plan never touches `{}`, from which cost {} ({kind}) wants {} N: the least clearance is {} m; \
-             raise the weight of this cost, add a `penetration` cost that draws the plan there, or give an \
-             `initial_control` that reaches it",
-            task.name,
-            report.name,
-            cost + 1,
-            short(target),
-            short(report.least_clearance_m),
-        ))
-    };
-    task.system.wanted_forces(phi).into_iter().filter_map(missed).collect()
-}
-
-/// Whether a trajectory never touches a contact from which a cost wants a force.
-pub fn misses_contact(task: &Task, phi: &[f64], trajectory: &Trajectory) -> bool {
-    let mut missing: Vec<usize> = task.system.wanted_forces(phi).into_iter().map(|wanted| wanted.contact).collect();
-    for step in 0..trajectory.states.count() {
-        if missing.is_empty() {
-            break;
-        }
-        let states = task.system.contact_states(trajectory.states.vector(step), phi);
-        missing.retain(|&contact| !states.get(contact).is_some_and(ContactState::touches));
-    }
-    !missing.is_empty()
-}
-
-/// A number with three significant digits.
-fn short(value: f64) -> String {
-    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
-    match value.abs() {
-        size if size == 0.0 || (1e-3..1e6).contains(&size) => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -217,10 +157,5 @@ mod tests {
         let json = serde_json::to_value(&report).unwrap();
         assert!(json["first_s"].is_null() && json["peak_force_N"] == 0.0 && json["greatest_force_apart_N"] == 0.0);
         assert_eq!(serde_json::from_value::<ContactReport>(json).unwrap(), report);
-    }
-
-    #[test]
-    fn numbers_of_warnings_are_short() {
-        assert_eq!([0.12345, 5.0, -0.0, 1234.5, 2.5e-7].map(short), ["0.123", "5", "-0", "1230", "2.5e-7"]);
     }
 }

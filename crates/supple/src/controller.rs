@@ -1,15 +1,19 @@
 //! The controller of a plan as something that runs: a linear, time-varying filter and control law around the plan.
 
+use supple_kernels::rows::dot;
 use supple_kernels::{Matrices, Scratch};
 
-use crate::belief::{Belief, kalman};
-use crate::knots::Knots;
-use crate::noise::Noise;
-use crate::plan::{ControlBounds, Plan};
+use crate::Error;
+use crate::knots::Linearise;
+use crate::plan::Plan;
 use crate::problem::Task;
 use crate::system::Curvature;
 use crate::trajectory::Trajectory;
-use crate::{Dimensions, Error};
+use supple_lqg::ControlBounds;
+use supple_lqg::Dimensions;
+use supple_lqg::Knots;
+use supple_lqg::Noise;
+use supple_lqg::{Belief, kalman};
 
 /// The Kalman filter along a plan with its control law (theory, equation B.6); `n` states, `m` controls, `p` measurements,
 /// `N` steps.
@@ -224,8 +228,4 @@ fn check(what: &str, found: usize, expected: usize) -> Result<(), Error> {
 /// Row `i` of matrix `t`, without padding.
 fn row(matrices: &Matrices, t: usize, i: usize) -> &[f64] {
     &matrices.at(t)[i * matrices.stride()..][..matrices.cols()]
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -56,6 +56,27 @@ pub enum Error {
         /// How large the time step may be.
         stability: Stability,
     },
+    /// Work was told to end by [`halt`](crate::halt).
+    #[error("stopped: nothing is kept")]
+    Stopped,
+    /// More than there is room or time for.
+    #[error("{what}: {found} is too many; at most {most}")]
+    TooMany {
+        /// What was asked for.
+        what: String,
+        /// How many.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A number or matrix of a task's plan that is of no use.
+    #[error("task `{task}`: {error}")]
+    InTask {
+        /// The task.
+        task: String,
+        /// What could not be computed.
+        error: Box<Error>,
+    },
     /// Something has the wrong shape.
     #[error("{what} has length {found}, not {expected}")]
     Shape {
@@ -143,4 +164,20 @@ pub enum Error {
     /// An error of a computation in another process, in its words.
     #[error("{0}")]
     Elsewhere(String),
+}
+
+impl From<supple_lqg::Error> for Error {
+    fn from(error: supple_lqg::Error) -> Self {
+        use supple_lqg::Error as Lqg;
+        match error {
+            Lqg::NotPositiveDefinite { what, step } => Self::NotPositiveDefinite { what, step },
+            Lqg::NotPositiveSemidefinite { what, step } => Self::NotPositiveSemidefinite { what, step },
+            Lqg::CostBelowLeast { cost, least } => Self::CostBelowLeast { cost, least },
+            Lqg::NoBound { what, advice } => Self::NoBound { what, advice },
+            Lqg::NotFinite { what, step } => Self::NotFinite { what, step },
+            Lqg::Stopped => Self::Stopped,
+            Lqg::Shape { what, found, expected } => Self::Shape { what, found, expected },
+            other => Self::Elsewhere(other.to_string()),
+        }
+    }
 }

@@ -1,7 +1,6 @@
 //! Limits of the real thing that a plan violates.
 
 use serde::{Deserialize, Serialize};
-use supple_kernels::Matrices;
 
 use crate::trajectory::Trajectory;
 use crate::{Limit, Limited};
@@ -26,24 +25,27 @@ const TOLERANCE: f64 = 1e-9;
 
 /// The limits that a trajectory violates, in their order; the upper and the lower side of one limit count as two.
 pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitViolation> {
-    let mut found = Vec::new();
-    for limit in limits {
+    let of_limit = |limit: &Limit| {
         let (values, index) = match limit.of {
             Limited::State(index) => (&trajectory.states, index),
             Limited::Control(index) => (&trajectory.controls, index),
         };
-        found.extend(violation(limit, values, (index, limit.upper, 1.0)));
-        found.extend(violation(limit, values, (index, limit.lower, -1.0)));
-    }
-    found
+        let values: Vec<f64> = (0..values.count()).map(|step| values.vector(step)[index]).collect();
+        violations(&limit.name, [limit.lower, limit.upper], &values)
+    };
+    limits.iter().flat_map(of_limit).collect()
 }
 
-/// One side of a limit, of entry `index` of `values`: the upper one with the sign 1, the lower one with -1.
-fn violation(limit: &Limit, values: &Matrices, (index, bound, sign): (usize, f64, f64)) -> Option<LimitViolation> {
-    let tolerance = TOLERANCE * (1.0 + bound.abs());
-    let outside = |&(_, value): &(usize, f64)| bound.is_finite() && sign * (value - bound) > tolerance;
-    let all = || (0..values.count()).map(|step| (step, values.vector(step)[index])).filter(outside);
-    let further = |worst: (usize, f64), next: (usize, f64)| if sign * (next.1 - worst.1) > 0.0 { next } else { worst };
-    let (step, worst) = all().reduce(further)?;
-    Some(LimitViolation { name: limit.name.clone(), worst, limit: bound, step, steps: all().count() })
+/// How numbers over time leave the range between two limits, either of which may be infinite: above, then below.
+pub(crate) fn violations(name: &str, [lower, upper]: [f64; 2], values: &[f64]) -> Vec<LimitViolation> {
+    let side = |(bound, sign): (f64, f64)| {
+        let tolerance = TOLERANCE * (1.0 + bound.abs());
+        let outside = |&(_, value): &(usize, f64)| bound.is_finite() && sign * (value - bound) > tolerance;
+        let all = || values.iter().copied().enumerate().filter(outside);
+        let further =
+            |worst: (usize, f64), next: (usize, f64)| if sign * (next.1 - worst.1) > 0.0 { next } else { worst };
+        let (step, worst) = all().reduce(further)?;
+        Some(LimitViolation { name: name.to_owned(), worst, limit: bound, step, steps: all().count() })
+    };
+    [(upper, 1.0), (lower, -1.0)].into_iter().filter_map(side).collect()
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::design::plan_at;
+use crate::branches::plan_at;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::Problem;

@@ -9,20 +9,21 @@ use std::time::{Duration, Instant};
 use supple_kernels::{Matrices, Scratch};
 
 use crate::Error;
-use crate::belief::{Belief, kalman};
-use crate::bound::Nearby;
+use crate::belief_plan::{Memory, belief_plan_gradient, plan_belief};
 use crate::cost_parts::{CostParts, cost_parts};
 use crate::gradient::{
-    FrozenGradient, Functional, GradientWorkspace, Quantity, TotalGradient, belief_plan_gradient, frozen_gradient,
-    information_at_rest, total_gradient,
+    FrozenGradient, Functional, GradientWorkspace, Quantity, TotalGradient, frozen_gradient, information_at_rest,
+    total_gradient,
 };
-use crate::information::{Information, information};
-use crate::noise::Noise;
 use crate::plan::{
-    Memory, Patience, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan_belief, plan_risk,
-    plan_sampled, search,
+    Patience, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan_risk, search,
 };
 use crate::problem::Task;
+use crate::sampled_plan::plan_sampled;
+use supple_lqg::Noise;
+use supple_lqg::bound::Nearby;
+use supple_lqg::{Belief, kalman};
+use supple_lqg::{Information, information};
 
 /// Everything known of one task at one design, and the memory to find it.
 pub struct TaskState {

@@ -1,16 +1,22 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
 
-use crate::design::DesignSettings;
-use crate::file::CatalogueSensor;
 use crate::noise::{Covariance, NoiseModel, VaryingVariance};
 use crate::parameters::Parameters;
-use crate::plan::{ControlBounds, NominalProblem, PlanSettings, holding_controls};
-use crate::system::{RollOut, System};
+use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
+use crate::system::{RollOut, System, holding_controls};
 use crate::trajectory::Trajectory;
 use crate::{Error, Value};
+use supple_lqg::{ControlBounds, Dimensions};
+
+/// States up to which results end with [`ROLLOUTS`] roll-outs.
+const ROLLOUTS_STATES: f64 = 32.0;
+
+/// Roll-outs with which results end at least: fewer would tell little of means.
+const LEAST_ROLLOUTS: usize = 32;
 
 /// A robot, its tasks and the parameters to design.
 #[derive(Clone)]
@@ -35,17 +41,57 @@ pub struct Problem {
     pub every_warning: Vec<String>,
 }
 
+/// Steps that a task has at most.
+const MOST_STEPS: usize = 1_000_000;
+
+/// Entries that the second derivatives of all steps of a task have at most: a plan needs some 150 bytes for each.
+const MOST_ENTRIES: usize = 40_000_000;
+
+/// Steps that a task of a system of these sizes has at most.
+pub fn most_steps(size: Dimensions) -> usize {
+    MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2).max(1)).max(1)
+}
+
+/// Checks how many roll-outs are asked for.
+///
+/// # Errors
+/// Where there are more than [`MOST_ROLLOUTS`].
+pub fn check_rollouts(rollouts: usize) -> Result<(), Error> {
+    check_count("roll-outs", rollouts, MOST_ROLLOUTS)
+}
+
+/// # Errors
+/// Where there are more than `most`.
+pub(crate) fn check_count(what: impl Into<String>, found: usize, most: usize) -> Result<(), Error> {
+    if found <= most { Ok(()) } else { Err(Error::TooMany { what: what.into(), found, most }) }
+}
+
 impl Problem {
-    /// Checks that a design has one number per parameter.
+    /// Checks that a design has one number per parameter, and that no task has more steps than there is room for.
     ///
     /// # Errors
     /// Where it has not.
     pub fn check_design(&self, phi: &[f64]) -> Result<(), Error> {
         let (found, expected) = (phi.len(), self.parameters.len());
-        if found == expected {
-            return Ok(());
+        if found != expected {
+            return Err(Error::Shape { what: "the list of parameters".to_owned(), found, expected });
         }
-        Err(Error::Shape { what: "the list of parameters".to_owned(), found, expected })
+        for task in &self.tasks {
+            let what = format!("steps of the task `{}`", task.name);
+            check_count(what, task.steps, most_steps(task.system.dimensions()))?;
+        }
+        Ok(())
+    }
+
+    /// Closed-loop roll-outs with which results end: those asked for, or else those of the design settings, or else as many
+    /// as take about as long whatever the number of states, from [`ROLLOUTS`] down to 32.
+    pub fn rollouts(&self, asked: Option<usize>) -> usize {
+        asked.or(self.design.rollouts).unwrap_or_else(|| {
+            let states = self.tasks.iter().map(|task| task.system.dimensions().states).max().unwrap_or(0);
+            // A filter's step takes the third power of the number of states.
+            let share = (ROLLOUTS_STATES / states.max(1) as f64).powi(3).min(1.0);
+            ((ROLLOUTS as f64 * share) as usize).max(LEAST_ROLLOUTS)
+        })
     }
 
     /// The task of this name.
@@ -57,6 +103,32 @@ impl Problem {
         let unknown = || Error::Unknown { what: "task", name: name.to_owned(), valid: names() };
         self.tasks.iter().find(|task| task.name == name).ok_or_else(unknown)
     }
+}
+
+/// A sensor of a catalogue.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CatalogueSensor {
+    /// Its name.
+    pub name: String,
+    /// What kind of sensor it is.
+    pub kind: String,
+    /// Its price, in the units of budgets.
+    pub price: f64,
+    /// Whether the task file says that it is chosen.
+    pub chosen: bool,
+    /// Which entries of the measurement are its; none where the problem was read without it.
+    pub rows: Vec<usize>,
+}
+
+/// What a plan is searched for.
+#[derive(Clone, Copy)]
+pub struct NominalProblem<'a> {
+    /// The system with its costs.
+    pub system: &'a dyn System,
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// Bounds that the controls must keep.
+    pub bounds: Option<&'a ControlBounds>,
 }
 
 /// One task: a system with its costs, start, noise and bound.

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, missing_docs)]
 
 use supple::aims::weighted_information;
+use supple::design::InformationWeights;
 use supple::design::best_plan;
-use supple::information::InformationWeights;
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::{Problem, Task};

@@ -7,8 +7,9 @@ mod horizons;
 use horizons::{dense, finite, horizon_of, matrix, sequence, tanaka_horizon};
 use nalgebra::DMatrix;
 use serde_json::Value as Json;
+use supple::Matrices;
 use supple::bound::{BoundSettings, Horizon, Stationary, minimum_information, stationary_minimum};
-use supple::{Error, Matrices};
+use supple::lqg;
 
 fn minimum(horizon: &Horizon, cost: f64) -> f64 {
     let found = minimum_information(horizon, cost, &BoundSettings::default()).unwrap();
@@ -63,7 +64,7 @@ fn costs_below_the_least_are_refused() {
     let (h, _) = tanaka_horizon(5);
     for cost in [h.base_cost * 0.9, h.base_cost, f64::NEG_INFINITY] {
         let error = minimum_information(&h, cost, &BoundSettings::default()).unwrap_err();
-        assert!(matches!(error, Error::CostBelowLeast { .. } | Error::NoBound { .. }), "{error}");
+        assert!(matches!(error, lqg::Error::CostBelowLeast { .. } | lqg::Error::NoBound { .. }), "{error}");
     }
     let near = minimum(&h, h.base_cost * (1.0 + 1e-6));
     assert!(near > 5.0 * 4.0 * 0.5 * 1e4f64.ln(), "{near}");

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use supple::bound::{BoundOptions, Horizon, TaskBound};
+use supple::bound::{BoundOptions, TaskBound};
 use supple::pipeline::TaskState;
 use supple::plan::PlanMode;
 use supple::{EvaluateOptions, Problem, Value};
@@ -139,7 +139,7 @@ fn a_plan_that_weighs_risk_is_bounded_by_the_law_of_least_expected_cost_along_it
     let mut state = TaskState::new(&problem.tasks[0]);
     let phi = problem.parameters.initial();
     state.evaluate(&problem.tasks[0], &phi, &problem.planning, None).unwrap();
-    let horizon = Horizon::of_plan(&state.plan, &state.noise).unwrap();
+    let horizon = supple::bound::horizon_of_plan(&state.plan, &state.noise).unwrap();
     let belief: f64 = (0..horizon.steps())
         .map(|t| {
             let (price, sigma) = (horizon.prices.at(t), state.belief.corrected.at(t));

@@ -12,7 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 use reference::time_varying::{Shape, TimeVarying};
 use reference::{assert_matrix_near, assert_near, cases, dense, evaluated, random, random_covariance, random_matrix};
 use supple::cost_parts;
-use supple::information::{control_information, entropy_form, paper_form};
+use supple::lqg::{control_information, entropy_form, paper_form};
 
 /// Sizes on both sides of the width of a vector register.
 const SHAPES: [Shape; 8] =

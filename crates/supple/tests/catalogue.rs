@@ -86,7 +86,7 @@ fn chooses_what_a_grid_by_hand_does() {
 }
 
 fn searcher<'a>(problem: &'a Problem, settings: &'a DesignSettings) -> Searcher<'a> {
-    Searcher { problem, settings, aim: Aim::default(), control: Control { observer: &NoObserver, stop: &GO } }
+    Searcher::new(problem, settings, Aim::default(), Control { observer: &NoObserver, stop: &GO })
 }
 
 /// One spring from a catalogue: the other one is optimised anew for each entry, and is at its optimum for the chosen one.
@@ -233,7 +233,7 @@ fn a_gap_compares_what_both_pay() {
     let stop = AtomicBool::new(false);
     let control = Control { observer: &NoObserver, stop: &stop };
     let gap = |problem: &Problem| {
-        let searcher = Searcher { problem, settings: &problem.design, aim: Aim::default(), control };
+        let searcher = Searcher::new(problem, &problem.design, Aim::default(), control);
         let found = designed(problem);
         let (chosen, catalogue) = (found.found().clone(), found.catalogue.unwrap());
         (catalogue.gap(&searcher), chosen.objective - catalogue.continuous.objective)

@@ -11,8 +11,10 @@ use rand_chacha::rand_core::SeedableRng;
 use reference::differences::{derivative, gradients};
 use reference::finger::{self, design, parameter, scales};
 use reference::{cases, fill_random, relative_error};
-use supple::knots::Knots;
-use supple::system::{Curvature, KnotAdjoints, Points, System, Variation};
+use supple::Linearise;
+use supple::lqg::KnotAdjoints;
+use supple::lqg::Knots;
+use supple::system::{Curvature, Points, System, Variation};
 use supple::{Matrices, Scratch, Trajectory};
 
 /// Points anywhere, not a trajectory, with all that is differentiated along them.

@@ -52,6 +52,22 @@ fn barrier_with_the_frozen_gradient_does_not_meet_in_one_point() {
     assert!(found.starts.iter().all(|start| start.status != DesignStatus::Converged));
 }
 
+/// Without gradients it takes more designs, and ends at the same one.
+#[test]
+fn linear_approximations_reach_the_same_optimum() {
+    let problem = shipped("two_mass.toml");
+    let settings = DesignSettings { method: Method::Cobyla, starts: 2, tolerance: 1e-8, ..Default::default() };
+    let found = search(&problem, &settings);
+    for StartSummary { information, costs, to, status, .. } in &found.starts {
+        assert!(costs[0] <= 250.05, "cost {}", costs[0]);
+        assert!((information - 168.28594).abs() < 1e-2, "{information} nat, {status:?}");
+        assert!((to[0] - 135.9121).abs() < 0.1, "{to:?}");
+    }
+    let small =
+        search(&shipped("two_mass_small.toml"), &DesignSettings { method: Method::Cobyla, ..Default::default() });
+    assert!((small.starts[small.best].to[0] - 20.0).abs() < 1e-3, "k1 at its lower bound");
+}
+
 #[test]
 fn small_task_ends_at_the_box() {
     let problem = shipped("two_mass_small.toml");

@@ -10,10 +10,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{dense, random};
 use supple::Dimensions;
-use supple::belief::{Belief, kalman};
-use supple::information::{Information, information};
-use supple::knots::Knots;
-use supple::noise::{Noise, NoiseModel};
+use supple::lqg::Knots;
+use supple::lqg::Noise;
+use supple::lqg::{Belief, kalman};
+use supple::lqg::{Information, information};
+use supple::noise::NoiseModel;
 
 const STEPS: usize = 100_000;
 

@@ -8,7 +8,7 @@
 mod reference;
 
 use reference::{assert_near, evaluated};
-use supple::information::entropy_form;
+use supple::lqg::entropy_form;
 use supple::pipeline::TaskState;
 use supple::{Problem, Task};
 

@@ -7,11 +7,15 @@ mod reference;
 
 use reference::differences::{gradients, total_gradient_errors};
 use reference::{assert_near, diagonal, evaluated, numbers, relative_error, task};
-use supple::cost::{Control, Cost, CostKind, Norm, State, Weights};
+use supple::cost::Cost;
+use supple::design::{
+    Aim, Control as Watch, DesignSettings, Ending, NoObserver, Optimiser, OuterPoint, OuterProblem, Searcher,
+};
 use supple::gradient::{FrozenGradient, Functional};
 use supple::noise::{Covariance, NoiseModel};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
+use supple::quantity::{Control, State};
 use supple::system::Authored;
 use supple::{Dimensions, Model, Point, Scalar, Scratch, Task, Value};
 
@@ -66,15 +70,10 @@ fn cart_pole() -> CartPole {
 
 /// Brings the cart to its place with the pole upright, from a tilt.
 fn balance() -> Task {
-    let weight = |weight: f64| Weights::Equal(Value::Number(weight));
-    let cost = |kind, stage, last| Cost { kind, norm: Norm::Quadratic, stage: weight(stage), last: weight(last) };
-    let selected = |states: &[usize]| {
-        CostKind::State(State { selected: states.iter().map(|&state| (state, Value::Number(0.0))).collect() })
-    };
     let costs = vec![
-        cost(selected(&[0, 1]), 1.0, 20.0),
-        cost(selected(&[2, 3]), 0.1, 2.0),
-        cost(CostKind::Control(Control { controls: 1 }), 0.01, 0.0),
+        Cost::new(State::new([0, 1]), 1.0).with_final_weight(20.0),
+        Cost::new(State::new([2, 3]), 0.1).with_final_weight(2.0),
+        Cost::new(Control::all(1), 0.01),
     ];
     let noise = NoiseModel {
         initial: diagonal(&[1e-3, 1e-3, 1e-2, 1e-2]),
@@ -206,4 +205,57 @@ fn frozen_gradient_is_a_part_of_the_total_one() {
     });
     assert_near("information", frozen.information[2], expected[0][0], 1e-8);
     assert_near("belief cost", frozen.belief_cost[2], expected[1][0], 1e-8);
+}
+
+/// An optimiser that the library has never heard of: a pattern search on an exact penalty.
+struct PatternSearch;
+
+impl Optimiser for PatternSearch {
+    fn minimise(&self, problem: &mut OuterProblem) -> Ending {
+        let merit = |at: &OuterPoint| {
+            let excess: f64 = at.constraints.iter().map(|constraint| constraint.max(0.0)).sum();
+            at.objective + 100.0 * excess
+        };
+        let (mut best, bounds) = (problem.first(), problem.bounds());
+        let Some(mut least) = problem.at(&best).as_ref().map(merit) else { return Ending::Stalled };
+        let mut step = 0.25;
+        while step > 1e-7 {
+            let mut better = false;
+            for variable in 0..best.len() {
+                for sign in [-1.0, 1.0] {
+                    let mut next = best.clone();
+                    let [lower, upper] = bounds[variable];
+                    next[variable] = (next[variable] + sign * step).clamp(lower, upper);
+                    let Some(at) = problem.at(&next) else { return Ending::Stalled };
+                    if let Some(ending) = problem.interrupted() {
+                        return ending;
+                    }
+                    if merit(&at) < least {
+                        problem.step_to(&next, false);
+                        (best, least, better) = (next, merit(&at), true);
+                    }
+                }
+            }
+            if !better {
+                step *= 0.5;
+            }
+        }
+        Ending::Converged
+    }
+}
+
+#[test]
+fn an_optimiser_of_ones_own_finds_the_optimum() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml");
+    let problem = supple::Problem::load(path).unwrap();
+    let settings = DesignSettings { starts: 1, rounds: 1, ..Default::default() };
+    let stop = std::sync::atomic::AtomicBool::new(false);
+    let control = Watch { observer: &NoObserver, stop: &stop };
+    let searcher = Searcher::new(&problem, &settings, Aim::default(), control);
+    let phi = problem.parameters.initial();
+    let own = searcher.with_optimiser(&PatternSearch).search(&phi).unwrap();
+    let known = searcher.search(&phi).unwrap();
+    let [own, known] = [&own, &known].map(|found| &found.starts[found.best]);
+    assert_near("information", own.information, known.information, 1e-6);
+    assert!((own.to[0] - known.to[0]).abs() < 1e-3, "{:?} is not {:?}", own.to, known.to);
 }

@@ -6,12 +6,14 @@ mod common;
 use std::sync::atomic::AtomicBool;
 
 use common::{repository, shipped};
-use supple::belief::{Belief, kalman};
+use supple::Linearise;
 use supple::check::check;
 use supple::design::{Control, DesignStatus, NoObserver, design};
-use supple::noise::Noise;
+use supple::lqg::Noise;
+use supple::lqg::{Belief, kalman};
+use supple::lqg::{Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
-use supple::plan::{Plan, PlanMode, PlanSettings, PlanStatus, Regularisation, simulate_controls, solve_riccati};
+use supple::plan::{Plan, PlanMode, PlanSettings, PlanStatus, simulate_controls};
 use supple::simulate::{World, sampled_costs};
 use supple::system::Curvature;
 use supple::{Matrices, Problem, Scratch, cost_parts};
@@ -126,7 +128,7 @@ fn gradients_along_belief_plans_are_those_of_plans_made_anew() {
         let phi = problem.parameters.initial();
         let report = check(&problem, &phi).unwrap();
         let rows: Vec<_> = report.tasks.iter().flat_map(|task| &task.rows).collect();
-        assert_eq!(rows.iter().filter(|row| row.name.starts_with("total gradient")).count(), 5);
+        assert_eq!(rows.iter().filter(|row| row.name.starts_with("total gradient")).count(), 6);
         for row in rows {
             assert!(row.error <= row.tolerance, "{}: {:.1e}", row.name, row.error);
         }
@@ -223,7 +225,7 @@ fn designs_are_found_along_belief_plans() {
 fn bounds_of_controls_are_refused_in_plain_words() {
     for mode in [PlanMode::Belief, PlanMode::Risk] {
         let mut problem = shipped("two_mass_small.toml");
-        problem.tasks[0].control_bounds = Some(supple::plan::ControlBounds::new(&[(-1.0, 1.0)]));
+        problem.tasks[0].control_bounds = Some(supple::lqg::ControlBounds::new(&[(-1.0, 1.0)]));
         let mut state = TaskState::new(&problem.tasks[0]);
         let phi = problem.parameters.initial();
         let error = state.evaluate(&problem.tasks[0], &phi, &settings(mode), None).unwrap_err().to_string();

@@ -28,7 +28,7 @@ fn problem(first: &str, second: &str, settings: &str, bound: &str) -> Problem {
 fn search(problem: &Problem, aim: Aim, settings: &DesignSettings) -> Design {
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
     let phi = problem.parameters.initial();
-    Searcher { problem, settings, aim, control }.search(&phi).unwrap()
+    Searcher::new(problem, settings, aim, control).search(&phi).unwrap()
 }
 
 fn best(problem: &Problem) -> StartSummary {

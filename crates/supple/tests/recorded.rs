@@ -10,11 +10,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::written::{Written, recorded, tape};
 use reference::{cases, diagonal, evaluated, fill_random, finger, numbers, relative_error, task};
-use supple::cost::{ContactForce, Control, Cost, CostKind, Norm, State, Weights};
+use supple::cost::Cost;
 use supple::gradient::Functional;
+use supple::lqg::KnotAdjoints;
 use supple::noise::NoiseModel;
 use supple::plan::PlanSettings;
-use supple::system::{Authored, Curvature, KnotAdjoints, System, Variation};
+use supple::quantity::{ContactForce, Control, State};
+use supple::system::{Authored, Curvature, System, Variation};
 use supple::{
     Instruction, Matrices, Model, Point, Recorded, Scalar, Scratch, Tape, TapeError, TapeParts, Trajectory, TwoMass,
     Value,
@@ -107,14 +109,10 @@ fn two_mass() -> TwoMass {
 }
 
 fn two_mass_costs() -> Vec<Cost> {
-    let weight = |weight: f64| Weights::Equal(Value::Number(weight));
-    let quadratic = |kind, stage, last| Cost { kind, norm: Norm::Quadratic, stage: weight(stage), last: weight(last) };
-    let (target, smoothing) = (Value::Number(10.0), Value::Number(0.1));
-    let selected = [1, 3].map(|state| (state, Value::Number(0.0))).to_vec();
     vec![
-        quadratic(CostKind::ContactForce(ContactForce { signal: 0, target, smoothing }), 0.05, 0.05),
-        quadratic(CostKind::State(State { selected }), 0.1, 0.1),
-        quadratic(CostKind::Control(Control { controls: 1 }), 1e-4, 0.0),
+        Cost::new(ContactForce::new(0).with_smoothing(Value::Number(0.1)), 0.05).with_targets([10.0]),
+        Cost::new(State::new([1, 3]), 0.1),
+        Cost::new(Control::all(1), 1e-4),
     ]
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use supple::Problem;
 use supple::check::check;
-use supple::cost::CostKind;
+use supple::cost::kinds;
 use supple::file::json_schema;
 
 #[allow(dead_code)]
@@ -84,11 +84,11 @@ fn costs() -> Vec<(&'static str, Problem)> {
 
 /// The kinds of cost that robots alone have.
 fn of_robots() -> Vec<(&'static str, Problem)> {
-    let robots = ["coupling_force", "frame_point", "frame_pose", "joint_position", "joint_velocity"];
-    let kind_of = |costs: &str| CostKind::NAMES.iter().find(|kind| costs.split('"').nth(1) == Some(**kind)).copied();
+    let any_model = ["contact_force", "control", "penetration", "quadratic", "state"];
+    let kind_of = |costs: &str| kinds().into_iter().find(|kind| costs.split('"').nth(1) == Some(kind));
     let all = examples::of_costs().into_iter();
     let with_kind = all.filter_map(|example| kind_of(&example.costs).map(|kind| (kind, example)));
-    with_kind.filter(|(kind, _)| robots.contains(kind)).map(|(kind, example)| (kind, example.problem())).collect()
+    with_kind.filter(|(kind, _)| !any_model.contains(kind)).map(|(kind, example)| (kind, example.problem())).collect()
 }
 
 /// The kinds that the schema offers at a place.

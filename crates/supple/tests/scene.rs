@@ -4,10 +4,10 @@
 mod common;
 
 use common::{repository, shipped};
-use supple::scene::{Connection, MOST_FRAMES, Pose, Scene, Track, quaternion, turned_to};
+use supple::scene::{Body, Connection, MOST_FRAMES, Pose, Scene, Solid, Track, quaternion, turned_to};
 use supple::{EvaluateOptions, Problem, TaskEvaluation, TrajectoryReport};
-use supple_robot::vector::{dot, sub};
-use supple_robot::{Kinematics, LoadOptions, Numbers, Tree, frame_jacobian};
+use supple_robot::vector::{add, dot, scale, sub};
+use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, Tree, frame_jacobian};
 
 const TASKS: [&str; 7] = [
     "two_mass.toml",
@@ -148,6 +148,60 @@ fn links_are_where_kinematics_puts_them() {
         let bushing = connection(&scene, "gripper");
         close(bushing.from.at(frame).unwrap(), &now.poses()[robot.link("iiwa_link_7").unwrap()].position, 1e-6);
         close(bushing.to.at(frame).unwrap(), &now.poses()[robot.link("handle").unwrap()].position, 1e-6);
+    }
+}
+
+/// Both ends of each line of a body at a frame, in the world, with its radius.
+fn lines(body: &Body, frame: usize) -> Vec<([[f64; 3]; 2], f64)> {
+    let (at, rotation) = (*body.position.at(frame).unwrap(), *body.rotation.at(frame).unwrap());
+    let line = |shape: &supple::scene::Shape| {
+        let Solid::Capsule { radius, length } = shape.solid else { return None };
+        let half = turned(shape.rotation, [0.0, 0.0, 0.5 * length]);
+        let ends = [-1.0, 1.0].map(|side| add(at, turned(rotation, add(shape.position, scale(side, half)))));
+        Some((ends, radius))
+    };
+    body.shapes.iter().filter_map(line).collect()
+}
+
+#[test]
+fn robots_without_meshes_are_lines_between_their_joints() {
+    for (file, robot) in [
+        ("iiwa_door.toml", "iiwa14_door.urdf"),
+        ("wiping_arm.toml", "wiping_arm.sdf"),
+        ("soft_gripper.toml", "soft_gripper.xml"),
+        ("peg_on_wall.toml", "peg_on_wall.urdf"),
+    ] {
+        let (_, _, scene) = film(file);
+        let robot = supple_robot::load(repository(&format!("models/{robot}")), &LoadOptions::default()).unwrap();
+        let far = |a: [f64; 3], b: [f64; 3]| dot(sub(a, b), sub(a, b)).sqrt();
+        let body = |name: &str| scene.bodies.iter().find(|body| body.name == name).unwrap();
+        let mut joined = 0;
+        for (joint, child) in robot.joints.iter().zip(&robot.links[1..]) {
+            let (parent, child) = (body(&robot.links[joint.parent].name), body(&child.name));
+            let marks = child.shapes.iter().filter(|shape| !matches!(shape.solid, Solid::Capsule { .. })).count();
+            assert!(joint.kind == JointKind::Fixed || marks == 1, "{file}: {} has {marks} marks", joint.name);
+            for frame in 0..scene.time.0.len() {
+                let place = add(
+                    *child.position.at(frame).unwrap(),
+                    turned(*child.rotation.at(frame).unwrap(), joint.child_pose.inverse().position),
+                );
+                let ends: Vec<([[f64; 3]; 2], f64)> = lines(parent, frame);
+                assert!(ends.iter().all(|(_, radius)| *radius < 0.01 * scene.size), "{file}: a thick line");
+                // A joint is on a line of its parent: at its end, or on the rail that it slides along; or where that begins.
+                let on =
+                    |[from, to]: [[f64; 3]; 2]| far(from, place) + far(place, to) - far(from, to) < 1e-5 * scene.size;
+                let own = *parent.position.at(frame).unwrap();
+                joined += usize::from(ends.iter().any(|(ends, _)| on(*ends)));
+                assert!(
+                    ends.iter().any(|(ends, _)| on(*ends)) || far(own, place) < 0.03 * scene.size,
+                    "{file}: {} hangs in the air",
+                    joint.name
+                );
+            }
+        }
+        assert!(joined > scene.time.0.len(), "{file}: {joined}");
+        // Every last link that moves reaches somewhere or is a joint.
+        assert!(scene.bodies.iter().all(|body| !body.shapes.is_empty()), "{file}");
     }
 }
 

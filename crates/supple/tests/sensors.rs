@@ -521,6 +521,20 @@ sensors = "sensors.csv"
     let found = none.evaluate(&phi, &Default::default()).unwrap();
     assert_eq!(found.objective.information_nats, 0.0);
     assert!((found.tasks[0].cost.expected - selection.worth(&[false; 4]).cost).abs() < 1e-8 * worth.cost);
+    // Any quantity may be a sensor, with the keys that it has.
+    let more = "name, kind, contact, frame, axes, smoothing, lever, reference, variance\n\
+        height, center_of_mass, , , y;x, , , , 1e-4\n\
+        tactile, contact_force, wall, , , 0.1, , , 0.04\n\
+        range, clearance, wall, , , , , , 1e-8\n\
+        tracker, frame_pose, , pad, , , 0.1, 0;0;0.5, 1e-6\n";
+    let found = read(more, WithSensors::All).unwrap();
+    let measured: Vec<_> = found.tasks[0].system.channels().measurements.into_iter().take(4).collect();
+    let named: Vec<String> = measured.iter().map(|channel| format!("{}, {}", channel.name, channel.unit)).collect();
+    let expected =
+        ["y of the centre of mass, m", "x of the centre of mass, m", "normal force of wall, N", "clearance of wall, m"];
+    assert_eq!(named, expected);
+    assert_eq!(found.tasks[0].system.dimensions().measurements, 10);
+    assert!(found.evaluate(&phi, &Default::default()).unwrap().objective.information_nats > 0.0);
     // Errors are those of the table, with its lines.
     let error = read(&table.replace("wrist_spring", "wrist_sprung"), WithSensors::Chosen).err().unwrap();
     assert!(error.file.ends_with("sensors.csv"), "{error}");
@@ -563,14 +577,14 @@ fn errors_of_catalogues_say_what_is_valid() {
         "catalogue.chosen[0]: no sensor of the catalogue is `cam`: there are `encoder`, `camera`, `foot`, `gap`",
         "catalogue.chosen[1]: `camera` is there twice",
         "catalogue.base[0]: the model has no measurement `force`: it has `position of m1`, `force in the spring`",
-        "catalogue.sensors[2].kind: must be one of `measurement`, `state`, `signal`, `sum`; found `joint_position`",
+        "catalogue.sensors[2].kind: the model has no joints",
         "catalogue.sensors[0].price: must be at least 0; found -2",
         "catalogue.sensors[3].name: `gap` names two sensors",
-        "catalogue.sensors[1].select: no state is `xv`: there are `x1`, `v1`, `x2`, `v2`, `xw`",
+        "catalogue.sensors[1].select: the model has no state `xv`: it has `x1`, `v1`, `x2`, `v2`, `xw`",
         "catalogue.sensors[2].variance: must be above 0, as every sensor has some noise; found 0",
         "catalogue.sensors[3].C: must have one factor per state: 5; found 4",
-        "catalogue.sensors[1].variance: must be one number, or 2 of them, one per measurement; found 3",
-        "catalogue.sensors[1].cost: unknown key `cost`; valid are `select`, `variance`",
+        "catalogue.sensors[1].variance: must be one number, or 2 of them, one for each entry; found 3",
+        "catalogue.sensors[1].cost: unknown key `cost`; valid are `select`, `name`, `price`, `variance`, `deviation`",
     ];
     assert_eq!(words, expected);
 }

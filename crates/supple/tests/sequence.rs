@@ -280,10 +280,10 @@ fn arrays_that_do_not_fit_say_which_and_how() {
 /// Adjoints of each step by differences, and their sums where noise and adjoints are the same at every step.
 #[test]
 fn adjoints_of_the_noise_are_those_of_each_step() {
-    use supple::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
-    use supple::information::{Information, information};
-    use supple::noise::Noise;
-    use supple::system::KnotAdjoints;
+    use supple::lqg::KnotAdjoints;
+    use supple::lqg::Noise;
+    use supple::lqg::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
+    use supple::lqg::{Information, information};
 
     let (n, p, steps) = (3, 2, 6);
     let state = evaluated(&TimeVarying::random((n, 1, p, steps), 170).task(), &[]);

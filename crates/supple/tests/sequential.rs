@@ -4,11 +4,11 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use supple::belief::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
-use supple::information::{Information, information};
-use supple::knots::Knots;
-use supple::noise::Noise;
-use supple::system::KnotAdjoints;
+use supple::lqg::KnotAdjoints;
+use supple::lqg::Knots;
+use supple::lqg::Noise;
+use supple::lqg::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
+use supple::lqg::{Information, information};
 use supple::{Dimensions, Level, Matrices};
 
 /// A system whose measurements pick states, one of them twice.

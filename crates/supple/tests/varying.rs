@@ -4,7 +4,7 @@
 mod common;
 
 use supple::check::check;
-use supple::noise::Noise;
+use supple::lqg::Noise;
 use supple::pipeline::TaskState;
 use supple::simulate::{World, sampled_costs};
 use supple::{EvaluateOptions, Matrices, Problem};
@@ -68,7 +68,7 @@ fn planned(problem: &Problem, phi: &[f64]) -> TaskState {
 fn assert_gradients(problem: &Problem, phi: &[f64]) {
     let report = check(problem, phi).unwrap();
     let gradients = report.tasks[0].rows.iter().filter(|row| row.name.contains("gradient")).count();
-    assert_eq!(gradients, 7, "frozen and total gradients are there");
+    assert!(gradients >= 8, "frozen and total gradients are there: {gradients}");
     for row in &report.tasks[0].rows {
         assert!(row.passed, "{row:?}");
     }
@@ -137,7 +137,7 @@ fn adjoint_by_the_states() {
     let (phi, noise_model) = (problem.parameters.initial(), &problem.tasks[0].noise);
     let mut states = Matrices::vectors(13, 2);
     let mut adjoint = Noise::zeros(2, 2);
-    adjoint.clear_for(noise_model, 12);
+    noise_model.clear(&mut adjoint, 12);
     for t in 0..13 {
         states.vector_mut(t).copy_from_slice(&[0.3 * t as f64, 4.0 - t as f64]);
         for i in 0..2 {

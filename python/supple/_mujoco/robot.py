@@ -19,7 +19,7 @@ __all__ = ["FACTORS", "Robot"]
 #: What of ``[model]`` is known here, or moves nothing: a task with other keys moves in another way than its twin.
 MODEL = {"kind", "file", "gravity", "actuated", "file_actuators", "independent_mimic", "links", "joints", "frames"}
 MODEL |= {"compliance", "sensors", "integrator", "substeps", "friction_smoothing", "enforce_effort_limits"}
-MODEL |= {"package_roots"}
+MODEL |= {"package_roots", "insert"}
 LINK, JOINT = {"mass", "inertia_scale", "center"}, {"damping", "friction", "armature", "stiffness", "rest"}
 #: Factors on numbers of the robot's file.
 FACTORS = ("mass", "damping")
@@ -72,6 +72,8 @@ class Robot:
         self.own_contacts = presses is not None
         if "gravity" in model:
             self.spec.option.gravity = numbers(model["gravity"], values)
+        for entry in model.get("insert", []):
+            self._insert(entry)
         self._overrides(model)
         self._scale(factors or {})
         self.frames = self._read_frames(model.get("frames", {}))
@@ -86,6 +88,33 @@ class Robot:
             mj = self.spec.copy().compile()
             for name, force in presses.items():
                 self._add_wall(name, force, mj)
+
+    # Joints that the task inserts.
+
+    def _insert(self, entry: Mapping[str, Any]) -> None:
+        """A body on the frame, with all joints of the mount and their springs."""
+        if entry.get("carries"):
+            raise UsageError(f"insert `{entry['name']}`: MuJoCo's twin cannot move links beyond a mount (`carries`)")
+        name, axes = entry["name"], entry["axes"]
+        body, p, R = self._read_frames({})[entry["frame"]]
+        place, rpy = (numbers(entry.get(key, [0.0] * 3), self._values) for key in ("position", "rpy"))
+        pose = {"pos": p + R @ place, "quat": quaternion_of(R @ turn_of(rpy))}
+        parent = self.spec.body(body)
+        beyond = parent.add_body(name=name, **pose)
+        mass = numbers(entry.get("mass", 0.0), self._values)
+        beyond.mass, beyond.inertia = float(mass), numbers(entry.get("inertia", [0.0] * 3), self._values)
+        beyond.ipos = numbers(entry.get("center", [0.0] * 3), self._values)
+        beyond.explicitinertial = True
+        count = len(axes)
+        stiffness, damping = (
+            np.broadcast_to(numbers(entry.get(key, 0.0), self._values), (count,)) for key in ("stiffness", "damping")
+        )
+        for axis, k, d in zip(axes, stiffness, damping, strict=True):
+            turns = axis.startswith("r")
+            kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
+            along = np.eye(3)["xyz".index(axis[-1])]
+            beyond.add_joint(name=f"{name}_{axis}", type=kind, axis=along)
+            self.laws[f"{name}_{axis}"] = Spring(f"{name}_{axis}", float(k), float(d))
 
     # Numbers of the file.
 

@@ -16,9 +16,10 @@ from .._records import Array, build
 from .._supple import NativeTask
 from ..checks import Linearisation
 from ..errors import ComputeError, UsageError
+from ..reports import Consistency
 from ..results import Design, Evaluation
 from ..task import Task
-from ..validation import ConsistencyReport, SampledLoop, TaskValidation, Validation
+from ..validation import SampledLoop, TaskValidation, Validation
 from .plant import Plant
 from .robot import FACTORS, Robot
 
@@ -248,7 +249,7 @@ def _loop(runs: Mapping[str, Any], end: Array, spread: Array) -> SampledLoop:
         cost_median=float(np.median(costs)),
         realised_bits=float(bits["mean"]) if bits else None,
         realised_bits_interval_95=np.array([bits["mean"] - error, bits["mean"] + error] if bits else []),
-        consistency=build(ConsistencyReport, consistency) if consistency else None,
+        consistency=build(Consistency, consistency) if consistency else None,
         touched={entry["name"]: float(entry["share"]) for entry in runs["touched"]},
         diverged=int(runs["diverged"]),
         ends_well=float(np.mean(well)),

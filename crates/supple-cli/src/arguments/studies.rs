@@ -11,7 +11,7 @@ use super::{GradientArgument, MethodArgument, Output, TaskArguments, count};
 pub struct SweepOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// An axis: NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,..; may be given several times
+    /// An axis: NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,..; may be repeated
     ///
     /// The last axis changes fastest.
     #[arg(long, value_name = "NAME=VALUES", required = true)]
@@ -19,13 +19,13 @@ pub struct SweepOptions {
     /// Closed-loop roll-outs at every point
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 1_000_000))]
     pub rollouts: usize,
-    /// At every point, design the parameters that are on no axis, from this many starts
+    /// At every point, optimise the parameters that are not on an axis, from this many starts
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub starts: usize,
     /// Seed of roll-outs and searches
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Points to evaluate at once; all cores where left out
+    /// Points to evaluate in parallel [default: all cores]
     #[arg(long, value_name = "N", value_parser = count(1, 1024))]
     pub jobs: Option<usize>,
     #[command(flatten)]
@@ -36,24 +36,24 @@ pub struct SweepOptions {
 pub struct RobustnessOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// Designs: `start`, `optimum`, and NAME=PARAMETER:VALUE,PARAMETER:VALUE,..; separated by commas
+    /// Designs, separated by commas: `start`, `optimum`, or NAME=PARAMETER:VALUE,PARAMETER:VALUE,..
     ///
-    /// `start` has the initial values of the task, as set; `optimum` is what `supple design` finds from there; other
-    /// designs are the start with some parameters set. The first optimum, or else the last design, is compared with
-    /// each other one.
+    /// `start` has the task's initial values, after --set; `optimum` is what `supple design` finds from there; other
+    /// designs are the start with some parameters changed. The first optimum, or else the last design, is compared with
+    /// every other design.
     #[arg(long, value_name = "DESIGNS", default_value = "start,optimum")]
     pub designs: String,
-    /// The parameter that grows: NAME=FROM:TO:COUNT or NAME=A,B,..
+    /// Parameter to vary: NAME=FROM:TO:COUNT or NAME=A,B,..
     ///
-    /// FROM:TO:COUNT is spread by ratios where the parameter has the scale `log`, or else evenly; `log:FROM:TO:COUNT` and
-    /// `lin:FROM:TO:COUNT` say which. Controllers are planned twice: for the value that the task gives, and for each
-    /// value itself.
+    /// FROM:TO:COUNT is spaced logarithmically if the scale of the parameter is `log`, and linearly otherwise;
+    /// `log:FROM:TO:COUNT` and `lin:FROM:TO:COUNT` choose the spacing. Controllers are planned twice: for the nominal
+    /// value in the task file, and for each value on the axis.
     #[arg(long, value_name = "NAME=VALUES")]
     pub vary: String,
     /// Closed-loop roll-outs at every point
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 1_000_000))]
     pub rollouts: usize,
-    /// Seed of the roll-outs; all designs see the same random numbers
+    /// Seed of the roll-outs; all designs use the same random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     #[command(flatten)]
@@ -64,10 +64,10 @@ pub struct RobustnessOptions {
 pub struct ParetoOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// Points of the front
+    /// Number of points on the front
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 10_000))]
     pub points: usize,
-    /// Starts at the front's loose end
+    /// Starts for the front's unconstrained end
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = count(1, 10_000))]
     pub starts: usize,
     /// Seed of the starts
@@ -81,22 +81,22 @@ pub struct ParetoOptions {
 pub struct SensorsOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// Prices of all chosen sensors together at most
+    /// Limit on the total price of the chosen sensors
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
     pub budget: Option<f64>,
-    /// Chosen sensors at most
+    /// Limit on the number of chosen sensors
     #[arg(long, value_name = "K", value_parser = count(0, 1_000_000), allow_hyphen_values = true)]
     pub count: Option<usize>,
-    /// Choose the cheapest set with an expected cost of at most this
+    /// Choose the cheapest set whose expected cost is at most D
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     pub cost: Option<f64>,
-    /// What the set is to be best in
+    /// Objective of the selection
     #[arg(long = "for", value_enum, value_name = "GOAL", default_value_t = SensorGoalArgument::Cost)]
     pub goal: SensorGoalArgument,
-    /// How the set is searched for
+    /// Search method
     #[arg(long, value_enum, default_value_t = SensorMethodArgument::Both)]
     pub method: SensorMethodArgument,
-    /// The only task to look at, where there are several; the sum of all where left out
+    /// Task to consider [default: the sum of all tasks]
     #[arg(long = "task", value_name = "NAME")]
     pub name: Option<String>,
     #[command(flatten)]
@@ -107,16 +107,17 @@ pub struct SensorsOptions {
 pub struct BoundOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// The task, where there are several; all of them where left out
+    /// Task whose bounds to compute [default: all tasks]
     #[arg(long = "task", value_name = "NAME")]
     pub name: Option<String>,
-    /// Expected cost to keep, over the task, or per step with --stationary; the design's own where left out
+    /// Limit on the expected cost, over the task, or per step with --stationary [default: the cost of the design
+    /// itself]
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     pub cost: Option<f64>,
-    /// The minimum over a range of costs too, at so many points; 20 where N is left out
+    /// Also compute the minimum over a range of costs, at N points; 20 if N is omitted
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20", require_equals = true, value_parser = count(2, 10_000))]
     pub curve: Option<usize>,
-    /// Bounds by step of the steady state, for linear models that do not change over time
+    /// Bounds per step in the steady state, for linear time-invariant models
     #[arg(long)]
     pub stationary: bool,
     #[command(flatten)]
@@ -125,19 +126,19 @@ pub struct BoundOptions {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum SensorGoalArgument {
-    /// The least expected cost
+    /// Lowest expected cost
     Cost,
-    /// The most information
+    /// Most information
     Information,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum SensorMethodArgument {
-    /// One sensor after the other
+    /// Add one sensor at a time
     Greedy,
-    /// All sets; beyond 15 candidates by branch and bound, until the best one is proved
+    /// Search all sets; with more than 15 candidates, by branch and bound until the best set is proved
     Exhaustive,
-    /// Both; beyond 15 candidates, branch and bound gives up after 2,000 regions
+    /// Both; with more than 15 candidates, branch and bound stops after 2,000 regions
     Both,
 }
 
@@ -145,7 +146,7 @@ pub enum SensorMethodArgument {
 pub struct TraceOptions {
     #[command(flatten)]
     pub task: TaskArguments,
-    /// Starts: the initial values, then seeded random ones
+    /// Number of starts: the initial values first, then seeded random values
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = count(1, 10_000))]
     pub starts: usize,
     /// Optimisers to compare
@@ -165,7 +166,7 @@ pub struct TraceOptions {
 pub struct StudyOptions {
     /// Study file
     pub study: PathBuf,
-    /// Folder for the results of all steps, and the report; the study's name where left out
+    /// Folder for the results of all steps and the report [default: the name of the study file without its extension]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
@@ -175,7 +176,7 @@ pub struct ReportOptions {
     /// Folders of results
     #[arg(value_name = "DIR", required = true)]
     pub folders: Vec<PathBuf>,
-    /// The page to write
+    /// File to write
     #[arg(long, value_name = "FILE", default_value = "report.html")]
     pub out: PathBuf,
 }
@@ -188,16 +189,16 @@ pub struct PlotOptions {
     /// What to draw
     #[arg(long, value_enum)]
     pub figure: FigureArgument,
-    /// Task to draw, where there are several; the first one where left out
+    /// Task to draw [default: the first task]
     #[arg(long, value_name = "NAME")]
     pub task: Option<String>,
-    /// Format; that of the ending of --out where left out, or else svg
+    /// Format [default: from the extension of --out, or else svg]
     #[arg(long, value_enum)]
     pub format: Option<Format>,
     /// Width
     #[arg(long, value_enum, default_value_t = Width::Column)]
     pub width: Width,
-    /// The file to write; the figure's name in the current folder where left out
+    /// File to write [default: the figure's name, in the current folder]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -206,17 +207,17 @@ pub struct PlotOptions {
 pub enum FigureArgument {
     /// Cost and information over two parameters, with the paths of searches
     Landscape,
-    /// States over time: plan, true, estimate, band of the belief
+    /// States over time: plan, true state, and estimate with its uncertainty band
     Belief,
     /// Feedback gains and feedforward over time
     Gains,
-    /// Costs as a noise grows
+    /// Costs as a noise variance grows
     Robustness,
     /// Information against cost
     Pareto,
     /// Information over time, per measurement
     Information,
-    /// The least information over the cost to keep, with the design's own
+    /// Minimum information over the cost limit, with the information of the design itself
     Bound,
 }
 
@@ -256,19 +257,19 @@ pub struct ExportOptions {
     /// What to write
     #[arg(long, value_enum)]
     pub to: ControllerFormatArgument,
-    /// Task whose controller to write, where there are several
+    /// Task whose controller to write; required if there are several tasks
     #[arg(long, value_name = "NAME")]
     pub task: Option<String>,
-    /// Design of a search; the optimum where left out
+    /// Design to export, for a search [default: the optimum]
     #[arg(long, value_enum)]
     pub at: Option<AtArgument>,
-    /// The file to write; the task's name in the current folder where left out
+    /// File to write [default: the task's name, in the current folder]
     ///
-    /// C is two files: NAME.c, and NAME.h beside it.
+    /// C output is two files: NAME.c, and NAME.h next to it.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Closed-loop roll-outs of this controller with the nonlinear model; 0 for none
-    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 100_000_000))]
+    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 10_000_000))]
     pub rollouts: usize,
     /// Seed of the roll-outs
     #[arg(long, value_name = "S", default_value_t = 0)]
@@ -277,11 +278,11 @@ pub struct ExportOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ControllerFormatArgument {
-    /// A header and a source of C99 that allocate nothing
+    /// C99 source and header without dynamic allocation
     C,
     /// One JSON object
     Json,
-    /// Arrays that numpy.load reads
+    /// NumPy arrays, for numpy.load
     Npz,
 }
 
@@ -293,19 +294,19 @@ pub struct ValidateOptions {
     /// Closed-loop roll-outs of each task
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = count(2, 100_000))]
     pub rollouts: usize,
-    /// Law of contact on MuJoCo
+    /// Contact law on MuJoCo
     #[arg(long, value_enum, default_value_t = ContactArgument::Same)]
     pub contact: ContactArgument,
-    /// Design of a search; `start` is the design that an evaluation is about
+    /// Design to validate [default: the optimum of a search]; the design of an evaluation is its `start`
     #[arg(long, value_enum)]
     pub at: Option<AtArgument>,
-    /// A factor on numbers of MuJoCo's robot: NAME=FACTOR; may be given several times
+    /// Multiply a quantity of MuJoCo's robot by a factor: NAME=FACTOR; may be repeated
     #[arg(long, value_name = "NAME=FACTOR")]
     pub vary: Vec<String>,
     /// Seed of the roll-outs
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// The Python to run
+    /// Python interpreter to run
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     pub python: String,
     /// Print one JSON object and nothing else
@@ -315,9 +316,9 @@ pub struct ValidateOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ContactArgument {
-    /// That of supple
+    /// The law that supple uses
     Same,
-    /// MuJoCo's own, as stiff at rest
+    /// MuJoCo's own law, with the same stiffness at rest
     Mujoco,
 }
 
@@ -327,4 +328,19 @@ pub enum AtArgument {
     Start,
     /// The best design
     Optimum,
+}
+
+#[derive(Args, Debug)]
+pub struct ExploreOptions {
+    /// Task file, or the folder of a result, whose design is shown first
+    pub task: PathBuf,
+    /// Set a parameter; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Port on 127.0.0.1 [default: any that is free]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub port: Option<u16>,
+    /// Print the address of the page and open no browser
+    #[arg(long)]
+    pub no_browser: bool,
 }

@@ -6,14 +6,14 @@ use crate::Outcome;
 use crate::arguments::DesignOptions;
 use crate::failure::Failure;
 use crate::present::present;
-use crate::progress::{Progress, STOP, listen};
+use crate::progress::{Progress, STOP, Stopping, listen};
 
 /// `supple design TASK`
 pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let settings = settings(options, &loaded.problem)?;
-    options.output.check()?;
-    listen();
+    options.output.check("design")?;
+    listen(Stopping::AtPause);
     let progress = Progress::new(settings.feasibility);
     let found = supple_study::design::run(&loaded, &settings, Control { observer: &progress, stop: &STOP });
     progress.finish();
@@ -42,7 +42,7 @@ fn settings(options: &DesignOptions, problem: &Problem) -> Result<DesignSettings
         settings.information = information.weights();
     }
     if let Some(rollouts) = options.rollouts {
-        settings.rollouts = rollouts;
+        settings.rollouts = Some(rollouts);
     }
     settings.check().map_err(|(key, message)| Failure::usage(format!("--{key}: {message}")))?;
     Ok(settings)

@@ -9,13 +9,13 @@ use crate::present::present;
 /// `supple evaluate TASK`
 pub fn evaluate(options: &EvaluateOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
-    options.output.check()?;
+    options.output.check("evaluate")?;
     let LoadedTask { problem, phi, .. } = &loaded;
     let wanted = supple::EvaluateOptions {
         total_gradient: matches!(options.gradient, GradientChoice::Total | GradientChoice::Both),
         frozen_gradient: matches!(options.gradient, GradientChoice::Frozen | GradientChoice::Both),
         needed: true,
-        rollouts: options.rollouts.unwrap_or(problem.design.rollouts),
+        rollouts: problem.rollouts(options.rollouts),
         branches: options.branches,
         seed: options.seed,
         trajectories: options.output.out.is_some(),

@@ -1,36 +1,67 @@
+mod ask;
+mod draft;
+mod limb;
+mod place;
 mod robot;
+mod rules;
+mod templates;
 
 use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::Outcome;
-use crate::arguments::NewOptions;
+use crate::arguments::{ModelKind, NewOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, write_new};
+use ask::Asked;
 
-const TEMPLATE: &str = include_str!("../../templates/new.toml");
+const TWO_MASS: &str = include_str!("../../templates/new.toml");
+const LINEAR: &str = include_str!("../../templates/linear.toml");
+/// The arm of `--model robot`.
+const ARM: &str = include_str!("../../templates/arm.urdf");
 
 /// `supple new NAME`
 pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     let name = options.name.trim_end_matches(".toml");
     let title = match Path::new(name).file_name() {
         Some(stem) if !name.ends_with(std::path::is_separator) => stem.to_string_lossy(),
-        _ => return Err(Failure::usage(format!("`{}` is no name for a file", options.name))),
+        _ => return Err(Failure::usage(format!("`{}` is not a file name", options.name))),
     };
     let path = format!("{name}.toml");
+    if Path::new(&path).exists() {
+        return Err(taken(&path));
+    }
     let title = title.replace(['\\', '"'], "'").replace(char::is_control, " ");
-    let text = match &options.robot {
-        None => TEMPLATE.replace("@TITLE@", &title),
-        Some(file) => {
-            let folder = Path::new(&path).parent().unwrap_or(Path::new(""));
-            robot::task(&title, file, &options.package_roots, folder)?
+    let folder = Path::new(&path).parent().unwrap_or(Path::new(""));
+    let asked = Asked::of(options)?;
+    let mut wrote = path.clone();
+    let text = match (&asked.robot, asked.model) {
+        (Some(file), _) => match asked.template {
+            Some(_) => draft::task(&title, file, &path, &asked)?,
+            None => robot::task(&title, file, &asked.package_roots, folder)?,
+        },
+        (None, ModelKind::TwoMass) => TWO_MASS.replace("@TITLE@", &title),
+        (None, ModelKind::Linear) => LINEAR.replace("@TITLE@", &title),
+        (None, ModelKind::Robot) => {
+            let arm = format!("{name}.urdf");
+            write(&arm, ARM)?;
+            wrote = format!("{arm} and {path}");
+            draft::task(&title, Path::new(&arm), &path, &asked)?
         }
     };
-    write_new(Path::new(&path), &text).map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => Failure::usage(format!("{path} exists already; nothing was written")),
-        _ => Failure::write(&path, error),
-    })?;
-    let command = if options.robot.is_some() { "evaluate" } else { "design" };
-    print_text(&format!("wrote {path}\nnow try: supple {command} {path}\n"))?;
+    write(&path, &text)?;
+    let command = if asked.robot.is_some() && asked.template.is_none() { "evaluate" } else { "design" };
+    print_text(&format!("wrote {wrote}\nnow try: supple {command} {path}\n"))?;
     Ok(Outcome::Success)
+}
+
+fn write(path: &str, text: &str) -> Result<(), Failure> {
+    write_new(Path::new(path), text).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => taken(path),
+        _ => Failure::write(path, error),
+    })
+}
+
+fn taken(path: &str) -> Failure {
+    Failure::usage(format!("{path} already exists; nothing was written"))
 }

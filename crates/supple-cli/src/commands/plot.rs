@@ -7,7 +7,7 @@ use supple_study::{Folder, check_writable, write_text};
 use crate::Outcome;
 use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
 use crate::failure::Failure;
-use crate::output::print_text;
+use crate::output::{print_text, warn_changed};
 
 /// `supple plot`
 pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
@@ -17,10 +17,11 @@ pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
     let folder = out.parent().map(PathBuf::from).unwrap_or_default();
     let name = out.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     if name.is_empty() {
-        return Err(Failure::usage(format!("--out: {} names no file", out.display())));
+        return Err(Failure::usage(format!("--out: {} is not a file name", out.display())));
     }
     check_writable(&folder, &name)?;
     let folders = Folder::load_all(&options.folders)?;
+    folders.iter().for_each(|folder| warn_changed(&folder.path));
     let figure = draw(kind, &folders, options.task.as_deref()).map_err(failure)?;
     let width = match options.width {
         Width::Column => supple_figures::Width::Column,

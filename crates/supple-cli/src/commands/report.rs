@@ -6,7 +6,7 @@ use supple_study::{Folder, check_writable, write_text};
 use crate::Outcome;
 use crate::arguments::ReportOptions;
 use crate::failure::Failure;
-use crate::output::print_text;
+use crate::output::{print_text, warn_changed};
 
 /// `supple report DIR...`
 pub fn report(options: &ReportOptions) -> Result<Outcome, Failure> {
@@ -14,10 +14,11 @@ pub fn report(options: &ReportOptions) -> Result<Outcome, Failure> {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = out.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
     if name.is_empty() {
-        return Err(Failure::usage(format!("--out {} names no file", out.display())));
+        return Err(Failure::usage(format!("--out {} is not a file name", out.display())));
     }
     check_writable(folder, &name)?;
     let folders = Folder::load_all(&options.folders)?;
+    folders.iter().for_each(|folder| warn_changed(&folder.path));
     let page = supple_report::page(&folders).map_err(failure)?;
     write_text(out, page.as_bytes())?;
     print_text(&format!("{}: {:.1} MB\n", out.display(), page.len() as f64 / 1e6))?;

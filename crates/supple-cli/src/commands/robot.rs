@@ -6,6 +6,7 @@ mod planning;
 use std::io::{BufWriter, ErrorKind, Write};
 
 use serde::{Serialize, Serializer};
+use supple::file::{read_text, robot_of};
 use supple_robot::{
     Kinematics, LoadOptions, Numbers, Pose, Robot, Tree, bias, check_inertia, forward_dynamics, load, mass_matrix,
     mjcf, passive_forces,
@@ -31,7 +32,12 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     }
     let gravity = options.gravity.as_deref().map_or(Ok(GRAVITY), three)?;
     let package_roots = options.package_roots.clone();
-    let robot = load(&options.file, &LoadOptions { package_roots, independent_mimic: options.independent_mimic })?;
+    let is_task = options.file.extension().is_some_and(|ending| ending == "toml");
+    let robot = if is_task {
+        robot_of(&read_text(&options.file)?, &options.file.display().to_string())?
+    } else {
+        load(&options.file, &LoadOptions { package_roots, independent_mimic: options.independent_mimic })?
+    };
     if let Some(RobotFormat::Mjcf) = options.to {
         return write(robot, options);
     }
@@ -46,7 +52,7 @@ pub fn robot(options: &RobotOptions) -> Result<Outcome, Failure> {
     let warnings = if options.verbose { &robot.every_warning } else { &robot.warnings };
     warnings.iter().for_each(|warning| warn(warning));
     if let Some([x, y, z]) = robot.gravity.filter(|&said| options.gravity.is_none() && said != gravity) {
-        warn(&format!("the file asks for gravity {x},{y},{z}; this is at 0,0,-9.81: see --gravity"));
+        warn(&format!("the file sets gravity {x},{y},{z}; these dynamics use 0,0,-9.81: see --gravity"));
     }
     print(&dynamics(&robot, &tree, &state)?)?;
     Ok(Outcome::Success)
@@ -109,7 +115,7 @@ fn numbers(list: &str) -> Result<Vec<f64>, String> {
             Ok(number) if number.is_finite() => Ok(number),
             Ok(_) => Err(format!("entry {} is `{shown}`, which is not finite", index + 1)),
             Err(_) => {
-                Err(format!("entry {} is `{shown}`, which is no number; write numbers between commas", index + 1))
+                Err(format!("entry {} is `{shown}`, which is not a number; write numbers between commas", index + 1))
             }
         }
     };
@@ -168,7 +174,7 @@ fn dynamics<'a>(robot: &'a Robot, tree: &'a Tree, state: &State) -> Result<Dynam
     let mass_matrix = mass_matrix(tree, &numbers, &kinematics);
     let poses = kinematics.poses().iter().flat_map(|pose| pose.position.into_iter().chain(pose.rotation.concat()));
     if !mass_matrix.iter().flatten().chain(&bias).copied().chain(poses).all(f64::is_finite) {
-        let message = "the dynamics are not finite at this state: its numbers, or those of the file, are too great";
+        let message = "the dynamics are not finite at this state: its numbers, or numbers in the file, are too large";
         return Err(Failure::usage(message.to_owned()));
     }
     let acceleration = match check_inertia(tree, &numbers, q) {
@@ -182,7 +188,7 @@ fn dynamics<'a>(robot: &'a Robot, tree: &'a Tree, state: &State) -> Result<Dynam
             let found = forward_dynamics(tree, &numbers, &kinematics, &forces, &[]);
             let finite = found.iter().all(|entry| entry.is_finite());
             if !finite {
-                warn("the accelerations are not finite: forces are too great for the inertia that they move");
+                warn("the accelerations are not finite: forces are too large for the inertia that they move");
             }
             finite.then_some(found)
         }

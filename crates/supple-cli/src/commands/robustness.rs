@@ -6,19 +6,21 @@ use supple_study::{LoadedTask, Made, StudyError, StudyResult};
 use crate::Outcome;
 use crate::arguments::RobustnessOptions;
 use crate::failure::Failure;
-use crate::present::present;
-use crate::progress::watched;
+use crate::pages::stopped_robustness;
+use crate::present::{present, tell};
+use crate::progress::{Stopping, watched};
 
 /// `supple robustness TASK`
 pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let wanted = wanted(options, &loaded)?;
-    options.output.check()?;
-    let study = watched(|watch| supple_study::robustness::run(&loaded, &wanted, watch))?;
+    options.output.check("robustness")?;
+    let study = watched(Stopping::Now, |watch| supple_study::robustness::run(&loaded, &wanted, watch))?;
     let made = Made::here("robustness", options.seed, &loaded);
     let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
         && study.designs.iter().all(|design| design.warnings.is_empty());
     let outcome = if whole { Outcome::Success } else { Outcome::Shortfall };
+    let outcome = outcome.and(tell(stopped_robustness(&study)));
     Ok(outcome.and(present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?))
 }
 

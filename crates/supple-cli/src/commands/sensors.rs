@@ -5,7 +5,7 @@ use crate::Outcome;
 use crate::arguments::{SensorGoalArgument, SensorMethodArgument, SensorsOptions};
 use crate::failure::Failure;
 use crate::present::present;
-use crate::progress::watched;
+use crate::progress::{Stopping, watched};
 
 /// `supple sensors TASK`
 pub fn sensors(options: &SensorsOptions) -> Result<Outcome, Failure> {
@@ -25,8 +25,8 @@ pub fn sensors(options: &SensorsOptions) -> Result<Outcome, Failure> {
         },
         task: options.name.clone(),
     };
-    options.output.check()?;
-    let study = watched(|watch| supple_study::sensors::run(&loaded, &wanted, watch))?;
+    options.output.check("sensors")?;
+    let study = watched(Stopping::Now, |watch| supple_study::sensors::run(&loaded, &wanted, watch))?;
     let made = Made::here("sensors", 0, &loaded);
     // A set that is not proved to be the best one is a result with a certificate, not a shortfall.
     present(&StudyResult::Sensors(Box::new(study)), &made, &options.output)

@@ -3,18 +3,20 @@ use supple_study::{Folder, StudyResult};
 use crate::Outcome;
 use crate::arguments::ShowOptions;
 use crate::failure::Failure;
-use crate::output::print_text;
+use crate::output::{print_text, warn_changed};
 use crate::present::print;
 
 /// `supple show DIR`
 pub fn show(options: &ShowOptions) -> Result<Outcome, Failure> {
     let folder = Folder::load(&options.folder)?;
+    warn_changed(&folder.path);
     let mut outcome = Outcome::Success;
     if let StudyResult::Study(study) = &folder.result
         && !options.json
     {
         for step in &study.steps {
             let step = Folder::load(&options.folder.join(step))?;
+            warn_changed(&step.path);
             outcome = outcome.and(print(&step.result, &step.made, Some(&step.path), false)?);
             print_text("\n")?;
         }

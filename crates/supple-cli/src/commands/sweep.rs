@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use supple_study::sweep::{Axis, JOURNAL, Sweep, SweepOptions, TABLE_CSV};
-use supple_study::{LoadedTask, Made, StudyError, StudyResult, check_writable};
+use supple_study::{Folder, LoadedTask, Made, StudyError, StudyResult, check_writable};
 
 use crate::Outcome;
 use crate::arguments;
@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::output::{print_text, warn};
 use crate::pages::untrusted;
 use crate::present::present;
-use crate::progress::watched;
+use crate::progress::{Stopping, watched};
 
 /// `supple sweep TASK`
 pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
@@ -17,10 +17,12 @@ pub fn sweep(options: &arguments::SweepOptions) -> Result<Outcome, Failure> {
     let wanted = wanted(options, &loaded)?;
     let folder = options.output.out.as_deref();
     if let Some(folder) = folder {
+        Folder::check_kind(folder, "sweep")?;
         check_writable(folder, TABLE_CSV)?;
     }
-    let sweep =
-        watched(|watch| on_threads(options.jobs, || supple_study::sweep::run(&loaded, &wanted, folder, watch)))??;
+    let sweep = watched(Stopping::Now, |watch| {
+        on_threads(options.jobs, || supple_study::sweep::run(&loaded, &wanted, folder, watch))
+    })??;
     if !sweep.complete {
         if options.output.json {
             print_text(&sweep.table.to_jsonl())?;
@@ -55,9 +57,9 @@ fn interrupted(sweep: &Sweep, folder: Option<&Path>) -> String {
     let (done, points) = (sweep.table.rows.len(), sweep.options.points());
     match folder {
         Some(folder) => format!(
-            "interrupted: {done} of {points} points are done and kept in {}; the same command goes on from there",
+            "interrupted: {done} of {points} points are done and stored in {}; the same command resumes",
             folder.join(JOURNAL).display()
         ),
-        None => format!("interrupted: {done} of {points} points were done, and nothing is kept without --out"),
+        None => format!("interrupted: {done} of {points} points were done; without --out, nothing is stored"),
     }
 }

@@ -3,8 +3,9 @@ use supple_study::{Made, StudyResult};
 use crate::Outcome;
 use crate::arguments::TraceOptions;
 use crate::failure::Failure;
-use crate::present::present;
-use crate::progress::watched;
+use crate::pages::stopped_trace;
+use crate::present::{present, tell};
+use crate::progress::{Stopping, watched};
 
 /// `supple trace TASK`
 pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
@@ -15,9 +16,10 @@ pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
         gradients: options.gradient.iter().map(|&gradient| gradient.into()).collect(),
         seed: options.seed,
     };
-    options.output.check()?;
-    let study = watched(|watch| supple_study::trace::run(&loaded, &wanted, watch))?;
+    options.output.check("trace")?;
+    let study = watched(Stopping::AtPause, |watch| supple_study::trace::run(&loaded, &wanted, watch))?;
     let made = Made::here("trace", options.seed, &loaded);
     // How searches ended is what was asked for, so that ends that are no optima are no shortfall.
-    present(&StudyResult::Trace(Box::new(study)), &made, &options.output)
+    let outcome = tell(stopped_trace(&study));
+    Ok(outcome.and(present(&StudyResult::Trace(Box::new(study)), &made, &options.output)?))
 }

@@ -18,14 +18,14 @@ pub fn validate(options: &ValidateOptions) -> Result<Outcome, Failure> {
         StudyResult::Design(_) => AtArgument::Optimum,
         StudyResult::Evaluate(_) => AtArgument::Start,
         other => {
-            let message = "and only a result of `design` or `evaluate` is about one design";
+            let message = "`supple validate` requires a result of `design` or `evaluate`";
             let (path, kind) = (options.folder.display(), other.kind());
-            return Err(Failure::usage(format!("{path} holds a result of `{kind}`, {message}")));
+            return Err(Failure::usage(format!("{path} holds a result of `{kind}`; {message}")));
         }
     };
     let at = options.at.unwrap_or(found);
     if at == AtArgument::Optimum && found == AtArgument::Start {
-        let message = "an evaluation has one design, which is its start";
+        let message = "an evaluation has one design, its start";
         return Err(Failure::usage(format!("--at optimum: {message}")));
     }
     has_packages(&options.python)?;
@@ -43,7 +43,7 @@ pub fn validate(options: &ValidateOptions) -> Result<Outcome, Failure> {
     match status.code() {
         Some(0) => Ok(Outcome::Success),
         Some(1) => Ok(Outcome::Shortfall),
-        _ => Err(Failure::usage(format!("{} ended without a result: its message is above", options.python))),
+        _ => Err(Failure::usage(format!("{} ended without a result; see its message above", options.python))),
     }
 }
 

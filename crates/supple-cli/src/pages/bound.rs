@@ -4,7 +4,7 @@ use supple::bound::{SensorWindow, TaskBound};
 use supple_study::About;
 use supple_study::bound::{BoundStudy, Curve};
 
-use crate::tables::{align_right, heading, number, table};
+use crate::tables::{Rows, align_right, heading, number, table};
 
 /// Directions of the virtual sensor that are shown of each part of the time.
 const SHOWN: usize = 2;
@@ -29,11 +29,11 @@ fn task_page(task: &TaskBound) -> String {
     };
     let _ = writeln!(page, "{}: {over}\n", task.name);
     let mut costs = table(&["expected cost", "", ""]);
-    costs.add_row(["kept, D", &number(task.cost), ""]);
+    costs.add_row(["limit, D", &number(task.cost), ""]);
     let known = |cost: Option<f64>, else_: &str| cost.map_or_else(|| else_.to_owned(), number);
-    costs.add_row(["of the design", &known(task.own_cost, "none"), ""]);
-    costs.add_row(["least, the state known exactly", &number(task.minimum_cost), ""]);
-    costs.add_row(["nothing measured", &known(task.open_loop_cost, "without limit"), ""]);
+    costs.add_row(["of this design", &known(task.own_cost, "none"), ""]);
+    costs.add_row(["minimum, with the state known exactly", &number(task.minimum_cost), ""]);
+    costs.add_row(["without measurements", &known(task.open_loop_cost, "unbounded"), ""]);
     align_right(&mut costs, 1..2);
     let _ = writeln!(page, "{costs}\n");
     let mut rows = table(&["information", "bits per step", "bits", "for"]);
@@ -41,7 +41,7 @@ fn task_page(task: &TaskBound) -> String {
         let rate = line.bits_per_step;
         let total = rate.filter(|_| !task.stationary).map(|rate| rate * task.steps as f64);
         let shown = |bits: Option<f64>, else_: &str| bits.map_or_else(|| else_.to_owned(), number);
-        rows.add_row([line.what.clone(), shown(rate, "not known"), shown(total, ""), line.assumption.clone()]);
+        rows.add_row([line.what.clone(), shown(rate, "unknown"), shown(total, ""), line.assumption.clone()]);
     }
     align_right(&mut rows, 1..3);
     let _ = writeln!(page, "{rows}\n");
@@ -55,32 +55,32 @@ fn task_page(task: &TaskBound) -> String {
 
 fn summary(page: &mut String, task: &TaskBound) {
     if let Some(efficiency) = task.efficiency {
-        let of_controls = task.control_efficiency.map_or_else(String::new, |share| {
-            format!(", and {} % of what reaches the controls", number(100.0 * share))
-        });
+        let of_controls = task
+            .control_efficiency
+            .map_or_else(String::new, |share| format!(", and {} % of the information used", number(100.0 * share)));
         let _ = writeln!(
             page,
-            "Efficiency: the minimum is {} % of what the measurements give{of_controls}.",
+            "Efficiency: the minimum is {} % of the information measured{of_controls}.",
             number(100.0 * efficiency)
         );
     }
     let _ = match &task.not_proved {
         None => writeln!(
             page,
-            "Proved by intervals from a point of the dual, {:.1e} bits per step below the minimum found in {} Newton steps.",
+            "Certified by interval arithmetic at a dual point, {:.1e} bits per step below the minimum found in {} \
+             Newton steps.",
             task.duality_gap_bits, task.newton_steps
         ),
         Some(reason) => writeln!(page, "The lower bound is NOT PROVED: {reason}."),
     };
-    let _ = writeln!(page, "One more of cost would save {} bits.", number(task.price_bits_per_cost));
+    let _ = writeln!(page, "+1 in cost saves {} bits.", number(task.price_bits_per_cost));
     let _ = writeln!(
         page,
-        "Prefix-free codes with scalar quantisers need at most {} bits per step for the virtual sensor.",
+        "Prefix-free codes with scalar quantisers require at most {} bits per step for the virtual sensor.",
         number(task.quantiser_bits_per_step)
     );
     if let Some(last) = task.last_measurement_bits {
-        let _ =
-            writeln!(page, "The measurement at the end, which no decision follows, gives {} bits more.", number(last));
+        let _ = writeln!(page, "The final measurement, after the last decision, gives {} more bits.", number(last));
     }
     page.push('\n');
 }
@@ -88,16 +88,16 @@ fn summary(page: &mut String, task: &TaskBound) {
 fn sensor(page: &mut String, task: &TaskBound) {
     let sensor = &task.virtual_sensor;
     if sensor.rank == 0 {
-        let _ = writeln!(page, "Virtual sensor: none; the cost is kept with nothing measured.\n");
+        let _ = writeln!(page, "Virtual sensor: none; the cost limit is met without measurements.\n");
         return;
     }
     let numbers = if sensor.rank == 1 { "number" } else { "numbers" };
-    let _ = writeln!(page, "Virtual sensor: at most {} {numbers} at a decision.", sensor.rank);
+    let _ = writeln!(page, "Virtual sensor: at most {} {numbers} per decision.", sensor.rank);
     let total: f64 = sensor.measured.iter().map(|one| one.bits).sum();
     let shares = sensor.measured.iter().filter(|one| one.bits >= 0.05 * total);
     let shares: Vec<_> = shares.map(|one| format!("{} {:.0} %", one.state, 100.0 * one.bits / total)).collect();
-    let _ = writeln!(page, "Its information is about {}.\n", shares.join(", "));
-    let mut rows = table(&["time, s", "bits", "at", "bits there", "measures", "with deviation"]);
+    let _ = writeln!(page, "Its information by state: {}.\n", shares.join(", "));
+    let mut rows = table(&["time, s", "bits", "peak at, s", "bits at peak", "measures", "standard deviation"]);
     for window in &sensor.windows {
         window_rows(&mut rows, window, task);
     }
@@ -105,7 +105,7 @@ fn sensor(page: &mut String, task: &TaskBound) {
     let _ = writeln!(page, "{rows}\n");
 }
 
-fn window_rows(rows: &mut comfy_table::Table, window: &SensorWindow, task: &TaskBound) {
+fn window_rows(rows: &mut Rows, window: &SensorWindow, task: &TaskBound) {
     let span = match task.stationary {
         true => "any".to_owned(),
         false => format!("{} to {}", number(window.from_s), number(window.until_s)),

@@ -2,6 +2,9 @@
 
 mod bound;
 mod check;
+mod design;
+mod evaluation;
+mod next;
 mod pareto;
 mod result;
 mod robustness;
@@ -10,5 +13,8 @@ mod sweep;
 mod trace;
 
 pub use check::check_page;
+pub use pareto::stopped_front;
 pub use result::result_page;
+pub use robustness::stopped_robustness;
 pub use sweep::untrusted;
+pub use trace::stopped_trace;

@@ -49,16 +49,29 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
             let _ = writeln!(page, "Warning: at factor {:.6}, {warning}.", point.factor);
         }
     }
+    if let Some(stopped) = stopped_front(front) {
+        let _ = writeln!(page, "Warning: {stopped}.");
+    }
     let count = |wanted: &dyn Fn(&ParetoPoint) -> bool| front.points.iter().filter(|point| wanted(point)).count();
     let _ = writeln!(
         page,
-        "\nAll bounds are the factor times those of the task file. {} of {} points are optima; {} starts, seed {}.",
+        "\nAll bounds are the factor times the bounds in the task file. {} of {} points are optima; {} starts, seed {}.",
         count(&|point| point.status == DesignStatus::Converged),
         front.points.len(),
         front.options.starts,
         front.options.seed
     );
     page
+}
+
+/// How far a front is that was stopped.
+pub fn stopped_front(front: &Pareto) -> Option<String> {
+    let (found, wanted) = (front.points.len(), front.options.points);
+    front.stopped.then(|| {
+        format!(
+            "stopped: {found} of {wanted} points of the front are kept, not all of them compared with their neighbours"
+        )
+    })
 }
 
 /// A sentence with a great first letter, but for names of parameters, which are written as they are.

@@ -5,12 +5,14 @@ use supple_study::study::Study;
 use supple_study::{About, StudyResult};
 
 use super::bound::bound_page;
+use super::design::design_page;
+use super::evaluation::evaluation_page;
 use super::pareto::pareto_page;
 use super::robustness::robustness_page;
 use super::sensors::sensors_page;
 use super::sweep::{sweep_page, table_page};
 use super::trace::trace_page;
-use crate::tables::{design_page, evaluation_page, heading};
+use crate::tables::heading;
 
 /// The page of a result: what its command prints, and `supple show` again. `folder` is where it is kept.
 pub fn result_page(about: &About, result: &StudyResult, folder: Option<&Path>) -> String {

@@ -62,8 +62,8 @@ fn designs(about: &About, study: &Robustness) -> String {
 fn planning(study: &Robustness, planned_for: PlannedFor) -> String {
     let name = &study.options.vary.parameter;
     match planned_for {
-        PlannedFor::Nominal => format!("planned for {name} = {} whatever it is", with_unit(study, study.nominal)),
-        PlannedFor::Truth => format!("planned for {name} as it is"),
+        PlannedFor::Nominal => format!("planned for the nominal {name} = {}", with_unit(study, study.nominal)),
+        PlannedFor::Truth => format!("planned for the true {name}"),
     }
 }
 
@@ -117,7 +117,7 @@ fn comparison(study: &Robustness, comparison: &Comparison) -> String {
     }
     let growth = Paired { difference: *difference, interval: *interval, p_value: *p_value };
     let mut text = format!(
-        "From {name} = {} to {} the cost of {design} grows by {:.2}, that of {other} by {:.2}: {}.\n",
+        "From {name} = {} to {} the cost of {design} grows by {:.2}, the cost of {other} by {:.2}: {}.\n",
         number(least),
         with_unit(study, greatest),
         growths[0],
@@ -125,7 +125,7 @@ fn comparison(study: &Robustness, comparison: &Comparison) -> String {
         verdict(&growth, ["less", "more"])
     );
     if at_greatest.difference.is_finite() {
-        let verdict = verdict(at_greatest, ["cheaper", "dearer"]);
+        let verdict = verdict(at_greatest, ["cheaper", "more expensive"]);
         let _ = writeln!(text, "  At {} {design} is {verdict}.", with_unit(study, greatest));
     }
     text
@@ -147,6 +147,12 @@ fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
     )
 }
 
+/// How far a study of robustness is that was stopped.
+pub fn stopped_robustness(study: &Robustness) -> Option<String> {
+    let done = study.cells.iter().filter(|cell| cell.error.is_none()).count();
+    study.stopped.then(|| format!("stopped: {done} of {} costs were computed and are kept", study.cells.len()))
+}
+
 /// Cells that failed or diverged.
 fn problems(about: &About, study: &Robustness) -> String {
     let mut page = String::new();
@@ -154,6 +160,10 @@ fn problems(about: &About, study: &Robustness) -> String {
         for warning in &design.warnings {
             let _ = writeln!(page, "Warning: at {}, {warning}.", design.name);
         }
+    }
+    if let Some(stopped) = stopped_robustness(study) {
+        // All cells that are missing for this reason would be a long list.
+        return format!("{page}Warning: {stopped}.\n\n");
     }
     for cell in study.cells.iter().filter(|cell| cell.error.is_some() || cell.diverged > 0) {
         let place = format!(
@@ -177,8 +187,9 @@ fn problems(about: &About, study: &Robustness) -> String {
 
 fn footer(study: &Robustness) -> String {
     format!(
-        "{} roll-outs each, seed {}, the same random numbers for every design. +- is half of the 95 % interval of the \
-         mean.\nDifferences are paired by roll-out; each counts as significant by itself below p = {SIGNIFICANT}.\n",
+        "{} roll-outs each, seed {}, the same random numbers for every design. +- is half the width of the \
+         95 % interval of the mean.\nDifferences are paired by roll-out; each is called significant if \
+         p < {SIGNIFICANT}, on its own.\n",
         study.options.rollouts, study.options.seed
     )
 }

@@ -18,8 +18,8 @@ fn asked(study: &Sensors) -> String {
     let options = &study.options;
     let what = match (options.cost, options.goal) {
         (Some(cost), _) => format!("The cheapest sensors with an expected cost of at most {}", number(cost)),
-        (None, SensorGoal::Cost) => "The sensors of the least expected cost".to_owned(),
-        (None, SensorGoal::Information) => "The sensors of the most information".to_owned(),
+        (None, SensorGoal::Cost) => "The sensors with the lowest expected cost".to_owned(),
+        (None, SensorGoal::Information) => "The sensors with the most information".to_owned(),
     };
     let mut limits = Vec::new();
     limits.extend(options.budget.map(|budget| format!("a budget of {}", number(budget))));
@@ -75,7 +75,8 @@ fn values(study: &Sensors) -> String {
         rows.add_row(first.into_iter().chain(numbers.map(number)).chain([last.to_owned()]));
     }
     align_right(&mut rows, 1..8);
-    let note = "Cost and bits that each sensor saves and gives: as the only candidate, in the chosen set, and beyond all others.";
+    let note = "Cost saved and bits gained by each sensor: as the only candidate, in the chosen set, and beyond all \
+                other sensors.";
     format!("{rows}\n\n{note}\n")
 }
 
@@ -106,8 +107,8 @@ fn certificate(study: &Sensors) -> String {
             (_, true) => writeln!(text, "Branch and bound proves that it has {}.", share(ratio)),
             (_, false) => writeln!(
                 text,
-                "Branch and bound was not finished. It shows that no set can be {better} {unit}{}, so that greedy choice has at \
-                 least {}.",
+                "Branch and bound was not finished. It shows that no set can be {better} {unit}{}, so the greedy choice \
+                 has at least {}.",
                 number(searched),
                 share(ratio)
             ),
@@ -122,7 +123,7 @@ fn of_prices(study: &Sensors) -> String {
     let Certificate { bound, searched_bound, proved, tried, .. } = study.certificate;
     let price = study.greedy.as_ref().map_or(study.chosen.price, |greedy| greedy.price);
     if price <= 0.0 {
-        return format!("No set costs less than none of them, which will do.\n{tried} sets and regions were tried.");
+        return format!("No sensors are required: the limit is met without any.\n{tried} sets and regions were tried.");
     }
     let above =
         |bound: f64| if bound > 0.0 { format!("{:.4} times", price / bound) } else { "any multiple of".to_owned() };

@@ -16,8 +16,8 @@ pub fn sweep_page(about: &About, sweep: &Sweep, folder: &Path) -> String {
     let mut page = heading(about) + &summary(sweep);
     for (name, what) in [
         (TABLE_CSV, "the table"),
-        (TABLE_JSONL, "the same, one JSON object per line"),
-        (RESULT, "what made it, and what its columns are"),
+        (TABLE_JSONL, "the same table, one JSON object per line"),
+        (RESULT, "its inputs, and a description of its columns"),
         (JOURNAL, "the journal"),
     ] {
         let _ = writeln!(page, "  {}: {what}", folder.join(name).display());
@@ -136,7 +136,7 @@ fn missed_contacts(sweep: &Sweep) -> String {
         let points = if count == 1 { "1 point".to_owned() } else { format!("{count} points") };
         (count > 0).then(|| {
             format!(
-                "Warning: at {points} the plan of {task} never touches a contact from which a cost wants a force: see the \
+                "Warning: at {points} the plan of {task} never makes a contact whose force a cost tracks: see the \
                  column `{}`.\n",
                 column.name
             )
@@ -168,7 +168,7 @@ fn summary(sweep: &Sweep) -> String {
             let values: Vec<String> = values.collect();
             let count = (0..rows.len()).filter(meets).count();
             let what = match among {
-                Some(_) => format!("Least information of the {count} that meet every bound"),
+                Some(_) => format!("Least information among the {count} that meet every bound"),
                 None => "No point meets every bound with plans that converged. Least information".into(),
             };
             let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));

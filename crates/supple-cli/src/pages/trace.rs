@@ -44,12 +44,24 @@ pub fn trace_page(about: &About, study: &Trace) -> String {
     align_right(&mut rows, 2..header.len());
     let mut page = heading(about);
     let _ = writeln!(page, "{rows}\n\n{}", best(study));
+    if let Some(stopped) = stopped_trace(study) {
+        let _ = writeln!(page, "Warning: {stopped}.");
+    }
     for run in &study.runs {
         if let Some(error) = &run.error {
             let _ = writeln!(page, "{} {}, start {}: {error}", run.method, run.gradient, run.start);
         }
     }
     page
+}
+
+/// How far a study of traces is that was stopped.
+pub fn stopped_trace(study: &Trace) -> Option<String> {
+    let ended = study.runs.iter().filter(|run| run.status != DesignStatus::Stopped).count();
+    let total = kinds(study).len() * study.options.starts;
+    study.stopped.then(|| {
+        format!("stopped: {ended} of {total} searches had ended; those under way are kept as far as they went")
+    })
 }
 
 /// Methods and gradients in the order of the runs.
@@ -86,7 +98,7 @@ fn best(study: &Trace) -> String {
     let values: Vec<String> =
         best.end.parameters.0.iter().map(|(name, value)| format!("{name} = {}", number(*value))).collect();
     format!(
-        "The best design, {}, needs {} bits; {} and the {} gradient found it from start {}.\n{same} of {} searches ended \
+        "The best design, {}, has {} bits; {} with the {} gradient found it from start {}.\n{same} of {} searches ended \
          within {} % of its information, within all bounds. Seed {}.\n",
         values.join(", "),
         number(least / std::f64::consts::LN_2),

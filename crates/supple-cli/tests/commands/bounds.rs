@@ -81,7 +81,7 @@ fn infinite_numbers_are_no_success() {
         assert!(!run.stdout.contains("Optimum found"), "{command:?}: {}", run.stdout);
     }
     let said = folder.run(&["evaluate", "task.toml"]);
-    assert!(said.stdout.contains("Warning: task `reach`: the belief cost is inf"), "{}", said.stdout);
+    assert!(said.stdout.contains("Warning: task `reach`: the cost of estimation error is inf"), "{}", said.stdout);
     assert!(said.stderr.contains("the result is broken: `tasks.0.cost.expected` is inf"), "{}", said.stderr);
 }
 

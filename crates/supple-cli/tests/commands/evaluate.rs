@@ -93,7 +93,11 @@ fn a_missed_bound_is_a_shortfall_and_says_by_how_much() {
     assert_eq!((&found["feasible"], &found["tasks"][0]["status"]), (&json!(false), &json!("converged")));
     let none = two_mass("bound = 25.0", "bound = 0").run(&["evaluate", "task.toml"]);
     assert_eq!(none.quiet().0, Some(1));
-    assert!(none.stdout.contains("misses the bound 0 by 20.29") && !none.stdout.contains('%'), "{}", none.stdout);
+    assert!(
+        none.stdout.contains("misses the bound 0 by 20.29") && !none.stdout.contains("by 20.2919 ("),
+        "{}",
+        none.stdout
+    );
 }
 
 #[test]
@@ -133,7 +137,12 @@ fn a_problem_needs_no_parameters() {
     let found = folder.run(&["evaluate", "task.toml", "--json", "--gradient", "total"]).json(0);
     assert_eq!(found["parameters"], json!({}));
     let plain = Folder::with_task(TWO_MASS).run(&["evaluate", "task.toml", "--json"]).json(0);
-    assert_eq!(found["tasks"][0]["cost"], plain["tasks"][0]["cost"]);
+    // What is known when the model is recorded is computed once, in another order.
+    let (found, plain) = (&found["tasks"][0]["cost"], &plain["tasks"][0]["cost"]);
+    assert_eq!(keys(found), keys(plain));
+    for key in ["expected", "bound", "nominal", "belief", "process", "initial"] {
+        assert_close(number(&found[key]), number(&plain[key]));
+    }
     assert!(folder.run(&["design", "task.toml"]).error().contains("nothing to design"));
 }
 

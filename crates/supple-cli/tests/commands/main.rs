@@ -122,7 +122,7 @@ fn new_writes_a_file_that_runs_and_is_never_written_over() {
         assert_eq!(folder.run(&["evaluate", &name]).quiet().0, Some(0));
     }
     std::fs::write(folder.path("press.toml"), "mine").unwrap();
-    assert!(folder.run(&["new", "press"]).error().contains("press.toml exists already"));
+    assert!(folder.run(&["new", "press"]).error().contains("press.toml already exists"));
     assert_eq!(std::fs::read_to_string(folder.path("press.toml")).unwrap(), "mine");
     assert_eq!(folder.names().len(), 2);
 }

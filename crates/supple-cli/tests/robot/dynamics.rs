@@ -148,7 +148,7 @@ fn a_robot_that_does_not_move_has_no_dynamics_but_frames() {
 fn gravity_of_the_file_is_not_used_but_told() {
     let path = "crates/supple-robot/tests/data_sdf_mjcf/arm.xml";
     let told = shipped(path, &["--json"]);
-    let warning = "warning: the file asks for gravity 0.1,0,-9.7; this is at 0,0,-9.81: see --gravity\n";
+    let warning = "warning: the file sets gravity 0.1,0,-9.7; these dynamics use 0,0,-9.81: see --gravity\n";
     assert!(told.stderr.ends_with(warning), "{}", told.stderr);
     let asked = shipped(path, &["--json", "--gravity", "0,0,-9.81"]);
     assert!(!asked.stderr.contains("gravity"), "{}", asked.stderr);

@@ -5,7 +5,7 @@ use crate::{INERTIAL, folder, gripper, robot};
 
 /// The section about plans.
 fn section(page: &str) -> Vec<String> {
-    let section = page.split("\nTo plan with it\n").nth(1).unwrap_or_else(|| panic!("no section in\n{page}"));
+    let section = page.split("\nPlanning with this robot\n").nth(1).unwrap_or_else(|| panic!("no section in\n{page}"));
     section.lines().take_while(|line| line.starts_with("- ")).map(|line| line[2..].to_owned()).collect()
 }
 
@@ -43,7 +43,7 @@ fn a_robot_that_can_be_planned_is_ready() {
     let text = gripper();
     let found = section(&robot(&text, &[]).stdout);
     assert_eq!(found[0], "ready: `supple new NAME --robot FILE` writes a task file that runs");
-    assert!(found.contains(&"no effort limit: `swing`; plans may ask any torque of them".to_owned()), "{found:?}");
+    assert!(found.contains(&"no effort limit: `swing`; plans may use any torque".to_owned()), "{found:?}");
     let (task, _) = planned(&folder(&text));
     assert!(task.contains("file = \"robot.urdf\"\n") && !task.contains("locked"), "{task}");
 }
@@ -67,7 +67,7 @@ fn a_robot_without_moving_inertia_cannot_be_planned() {
         (&chain(&["", ""], ""), "no joint moves anything that has inertia; write `inertial` elements for its links"),
         (
             &chain(&[INERTIAL; 301], ""),
-            "301 joints are too many; `locked` in [model] takes out those that need not move",
+            "301 joints are too many; `locked` in [model] removes those that do not have to move",
         ),
     ] {
         let folder = folder(text);
@@ -88,8 +88,8 @@ fn limits_are_told() {
     assert_eq!(
         found[1..],
         [
-            "effort limit of 0: `j1`; name the joints with drives in `actuated` where these have none",
-            "starts at the middle of its range where that does not hold 0: `j1` at 1",
+            "effort limit of 0: `j1`; if these joints have no drives, list the driven joints in `actuated`",
+            "starts at the middle of its range, which excludes 0: `j1` at 1",
         ]
     );
 }

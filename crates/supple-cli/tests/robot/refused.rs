@@ -10,15 +10,15 @@ fn bad_options_are_named_with_what_is_valid() {
         (&["--q", "1,2,3"][..], "--q: there are 3 numbers for 2 joints"),
         (&["--v", "0,0,0,0"], "--v: there are 4 numbers for 2 joints"),
         (&["--tau=1,2,3"], "--tau: there are 3 numbers for 2 joints"),
-        (&["--q", "one"], "--q: entry 1 is `one`, which is no number; write numbers between commas"),
-        (&["--q", "0,1;2"], "--q: entry 2 is `1;2`, which is no number; write numbers between commas"),
-        (&["--q", "0 1"], "--q: entry 1 is `0 1`, which is no number; write numbers between commas"),
-        (&["--v", "1,"], "--v: entry 2 is ``, which is no number; write numbers between commas"),
-        (&["--v", ",1"], "--v: entry 1 is ``, which is no number; write numbers between commas"),
+        (&["--q", "one"], "--q: entry 1 is `one`, which is not a number; write numbers between commas"),
+        (&["--q", "0,1;2"], "--q: entry 2 is `1;2`, which is not a number; write numbers between commas"),
+        (&["--q", "0 1"], "--q: entry 1 is `0 1`, which is not a number; write numbers between commas"),
+        (&["--v", "1,"], "--v: entry 2 is ``, which is not a number; write numbers between commas"),
+        (&["--v", ",1"], "--v: entry 1 is ``, which is not a number; write numbers between commas"),
         (&["--q", "nan"], "--q: entry 1 is `nan`, which is not finite"),
         (&["--v", "0,-inf"], "--v: entry 2 is `-inf`, which is not finite"),
         (&["--tau", "1e999"], "--tau: entry 1 is `1e999`, which is not finite"),
-        (&["--q", "--json"], "--q: entry 1 is `--json`, which is no number; write numbers between commas"),
+        (&["--q", "--json"], "--q: entry 1 is `--json`, which is not a number; write numbers between commas"),
     ] {
         assert_eq!(robot(gripper(), arguments).error(), format!("error: {says}{JOINTS}"));
     }
@@ -27,7 +27,7 @@ fn bad_options_are_named_with_what_is_valid() {
         ("-9.81", "there are 1 numbers, not 3"),
         ("", "there are 0 numbers, not 3"),
         ("0,0,0,-9.81", "there are 4 numbers, not 3"),
-        ("0,0,down", "entry 3 is `down`, which is no number; write numbers between commas"),
+        ("0,0,down", "entry 3 is `down`, which is not a number; write numbers between commas"),
         ("0,0,-inf", "entry 3 is `-inf`, which is not finite"),
     ] {
         let run = robot(gripper(), &["--gravity", gravity]);
@@ -50,7 +50,7 @@ fn options_that_there_are_not_are_refused() {
 
 #[test]
 fn states_beyond_numbers_are_refused() {
-    let error = "error: the dynamics are not finite at this state: its numbers, or those of the file, are too great";
+    let error = "error: the dynamics are not finite at this state: its numbers, or numbers in the file, are too large";
     for state in [["--q", "0,1e200"], ["--v", "1e200"], ["--gravity", "1e308,1e308,1e308"]] {
         assert_eq!(robot(gripper(), &[&state[..], &["--json"]].concat()).error(), error, "{state:?}");
     }

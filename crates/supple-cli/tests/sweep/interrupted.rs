@@ -62,8 +62,7 @@ fn ctrl_c_keeps_what_is_done_and_says_how_far_it_is() {
     let run = Run::of(&child.wait_with_output().unwrap());
     let done = kept_points(&folder.path("out")).unwrap();
     let said = format!(
-        "warning: interrupted: {done} of 200 points are done and kept in out/journal.redb; the same command goes on from \
-         there\n"
+        "warning: interrupted: {done} of 200 points are done and stored in out/journal.redb; the same command resumes\n"
     );
     assert_eq!((run.code, run.stderr.as_str()), (Some(1), &*said));
     assert!((1..POINTS).contains(&done));

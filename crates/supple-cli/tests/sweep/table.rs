@@ -61,9 +61,11 @@ fn a_folder_holds_the_table_and_comes_back() {
     let run = folder.run(&sweep(&arguments));
     let (code, page) = run.quiet();
     assert_eq!(code, Some(0));
-    for part in
-        ["6 points, all evaluated.", "Least information of the 6 that meet every bound: ", "out/table.csv: the table"]
-    {
+    for part in [
+        "6 points, all evaluated.",
+        "Least information among the 6 that meet every bound: ",
+        "out/table.csv: the table",
+    ] {
         assert!(page.contains(part), "{part} is not in\n{page}");
     }
     let sweep = load(&folder);

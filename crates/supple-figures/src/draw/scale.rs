@@ -88,7 +88,7 @@ fn linear([low, high]: [f64; 2], most: usize) -> Ticks {
 /// Powers of ten, or more where they are few; unlabelled ticks at their multiples.
 fn logarithmic([low, high]: [f64; 2], most: usize) -> Ticks {
     let inside = |value: &f64| *value >= low * (1.0 - 1e-9) && *value <= high * (1.0 + 1e-9);
-    let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
+    let decades = (low.log10().floor() as i32).max(-307)..=(high.log10().ceil() as i32).min(308);
     let at = |factors: &[f64]| -> Vec<f64> {
         let all = decades.clone().flat_map(|power| factors.iter().map(move |factor| factor * 10f64.powi(power)));
         all.filter(inside).collect()

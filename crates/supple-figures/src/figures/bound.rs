@@ -37,14 +37,14 @@ pub fn bound(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
     shown.iter().enumerate().for_each(|(index, one)| of_curve(index, one, &mut series));
     let excess: Vec<f64> =
         shown.iter().flat_map(|one| one.curve.points.iter().map(|point| one.excess(point.cost))).collect();
-    let x = Axis::around("expected cost above the least there is", "", Scale::Log, &excess);
+    let x = Axis::around("expected cost above the minimum", "", Scale::Log, &excess);
     let all: Vec<f64> = series.iter().flat_map(Series::ordinates).chain([0.0]).collect();
     let y = Axis::around("directed information per step", "bits", Scale::Linear, &all);
     let least = words::short(first.task.minimum_cost);
-    let title = if several { String::new() } else { format!("{}, least cost {least}", first.task.name) };
+    let title = if several { String::new() } else { format!("{}, minimum cost {least}", first.task.name) };
     Ok(Figure {
         name: "bound".into(),
-        title: format!("How little information would do for the task {}, over its expected cost", first.task.name),
+        title: format!("Minimum information required for the task {}, over its expected cost", first.task.name),
         panels: vec![Panel { title, x, y, series }],
         column: Grid { columns: 1, aspect: 0.7 },
         page: Grid { columns: 1, aspect: 0.42 },

@@ -50,7 +50,7 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
     }
     Ok(Figure {
         name: "information".into(),
-        title: format!("Directed information over time of the task {}, and what it is worth", shown[0].task.name),
+        title: format!("Directed information over time of the task {}, and its value", shown[0].task.name),
         panels,
         column: Grid { columns, aspect: if columns == 1 { 0.4 } else { 0.75 } },
         page: Grid { columns, aspect: if columns == 1 { 0.25 } else { 0.42 } },
@@ -98,5 +98,5 @@ fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
 fn worth(design: &Shown) -> Vec<Series> {
     let style = Style::line(Colour::Purple);
     let cost = line(design, design.task.cost.belief_per_step.clone());
-    vec![Series::named("cost of what is not known", style, cost)]
+    vec![Series::named("cost of estimation error", style, cost)]
 }

@@ -119,6 +119,7 @@ fn of_trace(trace: &Trace, index: usize) -> Vec<Track> {
 fn kind_name((method, gradient): (Method, GradientKind)) -> String {
     let method = match method {
         Method::Sqp => "SQP",
+        Method::Cobyla => "COBYLA",
         Method::Barrier => "barrier",
     };
     let gradient = match gradient {
@@ -133,6 +134,7 @@ fn path_style(kind: (Method, GradientKind)) -> Style {
     let (colour, dash) = match kind {
         (Method::Sqp, GradientKind::Total) => (Colour::Black, Dash::Solid),
         (Method::Sqp, GradientKind::Frozen) => (Colour::Vermilion, Dash::Dashed),
+        (Method::Cobyla, _) => (Colour::Green, Dash::Dotted),
         (Method::Barrier, GradientKind::Total) => (Colour::Purple, Dash::DashDotted),
         (Method::Barrier, GradientKind::Frozen) => (Colour::Sky, Dash::Dotted),
     };

@@ -64,7 +64,7 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let wide = panels.len().min(3);
     Ok(Figure {
         name: "pareto".into(),
-        title: "Least directed information over the bound on the expected cost".into(),
+        title: "Least directed information over the limit on the expected cost".into(),
         panels,
         column: Grid { columns: 1, aspect: 0.42 },
         page: Grid { columns: wide, aspect: 0.75 },

@@ -65,7 +65,7 @@ impl View<'_> {
     fn series(&self, planned: PlannedFor) -> Vec<Series> {
         let designs = 0..self.study.designs.len();
         let nominal = Style { dash: Dash::Dotted, width: 0.8, ..Style::line(Colour::Grey) };
-        let label = "noise that the task gives";
+        let label = "nominal noise";
         let mut series = vec![Series::named(label, nominal, Shape::Vertical { x: self.study.nominal })];
         series.extend(designs.clone().map(|design| self.quantiles(design, planned)));
         series.extend(designs.clone().flat_map(|design| self.means(design, planned)));
@@ -117,7 +117,7 @@ impl View<'_> {
         cells.iter().any(|(_, cell)| cell.expected.is_some()).then(|| {
             let (x, y) = cells.iter().map(|(x, cell)| (*x, cell.expected.unwrap_or(f64::NAN))).unzip();
             let style = Style { dash: Dash::Dotted, width: 0.8, ..Style::line(Colour::Black) };
-            Series::named("expected by the theory", style, Shape::Line { x, y })
+            Series::named("predicted by theory", style, Shape::Line { x, y })
         })
     }
 }

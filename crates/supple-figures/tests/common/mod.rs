@@ -73,7 +73,7 @@ pub fn trace() -> Folder {
     let gradients = vec![GradientKind::Total, GradientKind::Frozen];
     let options = TraceOptions { starts: 1, methods: vec![Method::Sqp], gradients, seed: 0 };
     let runs = vec![run(GradientKind::Total, 40.0), run(GradientKind::Frozen, 10.0)];
-    folder("trace", StudyResult::Trace(Box::new(Trace { options, runs })))
+    folder("trace", StudyResult::Trace(Box::new(Trace { options, runs, stopped: false })))
 }
 
 pub fn pareto() -> Folder {
@@ -95,7 +95,10 @@ pub fn pareto() -> Folder {
     };
     let options = ParetoOptions { points: 4, starts: 1, seed: 0 };
     let points = (0..4).map(point).collect();
-    folder("pareto", StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![25.0], points, remarks: vec![] })))
+    folder(
+        "pareto",
+        StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![25.0], points, remarks: vec![], stopped: false })),
+    )
 }
 
 pub fn robustness() -> Folder {
@@ -140,6 +143,7 @@ pub fn robustness() -> Folder {
         designs: vec![design("start", 60.0), design("optimum", 20.0)],
         cells: cells.collect(),
         comparisons: Vec::new(),
+        stopped: false,
     };
     folder("robustness", StudyResult::Robustness(Box::new(study)))
 }

@@ -99,6 +99,39 @@ impl Hasher for Mix {
 /// A map whose keys nobody chooses. The order of its entries says nothing.
 pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mix>>;
 
+/// Something of some nodes, by their numbers, which have no gaps.
+#[derive(Debug)]
+pub(super) struct Table<T>(Vec<Option<T>>);
+
+impl<T: Copy> Table<T> {
+    /// Of no node.
+    pub fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    pub fn get(&self, node: Node) -> Option<T> {
+        self.0.get(node.index()).copied().flatten()
+    }
+
+    pub fn insert(&mut self, node: Node, value: T) {
+        if node.index() >= self.0.len() {
+            self.0.resize(node.index() + 1, None);
+        }
+        self.0[node.index()] = Some(value);
+    }
+
+    pub fn remove(&mut self, node: Node) {
+        if let Some(entry) = self.0.get_mut(node.index()) {
+            *entry = None;
+        }
+    }
+
+    /// The nodes that have one, in their order.
+    pub fn nodes(&self) -> impl Iterator<Item = Node> {
+        self.0.iter().enumerate().filter(|(_, entry)| entry.is_some()).map(|(i, _)| Node(i as u32))
+    }
+}
+
 /// All nodes that a thread has recorded.
 #[derive(Default)]
 pub(super) struct Graph {
@@ -313,26 +346,26 @@ impl Scalar for Node {
         self.map(Op::Sqrt(self), f64::sqrt)
     }
     fn sin_cos(self) -> (Self, Self) {
-        (self.map(Op::Sin(self), f64::sin), self.map(Op::Cos(self), f64::cos))
+        (self.map(Op::Sin(self), <f64 as Scalar>::sin), self.map(Op::Cos(self), <f64 as Scalar>::cos))
     }
     fn exp(self) -> Self {
-        self.map(Op::Exp(self), f64::exp)
+        self.map(Op::Exp(self), <f64 as Scalar>::exp)
     }
     fn ln(self) -> Self {
-        self.map(Op::Ln(self), f64::ln)
+        self.map(Op::Ln(self), <f64 as Scalar>::ln)
     }
     fn tanh(self) -> Self {
-        self.map(Op::Tanh(self), f64::tanh)
+        self.map(Op::Tanh(self), <f64 as Scalar>::tanh)
     }
     fn exp_m1(self) -> Self {
-        self.map(Op::ExpM1(self), f64::exp_m1)
+        self.map(Op::ExpM1(self), <f64 as Scalar>::exp_m1)
     }
     fn ln_1p(self) -> Self {
-        self.map(Op::Ln1p(self), f64::ln_1p)
+        self.map(Op::Ln1p(self), <f64 as Scalar>::ln_1p)
     }
     fn atan2(self, x: Self) -> Self {
         match (self.known(), x.known()) {
-            (Some(y), Some(x)) => Self::constant(y.atan2(x)),
+            (Some(y), Some(x)) => Self::constant(Scalar::atan2(y, x)),
             _ => intern(Op::Atan2(self, x)),
         }
     }

@@ -1,5 +1,5 @@
-use super::node::{Map, Node, Op, operations};
-use super::schedule::{Kind, Step, Units, fuse, results, schedule, without_negatives};
+use super::node::{Node, Op, Table, operations};
+use super::schedule::{Kind, Step, Units, chain, fuse, results, schedule, without_negatives};
 use crate::Scalar;
 
 /// Where a result of a program goes.
@@ -33,15 +33,6 @@ pub(super) enum Fixed {
     Parameter(usize),
 }
 
-/// One operation on slots.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Instruction {
-    pub to: u32,
-    pub a: u32,
-    pub b: u32,
-    pub c: u32,
-}
-
 /// Instructions name slots by this many times their number, so that no multiplication is needed to find them.
 pub(super) const SCALE: usize = 8;
 
@@ -54,7 +45,8 @@ pub struct Program {
     pub(super) fixed: Vec<Fixed>,
     /// Inputs at each knot, in the slots after those: source and place in its matrix.
     pub(super) varying: Vec<(usize, usize)>,
-    pub(super) instructions: Vec<Instruction>,
+    /// The slots that instructions name, one after the other: of the result and of the operands, as many as the kind has.
+    pub(super) instructions: Vec<u32>,
     /// How many instructions of each kind follow one another.
     pub(super) runs: Vec<(Kind, usize)>,
     pub(super) outputs: Vec<(usize, Target)>,
@@ -71,9 +63,12 @@ impl Program {
         let ends = operations(|ops| results(ops, nodes));
         let units = Units { zero: Node::zero(), one: Node::one(), minus_one: -Node::one() };
         let steps = operations(|ops| fuse(ops, &ends, units));
-        let steps = schedule(without_negatives(steps, units));
+        let steps = schedule(chain(without_negatives(steps, units), &ends));
         let mut slots = Slots::new(&steps, &ends);
-        let instructions = steps.iter().enumerate().map(|(place, step)| slots.instruction(place, step)).collect();
+        let mut instructions = Vec::with_capacity(4 * steps.len());
+        for (place, step) in steps.iter().enumerate() {
+            slots.instruction(place, step, &mut instructions);
+        }
         let mut runs: Vec<(Kind, usize)> = Vec::new();
         for step in &steps {
             match runs.last_mut() {
@@ -91,7 +86,7 @@ impl Program {
 
     /// How many operations one knot takes.
     pub fn len(&self) -> usize {
-        self.instructions.len()
+        self.runs.iter().map(|(kind, count)| kind.operations() * count).sum()
     }
 
     /// Whether nothing is computed.
@@ -104,16 +99,16 @@ impl Program {
 struct Slots {
     fixed: Vec<Fixed>,
     varying: Vec<(usize, usize)>,
-    place: Map<Node, usize>,
+    place: Table<usize>,
     /// Place of the last instruction that reads a node.
-    last: Map<Node, usize>,
+    last: Table<usize>,
     free: Vec<usize>,
     next: usize,
 }
 
 impl Slots {
     fn new(steps: &[Step], ends: &[Node]) -> Self {
-        let mut last = Map::default();
+        let mut last = Table::new();
         for (place, step) in steps.iter().enumerate() {
             for node in step.reads() {
                 last.insert(node, place);
@@ -123,10 +118,9 @@ impl Slots {
             last.insert(end, usize::MAX);
         }
         let mut slots =
-            Self { fixed: Vec::new(), varying: Vec::new(), place: Map::default(), last, free: Vec::new(), next: 0 };
-        let mut inputs: Vec<Node> = slots.last.keys().copied().collect();
-        inputs.sort();
-        let ops: Vec<(Node, Op)> = inputs.into_iter().map(|node| (node, node.op())).collect();
+            Self { fixed: Vec::new(), varying: Vec::new(), place: Table::new(), last, free: Vec::new(), next: 0 };
+        let inputs: Vec<Node> = slots.last.nodes().collect();
+        let ops: Vec<(Node, Op)> = operations(|ops| inputs.into_iter().map(|node| (node, ops[node.index()])).collect());
         for &(node, op) in &ops {
             let input = match op {
                 Op::Constant(bits) => Fixed::Constant(f64::from_bits(bits)),
@@ -147,7 +141,7 @@ impl Slots {
     }
 
     fn of(&self, node: Node) -> usize {
-        self.place.get(&node).copied().unwrap_or(0)
+        self.place.get(node).unwrap_or(0)
     }
 
     fn take(&mut self, node: Node) -> u32 {
@@ -159,23 +153,22 @@ impl Slots {
         slot as u32
     }
 
-    fn instruction(&mut self, place: usize, step: &Step) -> Instruction {
-        let [a, b, c] = step.operands.map(|node| node.map_or(0, |node| self.of(node) as u32));
+    fn instruction(&mut self, place: usize, step: &Step, out: &mut Vec<u32>) {
+        let mut operands = step.operands.map(|node| node.map_or(0, |node| self.of(node) as u32));
         let inputs = self.fixed.len() + self.varying.len();
         for node in step.reads() {
             let slot = self.of(node);
-            if self.last.get(&node) == Some(&place) && slot >= inputs {
-                self.last.remove(&node);
+            if self.last.get(node) == Some(place) && slot >= inputs {
+                self.last.remove(node);
                 self.free.push(slot);
             }
         }
         let to = self.take(step.to);
-        let c = match (step.kind, step.second) {
-            (Kind::SinCos, Some(second)) => self.take(second),
-            (Kind::SinCos, None) => to,
-            _ => c,
-        };
-        let [to, a, b, c] = [to, a, b, c].map(|slot| slot * SCALE as u32);
-        Instruction { to, a, b, c }
+        // In the place of the third operand, which it has not.
+        if step.kind == Kind::SinCos {
+            operands[2] = step.second.map_or(to, |second| self.take(second));
+        }
+        let named = [to].into_iter().chain(operands).take(step.kind.places());
+        out.extend(named.map(|slot| slot * SCALE as u32));
     }
 }

@@ -1,6 +1,6 @@
 use std::cell::RefCell;
 
-use super::program::{Fixed, Instruction, Program, SCALE, Target};
+use super::program::{Fixed, Program, SCALE, Target};
 use super::schedule::Kind;
 use crate::pair::Pair;
 use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
@@ -108,40 +108,51 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
             *unsafe { &mut *base.byte_add($place as usize * (size_of::<V>() / SCALE)) }
         };
     }
+    // `to` and the operands of every instruction of a run.
     macro_rules! each {
-        ($now:ident, |$i:ident| $value:expr) => {{
-            let (pairs, odd) = $now.as_chunks::<4>();
-            for chunk in pairs {
-                for $i in chunk {
-                    slot!($i.to) = $value;
+        ($now:ident, [$($operand:ident),*] $value:expr) => {{
+            let (all, _) = $now.as_chunks::<{ 1 + [$(stringify!($operand)),*].len() }>();
+            let (fours, odd) = all.as_chunks::<4>();
+            for four in fours {
+                for &[to, $($operand),*] in four {
+                    slot!(to) = $value;
                 }
             }
-            for $i in odd {
-                slot!($i.to) = $value;
+            for &[to, $($operand),*] in odd {
+                slot!(to) = $value;
             }
         }};
     }
     let mut rest = program.instructions.as_slice();
     for &(kind, count) in &program.runs {
-        let (now, later): (&[Instruction], _) = rest.split_at(count);
+        let (now, later): (&[u32], _) = rest.split_at(count * kind.places());
         rest = later;
         match kind {
-            Kind::MulAdd => each!(now, |i| slot!(i.a).mul_add(slot!(i.b), slot!(i.c))),
-            Kind::Recip => each!(now, |i| slot!(i.a).recip()),
-            Kind::Sqrt => each!(now, |i| slot!(i.a).sqrt()),
-            Kind::Atan2 => each!(now, |i| slot!(i.a).atan2(slot!(i.b))),
-            Kind::Exp => each!(now, |i| slot!(i.a).exp()),
-            Kind::Ln => each!(now, |i| slot!(i.a).ln()),
-            Kind::Tanh => each!(now, |i| slot!(i.a).tanh()),
-            Kind::ExpM1 => each!(now, |i| slot!(i.a).exp_m1()),
-            Kind::Ln1p => each!(now, |i| slot!(i.a).ln_1p()),
-            Kind::Cos => each!(now, |i| slot!(i.a).sin_cos().1),
-            Kind::Select => each!(now, |i| slot!(i.a).select(slot!(i.b), slot!(i.c))),
+            Kind::MulAdd => each!(now, [a, b, c] slot!(a).mul_add(slot!(b), slot!(c))),
+            Kind::MulAdd2 => {
+                each!(now, [a, b, c, d, e] slot!(d).mul_add(slot!(e), slot!(a).mul_add(slot!(b), slot!(c))));
+            }
+            Kind::MulAdd3 => {
+                each!(now, [a, b, c, d, e, f, g] {
+                    let sum = slot!(d).mul_add(slot!(e), slot!(a).mul_add(slot!(b), slot!(c)));
+                    slot!(f).mul_add(slot!(g), sum)
+                });
+            }
+            Kind::Recip => each!(now, [a, _b, _c] slot!(a).recip()),
+            Kind::Sqrt => each!(now, [a, _b, _c] slot!(a).sqrt()),
+            Kind::Atan2 => each!(now, [a, b, _c] slot!(a).atan2(slot!(b))),
+            Kind::Exp => each!(now, [a, _b, _c] slot!(a).exp()),
+            Kind::Ln => each!(now, [a, _b, _c] slot!(a).ln()),
+            Kind::Tanh => each!(now, [a, _b, _c] slot!(a).tanh()),
+            Kind::ExpM1 => each!(now, [a, _b, _c] slot!(a).exp_m1()),
+            Kind::Ln1p => each!(now, [a, _b, _c] slot!(a).ln_1p()),
+            Kind::Cos => each!(now, [a, _b, _c] slot!(a).sin_cos().1),
+            Kind::Select => each!(now, [a, b, c] slot!(a).select(slot!(b), slot!(c))),
             Kind::SinCos => {
-                for i in now {
-                    let (sin, cos) = slot!(i.a).sin_cos();
-                    slot!(i.c) = cos;
-                    slot!(i.to) = sin;
+                for &[to, a, _, second] in now.as_chunks::<4>().0 {
+                    let (sin, cos) = slot!(a).sin_cos();
+                    slot!(second) = cos;
+                    slot!(to) = sin;
                 }
             }
         }

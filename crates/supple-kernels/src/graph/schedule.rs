@@ -1,6 +1,6 @@
 use std::collections::HashSet;
 
-use super::node::{Map, Node, Op};
+use super::node::{Map, Node, Op, Table};
 use crate::Scalar;
 
 /// What an instruction does.
@@ -9,6 +9,10 @@ pub(super) enum Kind {
     /// `a b + c`: also every sum, difference and product, so that nearly all instructions are of one kind and a program
     /// hardly branches.
     MulAdd,
+    /// `d e + (a b + c)`: what is between is never stored.
+    MulAdd2,
+    /// `f g + (d e + (a b + c))`
+    MulAdd3,
     Recip,
     Sqrt,
     /// Sine to the first result, cosine to the second where it is needed.
@@ -23,6 +27,34 @@ pub(super) enum Kind {
     Select,
 }
 
+impl Kind {
+    /// How many operations an instruction is.
+    pub fn operations(self) -> usize {
+        match self {
+            Self::MulAdd2 => 2,
+            Self::MulAdd3 => 3,
+            _ => 1,
+        }
+    }
+
+    /// How many places an instruction names: of its result, and of its operands or its second result.
+    pub fn places(self) -> usize {
+        2 + 2 * self.operations()
+    }
+
+    /// The kind that does one product more, where there is one.
+    fn with_product(self) -> Option<Self> {
+        match self {
+            Self::MulAdd => Some(Self::MulAdd2),
+            Self::MulAdd2 => Some(Self::MulAdd3),
+            _ => None,
+        }
+    }
+}
+
+/// Operands that an instruction has at most.
+const OPERANDS: usize = 7;
+
 /// An instruction on nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
@@ -30,7 +62,7 @@ pub(super) struct Step {
     pub to: Node,
     /// The second result, of those that have one.
     pub second: Option<Node>,
-    pub operands: [Option<Node>; 3],
+    pub operands: [Option<Node>; OPERANDS],
     /// Whether the product counts with the opposite sign: so until [`without_negatives`].
     pub negative: bool,
 }
@@ -40,6 +72,12 @@ impl Step {
     pub fn reads(&self) -> impl Iterator<Item = Node> {
         self.operands.into_iter().flatten()
     }
+}
+
+fn padded<const N: usize>(given: [Option<Node>; N]) -> [Option<Node>; OPERANDS] {
+    let mut operands = [None; OPERANDS];
+    operands[..N].copy_from_slice(&given);
+    operands
 }
 
 /// What stands behind opaque nodes.
@@ -106,8 +144,7 @@ pub(super) fn fuse(ops: &[Op], ends: &[Node], units: Units) -> Vec<Step> {
 /// The instruction of one node.
 fn step(ops: &[Op], to: Node, fused: &[bool], units: Units) -> Option<Step> {
     let make = |kind, negative, operands: [Option<Node>; 3]| {
-        let operands = operands.map(|node| node.map(|node| behind(ops, node)));
-        Some(Step { kind, to, second: None, operands, negative })
+        Some(Step { kind, to, second: None, operands: padded(operands.map(|node| Some(behind(ops, node?)))), negative })
     };
     let one = |kind, a| make(kind, false, [Some(a), None, None]);
     let fuse = |negative, (a, b), c| make(Kind::MulAdd, negative, [Some(a), Some(b), Some(c)]);
@@ -153,37 +190,69 @@ pub(super) struct Units {
 
 /// The same instructions without negative products: one factor of each is negated beforehand, once for all.
 pub(super) fn without_negatives(steps: Vec<Step>, units: Units) -> Vec<Step> {
-    let mut wanted: Map<Node, usize> = Map::default();
+    let mut wanted: Table<usize> = Table::new();
     for step in steps.iter().filter(|step| step.negative) {
-        for node in step.operands[..2].iter().flatten() {
-            *wanted.entry(*node).or_default() += 1;
+        for &node in step.operands[..2].iter().flatten() {
+            wanted.insert(node, wanted.get(node).unwrap_or(0) + 1);
         }
     }
-    let made: HashSet<Node> = steps.iter().map(|step| step.to).collect();
-    let mut negated: Map<Node, Node> = Map::default();
+    let mut made = Table::new();
+    for step in &steps {
+        made.insert(step.to, ());
+    }
+    let mut negated: Table<Node> = Table::new();
     let mut out = Vec::with_capacity(steps.len());
     for mut step in steps {
-        if let (true, [Some(a), Some(b), c]) = (step.negative, step.operands) {
+        if let (true, [Some(a), Some(b), c, ..]) = (step.negative, step.operands) {
             // Constants cost nothing; else the factor that most others want.
-            let rank = |node: Node| (node.known().is_some(), negated.contains_key(&node), wanted[&node]);
+            let rank = |node: Node| (node.known().is_some(), negated.get(node).is_some(), wanted.get(node));
             let (factor, other) = if rank(b) > rank(a) { (b, a) } else { (a, b) };
             let negative = match factor.known() {
                 Some(value) => Node::constant(-value),
-                None => *negated.entry(factor).or_insert_with(|| {
+                None => negated.get(factor).unwrap_or_else(|| {
                     let to = factor.negative();
                     // One that the graph has already stands further on, perhaps; it may be made twice.
-                    let to = if made.contains(&to) { to.opaque() } else { to };
-                    let operands = [Some(factor), Some(units.minus_one), Some(units.zero)];
+                    let to = if made.get(to).is_some() { to.opaque() } else { to };
+                    let operands = padded([Some(factor), Some(units.minus_one), Some(units.zero)]);
                     out.push(Step { kind: Kind::MulAdd, to, second: None, operands, negative: false });
+                    negated.insert(factor, to);
                     to
                 }),
             };
-            step.operands = [Some(negative), Some(other), c];
+            step.operands = padded([Some(negative), Some(other), c]);
             step.negative = false;
         }
         out.push(step);
     }
     out
+}
+
+/// The same instructions, with sums of products that nothing else reads until they are complete as one instruction each, of
+/// so many products as there are kinds for. The order of the arithmetic stays.
+pub(super) fn chain(steps: Vec<Step>, ends: &[Node]) -> Vec<Step> {
+    let mut uses: Table<u32> = Table::new();
+    for node in steps.iter().flat_map(Step::reads).chain(ends.iter().copied()) {
+        uses.insert(node, uses.get(node).unwrap_or(0) + 1);
+    }
+    let mut out: Vec<Option<Step>> = Vec::with_capacity(steps.len());
+    let mut made: Table<usize> = Table::new();
+    for mut step in steps {
+        if let (Kind::MulAdd, [a, b, Some(sum), ..]) = (step.kind, step.operands)
+            && uses.get(sum) == Some(1)
+            && let Some(place) = made.get(sum)
+            && let Some(before) = out[place]
+            && let Some(kind) = before.kind.with_product()
+        {
+            out[place] = None;
+            let first = before.kind.places() - 1;
+            step.kind = kind;
+            step.operands = before.operands;
+            step.operands[first..first + 2].copy_from_slice(&[a, b]);
+        }
+        made.insert(step.to, out.len());
+        out.push(Some(step));
+    }
+    out.into_iter().flatten().collect()
 }
 
 /// Makes sine and cosine of one angle the two results of one instruction. An opaque node is an angle of its own: its
@@ -212,30 +281,47 @@ const WINDOW: usize = 256;
 /// The same instructions in an order in which those of one kind follow one another, so that the loop over them seldom
 /// changes what it does: within each window, all that are ready of the kind that most are ready of, and again.
 pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
-    steps.chunks(WINDOW).flat_map(schedule_window).collect()
+    // Where each result is made, within its window and which that is.
+    let mut made = Table::new();
+    let mut out = Vec::with_capacity(steps.len());
+    for (number, window) in steps.chunks(WINDOW).enumerate() {
+        for (i, step) in window.iter().enumerate() {
+            made.insert(step.to, (number as u32, i as u32));
+            if let Some(second) = step.second {
+                made.insert(second, (number as u32, i as u32));
+            }
+        }
+        let maker = |node| made.get(node).filter(|&(window, _)| window == number as u32).map(|(_, i)| i as usize);
+        schedule_window(window, maker, &mut out);
+    }
+    out
 }
 
-fn schedule_window(window: &[Step]) -> Vec<Step> {
-    let mut made: Map<Node, usize> = Map::default();
-    for (i, step) in window.iter().enumerate() {
-        made.insert(step.to, i);
-        made.extend(step.second.map(|second| (second, i)));
-    }
+fn schedule_window(window: &[Step], maker: impl Fn(Node) -> Option<usize>, order: &mut Vec<Step>) {
     let mut waits_for = vec![0; window.len()];
-    let mut readers = vec![Vec::new(); window.len()];
+    // The readers of step i are `readers[ends[i]..ends[i + 1]]` once all are counted and then written.
+    let mut ends = vec![0; window.len() + 1];
+    for step in window {
+        step.reads().filter_map(&maker).for_each(|maker| ends[maker + 1] += 1);
+    }
+    for i in 0..window.len() {
+        ends[i + 1] += ends[i];
+    }
+    let (mut readers, mut next) = (vec![0; ends[window.len()]], ends.clone());
     for (i, step) in window.iter().enumerate() {
-        for &maker in step.reads().filter_map(|node| made.get(&node)) {
+        for maker in step.reads().filter_map(&maker) {
             waits_for[i] += 1;
-            readers[maker].push(i);
+            readers[next[maker]] = i;
+            next[maker] += 1;
         }
     }
     let mut ready: Map<Kind, Vec<usize>> = Map::default();
     for i in (0..window.len()).filter(|&i| waits_for[i] == 0) {
         ready.entry(window[i].kind).or_default().push(i);
     }
-    let mut order = Vec::with_capacity(window.len());
     let mut last = None;
-    while order.len() < window.len() {
+    let end = order.len() + window.len();
+    while order.len() < end {
         // Ties are broken by the order of first appearance, so that the result is always the same.
         let most = ready.iter().filter(|(_, list)| !list.is_empty());
         let Some(kind) = most.max_by_key(|(kind, list)| (last == Some(**kind), list.len(), std::cmp::Reverse(list[0])))
@@ -248,7 +334,7 @@ fn schedule_window(window: &[Step]) -> Vec<Step> {
         now.sort_unstable();
         for i in now {
             order.push(window[i]);
-            for &reader in &readers[i] {
+            for &reader in &readers[ends[i]..ends[i + 1]] {
                 waits_for[reader] -= 1;
                 if waits_for[reader] == 0 {
                     ready.entry(window[reader].kind).or_default().push(reader);
@@ -256,5 +342,4 @@ fn schedule_window(window: &[Step]) -> Vec<Step> {
             }
         }
     }
-    order
 }

@@ -1,6 +1,7 @@
 //! Kernels for symmetric matrices, of which only the lower triangle is computed, and for triangular factors.
 
 use super::{Into, Left, add_scaled, columns, multiply, scale};
+use crate::math;
 use crate::{LANES, Lanes, padded};
 
 /// Rows that are computed together.
@@ -140,7 +141,7 @@ fn root_of(pivot: f64) -> Option<f64> {
 /// `log |a|` from the factor that [`cholesky`] left.
 #[inline(always)]
 pub fn log_determinant(factor: &[f64], n: usize, stride: usize) -> f64 {
-    2.0 * (0..n).map(|i| factor[i * stride + i].ln()).sum::<f64>()
+    2.0 * (0..n).map(|i| math::ln(factor[i * stride + i])).sum::<f64>()
 }
 
 /// Solves `G G' X = B` in place, the `n` rows of `right` being those of `B`, with the factor that [`cholesky`] left.

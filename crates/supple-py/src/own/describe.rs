@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use supple::design::DesignSettings;
+use supple::lqg::ControlBounds;
 use supple::noise::{Covariance, NamedVariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters};
-use supple::plan::{ControlBounds, PlanSettings};
+use supple::plan::PlanSettings;
 use supple::system::System;
 use supple::{Matrices, Problem, Task, Value};
 
@@ -100,8 +101,9 @@ impl Described {
 impl DescribedTask {
     fn build(self, system: Arc<dyn System>, parameters: &Parameters) -> Result<Task, String> {
         let at = |what: &str| format!("task `{}`: {what}", self.name);
-        if self.steps == 0 {
-            return Err(at("steps must be at least 1; found 0"));
+        let most = supple::most_steps(system.dimensions());
+        if !(1..=most).contains(&self.steps) {
+            return Err(at(&format!("steps must be from 1 to {most} with so many states; found {}", self.steps)));
         }
         if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
             return Err(at(&format!("information_weight must be at least 0; found {}", self.information_weight)));

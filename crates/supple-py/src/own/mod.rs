@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use supple::Problem;
 use supple::system::System;
+use supple::{Dimensions, Problem};
 
 use crate::errors;
 
@@ -65,6 +65,10 @@ pub fn problem(description: &Bound<'_, PyDict>, failures: &Failures) -> PyResult
     let systems = field(description, "systems")?.cast_into::<PyList>()?;
     let mut made = Vec::new();
     for (entry, steps) in systems.iter().zip(described.steps()) {
+        let most = supple::most_steps(Dimensions::default());
+        if steps > most {
+            return Err(wrong(format!("steps: {steps} is too many; at most {most}")));
+        }
         let context = Context { parameters: &names, steps, failures };
         made.push(system(&entry.cast_into::<PyDict>()?, &context)?);
     }

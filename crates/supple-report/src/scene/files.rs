@@ -16,9 +16,15 @@ const MOST_BYTES: u64 = 256 << 20;
 /// Files that a warning names, at most.
 const MOST_NAMES: usize = 5;
 
+/// Why a file is not read that a result names.
+const OUTSIDE: &str =
+    "is not in the folder of the result's robot or task file, nor in a package root; or that file has changed";
+
 /// The mesh files that were read, and what went wrong.
 #[derive(Default)]
 pub struct Files {
+    /// Where files may be, without symbolic links; anywhere where it is not said.
+    folders: Option<Vec<PathBuf>>,
     known: HashMap<PathBuf, Option<Surface>>,
     bytes: u64,
     /// Files that cannot be shown, by the reason.
@@ -26,9 +32,22 @@ pub struct Files {
 }
 
 impl Files {
+    /// Only files within these folders are read, whatever a result says.
+    pub fn within(folders: &[PathBuf]) -> Self {
+        let folders = folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
+        Self { folders: Some(folders), ..Self::default() }
+    }
+
+    fn is_within(&self, path: &Path) -> bool {
+        // What is not there is told by reading it.
+        let Some(folders) = &self.folders else { return true };
+        path.canonicalize().map_or(true, |real| folders.iter().any(|folder| real.starts_with(folder)))
+    }
+
     fn file(&mut self, path: &Path) -> Option<&Surface> {
         if !self.known.contains_key(path) {
-            let surface = match read(path, MOST_BYTES - self.bytes) {
+            let read = if self.is_within(path) { read(path, MOST_BYTES - self.bytes) } else { Err(OUTSIDE.to_owned()) };
+            let surface = match read {
                 Ok((surface, bytes)) => {
                     self.bytes += bytes;
                     Some(surface)
@@ -48,13 +67,13 @@ impl Files {
         let sentence = |(why, paths): (&String, &BTreeSet<String>)| {
             let shown: Vec<_> = paths.iter().take(MOST_NAMES).map(String::as_str).collect();
             match paths.len() {
-                1 => format!("mesh {} {why}; a simple shape is shown instead", shown[0]),
+                1 => format!("mesh {} {why}; lines between joints are shown instead", shown[0]),
                 count => {
                     let rest = count.saturating_sub(MOST_NAMES);
                     let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
                     let shown = shown.join(", ");
                     format!(
-                        "{count} meshes cannot be shown, each of which {why}: {shown}{more}; simple shapes are shown instead"
+                        "{count} meshes cannot be shown, each of which {why}: {shown}{more}; lines between joints are shown instead"
                     )
                 }
             }

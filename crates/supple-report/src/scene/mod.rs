@@ -5,11 +5,14 @@
 //! ```
 
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
+use supple::file::read_text;
 use supple::scene::{Body, Scene};
+use supple_study::Source;
 
 mod dae;
 mod files;
@@ -35,12 +38,83 @@ pub const MOST_TRIANGLES: usize = 20_000;
 ///
 /// `{ meshes, designs, warnings }`: surfaces of bodies, each there once whoever shares it, with vertices (`f4`) and faces
 /// (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number; and what to tell the reader.
-/// Meshes that cannot be read are shown as the simple shapes that the scene has for each body, with a warning.
+/// Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a warning.
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
-    let mut files = Files::default();
-    let mut shared = Shared::default();
-    let designs: Vec<Value> = scenes.iter().map(|(name, scene)| design(name, scene, &mut files, &mut shared)).collect();
-    json!({ "meshes": shared.list, "designs": designs, "warnings": files.warnings() })
+    Stage::default().all(scenes)
+}
+
+/// As [`data`], of a result that others may have made: meshes are read from the folders of its `sources` only, as far as these
+/// are still what they were, and from the package roots of its task file.
+pub fn data_of_result(scenes: &[(&str, &Scene)], sources: &[Source]) -> Value {
+    Stage { files: Files::within(&folders(sources)), ..Stage::default() }.all(scenes)
+}
+
+/// Scenes that are shown one after another: surfaces and mesh files are read once, whoever shares them.
+#[derive(Default)]
+pub struct Stage {
+    files: Files,
+    shared: Shared,
+    /// Surfaces by what they are made of; none for bodies without any.
+    known: HashMap<String, Option<usize>>,
+}
+
+impl Stage {
+    fn all(mut self, scenes: &[(&str, &Scene)]) -> Value {
+        let designs: Vec<Value> = scenes.iter().map(|(name, scene)| self.design(name, scene)).collect();
+        json!({ "meshes": self.shared.list, "designs": designs, "warnings": self.warnings() })
+    }
+
+    /// One of the `designs` of [`data`]: a scene, whose bodies name their surface among [`surfaces`](Self::surfaces).
+    pub fn design(&mut self, name: &str, scene: &Scene) -> Value {
+        let share = self.files.share(scene);
+        let bodies: Vec<Value> = scene.bodies.iter().map(|body| self.body(body, share)).collect();
+        json!({
+            "name": name,
+            "time": scene.time,
+            "size": scene.size,
+            "bodies": bodies,
+            "connections": scene.connections,
+            "beliefs": scene.beliefs,
+            "walls": scene.walls,
+        })
+    }
+
+    /// The `meshes` of [`data`]: all surfaces so far.
+    pub fn surfaces(&self) -> &[Value] {
+        &self.shared.list
+    }
+
+    /// What to tell the reader: meshes that cannot be shown.
+    pub fn warnings(&self) -> Vec<String> {
+        self.files.warnings()
+    }
+
+    fn body(&mut self, body: &Body, share: f64) -> Value {
+        let made_of = format!("{:?} {:?} {share}", body.shapes, body.meshes);
+        let Self { files, shared, known } = self;
+        let mesh = *known.entry(made_of).or_insert_with(|| {
+            let surface = files.surface(body, share).unwrap_or_else(|| solids::surface(&body.shapes));
+            (!surface.faces.is_empty()).then(|| shared.place(&surface))
+        });
+        json!({ "name": body.name, "mesh": mesh, "position": body.position, "rotation": body.rotation })
+    }
+}
+
+/// The folders of task and robot files that still are what a result was made of, and the package roots of the task file.
+fn folders(sources: &[Source]) -> Vec<PathBuf> {
+    let is_same = |source: &&Source| read_text(&source.path).is_ok_and(|text| text == source.text);
+    let home = |source: &Source| match Path::new(&source.path).parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    let mut folders: Vec<PathBuf> = sources.iter().filter(is_same).map(home).collect();
+    if let Some(task) = sources.first().filter(is_same) {
+        let table: toml::Table = task.text.parse().unwrap_or_default();
+        let roots = table.get("model").and_then(|model| model.get("package_roots")?.as_array());
+        let names = roots.into_iter().flatten().filter_map(toml::Value::as_str);
+        folders.extend(names.map(|name| home(task).join(name)));
+    }
+    folders
 }
 
 /// Surfaces, each once.
@@ -60,27 +134,4 @@ impl Shared {
             self.list.len() - 1
         })
     }
-}
-
-fn design(name: &str, scene: &Scene, files: &mut Files, shared: &mut Shared) -> Value {
-    let share = files.share(scene);
-    let body = |body: &Body| {
-        let surface = files.surface(body, share).unwrap_or_else(|| solids::surface(&body.shapes));
-        json!({
-            "name": body.name,
-            "mesh": (!surface.faces.is_empty()).then(|| shared.place(&surface)),
-            "position": body.position,
-            "rotation": body.rotation,
-        })
-    };
-    let bodies: Vec<Value> = scene.bodies.iter().map(body).collect();
-    json!({
-        "name": name,
-        "time": scene.time,
-        "size": scene.size,
-        "bodies": bodies,
-        "connections": scene.connections,
-        "beliefs": scene.beliefs,
-        "walls": scene.walls,
-    })
 }

@@ -31,11 +31,14 @@ pub fn section(context: &mut Context) -> Option<Markup> {
             (evaluated(part, &evaluations))
         }
         @if searches.is_empty() && evaluations.is_empty() {
-            p { "No design of this task was searched for or evaluated by itself; what follows are studies over many designs." }
+            p {
+                "No single design of this task was optimised or evaluated; the sections below are studies over many "
+                "designs."
+            }
         }
         @if !warnings.is_empty() {
             div.warnings {
-                p { strong { "To be careful about" } }
+                p { strong { "Warnings" } }
                 ul { @for warning in &warnings { li { (warning) } } }
                 @if let Some(limits) = limits(part) { (limits) }
             }
@@ -63,10 +66,10 @@ fn asked(part: &Part) -> String {
     let tasks: Vec<String> = about.tasks.iter().map(task).collect();
     let noun = if tasks.len() == 1 { "task" } else { "tasks" };
     if design.is_empty() {
-        return format!("The {noun}: {}. No parameter is open to design.", list(&tasks));
+        return format!("The {noun}: {}. There are no design parameters.", list(&tasks));
     }
     format!(
-        "Asked: with which {} does the controller need the least information from the sensors? The {noun}: {}.",
+        "Question: with which {} does the controller receive the least sensor information? The {noun}: {}.",
         list(&design),
         list(&tasks)
     )
@@ -120,7 +123,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
         };
         if after.weight_nats_per_unit > 0.0 {
             let [weight, sum] = [after.weight_nats_per_unit, after.objective_nats].map(|nats| number(bits(nats)));
-            text += &format!(" A unit of it counts as {weight} bits; {sum} bits are minimised.");
+            text += &format!(" A unit of price counts as {weight} bits; the minimised total is {sum} bits.");
         }
     }
     text
@@ -162,7 +165,7 @@ fn against_budget(report: &DesignReport, budget: f64) -> String {
     match Standing::of_price(report) {
         Standing::Missed => format!("this exceeds the budget of {budget}"),
         Standing::Active(saved) => {
-            format!("the budget of {budget} is used up: one unit more of it would save {} bits", number(saved))
+            format!("the budget of {budget} is exhausted: +1 in budget saves {} bits", number(saved))
         }
         Standing::Met => format!("the budget is {budget}"),
     }
@@ -175,9 +178,9 @@ fn against_bound(report: &DesignReport, index: usize, bound: f64) -> String {
     match standing {
         Standing::Missed => format!("this misses its bound of {bound}"),
         Standing::Active(saved) => {
-            format!("its bound of {bound} is active: one unit more of it would save {} bits", number(saved))
+            format!("its bound of {bound} is active: +1 in cost saves {} bits", number(saved))
         }
-        Standing::Met => format!("its bound of {bound} is met and not active"),
+        Standing::Met => format!("its bound of {bound} is met but not active"),
     }
 }
 
@@ -201,7 +204,7 @@ fn verdict(report: &DesignReport) -> String {
     let how = match report.status {
         // What starts found says nothing of what was chosen from catalogues.
         DesignStatus::Converged if report.catalogue.is_some() => {
-            "The search converged: this is an optimum among the catalogues' entries.".into()
+            "The search converged: this is an optimum among the catalogue entries.".into()
         }
         DesignStatus::Converged => format!(
             "The search converged: {} of {} ended at this information.{}",
@@ -210,19 +213,19 @@ fn verdict(report: &DesignReport) -> String {
             report.advice()
         ),
         DesignStatus::NotOptimal => {
-            "The search came to rest, but this is not an optimum: the total gradient is not zero there.".into()
+            "The search stopped, but this is not an optimum: the total gradient is not zero there.".into()
         }
         DesignStatus::NotConverged => {
             "The search did not converge; this is the best design found that meets every bound.".into()
         }
-        DesignStatus::Stopped => "The search was stopped; this is the best design until then.".into(),
+        DesignStatus::Stopped => "The search was stopped; this is the best design found so far.".into(),
         DesignStatus::BoundViolated => {
-            "No design that meets every bound with a plan that converged was found; this is the closest.".into()
+            "No design that meets every bound with a converged plan was found; this is the closest.".into()
         }
     };
     let branches = match report.branches {
         0 | 1 => String::new(),
-        several => format!(" {several} local minima of its plans were seen; the numbers are those of the cheapest."),
+        several => format!(" {several} local minima of its plans were encountered; the numbers are for the cheapest."),
     };
     format!("{how}{branches}")
 }
@@ -303,7 +306,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             |budget| {
                 let note = match Standing::of_price(report) {
                     Standing::Missed => "exceeded".into(),
-                    Standing::Active(saved) => format!("used up: {} bits per unit", number(saved)),
+                    Standing::Active(saved) => format!("exhausted: {} bits per unit", number(saved)),
                     Standing::Met => "met".into(),
                 };
                 [number(budget), note]
@@ -321,9 +324,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
 /// What roll-outs say of the predictions.
 fn trusted(report: &DesignReport) -> Vec<String> {
     let says = |place: &str, task: &TaskEvaluation| {
-        let trust = task.trust.as_ref()?;
-        let reasons = if trust.reasons.is_empty() { String::new() } else { format!(": {}", trust.reasons.join("; ")) };
-        Some(format!("Roll-outs of {} {place}: {}{reasons}.", task.name, trust.verdict))
+        Some(format!("Roll-outs of {} {place}: {}.", task.name, task.trust.as_ref()?))
     };
     let tasks = report.start.tasks.iter().zip(&report.optimum.tasks);
     tasks.flat_map(|(start, optimum)| [says("at the start", start), says("at the end", optimum)]).flatten().collect()
@@ -334,10 +335,10 @@ fn changes(split: &[Split]) -> Markup {
     let head = words([
         "task",
         "change, bits",
-        "what sensors see",
-        "how uncertainty spreads",
-        "how the plan moves",
-        "leaps of plans",
+        "what the sensors see",
+        "how uncertainty propagates",
+        "how the plan changes",
+        "jumps to other local minima",
     ]);
     let row = |of: &Split| {
         let parts = [of.total_bits, of.sensors_bits, of.uncertainty_bits, of.plan_bits, of.leaps_bits];
@@ -350,7 +351,7 @@ fn changes(split: &[Split]) -> Markup {
     table("Where the change of measured information comes from (theory, equation G.10)", &head, &rows)
 }
 
-/// Designs that were evaluated by themselves.
+/// Designs that no search found.
 fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
     let mut head = words(["design", "parameters", "information, bits"]);
     for task in &part.about.tasks {
@@ -374,5 +375,5 @@ fn evaluated(part: &Part, evaluations: &[(&str, &Evaluation)]) -> Markup {
         row
     };
     let rows: Vec<_> = evaluations.iter().map(row).collect();
-    table("Designs evaluated by themselves", &head, &rows)
+    table("Other designs", &head, &rows)
 }

@@ -33,15 +33,15 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "The minimum is the least directed information with which any sensors and any controller keep the expected cost. "
-            "A sensor that attains it is the virtual sensor; what a real design needs beyond it is the price of its own sensors."
+            "The minimum is the least directed information with which any sensors and any controller stay within the "
+            "cost limit. The virtual sensor attains this minimum; a real design measures more because of its own sensors."
         }
         @for piece in pieces { (piece) }
     })
 }
 
 fn shown(bits: Option<f64>) -> String {
-    bits.map_or_else(|| "not known".to_owned(), number)
+    bits.map_or_else(|| "unknown".to_owned(), number)
 }
 
 fn bounds(task: &TaskBound, name: &str) -> Markup {
@@ -52,15 +52,17 @@ fn bounds(task: &TaskBound, name: &str) -> Markup {
     html! {
         (table(&format!("Bounds for {name}"), &words(["information", "bits per step", "for"]), &rows))
         p {
-            "Expected cost kept: " (number(task.cost)) "; least, with the state known exactly: " (number(task.minimum_cost)) ". "
+            "Cost limit: " (number(task.cost)) "; minimum cost, with the state known exactly: "
+            (number(task.minimum_cost)) ". "
             "The minimum is certified to " (number(task.duality_gap_bits)) " bits per step"
             @if let Some(efficiency) = task.efficiency {
-                ", and is " (share(efficiency)) " of what the measurements of this design give"
+                ", and is " (share(efficiency)) " of the information that this design measures"
             }
             @if let Some(efficiency) = task.control_efficiency {
-                " and " (share(efficiency)) " of what reaches its controls"
+                " and " (share(efficiency)) " of the information that its controller uses"
             }
-            ". Prefix-free codes with scalar quantisers need at most " (number(task.quantiser_bits_per_step)) " bits per step."
+            ". Prefix-free codes with scalar quantisers require at most "
+            (number(task.quantiser_bits_per_step)) " bits per step."
         }
         @if !task.remarks.is_empty() { ul { @for remark in &task.remarks { li { (remark) } } } }
     }
@@ -83,7 +85,7 @@ fn sensor(task: &TaskBound, name: &str) -> Markup {
             ]);
         }
     }
-    let head = words(["time, s", "strongest at, s", "bits there", "measures", "with deviation"]);
+    let head = words(["time, s", "peak at, s", "bits at peak", "measures", "standard deviation"]);
     html! { @if !rows.is_empty() { (table(&format!("Virtual sensor for {name}"), &head, &rows)) } }
 }
 
@@ -104,7 +106,7 @@ fn over_time(task: &TaskBound, name: &str, plots: &mut Plots) -> Markup {
     plots.add(Plot {
         title: format!("Information at each decision, {name}"),
         alternative: format!(
-            "Bits at each decision over time: {} in all for the minimum, {} per step.",
+            "Bits at each decision over time: {} in total for the minimum, {} per step.",
             number(task.minimum_bits),
             number(task.minimum_bits_per_step)
         ),
@@ -143,19 +145,19 @@ fn over_cost(task: &TaskBound, curve: &Curve, name: &str, plots: &mut Plots) -> 
     }
     let end = |place: Option<&f64>| number(place.copied().unwrap_or(f64::NAN));
     plots.add(Plot {
-        title: format!("Least information over the expected cost, {name}"),
+        title: format!("Minimum information over the cost limit, {name}"),
         alternative: format!(
-            "Least information over the expected cost: from {} bits per step at {} above the least cost to {} at {}.",
+            "Minimum information over the cost limit: from {} bits per step at {} above the minimum cost to {} at {}.",
             end(bits.first()),
             end(excess.first()),
             end(bits.last()),
             end(excess.last())
         ),
-        caption: format!("The least cost, with the state known exactly, is {}.", number(task.minimum_cost)),
+        caption: format!("The minimum cost, with the state known exactly, is {}.", number(task.minimum_cost)),
         height: 420,
         traces,
         layout: json!({
-            "xaxis": { "title": { "text": "expected cost above the least there is" }, "type": "log" },
+            "xaxis": { "title": { "text": "expected cost above the minimum" }, "type": "log" },
             "yaxis": { "title": { "text": "bits per step" } }, "hovermode": "closest",
         }),
         choice: None,

@@ -24,7 +24,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
 
 fn chosen(catalogue: &CatalogueReport, of: &str) -> Markup {
     let entries = catalogue.chosen.iter().map(|entry| {
-        let price = entry.price.map_or_else(|| "not told".to_owned(), number);
+        let price = entry.price.map_or_else(|| "not given".to_owned(), number);
         vec![entry.parameter.clone(), number(entry.value), entry.name.clone().unwrap_or_default(), price]
     });
     let best = catalogue.best.iter().map(|one| {

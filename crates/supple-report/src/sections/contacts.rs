@@ -8,27 +8,21 @@ use super::series::titled;
 use crate::html::{table, words};
 use crate::numbers::{number, with_unit};
 use crate::part::Part;
+use crate::plots::Plots;
 use crate::words::list;
 
 /// A table by task.
 pub fn section(context: &mut Context) -> Option<Markup> {
-    let part = context.part;
-    let tables: Vec<Markup> = (0..part.about.tasks.len()).filter_map(|task| contacts(part, task)).collect();
-    if tables.is_empty() {
-        return None;
-    }
-    Some(html! {
-        p {
-            "A contact touches at a step where its clearance is below one smoothing length and its normal force above "
-            "1e-6 of stiffness times smoothing. Times, forces and clearances are those of the plan without noise; the mean "
-            "force is over the steps that touch, and a negative clearance is a penetration. The last column is the "
-            "greatest force at steps with a clearance of more than one smoothing length."
-        }
-        @for table in tables { (table) }
-    })
+    let about = html! {
+        "A contact touches at a step if its clearance is below one smoothing length and its normal force is above 1e-6 of "
+        "stiffness times smoothing. Times, forces and clearances refer to the plan without noise; the mean force is over "
+        "the steps at which it touches, and a negative clearance is a penetration. The last column is the greatest force "
+        "at steps with a clearance of more than one smoothing length."
+    };
+    context.by_task(&about, contacts)
 }
 
-fn contacts(part: &Part, task: usize) -> Option<Markup> {
+fn contacts(part: &Part, task: usize, _: &mut Plots) -> Option<Markup> {
     let head = words([
         "contact",
         "design",

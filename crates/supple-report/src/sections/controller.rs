@@ -28,10 +28,10 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "The controller applies its feedforward and, by its feedback gains, what the estimate is off the plan. The "
-            "temporal variation says how much a controller changes over the task: the root of the variance of its gains "
-            "over time, relative to the root mean square of their size. It is 0 for constant gains and at most 1. The "
-            "variance itself adds entries of different units, so it compares designs of one task only."
+            "The controller adds to its feedforward the feedback gains times the deviation of the estimate from the plan. "
+            "The temporal variation measures how much a controller changes over the task: the standard deviation of its "
+            "gains over time, relative to the root mean square of their size. It is 0 for constant gains and at most 1. The "
+            "variance itself sums entries of different units, so use it only to compare designs for the same task."
         }
         @for piece in pieces { (piece) }
     })

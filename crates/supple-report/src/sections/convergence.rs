@@ -40,6 +40,7 @@ pub fn kind(run: &TraceRun) -> usize {
         (Method::Sqp, GradientKind::Frozen) => 1,
         (Method::Barrier, GradientKind::Total) => 2,
         (Method::Barrier, GradientKind::Frozen) => 3,
+        (Method::Cobyla, _) => 4,
     }
 }
 
@@ -149,9 +150,9 @@ fn starts(part: &Part, folder: &str, report: &DesignReport) -> Markup {
     html! {
         (table(&in_folder("Starts of the search", folder, part.searches().len() > 1), &head, &rows))
         p.note {
-            "Method: " (method(report.method, report.gradient)) "; " (seeds) " in all. Optimality is the greatest slope of the "
-            "Lagrangian that is left, relative to that of the information; a cost above its bound is given relative to the "
-            "bound." (without_contact(report.evaluations_without_contact))
+            "Method: " (method(report.method, report.gradient)) "; " (seeds) " in all. Optimality is the greatest remaining "
+            "slope of the Lagrangian, relative to the slope of the information; a cost above its bound is given relative "
+            "to the bound." (without_contact(report.evaluations_without_contact))
         }
     }
 }
@@ -160,7 +161,7 @@ fn starts(part: &Part, folder: &str, report: &DesignReport) -> Markup {
 fn without_contact(designs: usize) -> String {
     match designs {
         0 => String::new(),
-        1 => " 1 of these designs never touches a contact from which a cost wants a force.".into(),
-        _ => format!(" {designs} of these designs never touch a contact from which a cost wants a force."),
+        1 => " 1 of these designs never makes a contact whose force a cost tracks.".into(),
+        _ => format!(" {designs} of these designs never make a contact whose force a cost tracks."),
     }
 }

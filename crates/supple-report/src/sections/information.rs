@@ -31,9 +31,9 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "Directed information is the sum of what each measurement gives the controller. A sensor gives so much alone, "
-            "if the others were not read at that step, and so much beyond the others; what sensors share counts in each "
-            "alone, and in none beyond the others."
+            "Directed information is the sum of the information in each measurement. Alone: what a sensor would give "
+            "if the others were not read at that step. Beyond the others: what it adds to them. Information that "
+            "sensors share counts for each sensor alone, and for none beyond the others."
         }
         @for piece in pieces { (piece) }
     })
@@ -81,7 +81,7 @@ fn total(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Markup {
     let each = |run: &Run| run.task.information.per_step_nats.iter().map(|&nats| bits(nats)).collect::<Vec<_>>();
     let views = vec![
         view("At each measurement", "bits", runs, each, plots),
-        view("Summed up to the time", "bits", runs, |run| sums(&each(run)), plots),
+        view("Cumulative", "bits", runs, |run| sums(&each(run)), plots),
     ];
     let caption = "All sensors together: the terms of equation (I.1) of the theory, and their sum. The last value of the sum \
                    is the directed information of the task.";
@@ -128,7 +128,7 @@ fn sensors(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<
 fn value(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Markup {
     let traces = lines(runs, |run| run.task.cost.belief_per_step.len(), plots);
     let mut views = vec![
-        view("Cost of not knowing", "cost per step", runs, |run| run.task.cost.belief_per_step.clone(), plots),
+        view("Cost of estimation error", "cost per step", runs, |run| run.task.cost.belief_per_step.clone(), plots),
         view(
             "Value of information",
             "cost per variance",
@@ -142,11 +142,11 @@ fn value(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Markup {
         let saved = |run: &Run| measurement(run, &sensor.name).map_or_else(Vec::new, |found| found.saved_cost.clone());
         views.push(view(&format!("Saved by {}", sensor.name), "cost per step", runs, saved, plots));
     }
-    let caption = "Cost of not knowing: the expected cost of each step that the belief's covariance causes, half the trace \
-                   of the value of information times the covariance (J.1). Value of information: its trace, by states of \
-                   different units. Saved by a sensor: what its measurement at that step takes off that cost beyond the \
-                   others (I.11).";
-    plots.add(plot(titled(part, "What knowing is worth", task), caption, "Shown", traces, views))
+    let caption = "Cost of estimation error: the expected cost of each step due to the covariance of the estimate, half \
+                   the trace of the value of information times the covariance (J.1). Value of information: its trace, over \
+                   states of different units. Saved by a sensor: how much its measurement at that step reduces that cost \
+                   beyond the others (I.11).";
+    plots.add(plot(titled(part, "The value of information", task), caption, "Shown", traces, views))
 }
 
 fn sensor_table(part: &Part, task: usize, runs: &[Run]) -> Markup {

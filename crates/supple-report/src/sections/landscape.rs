@@ -38,10 +38,10 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     let searched = sweeps.iter().any(|(_, sweep)| sweep.options.starts > 0);
     Some(html! {
         p {
-            "Each point of the grid is a design of its own, planned anew. Its other parameters are "
-            @if searched { "searched for where the sweep says so, or else " }
-            "as the task or the command gives them. Paths and designs with other values of those parameters are drawn at "
-            "their place in the plane all the same."
+            "Each point of the grid is a separate design with its own plan. Its other parameters are "
+            @if searched { "optimised if the sweep says so, and otherwise " }
+            "as given by the task or the command. Paths and designs with other values of those parameters are also drawn, at "
+            "their position in this plane."
         }
         @for piece in pieces { (piece) }
     })
@@ -212,7 +212,7 @@ fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
             plots.add(Plot {
                 title: format!("{}, {}{suffix}", quantity.name, quantity.unit),
                 alternative: alternative.clone(),
-                caption: "The lines named after bounds are where an expected cost is at its bound. Gaps: designs that \
+                caption: "On the lines named after bounds, an expected cost is at its bound. Gaps: designs that \
                           could not be evaluated."
                     .into(),
                 height: 520,

@@ -12,6 +12,7 @@ mod level_lines;
 mod motion;
 mod origin;
 mod pareto;
+mod quantities;
 mod robustness;
 mod sensitivities;
 mod sensors;
@@ -19,7 +20,7 @@ mod series;
 mod trajectories;
 mod warnings;
 
-use maud::Markup;
+use maud::{Markup, html};
 
 use crate::part::Part;
 use crate::plots::Plots;
@@ -36,6 +37,15 @@ pub struct Context<'a, 'p> {
     pub prefix: &'a str,
 }
 
+impl Context<'_, '_> {
+    /// What a section has for each task that has it, below a paragraph; none where no task has it.
+    fn by_task(&mut self, about: &Markup, make: fn(&Part, usize, &mut Plots) -> Option<Markup>) -> Option<Markup> {
+        let tasks = 0..self.part.about.tasks.len();
+        let shown: Vec<Markup> = tasks.filter_map(|task| make(self.part, task, self.plots)).collect();
+        (!shown.is_empty()).then(|| html! { p { (about) } @for one in shown { (one) } })
+    }
+}
+
 /// A kind of section.
 pub struct Kind {
     /// Its name in links.
@@ -47,20 +57,21 @@ pub struct Kind {
 }
 
 /// All kinds, in the order of the page.
-pub const KINDS: [Kind; 15] = [
+pub const KINDS: [Kind; 16] = [
     Kind { name: "answer", title: "The answer", make: answer::section },
     Kind { name: "landscape", title: "Landscape", make: landscape::section },
     Kind { name: "motion", title: "The robot in motion", make: motion::section },
     Kind { name: "contacts", title: "Contacts", make: contacts::section },
+    Kind { name: "quantities", title: "Forces, points and cost over time", make: quantities::section },
     Kind { name: "trajectories", title: "Trajectories", make: trajectories::section },
     Kind { name: "information", title: "Information over time", make: information::section },
     Kind { name: "controller", title: "Controller", make: controller::section },
     Kind { name: "robustness", title: "Robustness", make: robustness::section },
-    Kind { name: "pareto", title: "Information against cost", make: pareto::section },
-    Kind { name: "bound", title: "How little information would do", make: bound::section },
+    Kind { name: "pareto", title: "Information and cost", make: pareto::section },
+    Kind { name: "bound", title: "Minimum information required", make: bound::section },
     Kind { name: "sensors", title: "Sensors", make: sensors::section },
     Kind { name: "catalogue", title: "From catalogues", make: catalogue::section },
     Kind { name: "sensitivities", title: "Sensitivities", make: sensitivities::section },
     Kind { name: "convergence", title: "Convergence", make: convergence::section },
-    Kind { name: "origin", title: "How it was made", make: origin::section },
+    Kind { name: "origin", title: "Commands and task files", make: origin::section },
 ];

@@ -19,7 +19,11 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         if scenes.is_empty() {
             continue;
         }
-        pieces.push(context.plots.add_scene(&titled(part, "Motion by plan", task), scene::data(&scenes)));
+        pieces.push(
+            context
+                .plots
+                .add_scene(&titled(part, "Motion by plan", task), scene::data_of_result(&scenes, part.sources)),
+        );
         let touches: Vec<String> = runs.iter().filter_map(|run| in_words(&run.name, &run.task.contacts)).collect();
         if !touches.is_empty() {
             pieces.push(html! { p { (touches.join(" ")) } });

@@ -29,7 +29,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
                 @if source.text.len() <= LONGEST {
                     pre tabindex="0" { (source.text) }
                 } @else {
-                    p { "The file has " (source.text.len()) " bytes and is left out here; the folders of results hold it." }
+                    p { "The file has " (source.text.len()) " bytes and is omitted here; the result folders contain it." }
                 }
             }
         }

@@ -33,8 +33,8 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "Every point is a design of its own: the least information that the search finds while no expected cost exceeds "
-            "its bound. A looser bound lets the controller need less information, down to where bounds no longer matter."
+            "Every point is a separate design: the least information that the search finds while no expected cost exceeds "
+            "its bound. With a looser bound the controller receives less information, until the bounds are no longer active."
         }
         @for piece in pieces { (piece) }
     })
@@ -52,7 +52,7 @@ impl Axis {
             ([task], [_]) => {
                 let bound = |point: &ParetoPoint| point.bounds.first().copied().unwrap_or(f64::NAN);
                 let values = front.points.iter().map(bound).collect();
-                Self { title: format!("bound on the expected cost of {}", task.name), values }
+                Self { title: format!("limit on the expected cost of {}", task.name), values }
             }
             _ => Self {
                 title: "bounds, relative to those of the task".into(),
@@ -112,7 +112,7 @@ fn tradeoff(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &mut
     plots.add(Plot {
         title,
         alternative,
-        caption: "Open points: searches that did not converge. Other designs stand at their expected cost.".into(),
+        caption: "Open points: searches that did not converge. Other designs are drawn at their expected cost.".into(),
         height: 420,
         traces,
         layout: json!({

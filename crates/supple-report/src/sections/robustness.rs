@@ -31,8 +31,8 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "Each design is run in closed loop under growing noise; all designs see the same random numbers. Either the "
-            "controller and its filter are planned for the noise that the task gives, or they know the true one."
+            "Each design is run in closed loop under increasing noise; all designs use the same random numbers. The "
+            "controller and its filter are planned either for the nominal noise in the task, or for the true noise."
         }
         @for piece in pieces { (piece) }
     })
@@ -45,6 +45,9 @@ fn cells(study: &Robustness, task: usize, planned_for: PlannedFor, design: usize
     cells.sort_by_key(|cell| cell.level);
     cells
 }
+
+/// Greatest mean cost over the least from which the axis is logarithmic.
+const SPREAD: f64 = 50.0;
 
 const PLANNINGS: [PlannedFor; 2] = [PlannedFor::Nominal, PlannedFor::Truth];
 
@@ -79,12 +82,20 @@ fn plot(study: &Robustness, task: usize, title: String, plots: &mut Plots) -> Ma
         }
     }
     let scale = if vary.scale == Scale::Log { "log" } else { "linear" };
+    // One design that diverges does not flatten the others.
+    let means = study.cells.iter().filter(|cell| cell.task == task && cell.error.is_none()).map(|cell| cell.mean);
+    let finite = means.filter(|mean| mean.is_finite());
+    let (least, most) = finite.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), mean| (a.min(mean), b.max(mean)));
+    let (kind, note) = match least > 0.0 && most > SPREAD * least {
+        true => ("log", " The axis of the cost is logarithmic, as costs differ by orders of magnitude."),
+        false => ("linear", ""),
+    };
     plots.add(Plot {
         title,
         alternative: views.first().map(|view| view.alternative.clone()).unwrap_or_default(),
         caption: format!(
             "Mean cost over {} roll-outs with its 95 % confidence interval; shaded, 5 to 95 % of roll-outs; dotted, the \
-             expected cost by equation (J.1) of the theory, where there is one. The task's own value is {}.",
+             expected cost by equation (J.1) of the theory, where there is one. The task's own value is {}.{note}",
             study.options.rollouts,
             with_unit(study.nominal, &vary.unit)
         ),
@@ -92,7 +103,7 @@ fn plot(study: &Robustness, task: usize, title: String, plots: &mut Plots) -> Ma
         traces,
         layout: json!({
             "xaxis": { "title": { "text": labelled(&vary.parameter, &vary.unit) }, "type": scale },
-            "yaxis": { "title": { "text": "cost" } },
+            "yaxis": { "title": { "text": "cost" }, "type": kind },
         }),
         choice: Some(Choice { label: "Controllers".into(), views }),
     })
@@ -177,7 +188,7 @@ fn compared(study: &Robustness, found: &Comparison) -> String {
     }
     let more = if found.difference < 0.0 { "less" } else { "more" };
     format!(
-        "Controllers {how}: {growth}, the cost of {design} grows by {} {more} than that of {other} ({numbers}).",
+        "Controllers {how}: {growth}, the cost of {design} grows by {} {more} than the cost of {other} ({numbers}).",
         number(found.difference.abs())
     )
 }

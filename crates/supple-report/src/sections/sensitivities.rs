@@ -31,8 +31,8 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     }
     Some(html! {
         p {
-            "By the total gradient, with everything moving: plan, feedback and belief. What one percent more of a "
-            "parameter changes, to first order."
+            "From the total gradient, in which plan, feedback and filter all vary: the change when a parameter increases "
+            "by 1 %, to first order."
         }
         @for piece in pieces { (piece) }
     })
@@ -100,7 +100,7 @@ fn bars(part: &Part, task: usize, designs: &[Sensitive], plots: &mut Plots) -> M
         view
     });
     plots.add(Plot {
-        title: titled(part, "Change by one percent more of a parameter", task),
+        title: titled(part, "Change per +1 % of a parameter", task),
         alternative: views[0].alternative.clone(),
         caption: "Bars by parameter and design.".into(),
         height: 360,
@@ -122,5 +122,5 @@ fn numbers(part: &Part, task: usize, designs: &[Sensitive]) -> Markup {
         std::iter::once(parameter.name.clone()).chain(values).collect()
     };
     let rows: Vec<_> = part.about.parameters.iter().enumerate().map(row).collect();
-    table(&titled(part, "Change by one percent more of a parameter", task), &head, &rows)
+    table(&titled(part, "Change per +1 % of a parameter", task), &head, &rows)
 }

@@ -14,24 +14,23 @@ use crate::words::list;
 
 /// One plot by task.
 pub fn section(context: &mut Context) -> Option<Markup> {
-    let part = context.part;
-    let plots: Vec<Markup> = (0..part.about.tasks.len()).filter_map(|task| plot(part, task, context.plots)).collect();
-    if plots.is_empty() {
-        return None;
-    }
-    Some(html! {
-        p {
-            "Each design has a panel. The plan is what the controller follows; the run is one in closed loop with random "
-            "noise: the true state, the estimate of the Kalman filter, and the band of two standard deviations that the "
-            "filter gives its estimate. Of several designs, all runs draw the noise from the same seed."
-        }
-        @for plot in plots { (plot) }
-    })
+    let about = html! {
+        "Each design has a panel. The plan is what the controller follows; the run is one in closed loop with random "
+        "noise: the true state, the estimate of the Kalman filter, and the band of two standard deviations that the "
+        "filter assigns to its estimate. Where roll-outs were made, the true states of some more runs are thin lines. "
+        "With several designs, all runs draw the noise from the same seed."
+    };
+    context.by_task(&about, plot)
 }
 
-/// Traces of a panel that show states: band below and above, plan, estimate, truth; then those of controls: plan, run.
-const STATES: usize = 5;
-const ALL: usize = 7;
+/// Traces of a panel that show states: band below and above, plan, estimate, truth; then those of controls: plan, run; then
+/// other runs as threads.
+const STATES: [usize; 6] = [THREADS, 0, 1, 2, 3, 4];
+const CONTROLS: [usize; 2] = [5, 6];
+const THREADS: usize = 7;
+const ALL: usize = 8;
+/// Points of a thread.
+const MOST_POINTS: usize = 101;
 
 fn plot(part: &Part, task: usize, plots: &mut Plots) -> Option<Markup> {
     let runs = runs(part, task);
@@ -81,6 +80,11 @@ fn panel(index: usize, run: &Run, plots: &mut Plots) -> Vec<Value> {
         line("plan", &controls, Value::Null, held(plan)),
         line("run", &controls, Value::Null, held(truth)),
     ];
+    let (times, _) = threads(run, 0);
+    let mut others =
+        line("other runs", &plots.arrays.curve(&times), Value::Null, json!({ "color": "@ink/0.25", "width": 1 }));
+    others["hoverinfo"] = "skip".into();
+    traces.push(others);
     traces[0]["hoverinfo"] = "skip".into();
     traces[1]["hoverinfo"] = "skip".into();
     traces[1]["fill"] = "tonexty".into();
@@ -88,7 +92,7 @@ fn panel(index: usize, run: &Run, plots: &mut Plots) -> Vec<Value> {
     for (place, trace) in traces.iter_mut().enumerate() {
         trace["yaxis"] = axis_key("y", index).into();
         trace["legendgroup"] = trace["name"].clone();
-        trace["showlegend"] = (index == 0 && place > 0).into();
+        trace["showlegend"] = (index == 0 && place > 0 && (place != THREADS || !times.is_empty())).into();
     }
     traces
 }
@@ -103,11 +107,13 @@ fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> Vie
         let estimate = column(plots, &whole(&sample.estimates, times), state);
         let deviation = column(plots, &whole(&sample.deviations, times), state);
         let band = |times: f64| json!({ "a": estimate["a"], "add": deviation["a"], "times": times });
-        y.extend([band(-2.0), band(2.0), plan, estimate.clone(), column(plots, &whole(&sample.states, times), state)]);
+        let others = plots.arrays.curve(&threads(run, state).1);
+        let truth = column(plots, &whole(&sample.states, times), state);
+        y.extend([others, band(-2.0), band(2.0), plan, estimate.clone(), truth]);
         let end = |rows: &[Vec<f64>]| number(rows.last().and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN));
         let deviation = end(&sample.deviations);
         ends.push(format!(
-            "{} ends at {} by plan, at {} in the run, known to ± {deviation}",
+            "{} ends at {} in the plan, at {} in the run, estimated to ± {deviation}",
             run.name,
             end(&run.trajectory.states),
             end(&sample.states)
@@ -115,7 +121,7 @@ fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> Vie
     }
     View {
         name: label.to_owned(),
-        traces: chosen(runs, 0..STATES),
+        traces: chosen(runs, &STATES),
         y,
         layout: vertical(runs, label),
         alternative: format!("{label} over time: {}.", list(&ends)),
@@ -132,11 +138,11 @@ fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) ->
         let of = |row: &Vec<f64>| row.get(control).copied().unwrap_or(0.0).abs();
         let most = |rows: &[Vec<f64>]| number(rows.iter().map(of).fold(0.0, f64::max));
         let (plan, sample) = (most(&run.trajectory.controls), most(&run.trajectory.sample.controls));
-        sizes.push(format!("{} reaches {plan} by plan, {sample} in the run", run.name));
+        sizes.push(format!("{} reaches {plan} in the plan, {sample} in the run", run.name));
     }
     View {
         name: label.to_owned(),
-        traces: chosen(runs, STATES..ALL),
+        traces: chosen(runs, &CONTROLS),
         y,
         layout: vertical(runs, label),
         alternative: format!("{label} over time, in size: {}.", list(&sizes)),
@@ -154,8 +160,25 @@ fn whole(rows: &[Vec<f64>], count: usize) -> Cow<'_, [Vec<f64>]> {
 }
 
 /// Some traces of every panel.
-fn chosen(runs: &[Run], of: std::ops::Range<usize>) -> Vec<usize> {
-    (0..runs.len()).flat_map(|panel| of.clone().map(move |trace| panel * ALL + trace)).collect()
+fn chosen(runs: &[Run], of: &[usize]) -> Vec<usize> {
+    (0..runs.len()).flat_map(|panel| of.iter().map(move |trace| panel * ALL + trace)).collect()
+}
+
+/// Times of a state in all further runs, one after the other with gaps between, and its values there.
+fn threads(run: &Run, state: usize) -> (Vec<f64>, Vec<f64>) {
+    let (mut times, mut values) = (Vec::new(), Vec::new());
+    for thread in &run.trajectory.threads {
+        let count = thread.len();
+        let shown = count.min(MOST_POINTS);
+        for point in 0..shown {
+            let step = if shown > 1 { point * (count - 1) / (shown - 1) } else { 0 };
+            times.push(run.trajectory.time.get(step).copied().unwrap_or(f64::NAN));
+            values.push(thread[step].get(state).copied().unwrap_or(f64::NAN));
+        }
+        times.push(f64::NAN);
+        values.push(f64::NAN);
+    }
+    (times, values)
 }
 
 /// The title of the vertical axes.

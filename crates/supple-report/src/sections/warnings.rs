@@ -25,8 +25,8 @@ pub fn warnings(part: &Part) -> Vec<String> {
             let all = missed.len();
             if count > 0 {
                 list.push(format!(
-                    "In {folder}, {count} of {all} points have a plan that never touches a contact from which a cost wants a \
-                     force (column {}).",
+                    "In {folder}, {count} of {all} points have a plan that never makes a contact whose \
+                     force a cost tracks (column {}).",
                     column.name
                 ));
             }
@@ -86,11 +86,11 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
     list.extend(task.warnings.iter().map(|warning| format!("At {design}, {warning}.")));
     if task.belief_repairs > 0 {
         let times = words::count(task.belief_repairs, "time");
-        list.push(format!("In {which}, rounding in the belief had to be mended {times}."));
+        list.push(format!("In {which}, rounding errors in the covariance were corrected {times}."));
     }
     let total = task.gradient.as_ref().and_then(|gradient| gradient.total.as_ref());
     if total.is_some_and(|total| !total.valid) {
-        list.push(format!("The plan of {which} is not stationary enough for its gradients to hold."));
+        list.push(format!("The plan of {which} is not stationary enough for its gradients to be valid."));
     }
 }
 

@@ -15,8 +15,15 @@ use crate::tree::Motion;
 /// # Panics
 /// Where there is no such link, or `kinematics` are those of another tree.
 pub fn frame_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: usize, point: [S; 3]) -> [Vec<S>; 6] {
+    point_jacobian(tree, kinematics, link, kinematics.poses()[link].apply(point))
+}
+
+/// The same of a `point` that is given in the world, m, and moves with `link`.
+///
+/// # Panics
+/// As [`frame_jacobian`].
+pub fn point_jacobian<S: Scalar>(tree: &Tree, kinematics: &Kinematics<S>, link: usize, point: [S; 3]) -> [Vec<S>; 6] {
     let mut jacobian = [(); 6].map(|()| vec![S::zero(); tree.dofs()]);
-    let point = kinematics.poses()[link].apply(point);
     for index in tree.path(tree.body_of(link)) {
         let (body, pose) = (&tree.bodies()[index], &kinematics.moved[index].pose);
         let axis = scale(S::constant(body.ratio), pose.rotation.map(|row| row[2]));

@@ -35,7 +35,7 @@ mod step;
 
 pub use external::Wrench;
 pub use forward::{articulated_bodies, forward_dynamics};
-pub use frames::{frame_jacobian, frame_velocity};
+pub use frames::{frame_jacobian, frame_velocity, point_jacobian};
 pub use inverse::{bias, inverse_dynamics};
 pub use kinematics::{Kinematics, Twist};
 pub use mass::mass_matrix;

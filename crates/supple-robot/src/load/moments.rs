@@ -1,5 +1,7 @@
 //! Moments of inertia: symmetric matrices of three rows.
 
+use supple_kernels::math;
+
 /// A diagonal matrix.
 pub(super) fn diagonal_matrix([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
     [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
@@ -23,8 +25,8 @@ pub(super) fn principal(mut a: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
                 continue;
             }
             let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-            let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
+            let tangent = theta.signum() / (theta.abs() + math::hypot(theta, 1.0));
+            let cosine = 1.0 / math::hypot(tangent, 1.0);
             let sine = tangent * cosine;
             let mix = |row: &mut [f64; 3]| {
                 (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);

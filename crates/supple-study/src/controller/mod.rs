@@ -177,7 +177,7 @@ impl ExportedController {
 /// Where the path names no file, ends otherwise than the C source, or cannot be written.
 pub fn check_out(format: ControllerFormat, path: &Path) -> Result<(), StudyError> {
     let Some(name) = path.file_name().map(|name| name.to_string_lossy()) else {
-        return Err(StudyError::usage(format!("{} names no file", path.display())));
+        return Err(StudyError::usage(format!("{} is not a file name", path.display())));
     };
     let folder = path.parent().unwrap_or(Path::new(""));
     if format == ControllerFormat::C {

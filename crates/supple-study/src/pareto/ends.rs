@@ -18,7 +18,7 @@ pub(super) struct Ends {
 impl Front<'_> {
     /// A search with an aim.
     pub fn searcher(&self, aim: Aim) -> Searcher<'_> {
-        Searcher { problem: &self.task.problem, settings: &self.settings, aim, control: self.control }
+        Searcher::new(&self.task.problem, &self.settings, aim, self.control)
     }
 
     /// The least factor of the bounds that costs meet.

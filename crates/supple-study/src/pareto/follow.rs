@@ -24,42 +24,63 @@ const SAME: f64 = 1e-9;
 const NARROW: f64 = 1e-6;
 
 /// Follows the front from both ends, keeps the better of both at every point, searches anew where neither is an optimum,
-/// and mends what is not monotone.
-pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> Result<Vec<Point>, StudyError> {
+/// and mends what is not monotone. Where it is told to stop: the points found until then, and true.
+pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> Result<(Vec<Point>, bool), StudyError> {
     let factors = factors(ends, count);
     let last = factors.len() - 1;
+    // Until it is told to stop.
     let searches = |up: bool| -> Result<Vec<StartSummary>, StudyError> {
         let mut found: Vec<StartSummary> = Vec::new();
         for step in 1..last {
             let index = if up { step } else { last - step };
             let before = found.last().unwrap_or(if up { &ends.tight } else { &ends.loose });
             let number = if up { index } else { factors.len() + index };
-            found.push(search(front, before, (factors[index], number), watch)?);
+            match search(front, before, (factors[index], number), watch) {
+                Err(StudyError::Stopped) => break,
+                other => found.push(other?),
+            }
             watch.progress.advance(1);
         }
         Ok(found)
     };
     let (up, down) = rayon::join(|| searches(true), || searches(false));
-    let (up, down) = (up?, down?);
-    let mut points: Vec<StartSummary> = Vec::new();
-    points.push(tight_end(front, ends)?);
-    for (index, (up, down)) in up.into_iter().zip(down.into_iter().rev()).enumerate() {
-        let searcher = front.searcher(Aim::Information { factor: factors[index + 1] });
+    let (mut up, mut down) = (up?.into_iter(), down?.into_iter().rev());
+    let missing = last.saturating_sub(1) - down.len().min(last.saturating_sub(1));
+    let mut points: Vec<(f64, StartSummary)> = vec![(factors[0], tight_end(front, ends)?)];
+    for (index, &factor) in factors.iter().enumerate().take(last).skip(1) {
+        let searcher = front.searcher(Aim::Information { factor });
         let better = |one: StartSummary, other| if searcher.rank(&one) < searcher.rank(&other) { one } else { other };
-        let mut point = better(up, down);
+        let from_above = if index > missing { down.next() } else { None };
+        let mut point = match (up.next(), from_above) {
+            (Some(up), Some(down)) => better(up, down),
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => continue,
+        };
         // Branches of plans can end between two points, so that no neighbour leads to the optimum.
         if point.status != DesignStatus::Converged && !watch.is_stopped() {
             let mut anew = searcher.search(&front.task.phi)?;
-            point = better(anew.starts.swap_remove(anew.best), point);
+            let anew = anew.starts.swap_remove(anew.best);
+            // What was stopped on its way is no point of a front.
+            if !watch.is_stopped() {
+                point = better(anew, point);
+            }
         }
-        points.push(point);
+        points.push((factor, point));
     }
     if last > 0 {
         // No bound matters there, so that none has a price.
-        points.push(ends.loose.clone());
+        points.push((factors[last], ends.loose.clone()));
     }
-    mend(front, &factors, &mut points, watch)?;
-    factors.into_iter().zip(points).map(|(factor, summary)| point(front, factor, summary)).collect()
+    let stopped = match watch.is_stopped() {
+        true => Err(StudyError::Stopped),
+        false => mend(front, &mut points, watch),
+    };
+    let stopped = match stopped {
+        Err(StudyError::Stopped) => true,
+        other => other.map(|()| false)?,
+    };
+    let points = points.into_iter().map(|(factor, summary)| point(front, factor, summary));
+    Ok((points.collect::<Result<_, _>>()?, stopped))
 }
 
 /// Factors from the tight end to the loose one; their distances to the tight end have evenly spread roots.
@@ -113,11 +134,12 @@ fn search(
 
 /// Sees that no point needs more information than a tighter one, whose design it could use: searches on from that
 /// design, and takes up the better of what is found and the design itself.
-fn mend(front: &Front, factors: &[f64], points: &mut [StartSummary], watch: Watch) -> Result<(), StudyError> {
-    for index in 1..points.len() {
-        let searcher = front.searcher(Aim::Information { factor: factors[index] });
+fn mend(front: &Front, points: &mut [(f64, StartSummary)], watch: Watch) -> Result<(), StudyError> {
+    let count = points.len();
+    for index in 1..count {
         let (tighter, rest) = points.split_at_mut(index);
-        let (before, current) = (&tighter[index - 1], &mut rest[0]);
+        let ((_, before), (factor, current)) = (&tighter[index - 1], &mut rest[0]);
+        let searcher = front.searcher(Aim::Information { factor: *factor });
         let needs_more = |one: &StartSummary| {
             let (was, is) = (searcher.rank(before), searcher.rank(one));
             was.partial_cmp(&(is.0, is.1, is.2 - SAME * is.2.abs())).is_some_and(Ordering::is_lt)
@@ -125,8 +147,8 @@ fn mend(front: &Front, factors: &[f64], points: &mut [StartSummary], watch: Watc
         if !needs_more(current) {
             continue;
         }
-        let number = 2 * factors.len() + index;
-        let found = search(front, before, (factors[index], number), watch)?;
+        let number = 2 * count + index;
+        let found = search(front, before, (*factor, number), watch)?;
         *current = if needs_more(&found) { searcher.assess(&before.to, &before.controls)? } else { found };
     }
     Ok(())

@@ -41,6 +41,10 @@ pub struct Pareto {
     pub points: Vec<ParetoPoint>,
     /// Where bounds become active along the front, in words.
     pub remarks: Vec<String>,
+    /// Whether it was stopped before all points were found: others are missing, and those that are there were not compared with
+    /// their neighbours.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stopped: bool,
 }
 
 /// A point of a front.
@@ -76,31 +80,40 @@ pub struct ParetoPoint {
     pub warnings: Vec<String>,
 }
 
+/// Points of a front at most.
+const MOST_POINTS: usize = 10_000;
+
 /// Follows the front by continuation, by sequential quadratic programming with the task's other settings.
 ///
 /// The square root of a point's distance to the tight end, in factors, grows evenly along the front: near that end
 /// information falls as the root of the room that the bounds give. Of three points and more one has the factor 1, where
 /// that lies between the ends. Every point needs no more information than those that are tighter: where a search found
-/// less at a tighter point, that point's design is taken up.
+/// less at a tighter point, that point's design is taken up. Points that were found until it is told to stop are kept.
 ///
 /// # Errors
-/// Where there is nothing to design, no task has a bound, or a bound is not above 0; where an end cannot be evaluated;
-/// where it is told to stop.
+/// Where there are fewer than 2 points or more than 10,000, there is nothing to design, no task has a bound, or a bound is not
+/// above 0; where an end cannot be evaluated; where it is told to stop before both ends are known.
 pub fn run(task: &LoadedTask, options: &ParetoOptions, watch: Watch) -> Result<Pareto, StudyError> {
     check_designable(task)?;
     let bounds = check_bounds(task)?;
     if options.points < 2 {
         return Err(StudyError::usage(format!("{} points are no front; ask for at least 2", options.points)));
     }
+    if options.points > MOST_POINTS {
+        let found = options.points;
+        return Err(StudyError::usage(format!(
+            "{found} points are too many for a front; ask for {MOST_POINTS} at most"
+        )));
+    }
     let settings = settings(task, options)?;
     let front = Front { task, settings, control: Control { observer: &NoObserver, stop: watch.stop } };
     // Both ends, each from every start, and both ways along the front.
     watch.progress.begin("searches along the front", 0, (2 + 2 * options.points) as u64);
     let ends = find_ends(&front, watch)?;
-    let points = follow(&front, &ends, options.points, watch)?;
+    let (points, stopped) = follow(&front, &ends, options.points, watch)?;
     let points: Vec<ParetoPoint> = points.iter().map(|point| report(task, point, &bounds)).collect();
     let remarks = remarks::remarks(task, &ends, &points);
-    Ok(Pareto { options: options.clone(), bounds, points, remarks })
+    Ok(Pareto { options: options.clone(), bounds, points, remarks, stopped })
 }
 
 /// What all searches along a front share.
@@ -161,10 +174,8 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
 /// Design parameters at an end of their range.
 fn at_ends(parameters: &Parameters, summary: &StartSummary) -> Vec<String> {
     let is_at_end = |&index: &usize| {
-        let [lower, upper] = parameters.get(index).bounds;
-        let value = summary.to[index];
-        let near = 1e-6 * (upper - lower);
-        value - lower <= near || upper - value <= near
+        let parameter = parameters.get(index);
+        parameter.bounds.into_iter().any(|end| parameter.is_at(end, summary.to[index]))
     };
     parameters.design().into_iter().filter(is_at_end).map(|index| parameters.get(index).name.clone()).collect()
 }

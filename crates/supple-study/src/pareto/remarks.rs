@@ -41,8 +41,7 @@ fn own_bounds(ends: &Ends) -> String {
 }
 
 fn is_at(parameters: &Parameters, point: &ParetoPoint, index: usize, end: f64) -> bool {
-    let [lower, upper] = parameters.get(index).bounds;
-    (point.parameters.0[index].1 - end).abs() <= 1e-6 * (upper - lower)
+    parameters.get(index).is_at(end, point.parameters.0[index].1)
 }
 
 /// `what` with the factors where it holds.

@@ -1,13 +1,15 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::design::plan_at;
-use supple::noise::Noise;
+use supple::lqg::Noise;
 use supple::pipeline::TaskState;
 use supple::simulate::{World, sampled_costs};
 
 use super::statistics::{confidence, mean_and_deviation, quantile};
 use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
-use crate::{LoadedTask, StudyError, Watch};
+use crate::{LoadedTask, Watch};
 
 /// A cell of the study, with the cost of every roll-out where comparisons need them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -19,23 +21,33 @@ pub struct Costs {
 /// Which quantiles are kept.
 const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// Rolls out every design in every task, planning and level, in this order of nesting.
+/// What cells say that were not computed when the study was stopped.
+const STOPPED: &str = "stopped before it was computed";
+
+/// Rolls out every design in every task, planning and level, in this order of nesting; and how many of them were computed before
+/// it was told to stop.
 pub(super) fn sample_all(
     task: &LoadedTask,
     planned: &[Planned],
     options: &RobustnessOptions,
     (varied, watch): (usize, Watch),
-) -> Result<Vec<Costs>, StudyError> {
+) -> (Vec<Costs>, usize) {
+    let done = AtomicUsize::new(0);
     let sample = |number: usize| {
-        if watch.is_stopped() {
-            return Err(StudyError::Stopped);
-        }
         let at = Place::of(number, task, options);
-        let costs = at.costs(task, &planned[at.design], (options, varied));
-        watch.progress.advance(1);
-        Ok(costs)
+        if !watch.is_stopped() {
+            let costs = at.costs(task, &planned[at.design], (options, varied));
+            // What was computed while it was told to stop may have been cut off.
+            if !watch.is_stopped() {
+                watch.progress.advance(1);
+                done.fetch_add(1, Ordering::Relaxed);
+                return costs;
+            }
+        }
+        at.stopped()
     };
-    (0..cells(task, options)).into_par_iter().map(sample).collect()
+    let costs = (0..cells(task, options)).into_par_iter().map(sample).collect();
+    (costs, done.into_inner())
 }
 
 /// How many cells there are.
@@ -77,7 +89,7 @@ impl Place {
     /// The cell, with the cost of every roll-out where comparisons need them: at the least and the greatest level.
     pub fn costs(&self, task: &LoadedTask, design: &Planned, study: (&RobustnessOptions, usize)) -> Costs {
         let sampled = self.sample(task, design, study);
-        let mut costs = self.summarise(sampled);
+        let mut costs = self.summarise(sampled.map_err(|error| error.to_string()));
         if !extremes(&study.0.vary.values).contains(&self.level) {
             costs.costs = Vec::new();
         }
@@ -121,10 +133,15 @@ impl Place {
         }
     }
 
-    fn summarise(&self, sampled: Result<(Vec<f64>, Option<f64>), supple::Error>) -> Costs {
+    /// The cell of a study that was stopped before it.
+    fn stopped(&self) -> Costs {
+        self.summarise(Err(STOPPED.to_owned()))
+    }
+
+    fn summarise(&self, sampled: Result<(Vec<f64>, Option<f64>), String>) -> Costs {
         let (costs, expected, error) = match sampled {
             Ok((costs, expected)) => (costs, expected, None),
-            Err(error) => (Vec::new(), None, Some(error.to_string())),
+            Err(error) => (Vec::new(), None, Some(error)),
         };
         let (mean, deviation) = mean_and_deviation(&costs);
         let mut sorted = costs.clone();

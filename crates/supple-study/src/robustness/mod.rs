@@ -56,6 +56,9 @@ pub struct Robustness {
     pub cells: Vec<RobustCell>,
     /// How designs compare.
     pub comparisons: Vec<Comparison>,
+    /// Whether it was stopped before all cells were computed; those that were not say so in their `error`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stopped: bool,
 }
 
 /// A design of the study.
@@ -165,19 +168,24 @@ pub struct Paired {
 /// Makes a study of robustness.
 ///
 /// Every design is planned on the cheapest branch of local minima that a search at the nominal parameters finds. What
-/// is planned for the truth is planned again at every level, in the same way.
+/// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is told to stop
+/// are kept.
 ///
 /// # Errors
 /// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be
-/// planned; where it is told to stop.
+/// planned; where it is told to stop before any cell was computed.
 pub fn run(task: &LoadedTask, options: &RobustnessOptions, watch: Watch) -> Result<Robustness, StudyError> {
     let varied = check(task, options)?;
     let parts = options.designs.len() + cells(task, options);
     watch.progress.begin("designs and levels", 0, parts as u64);
     let planned = plan_all(task, &options.designs, watch)?;
-    let costs = sample_all(task, &planned, options, (varied, watch))?;
+    let (costs, done) = sample_all(task, &planned, options, (varied, watch));
+    if done == 0 {
+        return Err(StudyError::Stopped);
+    }
     let designs = planned.iter().map(|planned| planned.design(&task.problem)).collect();
-    Ok(assemble(task, options, varied, designs, costs))
+    let stopped = done < costs.len();
+    Ok(Robustness { stopped, ..assemble(task, options, varied, designs, costs) })
 }
 
 /// The result of designs and cells, in their order.
@@ -195,6 +203,7 @@ fn assemble(
         designs,
         cells: costs.into_iter().map(|Costs { cell, .. }| cell).collect(),
         comparisons,
+        stopped: false,
     }
 }
 
@@ -215,6 +224,7 @@ fn check(task: &LoadedTask, options: &RobustnessOptions) -> Result<usize, StudyE
     if vary.values.len() < 2 {
         return wrong(format!("`{name}` has {} value; it takes two at least to see costs grow", vary.values.len()));
     }
+    supple::check_rollouts(*rollouts)?;
     if *rollouts < 2 {
         return wrong(format!("{rollouts} roll-outs are too few to tell how costs scatter: ask for at least 2"));
     }

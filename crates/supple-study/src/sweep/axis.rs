@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use supple::math;
 use supple::parameters::{Parameter, Scale};
 use supple_files::nearest;
 
@@ -131,7 +132,7 @@ fn range(scale: Scale, [from, to]: [f64; 2], count: usize) -> Result<Vec<f64>, S
         let share = i as f64 / last as f64;
         let between = match scale {
             Scale::Linear => from + share * (to - from),
-            Scale::Log => from * (to / from).powf(share),
+            Scale::Log => from * math::powf(to / from, share),
         };
         between.clamp(least, greatest)
     };

@@ -41,6 +41,7 @@ impl Grid {
             }
             indices.push(index);
         }
+        supple::check_rollouts(options.rollouts)?;
         let points: f64 = axes.iter().map(|axis| axis.values.len() as f64).product();
         if points > MOST_POINTS as f64 {
             return Err(StudyError::Usage(too_many(points)));

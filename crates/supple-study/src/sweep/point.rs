@@ -162,7 +162,7 @@ fn overall(problem: &Problem, outcomes: &[Option<Outcome>]) -> [Cell; 3] {
 /// Why a task could not be evaluated, with its name.
 fn message(task: &Task, error: &Error) -> String {
     match error {
-        Error::TimeStep { .. } => error.to_string(),
+        Error::TimeStep { .. } | Error::InTask { .. } => error.to_string(),
         _ => format!("task `{}`: {error}", task.name),
     }
 }

@@ -3,6 +3,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
+use supple::halt;
+
 use super::grid::Grid;
 use super::journal::Journal;
 use super::point::{Evaluator, Neighbour, Study};
@@ -115,8 +117,8 @@ pub(super) fn along(
             return false;
         }
         let row = evaluator.evaluate(point, &mut neighbour);
-        // A design search that was stopped has not found what it would have.
-        let cut_short = study.options.starts > 0 && evaluator.is_stopped();
+        // What was stopped on its way has not found what it would have.
+        let cut_short = halt::is_requested() || study.options.starts > 0 && evaluator.is_stopped();
         let done = Done { segment, point, row, neighbour: neighbour.clone() };
         if cut_short || !keep(done) {
             return false;

@@ -2,21 +2,19 @@
 
 use supple_kernels::Matrices;
 
-use super::along::law_distance;
-use super::floors::{data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
-use super::horizon::{Horizon, Stationary};
-use super::minimum::minimum_information;
+use supple_lqg::bound::{
+    Achieved, BoundSettings, BoundStatus, Horizon, InUnits, Proof, Stationary, VirtualSensor, data_rate_floor,
+    kostina_hassibi, law_distance, minimum_information, observed, product_growth, quantiser_bound, stationary_minimum,
+    virtual_sensors,
+};
+use supple_lqg::dense::{congruence, dense, store};
+
 use super::own::Own;
-use super::proof::{Achieved, Proof};
 use super::report::{BoundReport, TaskBound, order};
-use super::sensor::virtual_sensors;
 use super::sensor_report::sensor_report;
-use super::solution::{BoundSettings, BoundStatus, VirtualSensor};
-use super::stationary::{InUnits, stationary_minimum};
 use super::steady::stationary;
-use super::subspace::observed;
-use crate::dense::{congruence, dense, store};
-use crate::design::plan_at;
+use crate::branches::plan_at;
+use crate::horizon::horizon_of_plan;
 use crate::pipeline::TaskState;
 use crate::plan::{PlanMode, PlanStatus};
 use crate::problem::{Problem, Task};
@@ -132,7 +130,7 @@ impl Bounding {
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
             (Kind::Stationary(problem), own, floors, regulator)
         } else {
-            let horizon = Horizon::of_plan(&state.plan, &state.noise)?;
+            let horizon = horizon_of_plan(&state.plan, &state.noise)?;
             let floor = product_growth(&horizon.dynamics, task.steps)?;
             // Other laws than the regulator's are told in remarks: the bounds are those of their prices.
             let plan = &state.plan;

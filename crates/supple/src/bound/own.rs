@@ -1,9 +1,9 @@
 //! What a design's own sensors and controller use.
 
-use super::horizon::Stationary;
-use super::steady::steady;
+use supple_lqg::bound::{Stationary, own_rates};
+use supple_lqg::control_information;
+
 use crate::Error;
-use crate::information::control_information;
 use crate::pipeline::TaskState;
 use crate::plan::{PlanMode, PlanStatus};
 use crate::problem::Task;
@@ -60,7 +60,7 @@ impl Own {
     /// # Errors
     /// Where `V` is not positive definite.
     pub fn steady(problem: &Stationary, task: &Task, state: &TaskState) -> Result<Self, Error> {
-        let steady = steady(problem, state)?;
+        let steady = own_rates(problem, &state.plan.knots, &state.noise)?;
         let mut remarks = Vec::new();
         if task.control_bounds.is_some() {
             remarks.push(
@@ -106,7 +106,7 @@ fn plan_remarks(state: &TaskState) -> Vec<String> {
                     at the least expected cost";
         return vec![what.to_owned()];
     }
-    if !plan.status.is_converged() || plan.relative_stationarity > crate::VALID_STATIONARITY {
+    if !plan.status.is_converged() || plan.relative_stationarity > crate::plan::VALID_STATIONARITY {
         return vec![format!(
             "the plan is not stationary ({:.1e}): the bounds hold for fluctuations about it, whose expected cost leaves out what \
              a better plan would save",

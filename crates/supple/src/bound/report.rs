@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::floors::Vacuous;
+use supple_lqg::bound::Vacuous;
+
 use super::sensor_report::SensorReport;
 use crate::Named;
 use crate::plan::PlanStatus;

@@ -3,8 +3,10 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
+use supple_kernels::math;
 
-use super::solution::VirtualSensor;
+use supple_lqg::bound::VirtualSensor;
+
 use crate::Channel;
 
 /// A sensor that attains the minimum with a Kalman filter and the optimal regulator.
@@ -131,7 +133,7 @@ fn directions(sensor: &VirtualSensor, predicted: &DMatrix<f64>, channels: &[Chan
     let eigen = (&scaled * predicted * scaled.transpose()).symmetric_eigen();
     let turned = eigen.eigenvectors.transpose() * scaled;
     let direction = |i: usize| {
-        let bits = 0.5 * eigen.eigenvalues[i].max(0.0).ln_1p() / std::f64::consts::LN_2;
+        let bits = 0.5 * math::ln_1p(eigen.eigenvalues[i].max(0.0)) / std::f64::consts::LN_2;
         describe(bits, &turned.row(i).iter().copied().collect::<Vec<_>>(), predicted, channels)
     };
     // What tells nothing has no deviation.
@@ -170,7 +172,7 @@ fn describe(bits: f64, row: &[f64], predicted: &DMatrix<f64>, channels: &[Channe
 
 /// A number with three digits that count.
 fn short(value: f64) -> String {
-    let digits = value.abs().log10().floor();
+    let digits = math::log10(value.abs()).floor();
     if (-3.0..3.0).contains(&digits) {
         let decimals = (2.0 - digits).max(0.0) as usize;
         format!("{value:.decimals$}")

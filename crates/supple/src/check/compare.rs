@@ -72,9 +72,11 @@ impl Entries {
                 not_compared.push(place(entry.key));
                 continue;
             };
-            let allowed = tolerance * scale + numeric.uncertainty;
+            let mut allowed = tolerance * scale + numeric.uncertainty;
             if scale > 0.0 && allowed > VISIBLE * scale {
                 unresolved.push(place(entry.key));
+                // Where rounding is that large, so is the uncertainty of how large it is.
+                allowed += numeric.uncertainty;
             }
             let difference = (entry.analytic - numeric.value).abs();
             let share = if difference == 0.0 { 0.0 } else { difference / allowed };

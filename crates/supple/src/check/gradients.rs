@@ -7,16 +7,21 @@ use super::compare::Row;
 use super::differences::{Difference, Differencing, differentiate, noise};
 use super::parameters::{parameter_row, size_of};
 use crate::Error;
-use crate::belief::{Belief, kalman};
+use supple_lqg::control_information;
+
+use crate::aims::weighted_information;
 use crate::gradient::{FrozenGradient, Functional};
-use crate::information::{Information, information};
-use crate::knots::Knots;
-use crate::noise::Noise;
+use crate::knots::Linearise;
 use crate::parameters::Parameters;
 use crate::pipeline::TaskState;
 use crate::plan::PlanSettings;
 use crate::problem::{Problem, Task};
+use crate::settings::InformationWeights;
 use crate::system::Curvature;
+use supple_lqg::Knots;
+use supple_lqg::Noise;
+use supple_lqg::{Belief, kalman};
+use supple_lqg::{Information, information};
 
 const TOLERANCE: f64 = 1e-5;
 
@@ -120,6 +125,9 @@ impl ComparedGradients {
             }
             gradients.push((format!("total gradient, {name}"), out));
         }
+        let mut used = Vec::new();
+        weighted_information((task, phi), InformationWeights::USED, state, &mut used)?;
+        gradients.push(("total gradient, information used".to_owned(), used));
         let controls = state.plan.trajectory.controls.clone();
         let planning = tight(&problem.planning);
         let differences = differences(problem, phi, LONGEST_PLANNED, || {
@@ -196,5 +204,8 @@ fn planned_values(
         return Err(format!("the plan ended as {} after {} iterations", state.plan.status, state.plan.iterations));
     }
     let cost = &state.cost;
-    Ok(vec![state.information.total, cost.belief, cost.process, cost.initial, cost.nominal])
+    let TaskState { plan, belief, noise, .. } = &*state;
+    let used = control_information(&plan.knots, &plan.policy, belief, noise).map_err(|error| error.to_string())?;
+    let used = used.iter().sum();
+    Ok(vec![state.information.total, cost.belief, cost.process, cost.initial, cost.nominal, used])
 }

@@ -7,7 +7,7 @@ use supple_kernels::Matrices;
 use super::compare::{Entries, Row};
 use super::differences::{Difference, differentiate};
 use super::system::{FIRST_ORDER, HIGHER_ORDER, SystemCheck, differencing};
-use crate::design::uniform;
+use crate::branches::uniform;
 use crate::parameters::{Parameters, Scale};
 use crate::system::{Points, Variation};
 use crate::trajectory::Trajectory;

@@ -4,12 +4,14 @@ use supple_kernels::{Matrices, Scratch};
 
 use super::compare::{Entries, Row};
 use super::differences::{Difference, Differencing, differentiate};
-use crate::design::uniform;
-use crate::knots::Knots;
+use crate::branches::uniform;
+use crate::knots::Linearise;
 use crate::plan::Plan;
 use crate::problem::{Problem, Task};
-use crate::system::{Curvature, KnotAdjoints};
+use crate::system::Curvature;
 use crate::trajectory::Trajectory;
+use supple_lqg::KnotAdjoints;
+use supple_lqg::Knots;
 
 /// Every derivative of the task's system along its plan.
 pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {

@@ -1,141 +1,15 @@
-//! Costs: `l(x, u) = sum of terms`, each a weight times a norm of a residual.
-//!
-//! A new kind is one file with its residual, and one line in the table at the end of this file.
+//! Costs: `l(x, u) = sum of terms`, each a weight times a norm of a quantity's distance from its targets.
 
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use crate::file::{ReadError, Reader};
+use crate::document::{Document, FileError, Place, ReadError, Reader, merged};
 use crate::parameters::Parameters;
-use crate::{Model, Point, Value};
+use crate::quantity::{self, Measurable, Quantity, Unfit, Vocabulary};
+use crate::value::OneOrMore;
+use crate::{Point, Value};
 
-mod contact_force;
-mod control;
-mod coupling_force;
-mod frame_point;
-mod frame_pose;
-mod joint_position;
-mod joint_velocity;
-mod penetration;
 mod quadratic;
-mod state;
-
-pub use contact_force::ContactForce;
-pub use control::Control;
-pub use coupling_force::CouplingForce;
-pub use frame_point::FramePoint;
-pub use frame_pose::FramePose;
-pub use joint_position::JointPosition;
-pub use joint_velocity::JointVelocity;
-pub use penetration::Penetration;
-pub use quadratic::Quadratic;
-pub use state::State;
-
-/// What a cost may refer to: the names and sizes of the model.
-#[derive(Clone, Debug)]
-pub struct Vocabulary {
-    /// Names of the states.
-    pub states: Vec<String>,
-    /// Names of the joints, of which `q.NAME` and `v.NAME` are states.
-    pub joints: Vec<String>,
-    /// Names of the joints that a task has taken out.
-    pub locked: Vec<String>,
-    /// How many controls there are.
-    pub controls: usize,
-    /// Names of the model's signals.
-    pub signals: Vec<String>,
-    /// Names of the elements of compliance, of which `NAME.FORCE` are signals.
-    pub couplings: Vec<String>,
-}
-
-impl Vocabulary {
-    /// The names and sizes of a model.
-    pub fn of<M: Model>(model: &M) -> Self {
-        Self {
-            states: model.state_names(),
-            joints: model.joint_names(),
-            locked: model.locked_joints(),
-            controls: model.dimensions().controls,
-            signals: model.signals(),
-            couplings: model.coupling_names(),
-        }
-    }
-
-    /// What is wrong with the name of a joint or of a state, where that is one of a locked joint.
-    fn if_locked(&self, key: &'static str, name: &str) -> Option<CostError> {
-        let (message, help) = crate::model::locked_message(name, &self.locked)?;
-        Some(CostError { help: Some(help), ..CostError::new(key, message) })
-    }
-
-    /// The place of the signal `SIGNAL` of something named, `NAME.SIGNAL`; `key` is the one that names it, `what` what
-    /// it is.
-    pub fn signal_of(&self, key: &'static str, what: &str, name: &str, signal: &str) -> Result<usize, CostError> {
-        let whole = format!("{name}.{signal}");
-        let place = self.signals.iter().position(|other| *other == whole);
-        place.ok_or_else(|| {
-            let named: Vec<_> = self.with_signal(signal).collect();
-            CostError::unknown(key, &format!("the model has no {what} `{name}`"), name, &named)
-        })
-    }
-
-    /// What has a signal `NAME.SIGNAL`.
-    fn with_signal<'a>(&'a self, signal: &'a str) -> impl Iterator<Item = &'a str> {
-        self.signals.iter().filter_map(move |other| other.strip_suffix(signal)?.strip_suffix('.'))
-    }
-
-    /// The place of the signal `FORCE` of an element of compliance; `coupling` and `select` are the keys that name them.
-    pub fn force_of(&self, coupling: &str, force: &str) -> Result<usize, CostError> {
-        if !self.couplings.iter().any(|other| other == coupling) {
-            let what = format!("the model has no compliance `{coupling}`");
-            return Err(CostError::unknown("coupling", &what, coupling, &self.couplings));
-        }
-        let whole = format!("{coupling}.{force}");
-        self.signals.iter().position(|other| *other == whole).ok_or_else(|| {
-            let forces = self.signals.iter().filter_map(|other| other.strip_prefix(coupling)?.strip_prefix('.'));
-            CostError::unknown("select", &format!("`{coupling}` has no `{force}`"), force, &forces.collect::<Vec<_>>())
-        })
-    }
-
-    /// The place of a contact's signal, by the contact's name where the model has named ones.
-    pub fn contact_signal(&self, contact: Option<&str>, signal: &'static str) -> Result<usize, CostError> {
-        match contact {
-            Some(name) => self.signal_of("contact", "contact", name, signal),
-            None => self.signals.iter().position(|other| other == signal).ok_or_else(|| {
-                let named: Vec<_> = self.with_signal(signal).collect();
-                if named.is_empty() {
-                    return CostError::new("kind", format!("the model has no contact: it has no signal `{signal}`"));
-                }
-                let message = format!("is missing: the model has {}", supple_files::quoted(&named));
-                CostError { help: Some("name the contact".into()), ..CostError::new("contact", message) }
-            }),
-        }
-    }
-}
-
-/// A cost that does not fit its model: the key that is wrong, and what is valid.
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{key}: {message}")]
-pub struct CostError {
-    /// Key in the cost's table.
-    pub key: &'static str,
-    /// What was found and what is valid.
-    pub message: String,
-    /// Advice, where there is any.
-    pub help: Option<String>,
-}
-
-impl CostError {
-    /// Without advice.
-    pub fn new(key: &'static str, message: impl Into<String>) -> Self {
-        Self { key, message: message.into(), help: None }
-    }
-
-    /// A name that is none of `valid`: `what` says so. With the nearest of them as advice.
-    fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
-        let message = format!("{what}: {}", supple_files::owned(valid));
-        Self { key, message, help: supple_files::nearest(name, valid) }
-    }
-}
 
 /// How the residual `r` becomes a number.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, schemars::JsonSchema)]
@@ -169,6 +43,14 @@ impl Weights {
         }
     }
 
+    /// Multiplies every weight by a value.
+    pub(crate) fn scale(&mut self, by: Value) {
+        match self {
+            Self::Equal(weight) => *weight = weight.times(by),
+            Self::Matrix(rows) => rows.iter_mut().flatten().for_each(|weight| *weight = weight.times(by)),
+        }
+    }
+
     /// Whether every weight is 0 at `phi`.
     pub fn are_zero_at(&self, phi: &[f64]) -> bool {
         let is_zero = |weight: &Value| weight.resolve::<f64>(phi) == 0.0;
@@ -179,36 +61,26 @@ impl Weights {
     }
 }
 
-/// The part of a cost that its kind defines: the residual.
-pub trait Residual {
-    /// How many entries the residual has.
-    fn len(&self) -> usize;
-
-    /// Whether the residual has no entries.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
-    fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        Ok(())
-    }
-
-    /// The signals that it wants at a value other than 0, with that value: their places among the model's signals.
-    fn wanted(&self, _phi: &[f64]) -> Vec<(usize, f64)> {
-        Vec::new()
-    }
-
-    /// The residual at a point, given the model's signals there.
-    fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]);
-}
-
-/// One term of a task's cost.
+/// One term of a task's cost: how far a quantity is from its targets.
+///
+/// ```
+/// use supple::Value;
+/// use supple::cost::Cost;
+/// use supple::quantity::{Control, State};
+///
+/// // The first two states at 0.5 and 0, five times as much at the end; and controls.
+/// let reach = Cost::new(State::new([0, 1]), 1.0).with_targets([0.5, 0.0]).with_final_weight(5.0);
+/// let effort = Cost::new(Control::all(2), 0.01);
+/// assert!(effort.last.are_zero());
+/// # assert_eq!(reach.targets, [Value::Number(0.5), Value::Number(0.0)]);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Cost {
-    /// The residual.
-    pub kind: CostKind,
-    /// How it becomes a number.
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Where it should be: one number per entry of the quantity, in its units.
+    pub targets: Vec<Value>,
+    /// How the distance becomes a number.
     pub norm: Norm,
     /// Weights at steps 0 to N - 1.
     pub stage: Weights,
@@ -216,21 +88,46 @@ pub struct Cost {
     pub last: Weights,
 }
 
-/// The targets that a file gives for `count` things, 0 where it gives none; `what` is what they are.
-fn targets(given: Option<Vec<Value>>, count: usize, what: &str) -> Result<Vec<Value>, CostError> {
-    let targets = given.unwrap_or_else(|| vec![Value::Number(0.0); count]);
-    if targets.len() == count {
-        return Ok(targets);
-    }
-    let message = format!("{} targets for {count} {what}: give one each", targets.len());
-    Err(CostError::new("target", message))
-}
-
 impl Cost {
-    /// A residual with one weight for all of its entries; the final one is that of the stages where left out.
-    fn weighed(kind: CostKind, norm: Norm, weight: Value, final_weight: Option<Value>) -> Self {
-        let last = Weights::Equal(final_weight.unwrap_or(weight));
-        Self { kind, norm, stage: Weights::Equal(weight), last }
+    /// The squared distance of a quantity from 0, with one weight for all of its entries, at the end too where it does not
+    /// depend on the control.
+    pub fn new(quantity: impl Into<Quantity>, weight: impl Into<Value>) -> Self {
+        let (quantity, weight) = (quantity.into(), weight.into());
+        let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight };
+        Self {
+            targets: vec![Value::Number(0.0); quantity.len()],
+            norm: Norm::Quadratic,
+            stage: Weights::Equal(weight),
+            last: Weights::Equal(last),
+            quantity,
+        }
+    }
+
+    /// The same with targets, in the order of the quantity's entries; those that are left out stay.
+    #[must_use]
+    pub fn with_targets<T: Into<Value>>(mut self, targets: impl IntoIterator<Item = T>) -> Self {
+        self.targets.iter_mut().zip(targets).for_each(|(target, given)| *target = given.into());
+        self
+    }
+
+    /// The same with another norm.
+    #[must_use]
+    pub fn with_norm(self, norm: Norm) -> Self {
+        Self { norm, ..self }
+    }
+
+    /// The same with one weight for all entries at the end.
+    #[must_use]
+    pub fn with_final_weight(self, weight: impl Into<Value>) -> Self {
+        Self { last: Weights::Equal(weight.into()), ..self }
+    }
+
+    /// The name of its kind, as files write it.
+    pub fn name(&self) -> &'static str {
+        match (&self.quantity, &self.stage) {
+            (Quantity::StateAndControl(_), Weights::Matrix(_)) => quadratic::NAME,
+            (quantity, _) => quantity.name(),
+        }
     }
 
     /// The weights of a stage or of the end.
@@ -243,8 +140,15 @@ impl Cost {
         !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
     }
 
+    /// The signals that it wants at a value other than 0, with that value: their places among the model's signals.
+    pub fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
+        let targets = self.targets.iter().enumerate();
+        let wanted = targets.filter_map(|(entry, target)| Some((self.quantity.signal_of(entry)?, target.resolve(phi))));
+        wanted.filter(|&(_, target)| target != 0.0).collect()
+    }
+
     /// What is wrong with the weights or the norm, given the parameters' bounds: the key, and what is valid.
-    pub(crate) fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         for (key, weights) in [("weight", &self.stage), ("final_weight", &self.last)] {
             if let Weights::Equal(weight) = weights
                 && let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0)
@@ -257,7 +161,15 @@ impl Cost {
         {
             return Err(("norm", format!("its smoothing must be above 0; {}", smoothing.found(least))));
         }
-        self.kind.check(parameters)
+        quadratic::check(self, parameters)
+    }
+
+    /// The residual at a point: how far the quantity is from its targets, given its values there.
+    pub fn residual<S: Scalar>(&self, mut values: Vec<S>, at: &Point<S>) -> Vec<S> {
+        for (entry, &target) in values.iter_mut().zip(&self.targets).filter(|(_, target)| !target.is_zero()) {
+            *entry -= at.value(target);
+        }
+        values
     }
 
     /// The cost of a residual.
@@ -291,87 +203,100 @@ impl Cost {
     }
 }
 
-/// The table of all kinds of cost: name in the file, type, file.
-macro_rules! cost_kinds {
-    ($($(#[$doc:meta])* $name:literal => $kind:ident,)*) => {
-        /// The residual of a cost, by kind.
-        #[derive(Clone, Debug)]
-        pub enum CostKind {
-            $($(#[$doc])* $kind($kind),)*
-        }
+/// The keys of a cost beside those of its quantity.
+const KEYS: &[&str] = &["target", "weight", "final_weight", "norm"];
+/// Those of a pose, whose target may be called its position.
+const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight", "norm"];
 
-        impl Residual for CostKind {
-            fn len(&self) -> usize {
-                match self { $(Self::$kind(kind) => kind.len(),)* }
-            }
-            fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-                match self { $(Self::$kind(kind) => kind.check(parameters),)* }
-            }
-            fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
-                match self { $(Self::$kind(kind) => kind.wanted(phi),)* }
-            }
-            fn evaluate<S: Scalar>(&self, at: &Point<S>, signals: &[S], out: &mut [S]) {
-                match self { $(Self::$kind(kind) => kind.evaluate(at, signals, out),)* }
-            }
-        }
+/// What a cost has beside its quantity.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct File {
+    /// Where the quantity should be, in its units: one number per entry; 0 where left out, but for forces of contacts,
+    /// places of frames and the centre of mass. Of `frame_pose` the three of the position are enough.
+    #[serde(alias = "position")]
+    target: Option<OneOrMore>,
+    /// Weight in every stage, one over the square of the unit (with the quadratic norm).
+    weight: Value,
+    /// Weight in the final cost; as `weight` where left out. Of what depends on the control there is none.
+    final_weight: Option<Value>,
+    /// How the distance becomes a cost.
+    #[serde(default)]
+    norm: Norm,
+}
 
-        impl CostKind {
-            /// The names of all kinds, as files write them.
-            pub const NAMES: &[&str] = &[$($name),*];
-
-            /// The name of its kind.
-            pub fn name(&self) -> &'static str {
-                match self { $(Self::$kind(_) => $name,)* }
+impl File {
+    fn cost(self, quantity: Quantity) -> Result<Cost, Unfit> {
+        let len = quantity.len();
+        let cost = Cost::new(quantity, self.weight).with_norm(self.norm);
+        let cost = match self.target.map(|targets| targets.0) {
+            None if cost.quantity.needs_target() => return Err(Unfit::new("target", "is missing")),
+            None => cost,
+            Some(targets) if targets.len() == len || targets.len() == cost.quantity.least_targets() => {
+                cost.with_targets(targets)
             }
-        }
-
-        /// Reads the cost of kind `kind` from its table, without the key `kind`; `None` where there is no such kind.
-        pub(crate) fn read(
-            kind: &str,
-            table: Reader,
-            vocabulary: &Vocabulary,
-        ) -> Option<Result<Result<Cost, CostError>, ReadError>> {
-            match kind {
-                $($name => Some(<$kind as CostFile>::File::deserialize(table).map(|file| $kind::build(file, vocabulary))),)*
-                _ => None,
+            Some(targets) => {
+                let valid = if len == 1 { "one number".into() } else { format!("{len} numbers, one for each entry") };
+                return Err(Unfit::new("target", format!("must be {valid}; found {}", targets.len())));
             }
+        };
+        match self.final_weight {
+            Some(_) if cost.quantity.depends_on_control() => {
+                let message = "stands for nothing: what depends on the control has no part in the final cost";
+                Err(Unfit { help: Some("leave it out".into()), ..Unfit::new("final_weight", message) })
+            }
+            Some(weight) => Ok(cost.with_final_weight(weight)),
+            None => Ok(cost),
         }
+    }
+}
 
-        /// The schema of each kind's table, by name.
-        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
-            vec![$(($name, <<$kind as CostFile>::File as schemars::JsonSchema>::json_schema(generator)),)*]
-        }
+/// The names of all kinds of cost, as files write them: all quantities, and `quadratic`.
+pub fn kinds() -> Vec<&'static str> {
+    let mut kinds: Vec<_> = Quantity::NAMES.iter().copied().chain([quadratic::NAME]).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+/// Reads the cost of kind `kind` from its table at a place, without the key `kind`.
+///
+/// # Errors
+/// Where there is no such kind, or the table is wrong or does not fit the model.
+pub(crate) fn read(
+    (kind, table): (&str, Reader),
+    (document, at): (&Document, &[Place]),
+    (vocabulary, parameters): (&Vocabulary, &Parameters),
+) -> Result<Cost, FileError> {
+    let kinds = kinds();
+    if !kinds.contains(&kind) {
+        return Err(document.unknown_kind(at, kind, &kinds));
+    }
+    let wrong = |error: ReadError| document.read_error(at, error);
+    let cost = if kind == quadratic::NAME {
+        quadratic::File::deserialize(table).map_err(wrong)?.cost(vocabulary)
+    } else {
+        let keys = if kind == "frame_pose" { KEYS_OF_POSES } else { KEYS };
+        let quantity = quantity::read((kind, table.beside(keys)), (document, at), (vocabulary, parameters))?;
+        File::deserialize(table.only(keys)).map_err(wrong)?.cost(quantity)
     };
+    let cost = cost.map_err(|unfit| unfit.at(document, at))?;
+    cost.check(parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
+    Ok(cost)
 }
 
-/// How a kind of cost is read from a task file.
-pub(crate) trait CostFile: Sized {
-    /// The keys of its table, but for `kind`.
-    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
-
-    /// The cost, or what does not fit the model.
-    fn build(file: Self::File, vocabulary: &Vocabulary) -> Result<Cost, CostError>;
-}
-
-cost_kinds! {
-    /// Force of a contact against a target.
-    "contact_force" => ContactForce,
-    /// All controls.
-    "control" => Control,
-    /// Forces in compliance against targets.
-    "coupling_force" => CouplingForce,
-    /// The origin of a frame against a target.
-    "frame_point" => FramePoint,
-    /// A frame against a target.
-    "frame_pose" => FramePose,
-    /// Positions of joints against targets.
-    "joint_position" => JointPosition,
-    /// Velocities of joints against targets.
-    "joint_velocity" => JointVelocity,
-    /// Signed depth of a contact.
-    "penetration" => Penetration,
-    /// `x'Qx + u'Ru`.
-    "quadratic" => Quadratic,
-    /// Selected states against targets.
-    "state" => State,
+/// The schema of each kind's table, by name.
+pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+    let common = <File as schemars::JsonSchema>::json_schema(generator);
+    let mut of_control = common.clone();
+    if let Some(properties) = of_control.ensure_object().get_mut("properties").and_then(|keys| keys.as_object_mut()) {
+        properties.remove("final_weight");
+    }
+    let of_quantities = quantity::schemas(generator).into_iter();
+    let with_keys = |(kind, own)| {
+        let keys = if quantity::is_of_control(kind) { &of_control } else { &common };
+        (kind, merged(own, keys))
+    };
+    let mut all: Vec<_> = of_quantities.map(with_keys).collect();
+    all.push((quadratic::NAME, <quadratic::File as schemars::JsonSchema>::json_schema(generator)));
+    all
 }

@@ -1,16 +1,16 @@
-use serde::Deserialize;
-use supple_kernels::{Matrices, Scalar};
+//! `x'Qx + u'Ru`: the cost of state and control with weight matrices.
 
-use super::{Cost, CostError, CostFile, CostKind, Norm, Residual, Vocabulary, Weights};
+use serde::Deserialize;
+use supple_kernels::Matrices;
+
+use super::{Cost, Weights};
+use crate::Value;
 use crate::noise::{Covariance, semidefinite_factor};
 use crate::parameters::Parameters;
-use crate::{Point, Value};
+use crate::quantity::{Measurable, Quantity, StateAndControl, Unfit, Vocabulary};
 
-/// State and control stacked: the residual of `x'Qx + u'Ru`.
-#[derive(Clone, Debug)]
-pub struct Quadratic {
-    file: File,
-}
+/// Its name in files.
+pub const NAME: &str = "quadratic";
 
 /// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric and
 /// positive semidefinite.
@@ -27,28 +27,23 @@ pub(crate) struct File {
     last: Option<Vec<Vec<Value>>>,
 }
 
-impl CostFile for Quadratic {
-    type File = File;
-
-    fn build(file: File, vocabulary: &Vocabulary) -> Result<Cost, CostError> {
-        let (n, m) = (vocabulary.states.len(), vocabulary.controls);
-        check_symmetric("Q", &file.Q, n)?;
-        check_symmetric("R", &file.R, m)?;
-        if let Some(last) = &file.last {
+impl File {
+    pub fn cost(self, vocabulary: &Vocabulary) -> Result<Cost, Unfit> {
+        let (n, m) = (vocabulary.states.len(), vocabulary.controls());
+        check_symmetric("Q", &self.Q, n)?;
+        check_symmetric("R", &self.R, m)?;
+        if let Some(last) = &self.last {
             check_symmetric("final", last, n)?;
         }
         let zero = vec![vec![Value::Number(0.0); m]; m];
-        Ok(Cost {
-            norm: Norm::Quadratic,
-            stage: Weights::Matrix(block_diagonal(&file.Q, &file.R)),
-            last: Weights::Matrix(block_diagonal(file.last.as_ref().unwrap_or(&file.Q), &zero)),
-            kind: CostKind::Quadratic(Self { file }),
-        })
+        let stage = Weights::Matrix(block_diagonal(&self.Q, &self.R));
+        let last = Weights::Matrix(block_diagonal(self.last.as_ref().unwrap_or(&self.Q), &zero));
+        Ok(Cost { stage, last, ..Cost::new(StateAndControl::new(n, m), 0.0) })
     }
 }
 
-fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Result<(), CostError> {
-    let error = |message: String| Err(CostError::new(key, message));
+fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Result<(), Unfit> {
+    let error = |message: String| Err(Unfit::new(key, message));
     if rows.len() != order || rows.iter().any(|row| row.len() != order) {
         let widths: Vec<_> = rows.iter().map(Vec::len).collect();
         return error(format!("must be {order} x {order}; it has {} rows of {widths:?} entries", rows.len()));
@@ -83,22 +78,19 @@ fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
     top.chain(bottom).collect()
 }
 
-impl Residual for Quadratic {
-    fn len(&self) -> usize {
-        self.file.Q.len() + self.file.R.len()
+/// What is wrong with the weights of such a cost, given the parameters' bounds: the key, and what is valid.
+pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    let (Quantity::StateAndControl(all), Weights::Matrix(stage), Weights::Matrix(last)) =
+        (&cost.quantity, &cost.stage, &cost.last)
+    else {
+        return Ok(());
+    };
+    let block = |rows: &[Vec<Value>], from: usize, to: usize| -> Vec<Vec<Value>> {
+        rows[from..to].iter().map(|row| row[from..to].to_vec()).collect()
+    };
+    let (n, all) = (all.states(), all.len());
+    for (key, rows) in [("Q", block(stage, 0, n)), ("R", block(stage, n, all)), ("final", block(last, 0, n))] {
+        check_semidefinite(&rows, parameters).map_err(|message| (key, message))?;
     }
-
-    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-        let File { Q, R, last } = &self.file;
-        for (key, rows) in [("Q", Q), ("R", R), ("final", last.as_ref().unwrap_or(Q))] {
-            check_semidefinite(rows, parameters).map_err(|message| (key, message))?;
-        }
-        Ok(())
-    }
-
-    fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &[S], out: &mut [S]) {
-        let (x, u) = out.split_at_mut(at.x.len());
-        x.copy_from_slice(at.x);
-        u.copy_from_slice(at.u);
-    }
+    Ok(())
 }

@@ -1,8 +1,10 @@
 use supple_kernels::Matrices;
 
+use super::start::own_optimiser;
 use super::visit::{Visit, Visitor, controls_of};
-use super::{Ending, Event, Method, Search, Searcher, StartSummary, best_of_guesses, search_branches};
+use super::{Ending, Event, Search, Searcher, StartSummary};
 use crate::Error;
+use crate::branches::{best_of_guesses, search_branches};
 use crate::pipeline::TaskState;
 
 /// Information below this is none, nats.
@@ -20,7 +22,9 @@ pub(super) struct Rounds<'a, 's> {
 impl Rounds<'_, '_> {
     /// Runs them, from given plans or from those of the tasks' first guesses.
     pub fn run(&mut self, controls: Option<Vec<Matrices>>) -> Result<(), Error> {
-        let Searcher { problem, settings, aim, control } = self.searcher;
+        let Searcher { problem, settings, aim, control, .. } = self.searcher;
+        let own = own_optimiser(settings);
+        let optimiser = self.searcher.optimiser.unwrap_or(&*own);
         let mut visitor = Visitor::new(problem, settings, aim);
         let mut controls = match controls {
             Some(controls) => controls,
@@ -34,15 +38,14 @@ impl Rounds<'_, '_> {
             let mut search =
                 Search { visitor, control, start: self.start, evaluations: 0, without_contact: 0, error: None };
             search.tell(&first);
-            let ending = search.run();
+            let ending = search.run(optimiser);
             self.summary.evaluations += search.evaluations;
             self.summary.without_contact += search.without_contact;
             self.summary.error = search.error.take();
             let Some(last) = visitor.visits.last().cloned() else { break };
-            let ending = ending?;
             let assessed = visitor.with_total_gradient(&last)?;
             self.summary.record(&assessed, visitor, ending);
-            if ending == Ending::Stopped || control.is_stopped() || settings.method == Method::Barrier {
+            if ending == Ending::Stopped || control.is_stopped() || optimiser.keeps_last() {
                 break;
             }
             // Where nothing is left of what was minimised: the next kind of information.

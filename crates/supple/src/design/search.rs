@@ -1,8 +1,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::optimality::optimality;
+use super::optimality::{OPTIMAL, optimality};
+use super::outer::{Ending, Optimiser, OuterProblem};
 use super::visit::{Visit, Visitor};
-use super::{Aim, DesignSettings, Method, barrier, sqp};
+use super::{Aim, DesignSettings};
 use crate::Error;
 use crate::problem::Problem;
 
@@ -87,18 +88,8 @@ impl Control<'_> {
     }
 }
 
-/// How an optimiser ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ending {
-    /// At a point that it takes for the optimum.
-    Converged,
-    /// It used up its evaluations.
-    MaxEvaluations,
-    /// It found no further progress.
-    Stalled,
-    /// It was told to stop.
-    Stopped,
-}
+/// Violations up to this, relative to the bound, are rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// One optimiser's run from one start on one branch.
 pub(crate) struct Search<'a, 'b> {
@@ -115,12 +106,46 @@ pub(crate) struct Search<'a, 'b> {
 }
 
 impl<'a> Search<'a, '_> {
-    /// Runs the optimiser of the settings from the visitor's last design.
-    pub fn run(&mut self) -> Result<Ending, Error> {
-        match self.settings().method {
-            Method::Sqp => sqp::minimise(self),
-            Method::Barrier => barrier::descend(self),
+    /// Runs an optimiser from the visitor's last design, and leaves the design that it found as the last one.
+    pub fn run(&mut self, optimiser: &dyn Optimiser) -> Ending {
+        let mut ending = Ending::Stalled;
+        for _ in 0..optimiser.runs() {
+            let Some(first) = self.visitor.visits.last().cloned() else { break };
+            let mut problem = OuterProblem::new(self, optimiser.units(), first.clone());
+            ending = optimiser.minimise(&mut problem);
+            self.error = problem.into_error();
+            if optimiser.keeps_last() {
+                break;
+            }
+            let Some(best) = self.choose() else { break };
+            if ending == Ending::Stopped
+                || self.error.is_some()
+                || self.optimality(&best).0 <= OPTIMAL
+                || best.scaled == first.scaled
+            {
+                break;
+            }
         }
+        ending
+    }
+
+    /// Makes the best visit the last one: the least objective of those that meet the bounds, or else the least violation of
+    /// those whose plans converged.
+    fn choose(&mut self) -> Option<Visit> {
+        let (problem, aim) = (self.problem(), self.aim());
+        let feasibility = self.settings().feasibility;
+        let visits = &mut self.visitor.visits;
+        let met = |tolerance: f64| visits.iter().any(|visit| aim.is_met(visit, tolerance));
+        let tolerance = [ROUNDING, feasibility].into_iter().find(|&tolerance| met(tolerance));
+        let merit = |visit: &Visit| match tolerance {
+            Some(tolerance) if aim.is_met(visit, tolerance) => aim.objective(visit, problem),
+            None if visit.is_planned() => visit.excess(),
+            _ => f64::INFINITY,
+        };
+        let best = (0..visits.len()).min_by(|&a, &b| merit(&visits[a]).total_cmp(&merit(&visits[b])))?;
+        let best = visits.remove(best);
+        visits.push(best.clone());
+        Some(best)
     }
 
     pub fn problem(&self) -> &'a Problem {

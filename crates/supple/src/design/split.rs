@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
-use super::visit::{Scaling, continue_plan};
 use crate::Error;
+use crate::continuation::{Scaling, between, continue_plan};
 use crate::gradient::Functional;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -42,15 +42,20 @@ const NODES: [(f64, f64); 5] = [
 
 impl Problem {
     /// Splits the change of each task's measured information between two designs, along the straight path between them in the
-    /// coordinates of the search. `controls` are those of the plans at the second design, which are followed from there.
+    /// coordinates of the search. The first design is given with the measured information of each task, nats, and the second one
+    /// with the controls of each task's plan, which is followed from there.
     ///
     /// # Errors
     /// Where a plan on the way cannot be made, or has no total gradient.
-    pub fn split(&self, (from, to): (&[f64], &[f64]), controls: &[Matrices]) -> Result<Vec<Split>, Error> {
+    pub fn split(
+        &self,
+        (from, nats): (&[f64], &[f64]),
+        (to, controls): (&[f64], &[Matrices]),
+    ) -> Result<Vec<Split>, Error> {
         self.check_design(from)?;
         self.check_design(to)?;
-        let tasks = self.tasks.iter().zip(controls);
-        tasks.map(|(task, controls)| Path::new((self, task), (from, to)).split(controls)).collect()
+        let tasks = self.tasks.iter().zip(nats.iter().zip(controls));
+        tasks.map(|(task, (&nats, controls))| Path::new((self, task), (from, to)).split(nats, controls)).collect()
     }
 }
 
@@ -80,10 +85,7 @@ impl<'a> Path<'a> {
         match place {
             0.0 => self.from.to_vec(),
             1.0 => self.to.to_vec(),
-            _ => {
-                let between = self.ends[0].iter().zip(&self.ends[1]).map(|(a, b)| a + place * (b - a));
-                self.scaling.unscaled(self.from, &between.collect::<Vec<_>>())
-            }
+            _ => self.scaling.unscaled(self.from, &between(&self.ends[0], &self.ends[1], place)),
         }
     }
 
@@ -104,15 +106,14 @@ impl<'a> Path<'a> {
         let mut total = Vec::new();
         self.state.total_gradient(self.task, &phi, Functional::INFORMATION, &mut total)?;
         let [sensors, uncertainty] = self.state.information_at_rest(self.task, &phi);
-        let along = |gradient: &[f64]| -> f64 {
-            let slopes = self.scaling.gradient(&phi, gradient);
-            slopes.iter().zip(self.ends[0].iter().zip(&self.ends[1])).map(|(slope, (a, b))| slope * (b - a)).sum()
-        };
-        let [total, sensors, uncertainty] = [&total, &sensors, &uncertainty].map(|gradient| along(gradient));
+        let ends = (&self.ends[0][..], &self.ends[1][..]);
+        let [total, sensors, uncertainty] =
+            [&total, &sensors, &uncertainty].map(|gradient| self.scaling.slope_along(ends, &phi, gradient));
         Ok([sensors, uncertainty, total - sensors - uncertainty])
     }
 
-    fn split(mut self, controls: &Matrices) -> Result<Split, Error> {
+    /// `first` is the information of the plan at the first design, nats, and `controls` are those of that at the second one.
+    fn split(mut self, first: f64, controls: &Matrices) -> Result<Split, Error> {
         self.state.evaluate(self.task, self.to, &self.problem.planning, Some(controls))?;
         let end = self.state.information.total;
         let (mut parts, mut left) = ([0.0; 3], end);
@@ -141,10 +142,8 @@ impl<'a> Path<'a> {
             parts.iter_mut().zip(found).for_each(|(sum, part)| *sum += part);
             left = information;
         }
-        let mut own = TaskState::new(self.task);
-        super::best_of_guesses(self.problem, self.task, self.from, &mut own)?;
         let bits = |nats: f64| nats / std::f64::consts::LN_2;
-        let total = end - own.information.total;
+        let total = end - first;
         Ok(Split {
             task: self.task.name.clone(),
             total_bits: bits(total),

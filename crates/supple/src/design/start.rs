@@ -6,11 +6,16 @@ use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::branches::uniform;
+use super::barrier::Barrier;
+use super::cobyla::Cobyla;
+use super::outer::Optimiser;
 use super::rounds::Rounds;
-use super::visit::{Scaling, Visitor};
-use super::{Aim, Control, Design, DesignSettings, DesignStatus, Ending, Event, GradientKind, StartSummary};
+use super::sqp::Sqp;
+use super::visit::Visitor;
+use super::{Aim, Control, Design, DesignSettings, DesignStatus, Ending, Event, GradientKind, Method, StartSummary};
 use crate::Error;
+use crate::branches::uniform;
+use crate::continuation::Scaling;
 use crate::problem::Problem;
 
 /// Searches for the design with the least information that meets every bound, from `phi` and from seeded random
@@ -22,7 +27,7 @@ use crate::problem::Problem;
 /// plans that have none.
 pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
     problem.check_design(phi)?;
-    let searcher = Searcher { problem, settings, aim: Aim::default(), control };
+    let searcher = Searcher::new(problem, settings, Aim::default(), control);
     searcher.choose(searcher.search(phi)?)
 }
 
@@ -37,9 +42,31 @@ pub struct Searcher<'a> {
     pub aim: Aim,
     /// How the search is watched and stopped.
     pub control: Control<'a>,
+    /// The optimiser, where it is not that of the settings.
+    pub(super) optimiser: Option<&'a dyn Optimiser>,
+}
+
+/// The optimiser of the settings.
+pub(super) fn own_optimiser(settings: &DesignSettings) -> Box<dyn Optimiser> {
+    match settings.method {
+        Method::Sqp => Box::new(Sqp),
+        Method::Cobyla => Box::new(Cobyla),
+        Method::Barrier => Box::new(Barrier { weight: settings.barrier_weight, margin: settings.barrier_margin }),
+    }
 }
 
 impl<'a> Searcher<'a> {
+    /// A search with the optimiser of the settings.
+    pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim, control: Control<'a>) -> Self {
+        Self { problem, settings, aim, control, optimiser: None }
+    }
+
+    /// The same with another optimiser.
+    #[must_use]
+    pub fn with_optimiser(self, optimiser: &'a dyn Optimiser) -> Self {
+        Self { optimiser: Some(optimiser), ..self }
+    }
+
     /// Searches from `phi` and from seeded random starts, in parallel; the result does not depend on the number of
     /// threads.
     ///

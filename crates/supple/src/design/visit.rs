@@ -4,62 +4,14 @@ use supple_kernels::Matrices;
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
 use crate::aims::{Limit, information_within};
-use crate::contacts::misses_contact;
+use crate::continuation::{Scaling, continue_plan, largest_difference};
 use crate::gradient::FrozenGradient;
-use crate::information::InformationWeights;
-use crate::parameters::{Parameters, Scale};
+use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
-use crate::stability::explain;
+use crate::settings::InformationWeights;
+use crate::touching::misses_contact;
 use crate::violation;
-
-/// The design parameters as the search moves them: each from 0 at its lower bound to 1 at its upper one, linearly or
-/// in the logarithm.
-#[derive(Clone, Debug)]
-pub(crate) struct Scaling {
-    /// Indices of the design parameters.
-    pub indices: Vec<usize>,
-    list: Vec<(Scale, [f64; 2])>,
-}
-
-impl Scaling {
-    pub fn of(parameters: &Parameters) -> Self {
-        let indices = parameters.design();
-        let list = indices.iter().map(|&i| (parameters.get(i).scale, parameters.get(i).bounds)).collect();
-        Self { indices, list }
-    }
-
-    /// Scaled coordinates of the design parameters in `phi`.
-    pub fn scaled(&self, phi: &[f64]) -> Vec<f64> {
-        let one = |(&index, (scale, [lower, upper])): (&usize, &(Scale, [f64; 2]))| match scale {
-            Scale::Linear => (phi[index] - lower) / (upper - lower),
-            Scale::Log => (phi[index] / lower).ln() / (upper / lower).ln(),
-        };
-        self.indices.iter().zip(&self.list).map(one).collect()
-    }
-
-    /// `phi` with the design parameters at scaled coordinates, cut to their bounds.
-    pub fn unscaled(&self, phi: &[f64], scaled: &[f64]) -> Vec<f64> {
-        let mut phi = phi.to_vec();
-        for ((&index, (scale, [lower, upper])), &s) in self.indices.iter().zip(&self.list).zip(scaled) {
-            let value = match scale {
-                Scale::Linear => lower + s * (upper - lower),
-                Scale::Log => lower * (upper / lower).powf(s),
-            };
-            phi[index] = value.clamp(*lower, *upper);
-        }
-        phi
-    }
-
-    /// A gradient by the scaled coordinates, from one by all parameters at `phi`.
-    pub fn gradient(&self, phi: &[f64], by_parameter: &[f64]) -> Vec<f64> {
-        let one = |(&index, (scale, [lower, upper])): (&usize, &(Scale, [f64; 2]))| match scale {
-            Scale::Linear => by_parameter[index] * (upper - lower),
-            Scale::Log => by_parameter[index] * phi[index] * (upper / lower).ln(),
-        };
-        self.indices.iter().zip(&self.list).map(one).collect()
-    }
-}
 
 /// What is known of one task at a visited design.
 #[derive(Clone, Debug)]
@@ -74,8 +26,8 @@ pub(crate) struct TaskVisit {
     pub cost_gradient: Vec<f64>,
     /// Its bound, where it has one.
     pub bound: Option<f64>,
-    /// The parameter that the bound is a multiple of, and that multiple, where there is one.
-    pub bound_gradient: Option<(usize, f64)>,
+    /// Its derivative by each parameter that it depends on.
+    pub bound_slopes: Vec<(usize, f64)>,
     /// Whether its plan converged.
     pub converged: bool,
     /// Whether its plan never touches a contact from which a cost wants a force.
@@ -185,10 +137,7 @@ impl TaskVisit {
     /// another branch.
     fn leads_up_to(&self, other: &Self, scaling: &Scaling, (from, to): (&[f64], &[f64])) -> bool {
         let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-        let along = |at: &[f64], gradient: &[f64]| -> f64 {
-            let slopes = scaling.gradient(at, gradient);
-            slopes.iter().zip(start.iter().zip(&end)).map(|(slope, (a, b))| slope * (b - a)).sum()
-        };
+        let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
         let (first, last) = (along(from, &self.cost_gradient), along(to, &other.cost_gradient));
         let surprise = other.cost - self.cost - 0.5 * (first + last);
         largest_difference(&start, &end) <= NEAR
@@ -204,7 +153,7 @@ impl TaskVisit {
     pub fn excess_gradient(&self, share: f64) -> Vec<f64> {
         let mut gradient = self.cost_gradient.clone();
         // A bound that is itself a parameter moves too.
-        if let Some((parameter, slope)) = self.bound_gradient {
+        for &(parameter, slope) in &self.bound_slopes {
             gradient[parameter] -= share * slope;
         }
         gradient
@@ -219,9 +168,6 @@ impl TaskVisit {
     }
 }
 
-/// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
-const CONTINUATION_STEP: f64 = 0.04;
-
 /// How many iterations of a plan a total gradient takes as long as.
 const GRADIENT_EFFORT: usize = 3;
 
@@ -235,54 +181,6 @@ const SURPRISE: f64 = 0.25;
 /// Over distances beyond this, in scaled coordinates, slopes tell nothing of branches.
 const NEAR: f64 = 0.25;
 
-/// A plan that could not be made on the way to a design.
-pub(crate) struct Failed {
-    /// All parameters where it failed.
-    phi: Vec<f64>,
-    error: Error,
-}
-
-impl Failed {
-    /// Why, with what to do about it where the time step is too large.
-    pub fn explain(self, task: &Task, state: &TaskState) -> Error {
-        explain(task, &self.phi, self.error, &state.plan.trajectory)
-    }
-
-    /// Why, as quickly as can be told.
-    pub fn error(self) -> Error {
-        self.error
-    }
-}
-
-/// How far two designs are from one another in the parameter that differs most, in scaled coordinates.
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
-
-/// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
-/// than the usual ones by a factor; the state is left at the second design.
-pub(crate) fn continue_plan(
-    (problem, task): (&Problem, &Task),
-    scaling: &Scaling,
-    (from, to): (&[f64], &[f64]),
-    (controls, finer): (&Matrices, usize),
-    state: &mut TaskState,
-) -> Result<(), Failed> {
-    let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-    let steps = (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
-    let mut controls = controls.clone();
-    for step in 1..=steps {
-        let share = step as f64 / steps as f64;
-        let between: Vec<f64> = start.iter().zip(&end).map(|(a, b)| a + share * (b - a)).collect();
-        let phi = if step == steps { to.to_vec() } else { scaling.unscaled(to, &between) };
-        if let Err(error) = state.plan_only(task, &phi, &problem.planning, Some(&controls)) {
-            return Err(Failed { phi, error });
-        }
-        controls.copy_from(&state.plan.trajectory.controls);
-    }
-    state.assess(task, to).map_err(|error| Failed { phi: to.to_vec(), error })
-}
-
 /// Everything known of a task at a design whose plan is in `state`, with gradients of the given kind.
 fn task_visit(
     task: &Task,
@@ -295,7 +193,7 @@ fn task_visit(
     let mut information = state.information.total;
     match kind {
         GradientKind::Total => {
-            information = information_within((task, phi), (weights, bound), state, &mut information_gradient)?;
+            information = information_within((task, phi), (weights, bound.as_ref()), state, &mut information_gradient)?;
             state.cost_gradient(task, phi, &mut cost_gradient)?;
         }
         GradientKind::Frozen => {
@@ -311,8 +209,8 @@ fn task_visit(
         information_gradient,
         cost: state.cost.expected(),
         cost_gradient,
-        bound: bound.map(|bound| bound.value),
-        bound_gradient: bound.and_then(|bound| bound.slope),
+        bound: bound.as_ref().map(|bound| bound.value),
+        bound_slopes: bound.map_or_else(Vec::new, |bound| bound.slopes),
         converged: state.plan.status.is_converged(),
         misses_contact: misses_contact(task, phi, &state.plan.trajectory),
     })
@@ -405,7 +303,7 @@ impl<'a> Visitor<'a> {
             let total = settings.gradient == GradientKind::Total;
             let leaves = |known: &Visit| known.tasks[index].leads_up_to(&found, scaling, (from, &phi));
             if !(total && known.is_some_and(leaves)) {
-                return Ok(found);
+                return Ok::<_, Error>(found);
             }
             // A worse branch than the one it came from: carefully once more, and the better of both.
             Ok(match visit(FINER, &mut TaskState::new(task)) {
@@ -427,8 +325,8 @@ pub(crate) fn controls_of(visit: &Visit) -> Vec<Matrices> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::best_of_guesses;
     use super::*;
+    use crate::branches::best_of_guesses;
 
     /// A plan taken over from 355 N/m to 384 N/m at once falls to a worse branch, of a cost of some 310.
     #[test]

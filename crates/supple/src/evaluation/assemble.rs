@@ -1,15 +1,15 @@
 //! Reports from what is known of a task at a design.
 
+use super::curves::{contact_curves, cost_curves, quantity_curves};
 use super::report::{ControlInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
 use super::sensing::measurements;
-use crate::aims::Limit;
-use crate::bound::{Horizon, Needed};
-use crate::information::{control_information, entropy_form, paper_form};
+use crate::aims::{needed_beyond, needed_soon};
+use crate::film::film;
 use crate::pipeline::TaskState;
 use crate::problem::Task;
-use crate::scene::film;
-use crate::simulate::sample;
+use crate::simulate::{sample, sample_number};
 use crate::{Channels, Error};
+use supple_lqg::{control_information, entropy_form, paper_form};
 
 pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostReport {
     let xi = &state.plan.policy.value_of_information;
@@ -40,23 +40,31 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
         paper_form_nats: paper_form(&state.belief),
         per_step_nats: state.information.per_step.clone(),
         needed: None,
+        needed_takes_long: false,
         control: Some(control_report(state)?),
     })
 }
 
-/// None where it was not found: at plans that are no optima, and beyond what rounding allows.
-pub(super) fn needed_report(task: &Task, phi: &[f64], state: &mut TaskState) -> Option<NeededInformation> {
-    let limit = task.bound.map(|bound| Limit::of(bound, 1.0, phi));
+/// Adds the least information; nothing where it was not found: at plans that are no optima, and beyond what rounding
+/// allows. Unless it counts in what is minimised, it is left out too where it takes long.
+pub(super) fn add_needed(
+    (task, phi): (&Task, &[f64]),
+    counts: bool,
+    state: &mut TaskState,
+    information: &mut InformationReport,
+) {
+    let bound = task.bound.map(|bound| bound.resolve::<f64>(phi));
     let least = state.cost.expected() - state.cost.belief;
-    let cost = limit.map(|limit| limit.value).filter(|&value| value > least).unwrap_or(state.cost.expected());
-    let horizon = Horizon { base_cost: 0.0, ..Horizon::of_plan(&state.plan, &state.noise).ok()? };
-    let found = Needed::of(&horizon, cost - least, &mut state.nearby).ok()?;
-    Some(NeededInformation {
+    let cost = bound.filter(|&bound| bound > least).unwrap_or(state.cost.expected());
+    let budget = cost - least;
+    let found = if counts { needed_beyond(budget, state).map(Some) } else { needed_soon(budget, state) };
+    information.needed_takes_long = matches!(found, Ok(None));
+    information.needed = found.ok().flatten().map(|found| NeededInformation {
         total_nats: found.nats,
         total_bits: found.nats / std::f64::consts::LN_2,
         lower_bits: found.lower_nats / std::f64::consts::LN_2,
         cost,
-    })
+    });
 }
 
 fn control_report(state: &TaskState) -> Result<ControlInformation, Error> {
@@ -67,11 +75,15 @@ fn control_report(state: &TaskState) -> Result<ControlInformation, Error> {
     Ok(ControlInformation { total_nats, total_bits, bits_per_step, per_step_nats })
 }
 
+/// Runs that are kept beside the first one, at most, and numbers of all of their states.
+const MOST_THREADS: usize = 20;
+const MOST_NUMBERS: usize = 60_000;
+
 pub(super) fn trajectory_report(
     task: &Task,
     phi: &[f64],
     state: &TaskState,
-    seed: u64,
+    (seed, rollouts): (u64, usize),
 ) -> Result<TrajectoryReport, Error> {
     let dt = task.time_step.resolve::<f64>(phi);
     let sigma = &state.belief.corrected;
@@ -83,6 +95,11 @@ pub(super) fn trajectory_report(
     let Channels { states, controls, .. } = task.system.channels();
     let [(state_names, state_units), (control_names, control_units)] =
         [states, controls].map(|list| list.into_iter().map(|channel| (channel.name, channel.unit)).unzip());
+    let run = sample(task, phi, (&state.plan, &state.noise), seed)?;
+    let size = task.system.dimensions();
+    let count = MOST_THREADS.min(rollouts).min(MOST_NUMBERS / (size.states * (task.steps + 1)));
+    let thread = |index| sample_number(task, phi, (&state.plan, &state.noise), (seed, index as u64));
+    let threads = (1..=count).map(thread).map(|run| Ok(run?.states)).collect::<Result<_, Error>>()?;
     Ok(TrajectoryReport {
         state_names,
         state_units,
@@ -97,7 +114,11 @@ pub(super) fn trajectory_report(
         feedforward: state.plan.policy.feedforward.to_rows(),
         feedback: (0..task.steps).map(gains).collect(),
         measurements: measurements(task, state),
-        sample: sample(task, phi, (&state.plan, &state.noise), seed)?,
+        threads,
+        contacts: contact_curves(task, phi, &state.plan.trajectory, &run),
+        costs: cost_curves(task, phi, &state.plan.trajectory),
+        quantities: quantity_curves(task, phi, &state.plan.trajectory, &run),
+        sample: run,
         scene: film(task, phi, &state.plan.trajectory, sigma),
     })
 }

@@ -1,26 +1,32 @@
 //! One design, evaluated: what `supple evaluate` prints and files hold.
 
-use crate::contacts::{contact_reports, contact_warnings};
-use crate::design::plan_at;
-use crate::gradient::{FrozenGradient, Functional, recursion_radius};
-use crate::information::InformationWeights;
+use crate::branches::plan_at;
+use crate::gradient::{FrozenGradient, Functional};
+use crate::growth::stability;
 use crate::limits::limits_violated;
+use crate::parameters::Named;
 use crate::pipeline::TaskState;
-use crate::problem::{Problem, Task};
+use crate::plan::VALID_STATIONARITY;
+use crate::problem::{Problem, Task, check_count, check_rollouts};
+use crate::settings::InformationWeights;
 use crate::simulate::monte_carlo;
-use crate::stability::stability;
+use crate::touching::{contact_reports, contact_warnings};
 use crate::{Error, PriceReport};
 use supple_kernels::Matrices;
+use supple_lqg::recursion_radius;
 
 mod assemble;
 mod controller;
+mod curves;
 mod report;
 mod sensing;
 mod trouble;
 mod trust;
 
-use assemble::{cost_report, information_report, needed_report, trajectory_report};
+use assemble::{add_needed, cost_report, information_report, trajectory_report};
 pub use controller::ControllerReport;
+use curves::quantity_violations;
+pub use curves::{ContactCurve, CostCurve, QuantityCurve};
 pub use report::*;
 pub use sensing::MeasurementReport;
 pub use trouble::{number_warnings, plan_warnings};
@@ -34,7 +40,8 @@ pub struct EvaluateOptions {
     pub total_gradient: bool,
     /// Gradients with the trajectory frozen, and the spectral radius of their recursion.
     pub frozen_gradient: bool,
-    /// The least information that any sensors and any controller need.
+    /// The least information that any sensors and any controller need, where it takes no longer than some seconds or
+    /// counts in the objective.
     pub needed: bool,
     /// Closed-loop roll-outs.
     pub rollouts: usize,
@@ -53,16 +60,26 @@ pub struct EvaluateOptions {
     pub feasibility: Option<f64>,
 }
 
-/// A gradient counts as valid when the plan's relative stationarity is at most this.
-pub const VALID_STATIONARITY: f64 = 1e-8;
+impl EvaluateOptions {
+    /// What the objective is.
+    fn weights(&self, problem: &Problem) -> InformationWeights {
+        self.information.unwrap_or(problem.design.information)
+    }
+}
+
+/// Attempts on other branches at most.
+const MOST_BRANCHES: usize = 10_000;
 
 impl Problem {
     /// Evaluates a design: all its parameters in the order of declaration.
     ///
     /// # Errors
-    /// Where `phi` has the wrong length, something is not finite, or a covariance is indefinite.
+    /// Where `phi` has the wrong length, more is asked for than there is room for, something is not finite, or a covariance is
+    /// indefinite.
     pub fn evaluate(&self, phi: &[f64], options: &EvaluateOptions) -> Result<Evaluation, Error> {
         self.check_design(phi)?;
+        check_rollouts(options.rollouts)?;
+        check_count("attempts on other branches", options.branches, MOST_BRANCHES)?;
         let tasks = self.tasks.iter().enumerate();
         let tasks = tasks.map(|(index, task)| {
             let mut state = TaskState::new(task);
@@ -70,7 +87,7 @@ impl Problem {
             evaluate_task((self, task), phi, options, controls, &mut state)
         });
         let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
-        let weights = options.information.unwrap_or(self.design.information);
+        let weights = options.weights(self);
         let weighted = |e: &TaskEvaluation| e.information.weighted_nats(weights);
         let nats: f64 = tasks.iter().zip(&self.tasks).map(|(e, t)| t.information_weight * weighted(e)).sum();
         let price = self.parameters.have_prices().then(|| {
@@ -114,8 +131,9 @@ fn evaluate_task(
     };
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let mut information = information_report(task, phi, state)?;
-    if options.needed || options.information.unwrap_or(problem.design.information).needed != 0.0 {
-        information.needed = needed_report(task, phi, state);
+    let counts = options.weights(problem).needed != 0.0;
+    if options.needed || counts {
+        add_needed((task, phi), counts, state, &mut information);
     }
     let predicted = Predicted {
         status: state.plan.status,
@@ -133,7 +151,11 @@ fn evaluate_task(
         regularised_iterations: state.plan.regularised,
         belief_repairs: state.belief.repairs,
         branches,
-        limits_violated: limits_violated(&task.system.limits(), &state.plan.trajectory),
+        limits_violated: [
+            limits_violated(&task.system.limits(), &state.plan.trajectory),
+            quantity_violations(task, phi, &state.plan.trajectory),
+        ]
+        .concat(),
         warnings: [
             plan_warnings(task, phi, &state.plan),
             contact_warnings(task, phi, &contacts),
@@ -149,7 +171,7 @@ fn evaluate_task(
         trust,
         controller: ControllerReport::of(&state.plan),
         trajectory: match options.trajectories {
-            true => Some(trajectory_report(task, phi, state, options.seed)?),
+            true => Some(trajectory_report(task, phi, state, (options.seed, options.rollouts))?),
             false => None,
         },
     })

@@ -1,72 +1,20 @@
 //! What an evaluation reports.
 
-use serde::de::{MapAccess, Visitor};
-use serde::ser::SerializeMap;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::controller::ControllerReport;
+use super::curves::{ContactCurve, CostCurve, QuantityCurve};
 use super::sensing::MeasurementReport;
 use super::trust::Trust;
 use crate::contacts::ContactReport;
-use crate::information::InformationWeights;
 use crate::limits::LimitViolation;
-use crate::parameters::Parameters;
+use crate::parameters::Named;
 use crate::plan::PlanStatus;
 use crate::scene::Scene;
+use crate::settings::InformationWeights;
 use crate::simulate::{MonteCarlo, Sample};
 use crate::stability::Stability;
 use crate::{CostParts, FEASIBILITY, PriceReport, meets};
-
-/// Values by parameter name, in the order of declaration.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Named(pub Vec<(String, f64)>);
-
-impl Named {
-    /// Names with their values.
-    pub fn new(parameters: &Parameters, values: &[f64]) -> Self {
-        Self(parameters.iter().map(|p| p.name.clone()).zip(values.iter().copied()).collect())
-    }
-
-    /// The value of `name`.
-    pub fn get(&self, name: &str) -> Option<f64> {
-        self.0.iter().find(|(other, _)| other == name).map(|&(_, value)| value)
-    }
-}
-
-impl Serialize for Named {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (name, value) in &self.0 {
-            map.serialize_entry(name, value)?;
-        }
-        map.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for Named {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(Pairs)
-    }
-}
-
-/// Reads names with values in their order.
-struct Pairs;
-
-impl<'de> Visitor<'de> for Pairs {
-    type Value = Named;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str("numbers by name")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named, A::Error> {
-        let mut pairs = Vec::new();
-        while let Some((name, value)) = map.next_entry::<String, Option<f64>>()? {
-            pairs.push((name, value.unwrap_or(f64::NAN)));
-        }
-        Ok(Named(pairs))
-    }
-}
 
 /// One design, evaluated.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -214,6 +162,10 @@ pub struct InformationReport {
     /// found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed: Option<NeededInformation>,
+    /// Whether `needed` was left out as it takes long to find: with many states, memory grows by the fourth power of their
+    /// number and time by the sixth.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub needed_takes_long: bool,
     /// What of it reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlInformation>,
@@ -326,6 +278,19 @@ pub struct TrajectoryReport {
     pub measurements: Vec<MeasurementReport>,
     /// One run in closed loop, with noise and a filter.
     pub sample: Sample,
+    /// States of further runs, where roll-outs were made: rows of each run, which ends early where it diverged.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub threads: Vec<Vec<Vec<f64>>>,
+    /// Contacts over time; empty in results of versions that did not keep them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactCurve>,
+    /// Terms of the cost over time; empty in results of versions that did not keep them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub costs: Vec<CostCurve>,
+    /// Quantities that costs weigh, limits bound or the task shows, over time; empty in results of versions that did not keep
+    /// them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub quantities: Vec<QuantityCurve>,
     /// What it looks like; none for models that cannot be drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<Scene>,

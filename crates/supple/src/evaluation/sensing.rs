@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use supple_kernels::math;
 use supple_kernels::{Matrices, rows};
 
 use crate::pipeline::TaskState;
@@ -46,10 +47,10 @@ pub(super) fn measurements(task: &Task, state: &TaskState) -> Vec<MeasurementRep
         let innovation = innovation_covariance(state, t);
         let given_all = inverse_diagonal(&innovation, 0);
         for (i, report) in reports.iter_mut().enumerate() {
-            report.alone_nats.push(0.5 * (innovation.get(0, i, i) / v.get(t, i, i)).ln());
+            report.alone_nats.push(0.5 * math::ln(innovation.get(0, i, i) / v.get(t, i, i)));
             let shared = precision.as_ref().zip(given_all.as_ref());
             let ratio = shared.map_or(f64::NAN, |(v, s)| v[i] / s[i]);
-            report.beyond_others_nats.push(0.5 * ratio.ln());
+            report.beyond_others_nats.push(0.5 * math::ln(ratio));
             if independent && t < task.steps {
                 let xi = &state.plan.policy.value_of_information;
                 report.saved_cost.push(saved(&state.belief.corrected, c, xi, (t, i, v.get(t, i, i))));

@@ -12,7 +12,7 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     }
     if let Some(cost) = plan.passed_over {
         warnings.push(format!(
-            "task `{}`: a plan of cost {cost:.6} did not converge and was not kept; the one that was kept costs {:.6}. Raise \
+            "task `{}`: a plan of cost {cost:.6} did not converge and was discarded; the plan in use costs {:.6}. Raise \
              `planning.max_iterations`, or start from another `initial_control`",
             task.name, plan.objective
         ));
@@ -26,17 +26,17 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
     let numbers = [
         ("information", state.information.total),
         ("nominal cost", cost.nominal),
-        ("belief cost", cost.belief),
-        ("process noise cost", cost.process),
-        ("cost of the unknown start", cost.initial),
+        ("cost of estimation error", cost.belief),
+        ("cost of process noise", cost.process),
+        ("cost of initial uncertainty", cost.initial),
         ("expected cost", cost.expected()),
     ];
     let broken = numbers.into_iter().find(|(_, value)| !value.is_finite());
     let mut warnings: Vec<String> = broken
         .map(|(what, value)| {
             format!(
-                "task `{}`: the {what} is {value}: no result can be read from it. Look for variances, weights or feedback \
-                 beyond what a number can hold",
+                "task `{}`: the {what} is {value}, so the results are not valid. Look for variances, weights or feedback \
+                 gains that overflow",
                 task.name
             )
         })
@@ -44,8 +44,8 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
         .collect();
     if let Some(sampled) = sampled.filter(|sampled| sampled.diverged > 0) {
         warnings.push(format!(
-            "task `{}`: {} of {} roll-outs diverged, so that the sampled cost is infinite: with this noise the controller does \
-             not hold the robot near its plan. Lower the noise, or make the time step shorter",
+            "task `{}`: {} of {} roll-outs diverged, so the sampled cost is infinite: with this noise the controller does \
+             not keep the robot near its plan. Reduce the noise or the time step",
             task.name, sampled.diverged, sampled.rollouts
         ));
     }
@@ -62,7 +62,7 @@ fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
     let unit = |index: usize| channels.states.get(index).map_or("", |channel| channel.unit.as_str());
     let (step, control) = plan.steepest;
     let mut text = format!(
-        "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {:.2e} for a unit of `{}`",
+        "task `{}`: the plan did not converge ({}, {} iterations): at {} the cost still changes by {:.2e} per unit of `{}`",
         task.name,
         plan.status,
         plan.iterations,

@@ -48,6 +48,15 @@ impl fmt::Display for Verdict {
     }
 }
 
+impl fmt::Display for Trust {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match &self.reasons[..] {
+            [] => write!(f, "{}", self.verdict),
+            reasons => write!(f, "{}: {}", self.verdict, reasons.join("; ")),
+        }
+    }
+}
+
 /// What was predicted.
 pub(super) struct Predicted<'a> {
     pub status: PlanStatus,
@@ -71,7 +80,7 @@ impl Trust {
         }
         if !broken.is_empty() {
             let advice = "try less initial uncertainty or process noise, softer contacts (`stiffness`, `smoothing`), or a \
-                          smaller weight on what the feedback chases";
+                          smaller weight on the quantity that the feedback tracks";
             broken.push(advice.to_owned());
             return Self { verdict: Verdict::Broken, reasons: broken };
         }
@@ -88,11 +97,12 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
     }
     let (error, tolerated) = (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs());
     if error.is_nan() || error > tolerated {
-        reasons.push(format!("{} roll-outs are too few to tell the cost to a tenth: ask for more", sampled.rollouts));
+        reasons
+            .push(format!("{} roll-outs are too few to estimate the cost to within 10 %: use more", sampled.rollouts));
     } else if sampled.difference.abs() > tolerated.max(error) {
         reasons.push(format!(
-            "roll-outs cost {:.4} where {:.4} is expected: the cost is not quadratic over the spread of states; try less noise, \
-             or costs and contacts with more smoothing",
+            "roll-outs cost {:.4}, but {:.4} is expected: the cost is not quadratic over the spread of states; try less \
+             noise, or costs and contacts with more smoothing",
             sampled.cost_mean, predicted.cost
         ));
     }
@@ -100,13 +110,13 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
         let outside = consistency.mean < consistency.lower || consistency.mean > consistency.upper;
         if outside && (consistency.mean - 1.0).abs() > INCONSISTENT {
             let (way, cause) = if consistency.mean > 1.0 {
-                ("too sure", "measurements or dynamics bend within the filter's uncertainty")
+                ("overconfident", "measurements or dynamics are nonlinear within the filter's uncertainty")
             } else {
-                ("not sure enough", "measurements or dynamics are flatter away from the plan")
+                ("underconfident", "measurements or dynamics are less sensitive away from the plan")
             };
             reasons.push(format!(
-                "the filter is {way}: its innovations squared are {:.3} times what it expects; {cause}. Try less initial \
-                 uncertainty, or a sensor that sees what is uncertain",
+                "the filter is {way}: its squared innovations are {:.3} times their expected value; {cause}. Try less \
+                 initial uncertainty, or a sensor that measures the uncertain states",
                 consistency.mean
             ));
         }
@@ -115,7 +125,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
         let (off, error) = ((bits.mean - predicted.bits).abs(), CHANCE * bits.standard_error);
         if off > (TOLERATED * predicted.bits).max(error).max(0.5) {
             reasons.push(format!(
-                "roll-outs gave {:.4} bits where {:.4} are predicted: sensors see something else away from the plan",
+                "roll-outs gave {:.4} bits, but {:.4} are predicted: the sensors behave differently away from the plan",
                 bits.mean, predicted.bits
             ));
         }
@@ -124,7 +134,8 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
         let of = sampled.touched.iter().find(|touched| touched.name == contact.name);
         if let Some(touched) = of.filter(|touched| touched.share < TOUCHING) {
             reasons.push(format!(
-                "contact `{}` touches in {:.0} % of the roll-outs only; try less uncertainty of its place, or a greater force",
+                "contact `{}` touches in only {:.0} % of the roll-outs; try less uncertainty in its position, or a \
+                 greater force",
                 contact.name,
                 100.0 * touched.share
             ));

@@ -1,18 +1,21 @@
 //! `[catalogue]`: sensors that a robot may have or not, in the task file or in a table of comma-separated values.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use schemars::JsonSchema;
+use serde::Deserialize;
 use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
 use supple_files::{FileError, nearest, quoted, read_text};
 use toml::de::DeValue;
 
 use super::csv_table::CsvTable;
-use super::document::{Document, Place};
 use crate::Channel;
+use crate::document::{DEVIATION, Document, Place, with_deviation};
 use crate::model::{AnyModel, Entry, Equipment};
 use crate::parameters::Parameters;
+use crate::problem::CatalogueSensor;
+use crate::quantity::{Noise, Quantity, Vocabulary, read_sensor, sensor_schemas};
 use crate::value::{OneOrMore, Value};
 
 /// Which sensors of a catalogue a problem is read with.
@@ -22,21 +25,6 @@ pub enum WithSensors {
     Chosen,
     /// All of them: what it may have.
     All,
-}
-
-/// A sensor of a catalogue.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CatalogueSensor {
-    /// Its name.
-    pub name: String,
-    /// What kind of sensor it is.
-    pub kind: String,
-    /// Its price, in the units of budgets.
-    pub price: f64,
-    /// Whether the task file says that it is chosen.
-    pub chosen: bool,
-    /// Which entries of the measurement are its; none where the problem was read without it.
-    pub rows: Vec<usize>,
 }
 
 /// `[catalogue]`: sensors to choose from.
@@ -64,10 +52,10 @@ struct CommonFile {
     _rest: std::collections::BTreeMap<String, IgnoredAny>,
 }
 
-/// Kinds of sensors that any model may have.
-pub(super) const KINDS: [&str; 4] = ["measurement", "state", "signal", "sum"];
+/// Kinds of sensors beside those that measure a quantity.
+const OWN_KINDS: [&str; 2] = ["measurement", "sum"];
 
-/// A sensor of numbers that have names: measurements of the model itself, states, or signals.
+/// A sensor of measurements of the model itself.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NamedFile {
@@ -88,13 +76,13 @@ pub(super) struct SumFile {
     variance: OneOrMore,
 }
 
-/// The schema of each of these kinds, by name.
+/// The schema of each kind of sensor, by name.
 pub(super) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
-    let mut schema = |kind: &'static str| match kind {
-        "sum" => (kind, SumFile::json_schema(generator)),
-        _ => (kind, NamedFile::json_schema(generator)),
-    };
-    KINDS.into_iter().map(&mut schema).collect()
+    let own = [
+        ("measurement", with_deviation(NamedFile::json_schema(generator))),
+        ("sum", with_deviation(SumFile::json_schema(generator))),
+    ];
+    own.into_iter().chain(sensor_schemas(generator)).collect()
 }
 
 /// What a catalogue is and which files it is in.
@@ -150,7 +138,7 @@ fn as_toml(text: &str, name: &str) -> Result<String, FileError> {
 
 /// One cell: numbers where the key has numbers, lists where it has lists.
 fn cell_as_toml(key: &str, cell: &str) -> String {
-    let is_number = matches!(key, "price" | "variance" | "C" | "reference");
+    let is_number = matches!(key, "price" | "variance" | DEVIATION | "C" | "reference" | "lever" | "smoothing");
     let one = |word: &str| match word.parse::<f64>() {
         // What is not finite is so in TOML too, whose readers refuse it.
         Ok(number) if is_number => format!("{number:?}").to_lowercase(),
@@ -162,8 +150,8 @@ fn cell_as_toml(key: &str, cell: &str) -> String {
     };
     match key {
         "C" => format!("[{}]", list(cell)),
-        "select" | "reference" => list(cell),
-        "variance" if cell.contains(';') => list(cell),
+        "select" | "reference" | "axes" => list(cell),
+        "variance" | DEVIATION if cell.contains(';') => list(cell),
         _ => one(cell),
     }
 }
@@ -189,19 +177,19 @@ impl Building<'_> {
     fn build(
         &self,
         file: &CatalogueFile,
-        mut model: Box<dyn AnyModel>,
+        model: Box<dyn AnyModel>,
     ) -> Result<(Box<dyn AnyModel>, Vec<CatalogueSensor>), FileError> {
         let count = self.document.tables(&self.at)?;
         if count == 0 {
             return Err(self.document.error(&self.at, "must have one or more sensors: [[catalogue.sensors]]"));
         }
-        let own = model.channels().measurements;
+        let (own, vocabulary) = (model.channels().measurements, model.vocabulary());
         let kept = self.kept(file, &own)?;
         let mut equipment = Equipment { own: own.len(), kept, added: Vec::new() };
         let mut sensors: Vec<CatalogueSensor> = Vec::with_capacity(count);
         for index in 0..count {
-            let (common, kind) = self.common(index, &sensors, &*model)?;
-            let entries = self.entries(index, &kind, &common.name, (&mut *model, &own))?;
+            let (common, kind) = self.common(index, &sensors)?;
+            let entries = self.entries(index, &kind, &common.name, (&vocabulary, &own))?;
             let chosen = file.chosen.contains(&common.name);
             let mut rows = Vec::new();
             if chosen || self.which == WithSensors::All {
@@ -244,14 +232,9 @@ impl Building<'_> {
     }
 
     /// What every sensor has, and its kind.
-    fn common(
-        &self,
-        index: usize,
-        before: &[CatalogueSensor],
-        model: &dyn AnyModel,
-    ) -> Result<(CommonFile, String), FileError> {
+    fn common(&self, index: usize, before: &[CatalogueSensor]) -> Result<(CommonFile, String), FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
-        let kinds: Vec<&str> = KINDS.iter().chain(model.sensor_kinds()).copied().collect();
+        let kinds: Vec<&str> = OWN_KINDS.iter().chain(Quantity::NAMES).copied().collect();
         let (kind, _) = self.document.table_with_kind(&at, &kinds)?;
         if !kinds.contains(&kind) {
             return Err(self.document.unknown_kind(&at, kind, &kinds));
@@ -275,21 +258,23 @@ impl Building<'_> {
         index: usize,
         kind: &str,
         name: &str,
-        (model, own): (&mut dyn AnyModel, &[Channel]),
+        (vocabulary, own): (&Vocabulary, &[Channel]),
     ) -> Result<Vec<(Entry, Channel, Value)>, FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
-        if model.sensor_kinds().contains(&kind) {
-            let first = model.channels().measurements.len();
-            let variances = model.add_sensor(kind, self.document, self.parameters, &at)?;
-            let channels = model.channels().measurements.into_iter().enumerate().skip(first).zip(variances);
-            return Ok(channels.map(|((row, channel), v)| (Entry::Own(row), channel, v)).collect());
-        }
         let (_, table) = self.document.table_with_kind(&at, &[])?;
-        let table = table.without("name").without("price");
+        let table = table.beside(&["name", "price"]);
+        if !OWN_KINDS.contains(&kind) {
+            let sensor = read_sensor((kind, table), (self.document, &at), (vocabulary, self.parameters))?;
+            let quantity = Arc::new(sensor.quantity);
+            let entries = sensor.channels.into_iter().zip(sensor.variances).enumerate();
+            let entry = |(entry, (channel, variance))| (Entry::Of(quantity.clone(), entry), channel, variance);
+            return Ok(entries.map(entry).collect());
+        }
+        let (noise, table) = Noise::of(table, (self.document, &at))?;
         let channel = |number: usize| Channel::new(format!("{name} {}", number + 1), "");
         let (entries, variance): (Vec<(Entry, Channel)>, OneOrMore) = if kind == "sum" {
             let file = SumFile::deserialize(table).map_err(|error| self.document.read_error(&at, error))?;
-            let states = model.vocabulary().states.len();
+            let states = vocabulary.states.len();
             if let Some(row) = file.C.iter().find(|row| row.len() != states) {
                 let message = format!("must have one factor per state: {states}; found {}", row.len());
                 return Err(self.error(index, "C", message));
@@ -298,39 +283,22 @@ impl Building<'_> {
             (entries.collect(), file.variance)
         } else {
             let file = NamedFile::deserialize(table).map_err(|error| self.document.read_error(&at, error))?;
-            (self.selected(index, kind, &file.select, (model, own))?, file.variance)
+            (self.selected(index, &file.select, own)?, file.variance)
         };
         if entries.is_empty() {
             return Err(self.error(index, if kind == "sum" { "C" } else { "select" }, "name at least one"));
         }
-        let variances = variance.each(entries.len());
-        let variances = variances.map_err(|(key, message, _)| self.error(index, key, message))?;
-        for &variance in &variances {
-            if let Some(least) = self.parameters.least(variance).filter(|&least| least <= 0.0) {
-                let message = format!("must be above 0, as every sensor has some noise; {}", variance.found(least));
-                return Err(self.error(index, "variance", message));
-            }
-        }
+        let variances = noise.variances(variance, entries.len(), self.parameters)?;
         Ok(entries.into_iter().zip(variances).map(|((entry, channel), v)| (entry, channel, v)).collect())
     }
 
-    /// Measurements, states or signals by name.
-    fn selected(
-        &self,
-        index: usize,
-        kind: &str,
-        select: &[String],
-        (model, own): (&dyn AnyModel, &[Channel]),
-    ) -> Result<Vec<(Entry, Channel)>, FileError> {
-        let (names, entry): (Vec<String>, fn(usize) -> Entry) = match kind {
-            "measurement" => (own.iter().map(|channel| channel.name.clone()).collect(), Entry::Own),
-            "state" => (model.vocabulary().states, Entry::State),
-            _ => (model.vocabulary().signals, Entry::Signal),
-        };
+    /// Measurements of the model by name.
+    fn selected(&self, index: usize, select: &[String], own: &[Channel]) -> Result<Vec<(Entry, Channel)>, FileError> {
+        let names: Vec<&str> = own.iter().map(|channel| channel.name.as_str()).collect();
         let find = |name: &String| match names.iter().position(|other| other == name) {
-            Some(place) => Ok((entry(place), Channel::new(name.clone(), ""))),
+            Some(place) => Ok((Entry::Own(place), own[place].clone())),
             None => {
-                let message = format!("no {kind} is `{name}`: there are {}", quoted(&names));
+                let message = format!("no measurement is `{name}`: there are {}", quoted(&names));
                 Err(FileError { help: nearest(name, &names), ..self.error(index, "select", message) })
             }
         };

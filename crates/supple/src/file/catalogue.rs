@@ -5,7 +5,7 @@ use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_files::{FileError, nearest, read_text};
 
 use super::csv_table::{CsvRow, CsvTable};
-use super::document::{Document, Place};
+use crate::document::{Document, Place};
 use crate::parameters::{CatalogueEntry, Parameter};
 
 /// Entries that a catalogue has at most.

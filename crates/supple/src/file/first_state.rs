@@ -6,10 +6,11 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_files::{FileError, quoted};
 
-use super::document::{Document, Place};
 use super::rows::{Rows, given_by_name};
-use crate::model::{AnyModel, PoseFile, Start, locked_message};
+use crate::document::{Document, Place};
+use crate::model::{AnyModel, PoseFile, Start};
 use crate::parameters::Parameters;
+use crate::physics::locked_message;
 use crate::problem::Task;
 use crate::{Limit, Limited, Value};
 

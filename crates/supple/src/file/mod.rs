@@ -3,10 +3,9 @@
 mod candidates;
 mod catalogue;
 mod csv_table;
-mod document;
 mod first_state;
+mod followed;
 mod parameters;
-mod reader;
 mod rows;
 mod schema;
 mod tasks;
@@ -17,19 +16,17 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-pub use candidates::{CatalogueSensor, WithSensors};
-pub use document::{Document, Place};
-pub(crate) use reader::{ReadError, Reader};
-pub(crate) use rows::matches;
+pub use candidates::WithSensors;
 pub use schema::json_schema;
-pub(crate) use schema::{one_of, plain};
-pub use supple_files::{FileError, read_text};
+pub use supple_files::read_text;
 
-use crate::design::DesignSettings;
-use crate::model::{self, AnyModel};
+pub use crate::document::{Document, FileError, Place};
+pub use crate::problem::CatalogueSensor;
+
+use crate::model::{self, AnyModel, ModelFile};
 use crate::parameters::Parameters;
-use crate::plan::PlanSettings;
 use crate::problem::Problem;
+use crate::settings::{DesignSettings, PlanSettings};
 use crate::value::with_names;
 
 /// The top of a task file. Sections whose shape depends on a `kind` are read by their own readers.
@@ -107,6 +104,26 @@ impl Problem {
         let Top { title, planning, design, .. } = top;
         Ok(Self { title, parameters, tasks, planning, design, files, catalogue, warnings, every_warning })
     }
+}
+
+/// The robot of a task file as a robot file would describe it, at the initial values of the parameters: with joints that
+/// the task inserts or locks, numbers that it overrides, its frames and the springs beside joints. Other compliance is
+/// among [`omitted`](supple_robot::Robot::omitted).
+///
+/// # Errors
+/// Where the file is wrong, or its model is of another kind.
+pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileError> {
+    let document = Document::parse(source, name)?;
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let (kind, _) = document.table_with_kind(&["model".into()], model::KINDS)?;
+    if kind != "robot" {
+        let message = format!("must be `robot` here; found `{kind}`");
+        return Err(document.error(&["model".into(), "kind".into()], message));
+    }
+    let parameters = parameters::read(&document, folder, &mut Vec::new())?;
+    let read = || <model::Robot as ModelFile>::read(&document, &parameters, folder);
+    let robot = with_names(&parameters.names(), read).0?;
+    Ok(robot.described(&parameters.initial()))
 }
 
 /// Reads `[model]`: its `kind` decides the rest.

@@ -6,8 +6,8 @@ use toml::de::DeValue;
 use supple_files::FileError;
 
 use super::catalogue::CatalogueFile;
-use super::document::{Document, Place};
 use crate::Price;
+use crate::document::{Document, Place};
 use crate::parameters::{Parameter, Parameters, Role, Scale};
 
 /// A parameter, by its name: `[parameters.NAME]`.

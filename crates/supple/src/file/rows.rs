@@ -5,6 +5,7 @@ use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_files::nearest;
 
 use crate::Value;
+use crate::document::matches;
 
 /// A list of numbers, a list of rows of numbers, or numbers by name.
 #[derive(Debug)]
@@ -124,13 +125,6 @@ pub(super) fn given_by_name(
         fitting.max_by_key(|(key, _)| (*key == name, key.len())).map(|(_, &value)| value)
     };
     Ok(names.iter().map(best).collect())
-}
-
-/// Whether a name fits a pattern in which `*` stands for any letters.
-pub(crate) fn matches(pattern: &str, name: &str) -> bool {
-    let Some((head, tail)) = pattern.split_once('*') else { return pattern == name };
-    let Some(rest) = name.strip_prefix(head) else { return false };
-    (0..=rest.len()).filter(|&i| rest.is_char_boundary(i)).any(|i| matches(tail, &rest[i..]))
 }
 
 impl schemars::JsonSchema for Rows {

@@ -2,10 +2,11 @@ use schemars::SchemaGenerator;
 use serde_json::{Value as Json, json};
 
 use super::candidates::{self, CatalogueFile};
+use super::followed;
 use super::parameters::ParameterFile;
 use super::tasks::TaskFile;
-use crate::design::DesignSettings;
-use crate::plan::PlanSettings;
+use crate::document::{one_of, plain};
+use crate::settings::{DesignSettings, PlanSettings};
 use crate::{cost, model};
 
 /// The JSON schema of task files.
@@ -18,6 +19,8 @@ pub fn json_schema() -> Json {
     let design = generator.subschema_for::<DesignSettings>();
     let catalogue = catalogue(&mut generator);
     let _ = generator.subschema_for::<TaskFile>();
+    let limits = one_of(plain(followed::schemas(&mut generator, true)));
+    let curves = one_of(plain(followed::schemas(&mut generator, false)));
     let mut definitions = generator.take_definitions(true);
     if let Some(task) = definitions.get_mut("TaskFile") {
         task["properties"]["costs"] = json!({
@@ -26,6 +29,12 @@ pub fn json_schema() -> Json {
             "minItems": 1,
             "items": costs
         });
+        for (key, items, what) in [
+            ("limits", limits, "Limits of quantities, reported where plans exceed them"),
+            ("curves", curves, "Quantities to show over time"),
+        ] {
+            task["properties"][key] = json!({ "description": what, "type": "array", "items": items });
+        }
         if let Some(required) = task["required"].as_array_mut().filter(|list| !list.contains(&json!("costs"))) {
             required.push(json!("costs"));
         }
@@ -56,9 +65,7 @@ pub fn json_schema() -> Json {
 /// Of `[catalogue]`.
 fn catalogue(generator: &mut SchemaGenerator) -> Json {
     let mut schema = <CatalogueFile as schemars::JsonSchema>::json_schema(generator).to_value();
-    let mut kinds = candidates::schemas(generator);
-    kinds.extend(model::sensor_schemas(generator));
-    let mut sensors = one_of(plain(kinds));
+    let mut sensors = one_of(plain(candidates::schemas(generator)));
     for table in sensors["oneOf"].as_array_mut().into_iter().flatten() {
         table["properties"]["name"] =
             json!({ "type": "string", "minLength": 1, "description": "Its name, unlike that of any other" });
@@ -75,22 +82,4 @@ fn catalogue(generator: &mut SchemaGenerator) -> Json {
     });
     schema["required"] = json!(["sensors"]);
     schema
-}
-
-/// One of several tables, told apart by `kind`.
-pub(crate) fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
-    let tables = kinds.into_iter().map(|(kind, mut table)| {
-        table["properties"]["kind"] = json!({ "const": kind });
-        match table["required"].as_array_mut() {
-            Some(required) => required.insert(0, json!("kind")),
-            None => table["required"] = json!(["kind"]),
-        }
-        table
-    });
-    json!({ "oneOf": tables.collect::<Vec<_>>() })
-}
-
-/// Schemas as JSON.
-pub(crate) fn plain(kinds: Vec<(&'static str, schemars::Schema)>) -> Vec<(&'static str, Json)> {
-    kinds.into_iter().map(|(kind, schema)| (kind, schema.to_value())).collect()
 }

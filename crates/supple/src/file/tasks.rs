@@ -6,17 +6,20 @@ use supple_files::{FileError, quoted};
 use supple_kernels::{Matrices, rows};
 use toml::de::DeValue;
 
-use super::document::{Document, Place};
 use super::first_state::{FirstState, InitialState, outside_limits};
+use super::followed;
 use super::rows::{Guess, Rows, by_name};
 use super::varying;
-use crate::cost::{self, Cost, CostKind};
+use crate::Value;
+use crate::cost::{self, Cost};
+use crate::document::{Document, Place};
 use crate::model::AnyModel;
 use crate::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, semidefinite_factor};
 use crate::parameters::Parameters;
-use crate::plan::ControlBounds;
-use crate::problem::Task;
-use crate::{Dimensions, Value};
+use crate::plan::bounds_of;
+use crate::problem::{Task, most_steps};
+use crate::quantity::Vocabulary;
+use supple_lqg::Dimensions;
 
 /// One of `[[tasks]]`. Its costs are read by kind.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -44,38 +47,68 @@ pub(super) struct TaskFile {
     /// ranges of the actuators of its file.
     #[serde(default)]
     enforce_effort_limits: bool,
+    /// What the noise of process and measurement and the weights of stages are per. Those per second stay what they are by time
+    /// with another time step: in a step, variances of the process and weights of stages count times the time step, and
+    /// variances of measurements, those of sensors too, divided by it.
+    #[serde(default)]
+    per: Per,
     /// Its noise.
     noise: NoiseFile,
     /// What it costs: a list of tables, each with a `kind`.
     #[schemars(skip)]
     #[allow(dead_code)]
     costs: IgnoredAny,
+    /// Limits of quantities, reported where plans exceed them: a list of tables, each with a `kind`.
+    #[serde(default)]
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    limits: IgnoredAny,
+    /// Quantities to show over time: a list of tables, each with a `kind`.
+    #[serde(default)]
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    curves: IgnoredAny,
 }
 
 fn one() -> f64 {
     1.0
 }
 
-/// The noise of a task, per step: variances, variances by the states' names, or full symmetric matrices.
+/// What noise and weights are per.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Per {
+    /// One time step.
+    #[default]
+    Step,
+    /// One second.
+    Second,
+}
+
+/// The noise of a task: variances, variances by the states' names, or full symmetric matrices; or standard deviations in the
+/// place of variances.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NoiseFile {
     /// Of the first state, n.
-    initial: Rows,
+    initial: Option<Rows>,
+    /// Standard deviations of the first state, in the place of `initial`.
+    initial_deviation: Option<Rows>,
     /// Of the process, n; may be singular.
-    process: Rows,
+    process: Option<Rows>,
+    /// Standard deviations of the process, in the place of `process`.
+    process_deviation: Option<Rows>,
     /// Of the measurement, p; positive definite. That of the model's sensors where left out.
     measurement: Option<Rows>,
+    /// Standard deviations of the measurement, in the place of `measurement`.
+    measurement_deviation: Option<Rows>,
     /// What is added to the variances of measurements where they depend on the state.
     #[serde(default)]
     varying: Vec<NamedVariance>,
 }
 
-/// Steps that a task has at most.
-const MOST_STEPS: usize = 1_000_000;
-
-/// Entries that the second derivatives of all steps of a task have at most: a plan needs some 150 bytes for each.
-const MOST_ENTRIES: usize = 40_000_000;
+/// Keys of costs by which weights of the end are given.
+const FINAL_WEIGHTS: [&str; 2] = ["final_weight", "final"];
 
 /// Where limits of controls come from.
 const NO_LIMITS: &str =
@@ -126,7 +159,7 @@ impl Reader<'_> {
         if file.name.is_empty() {
             return Err(self.error(&["name".into()], "must not be empty"));
         }
-        let most = MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2)).max(1);
+        let most = most_steps(size);
         if !(1..=most).contains(&file.steps) {
             let message = format!("must be from 1 to {most} with {} states; found {}", size.states, file.steps);
             return Err(self.error(&["steps".into()], message));
@@ -145,17 +178,33 @@ impl Reader<'_> {
             let message = format!("must be at least 0, as every expected cost is; {}", bound.found(least));
             return Err(self.error(&["bound".into()], message));
         }
-        let states = model.vocabulary().states;
+        let vocabulary = model.vocabulary();
+        let followed = followed::read((self.document, self.index), (&vocabulary, self.parameters))?;
+        let states = &vocabulary.states;
         let first = FirstState { document: self.document, index: self.index, parameters: self.parameters, model };
         let initial_state = first.read(file.initial_state)?;
-        let noise = self.noise(file.noise, model, &states)?;
-        let costs = self.costs(model)?;
+        let mut noise = self.noise(file.noise, model, states)?;
+        let mut costs = self.costs(&vocabulary)?;
+        if file.per == Per::Second {
+            noise.per_second(file.time_step);
+            for (number, cost) in costs.iter_mut().enumerate() {
+                cost.stage.scale(file.time_step);
+                // A weight of the end that is not given is that of a stage.
+                let given = |key: &'static str| {
+                    let at = ["tasks".into(), self.index.into(), "costs".into(), number.into(), key.into()];
+                    self.document.get(&at).is_some()
+                };
+                if !FINAL_WEIGHTS.into_iter().any(given) {
+                    cost.last.scale(file.time_step);
+                }
+            }
+        }
         let initial_control = match file.initial_control {
             Some(guess) => self.guess(guess, size, file.steps)?,
             None => Vec::new(),
         };
-        let system = model.system(costs, file.time_step, self.parameters.len());
-        let control_bounds = ControlBounds::of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);
+        let system = model.system((costs, followed), file.time_step, self.parameters.len());
+        let control_bounds = bounds_of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);
         if file.enforce_effort_limits && control_bounds.is_none() {
             let message = "must be false, as the model has no limits of its controls; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
@@ -201,23 +250,17 @@ impl Reader<'_> {
         }
     }
 
-    fn costs(&self, model: &dyn AnyModel) -> Result<Vec<Cost>, FileError> {
+    fn costs(&self, vocabulary: &Vocabulary) -> Result<Vec<Cost>, FileError> {
         let at = ["tasks".into(), self.index.into(), "costs".into()];
         let count = match self.document.get(&at).map(|value| value.get_ref()) {
             Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
             _ => return Err(self.error(&["costs".into()], "must be a list of one or more tables: [[tasks.costs]]")),
         };
-        let vocabulary = model.vocabulary();
+        let kinds = cost::kinds();
         let read = |number: usize| {
             let at = ["tasks".into(), self.index.into(), "costs".into(), number.into()];
-            let here = |key: &'static str| ["costs".into(), number.into(), key.into()];
-            let (kind, table) = self.document.table_with_kind(&at, CostKind::NAMES)?;
-            let cost = cost::read(kind, table, &vocabulary)
-                .ok_or_else(|| self.document.unknown_kind(&at, kind, CostKind::NAMES))?
-                .map_err(|error| self.document.read_error(&at, error))?
-                .map_err(|error| FileError { help: error.help, ..self.error(&here(error.key), error.message) })?;
-            cost.check(self.parameters).map_err(|(key, message)| self.error(&here(key), message))?;
-            Ok(cost)
+            let table = self.document.table_with_kind(&at, &kinds)?;
+            cost::read(table, (self.document, &at), (vocabulary, self.parameters))
         };
         (0..count).map(read).collect()
     }
@@ -259,16 +302,65 @@ impl Reader<'_> {
         }
     }
 
+    /// A covariance that is given by one of two keys: variances or a matrix, or standard deviations.
+    fn given(
+        &self,
+        (key, deviation_key): (&'static str, &'static str),
+        (rows, deviations): (Option<Rows>, Option<Rows>),
+        names: Option<&[String]>,
+    ) -> Result<Option<Covariance>, FileError> {
+        let wrong = |places: &[Place], message: String| {
+            let at: Vec<Place> =
+                ["noise".into(), deviation_key.into()].into_iter().chain(places.iter().copied()).collect();
+            self.error(&at, message)
+        };
+        let square = |place: Place, value: &mut Value| {
+            if let Some(least) = self.parameters.least(*value).filter(|&least| least < 0.0) {
+                let message = format!("must be at least 0, as a standard deviation; {}", value.found(least));
+                return Err(wrong(&[place], message));
+            }
+            *value = value.squared();
+            Ok(())
+        };
+        match (rows, deviations) {
+            (Some(_), Some(_)) => Err(wrong(&[], format!("stands in the place of `{key}`: give one of them"))),
+            (Some(rows), None) => self.read_covariance(key, rows, names).map(Some),
+            (None, None) => Ok(None),
+            (None, Some(mut rows)) => {
+                match &mut rows {
+                    Rows::Flat(list) => {
+                        list.iter_mut().enumerate().try_for_each(|(i, value)| square(i.into(), value))?
+                    }
+                    Rows::Named(table) => {
+                        table.iter_mut().try_for_each(|(name, value)| square(Place::Key(name), value))?;
+                    }
+                    Rows::Nested(_) => {
+                        let message = "must be a list of numbers, or numbers by name; a matrix is given by";
+                        return Err(wrong(&[], format!("{message} `{key}`")));
+                    }
+                }
+                self.read_covariance(key, rows, names).map(Some)
+            }
+        }
+    }
+
     fn noise(&self, file: NoiseFile, model: &dyn AnyModel, states: &[String]) -> Result<NoiseModel, FileError> {
         let size = model.dimensions();
-        let measurement = match (file.measurement, model.variances()) {
-            (Some(rows), _) => self.equipped(self.read_covariance("measurement", rows, None)?, model)?,
+        let missing = |key: &'static str| self.error(&["noise".into(), key.into()], "is missing");
+        let own =
+            self.given(("measurement", "measurement_deviation"), (file.measurement, file.measurement_deviation), None)?;
+        let measurement = match (own, model.variances()) {
+            (Some(own), _) => self.equipped(own, model)?,
             (None, Some(variances)) => Covariance::Diagonal(variances),
-            (None, None) => return Err(self.error(&["noise".into(), "measurement".into()], "is missing")),
+            (None, None) => return Err(missing("measurement")),
         };
+        let initial =
+            self.given(("initial", "initial_deviation"), (file.initial, file.initial_deviation), Some(states))?;
+        let process =
+            self.given(("process", "process_deviation"), (file.process, file.process_deviation), Some(states))?;
         let file = NoiseModel {
-            initial: self.read_covariance("initial", file.initial, Some(states))?,
-            process: self.read_covariance("process", file.process, Some(states))?,
+            initial: initial.ok_or_else(|| missing("initial"))?,
+            process: process.ok_or_else(|| missing("process"))?,
             measurement,
             varying: self.varying(&file.varying, model)?,
         };

@@ -1,7 +1,7 @@
 use supple_files::FileError;
 
-use super::document::{Document, Place};
 use crate::Channels;
+use crate::document::{Document, Place};
 use crate::noise::{NamedVariance, VaryingVariance};
 use crate::parameters::Parameters;
 

@@ -1,10 +1,11 @@
 use supple_kernels::Scratch;
 
 use super::total::GradientWorkspace;
-use crate::belief::{Belief, BeliefSeeds, reverse_kalman};
-use crate::noise::{Noise, NoiseModel};
+use crate::noise::NoiseModel;
 use crate::plan::Plan;
 use crate::system::System;
+use supple_lqg::Noise;
+use supple_lqg::{Belief, BeliefSeeds, reverse_kalman};
 
 /// Gradients by the parameters with trajectory, `K` and `Xi` held fixed, as in the paper (theory, equation G.1).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,7 +31,7 @@ pub fn frozen_gradient(
     for (seeds, gradient) in [(information, &mut out.information), (cost, &mut out.belief_cost)] {
         gradient.clear();
         gradient.resize(phi.len(), 0.0);
-        work.noise.clear_for(noise_model, plan.trajectory.steps());
+        noise_model.clear(&mut work.noise, plan.trajectory.steps());
         work.adjoints.has_cost = false;
         reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
         system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, gradient, scratch);

@@ -74,7 +74,7 @@ pub(crate) fn slope_by_controls(
             direct.iter_mut().zip(&own).for_each(|(sum, own)| *sum += (quantity.nominal - 1.0) * own);
         }
         system.add_parameter_gradient(at, phi, &work.costates, None, &mut direct, scratch);
-        add_initial_state(initial_state, work.costates.vector(0), &mut direct);
+        add_initial_state((initial_state, phi), work.costates.vector(0), &mut direct);
         *out = direct;
     }
     steepness

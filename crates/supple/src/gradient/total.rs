@@ -1,12 +1,16 @@
 use supple_kernels::{Matrices, Scratch};
 
-use super::riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds};
-use super::{Partials, reverse_riccati};
-use crate::belief::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
-use crate::noise::{Noise, NoiseModel};
-use crate::plan::{Lq, Plan, Policy, Regularisation, solve_limited, solve_lq};
-use crate::system::{KnotAdjoints, System, Variation};
-use crate::{Dimensions, Error, Value};
+use crate::noise::NoiseModel;
+use crate::plan::Plan;
+use crate::system::{System, Variation};
+use crate::{Error, Value};
+use supple_lqg::Dimensions;
+use supple_lqg::KnotAdjoints;
+use supple_lqg::Noise;
+use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
+use supple_lqg::{Lq, Policy, Regularisation, solve_limited, solve_lq};
+use supple_lqg::{Partials, reverse_riccati};
+use supple_lqg::{RiccatiAdjoint, RiccatiSeeds};
 
 /// A number that depends on the knots: a weighted sum of the directed information and of the noise's parts of the
 /// expected cost.
@@ -126,15 +130,13 @@ impl TotalGradient<'_> {
         out.resize(self.phi.len(), 0.0);
         let (at, costates) = (self.plan.trajectory.points(), &self.plan.costates);
         self.system.add_parameter_gradient(at, self.phi, costates, None, out, scratch);
-        add_initial_state(self.initial_state, costates.vector(0), out);
+        add_initial_state((self.initial_state, self.phi), costates.vector(0), out);
     }
 }
 
-pub(super) fn add_initial_state(initial_state: &[Value], costate: &[f64], out: &mut [f64]) {
+pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costate: &[f64], out: &mut [f64]) {
     for (value, costate) in initial_state.iter().zip(costate) {
-        if let Some(parameter) = value.parameter() {
-            out[parameter] += costate;
-        }
+        value.add_gradient(phi, *costate, out);
     }
 }
 
@@ -174,7 +176,7 @@ pub fn total_gradient(
     solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
     let variation = Variation { joint: &work.variation, costates: &work.costates };
     system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);
-    add_initial_state(initial_state, work.costates.vector(0), out);
+    add_initial_state((initial_state, phi), work.costates.vector(0), out);
     Ok(())
 }
 
@@ -188,7 +190,7 @@ pub(crate) fn add_functional(
     out: &mut [f64],
 ) {
     let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
-    work.noise.clear_for(noise_model, plan.trajectory.steps());
+    noise_model.clear(&mut work.noise, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
     let covariances = functional.partials.map(|partials| (&partials.predicted, &partials.corrected));
@@ -237,7 +239,7 @@ pub(crate) fn information_at_rest(
 ) -> [Vec<f64>; 2] {
     let &TotalGradient { system, phi, noise_model, plan, belief, noise, .. } = task;
     let (points, states) = (plan.trajectory.points(), &plan.trajectory.states);
-    work.noise.clear_for(noise_model, plan.trajectory.steps());
+    noise_model.clear(&mut work.noise, plan.trajectory.steps());
     work.adjoints.has_cost = false;
     work.adjoints.measurement.clear();
     let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };

@@ -3,25 +3,25 @@ use std::sync::Arc;
 
 use supple_kernels::Scalar;
 
-use super::{AnyModel, Channel, Channels, Dimensions, Limit, Model, ModelFile, OwnCost, Point, Start};
+use super::{AnyModel, Channel, Channels, FileSensor, Limit, Model, ModelFile, OwnCost, Point, Start};
+
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
-use crate::cost::{Cost, Vocabulary};
-use crate::file::{Document, FileError, Place};
+use crate::cost::Cost;
+use crate::followed::Followed;
 use crate::noise::Covariance;
-use crate::parameters::Parameters;
+use crate::quantity::{Known, Measurable, Quantity, Vocabulary};
 use crate::scene::Picture;
 use crate::system::{Authored, System};
+use supple_lqg::Dimensions;
 
 /// Where an entry of a measurement comes from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) enum Entry {
     /// The model's own measurement with this index.
     Own(usize),
-    /// The state with this index.
-    State(usize),
-    /// The signal with this index.
-    Signal(usize),
+    /// An entry of a quantity.
+    Of(Arc<Quantity>, usize),
     /// A sum of states, each times a number.
     Sum(Vec<Value>),
 }
@@ -93,10 +93,12 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.observe(at, &mut own);
         let Equipment { kept, added, .. } = &self.equipment;
         let mut signals = Vec::new();
-        if added.iter().any(|(entry, ..)| matches!(entry, Entry::Signal(_))) {
+        if added.iter().any(|(entry, ..)| matches!(entry, Entry::Of(quantity, _) if quantity.needs_signals())) {
             signals = vec![S::zero(); self.model.signals().len()];
             self.model.signal(at, &mut signals);
         }
+        let known = Known { signals: &signals, next: &[] };
+        let mut measured = Vec::new();
         let (first, rest) = y.split_at_mut(kept.len());
         for (y, &row) in first.iter_mut().zip(kept) {
             *y = own[row];
@@ -104,8 +106,13 @@ impl<M: ModelFile> Model for Equipped<M> {
         for (y, (entry, ..)) in rest.iter_mut().zip(added) {
             *y = match entry {
                 Entry::Own(row) => own[*row],
-                Entry::State(state) => at.x[*state],
-                Entry::Signal(signal) => signals[*signal],
+                Entry::Of(quantity, entry) => {
+                    // The entries of a quantity follow one another.
+                    if *entry == 0 {
+                        measured = quantity.values(at, &known);
+                    }
+                    measured[*entry]
+                }
                 Entry::Sum(factors) => {
                     let terms = factors.iter().zip(at.x).filter(|(factor, _)| !factor.is_zero());
                     terms.fold(S::zero(), |sum, (&factor, &x)| at.value(factor).mul_add(x, sum))
@@ -182,6 +189,22 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.state_names()
     }
 
+    fn frame_names(&self) -> Vec<String> {
+        self.model.frame_names()
+    }
+
+    fn motors(&self) -> Vec<(String, String)> {
+        self.model.motors()
+    }
+
+    fn drive_names(&self) -> Vec<String> {
+        self.model.drive_names()
+    }
+
+    fn file_sensors(&self) -> Vec<FileSensor> {
+        self.model.file_sensors()
+    }
+
     fn channels(&self) -> Channels {
         let Channels { states, controls, measurements } = self.model.channels();
         let Equipment { kept, added, .. } = &self.equipment;
@@ -231,23 +254,16 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self)
     }
-    fn system(&self, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Arc<dyn System> {
-        Arc::new(Authored::new(self.clone(), costs, time_step, parameters))
+    fn system(
+        &self,
+        (costs, followed): (Vec<Cost>, Vec<Followed>),
+        time_step: Value,
+        parameters: usize,
+    ) -> Arc<dyn System> {
+        Arc::new(Authored::new(self.clone(), costs, time_step, parameters).following(followed))
     }
     fn channels(&self) -> Channels {
         Model::channels(self)
-    }
-    fn sensor_kinds(&self) -> &'static [&'static str] {
-        &[]
-    }
-    fn add_sensor(
-        &mut self,
-        _: &str,
-        document: &Document,
-        _: &Parameters,
-        at: &[Place],
-    ) -> Result<Vec<Value>, FileError> {
-        Err(document.error(at, "sensors are added before a model is equipped"))
     }
     fn equipped(self: Box<Self>, _: Equipment) -> Box<dyn AnyModel> {
         self

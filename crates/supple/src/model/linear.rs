@@ -1,7 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Dimensions, Model, PlainFile, Point};
+use supple_lqg::Dimensions;
+
+use super::{Model, PlainFile, Point};
 use crate::Value;
 use crate::parameters::Parameters;
 

@@ -1,11 +1,13 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Channel, Channels, Dimensions, Model, PlainFile, Point};
+use super::{Channel, Channels, Model, PlainFile, Point};
+
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
 use crate::parameters::Parameters;
 use crate::scene::{ConnectionKind, Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Pose, Shape, Solid};
+use supple_lqg::Dimensions;
 
 /// Two masses on a line, coupled by a spring; the second meets a wall of uncertain position.
 ///

@@ -1,6 +1,7 @@
 //! Noise: covariances whose entries may be parameters, or that differ from step to step.
 
 use supple_kernels::{Matrices, rows};
+pub use supple_lqg::Noise;
 
 use crate::{Error, Value};
 
@@ -23,6 +24,15 @@ pub enum Covariance {
 }
 
 impl Covariance {
+    /// Changes every entry that is a value.
+    fn change(&mut self, change: impl Fn(Value) -> Value) {
+        match self {
+            Self::Diagonal(variances) => variances.iter_mut().for_each(|value| *value = change(*value)),
+            Self::Full(rows) => rows.iter_mut().flatten().for_each(|value| *value = change(*value)),
+            Self::Sequence(_) => {}
+        }
+    }
+
     /// Its order.
     pub fn order(&self) -> usize {
         match self {
@@ -86,10 +96,11 @@ impl Covariance {
 
     /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`: of each step, or summed over
     /// all of them.
-    pub fn add_gradient(&self, adjoint: &Matrices, parameters: &mut [f64]) {
+    pub fn add_gradient(&self, phi: &[f64], adjoint: &Matrices, parameters: &mut [f64]) {
         for (i, j, value) in self.entries() {
-            if let Some(parameter) = value.parameter() {
-                parameters[parameter] += (0..adjoint.count()).map(|step| adjoint.get(step, i, j)).sum::<f64>();
+            if !matches!(value, Value::Number(_)) {
+                let sum: f64 = (0..adjoint.count()).map(|step| adjoint.get(step, i, j)).sum();
+                value.add_gradient(phi, sum, parameters);
             }
         }
     }
@@ -108,45 +119,21 @@ pub struct NoiseModel {
     pub varying: Vec<VaryingVariance>,
 }
 
-/// The noise of a task at given parameters: covariance matrices of each step, or constant ones that hold at every step.
-#[derive(Clone, Debug)]
-pub struct Noise {
-    /// `X_0`, n x n.
-    pub initial: Matrices,
-    /// `W`, n x n.
-    pub process: Matrices,
-    /// `V`, p x p.
-    pub measurement: Matrices,
-}
-
-impl Noise {
-    /// Zeros of the right shapes that hold at every step.
-    pub fn zeros(states: usize, measurements: usize) -> Self {
-        Self {
-            initial: Matrices::constant(states, states),
-            process: Matrices::constant(states, states),
-            measurement: Matrices::constant(measurements, measurements),
-        }
-    }
-
-    /// Sets everything to 0.
-    pub fn clear(&mut self) {
-        self.initial.clear();
-        self.process.clear();
-        self.measurement.clear();
-    }
-
-    /// Clears this for adjoints by the noise of a model along `steps` steps: a matrix for each step where the noise varies with
-    /// the state, and as it was elsewhere.
-    pub fn clear_for(&mut self, model: &NoiseModel, steps: usize) {
-        if !model.varying.is_empty() && (self.measurement.is_constant() || self.measurement.count() != steps + 1) {
-            self.measurement = Matrices::zeros(steps + 1, self.measurement.rows(), self.measurement.rows());
-        }
-        self.clear();
-    }
-}
-
 impl NoiseModel {
+    /// Takes what is given per second as what it is per step: variances of the process times the time step, and those of
+    /// measurements divided by it.
+    pub(crate) fn per_second(&mut self, time_step: Value) {
+        self.process.change(|variance| variance.times(time_step));
+        self.measurement.change(|variance| variance.over(time_step));
+        self.varying.iter_mut().for_each(|varying| varying.coefficient = varying.coefficient.over(time_step));
+    }
+
+    /// Clears `noise` for adjoints by this along `steps` steps: a matrix for each step where the noise varies with the state,
+    /// and as it was elsewhere.
+    pub fn clear(&self, noise: &mut Noise, steps: usize) {
+        if self.varying.is_empty() { noise.clear() } else { noise.clear_each(steps) }
+    }
+
     /// Writes the covariances at given parameters, without what varies with the state.
     ///
     /// # Errors
@@ -199,11 +186,11 @@ impl NoiseModel {
     /// Adds to `parameters` the gradient of a number with the adjoints `adjoint` by the covariances along `states`, N + 1 vectors
     /// of length n, which are held fixed.
     ///
-    /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`Noise::clear_for`].
+    /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`clear`](Self::clear).
     pub fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Noise, parameters: &mut [f64]) {
-        self.initial.add_gradient(&adjoint.initial, parameters);
-        self.process.add_gradient(&adjoint.process, parameters);
-        self.measurement.add_gradient(&adjoint.measurement, parameters);
+        self.initial.add_gradient(phi, &adjoint.initial, parameters);
+        self.process.add_gradient(phi, &adjoint.process, parameters);
+        self.measurement.add_gradient(phi, &adjoint.measurement, parameters);
         for varying in &self.varying {
             varying.add_gradient((phi, states), &adjoint.measurement, parameters);
         }

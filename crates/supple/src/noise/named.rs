@@ -2,7 +2,7 @@ use serde::Deserialize;
 use supple_files::{nearest, quoted};
 
 use super::VaryingVariance;
-use crate::file::matches;
+use crate::document::matches;
 use crate::parameters::Parameters;
 use crate::{Channel, Channels, Value};
 

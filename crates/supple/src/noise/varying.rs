@@ -43,15 +43,14 @@ impl VaryingVariance {
     /// The adjoint of `V_jj` at each step times its derivatives by center and coefficient.
     pub(super) fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Matrices, parameters: &mut [f64]) {
         let VaryingNoise { measurement: j, state, center, coefficient } = VaryingNoise::of(self, phi);
+        let (mut by_center, mut by_coefficient) = (0.0, 0.0);
         for step in 0..states.count() {
             let (away, adjoint) = (states.vector(step)[state] - center, adjoint.get(step, j, j));
-            if let Some(parameter) = self.center.parameter() {
-                parameters[parameter] -= adjoint * 2.0 * coefficient * away;
-            }
-            if let Some(parameter) = self.coefficient.parameter() {
-                parameters[parameter] += adjoint * away * away;
-            }
+            by_center -= adjoint * 2.0 * coefficient * away;
+            by_coefficient += adjoint * away * away;
         }
+        self.center.add_gradient(phi, by_center, parameters);
+        self.coefficient.add_gradient(phi, by_coefficient, parameters);
     }
 
     /// The adjoint of `V_jj` at each step times its derivative by the state, onto the last column.

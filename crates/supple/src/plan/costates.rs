@@ -1,6 +1,6 @@
 use supple_kernels::Matrices;
 
-use super::ControlBounds;
+use supple_lqg::ControlBounds;
 
 /// How far a trajectory is from stationary.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

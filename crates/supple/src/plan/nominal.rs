@@ -2,17 +2,20 @@ use std::time::Instant;
 
 use supple_kernels::{Matrices, Scratch};
 
-use super::box_qp::Limits;
 use super::costates::Stationarity;
 use super::search::{Patience, Search};
-use super::{
-    ControlBounds, Decrease, Lq, PlanMode, PlanSettings, PlanStatus, Policy, Regularisation, rollout_within,
-    simulate_controls, solve_limited,
-};
-use crate::knots::Knots;
-use crate::system::{Curvature, System};
+use super::{NominalProblem, PlanMode, PlanSettings, PlanStatus, rollout_within, simulate_controls};
+use crate::Error;
+use crate::knots::Linearise;
+use crate::system::Curvature;
 use crate::trajectory::Trajectory;
-use crate::{Dimensions, Error};
+use supple_lqg::Dimensions;
+use supple_lqg::Knots;
+use supple_lqg::Limits;
+use supple_lqg::{Decrease, Lq, Policy, Regularisation, solve_limited};
+
+/// A gradient counts as valid when the plan's relative stationarity is at most this.
+pub const VALID_STATIONARITY: f64 = 1e-8;
 
 /// A reference trajectory with its control law, and how the search for it ended.
 #[derive(Clone, Debug)]
@@ -96,17 +99,6 @@ impl PlanWorkspace {
 const LEAST_MU: f64 = 1e-9;
 const MOST_MU: f64 = 1e12;
 
-/// What a plan is searched for.
-#[derive(Clone, Copy)]
-pub struct NominalProblem<'a> {
-    /// The system with its costs.
-    pub system: &'a dyn System,
-    /// All parameters.
-    pub phi: &'a [f64],
-    /// Bounds that the controls must keep.
-    pub bounds: Option<&'a ControlBounds>,
-}
-
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
 /// Starts from the first state and the controls in `plan.trajectory`, and leaves the whole plan in `plan`. Bounds are
@@ -186,7 +178,7 @@ fn start_from_free(
 }
 
 /// Rolls the first guess out, moved inside the bounds.
-pub(super) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scratch) -> Result<(), Error> {
+pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scratch) -> Result<(), Error> {
     if let Some(bounds) = problem.bounds {
         bounds.clamp_all(&mut plan.trajectory.controls);
     }
@@ -201,7 +193,7 @@ pub(super) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scra
 }
 
 /// Linearises dynamics and cost at the plan's trajectory, and finds its costates and stationarity.
-pub(super) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Curvature, scratch: &mut Scratch) {
+pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Curvature, scratch: &mut Scratch) {
     let NominalProblem { system, phi, bounds } = problem;
     plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
     let bounded = bounds.map(|bounds| (bounds, &plan.trajectory.controls));
@@ -214,7 +206,7 @@ pub(super) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
 }
 
 /// The final sweep: exact curvature of the cost, no second derivatives of the dynamics, no regularisation.
-pub(super) fn finish(
+pub(crate) fn finish(
     problem: NominalProblem,
     plan: &mut Plan,
     status: PlanStatus,
@@ -239,7 +231,7 @@ pub(super) fn finish(
 }
 
 /// The Riccati sweep along a plan within the bounds, with the second derivatives of the cost or others.
-pub(super) fn sweep(
+pub(crate) fn sweep(
     problem: NominalProblem,
     regularisation: Regularisation,
     hessian: Option<&Matrices>,

@@ -1,8 +1,8 @@
 use supple_kernels::Scratch;
 
-use super::{ControlBounds, Policy};
 use crate::system::{RollOut, System};
 use crate::trajectory::Trajectory;
+use supple_lqg::{ControlBounds, Policy};
 
 /// Rolls the noise-free system out under `u = ubar + step k + K (x - xbar)` around `reference`; returns its cost.
 ///

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use supple_kernels::Scratch;
+use supple_kernels::{Scratch, halt};
 
 use super::nominal::{linearise, sweep};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
             if self.plan.iterations >= self.settings.max_iterations {
                 return self.ended(PlanStatus::MaxIterations);
             }
-            if self.work.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            if halt::is_requested() || self.work.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return self.ended(PlanStatus::TimeLimit);
             }
             if self.progress.creeps(self.plan) || self.gives_up() {

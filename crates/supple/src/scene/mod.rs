@@ -5,14 +5,13 @@
 
 use serde::{Deserialize, Serialize};
 
-mod film;
 mod picture;
 mod track;
 
-pub(crate) use film::film;
 pub use picture::{Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Seen};
 pub use supple_robot::Pose;
 pub use track::Track;
+pub(crate) use track::round;
 
 /// At how many times a scene shows a plan at most.
 pub const MOST_FRAMES: usize = 101;

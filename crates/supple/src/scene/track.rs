@@ -65,7 +65,7 @@ impl<'de, const N: usize> Deserialize<'de> for Track<N> {
 }
 
 /// Rounds to seven digits of the largest number.
-pub(super) fn round(entries: &mut [f64]) {
+pub(crate) fn round(entries: &mut [f64]) {
     let finite = entries.iter().map(|entry| entry.abs()).filter(|entry| entry.is_finite());
     let largest = finite.fold(0.0, f64::max);
     if largest > 0.0 {

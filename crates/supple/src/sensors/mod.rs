@@ -19,10 +19,10 @@ pub use sight::Worth;
 use sight::{Memory, Sight, Weights};
 
 use crate::Error;
-use crate::design::best_plan;
-use crate::noise::Noise;
+use crate::branches::best_plan;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
+use supple_lqg::Noise;
 
 /// Candidates for the sensors of tasks whose plans are made.
 ///

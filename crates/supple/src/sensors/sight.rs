@@ -1,11 +1,12 @@
 use nalgebra::DMatrix;
+use supple_kernels::math;
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
 use crate::Error;
 use crate::cost_parts::CostParts;
-use crate::noise::Noise;
 use crate::pipeline::TaskState;
+use supple_lqg::Noise;
 
 /// What a filter sees of one task along its plan when each candidate sensor counts with a weight: a candidate with the
 /// weight `z` has `1 / z` times its noise, at 0 it is not there (theory, equation N.1).
@@ -237,7 +238,7 @@ fn correct<L: Lanes>((n, stride): (usize, usize), (c, weight): (&[f64], f64), me
         rows::add_scaled::<L>(&mut p[i * stride..(i + 1) * stride], -defect[i], k);
     }
     rows::symmetrise::<L>(p, n, stride);
-    0.5 * (weight * seen).ln_1p()
+    0.5 * math::ln_1p(weight * seen)
 }
 
 /// `out = P c` for a symmetric `P`, by its rows.

@@ -28,7 +28,7 @@ impl Controller {
     /// # Errors
     /// Where a covariance is indefinite.
     pub fn sample(&self, task: &Task, phi: &[f64], seed: u64) -> Result<Sample, Error> {
-        sample_of(task, (&self.as_plan(), Some(self)), World { phi, noise: &self.noise }, seed)
+        sample_of(task, (&self.as_plan(), Some(self)), World { phi, noise: &self.noise }, (seed, 0))
     }
 
     /// A plan with its trajectory and control law: all that roll-outs read of a plan.

@@ -1,9 +1,11 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use supple_kernels::Matrices;
+use supple_kernels::math;
 
 use crate::Error;
-use crate::noise::{Noise, semidefinite_factor};
+use crate::noise::semidefinite_factor;
+use supple_lqg::Noise;
 
 /// How samples are drawn: factors of the covariances.
 #[derive(Clone, Debug)]
@@ -44,7 +46,7 @@ pub(super) struct Factor<'a> {
 impl Factor<'_> {
     /// `ln |G G'|`
     pub fn log_determinant(&self) -> f64 {
-        (0..self.order).map(|i| 2.0 * self.entries[i * self.order + i].ln()).sum()
+        (0..self.order).map(|i| 2.0 * math::ln(self.entries[i * self.order + i])).sum()
     }
 
     /// `out += G n` with standard normal `n`, of which `n' n` is returned; draws as many numbers as the order.

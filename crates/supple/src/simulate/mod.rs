@@ -5,27 +5,31 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use supple_kernels::{Matrices, Scratch};
+use supple_kernels::{Matrices, Scratch, halt};
+use supple_lqg::{Dimensions, Noise};
 
-use crate::belief::{ExtendedKalman, Filter, FilterBatch};
 use crate::controller::Controller;
-use crate::noise::{Noise, VaryingNoise};
+
+use crate::noise::VaryingNoise;
 use crate::plan::Plan;
 use crate::problem::Task;
 use crate::system::{Points, Times};
 use crate::trajectory::Trajectory;
-use crate::{Dimensions, Error, or_nan};
+use crate::{Error, or_nan};
 
 mod along_plan;
-mod elsewhere;
+mod ekf;
 mod factors;
+mod filter;
 mod sample;
 mod statistics;
 mod truth;
 
-pub use elsewhere::{Elsewhere, Other, Runs};
+use ekf::ExtendedKalman;
+pub use ekf::FilterBatch;
 pub(crate) use factors::NoiseFactors;
-pub use sample::sample;
+use filter::Filter;
+pub use sample::{sample, sample_number};
 pub(crate) use statistics::Outcome;
 pub use statistics::{Consistency, Estimate, MonteCarlo, TouchShare};
 pub(crate) use truth::Truth;
@@ -55,7 +59,8 @@ pub struct Sample {
 /// Samples that run in step with one another.
 pub(crate) struct ClosedLoop {
     filters: FilterBatch,
-    states: Matrices,
+    /// True states.
+    pub states: Matrices,
     controls: Matrices,
     measured: Matrices,
     random: Vec<ChaCha8Rng>,
@@ -140,6 +145,9 @@ impl ClosedLoop {
         let filter = setting.along.map_or(Filter::Extended(extended), Filter::AlongPlan);
         self.start(setting, (seed, first));
         for t in 0..=task.steps {
+            if halt::is_requested() {
+                return Err(Error::Stopped);
+            }
             self.measure(setting, t);
             self.correct(&filter, setting, (t, record.is_some()))?;
             self.count(setting, t);
@@ -305,7 +313,7 @@ impl ClosedLoop {
 /// Steps at which roll-outs are looked at for contacts, about.
 const LOOKED_AT: usize = 25;
 /// Samples that share a batch.
-const BATCH: usize = 32;
+pub(crate) const BATCH: usize = 32;
 
 /// Rolls a plan out `rollouts` times in closed loop with an extended Kalman filter, on all threads.
 ///
@@ -350,12 +358,23 @@ fn sampled(
     let believed = World { phi: believed.phi, noise: &noise };
     let truth = Truth::of(task, truth.phi);
     let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along };
-    let size = task.system.dimensions();
-    let batch = |number: usize| {
-        let first = number * BATCH;
-        let mut closed = ClosedLoop::new(size, BATCH.min(rollouts - first));
-        closed.run(setting, (seed, first as u64), None).map(|()| closed.outcomes)
-    };
-    let batches = (0..rollouts.div_ceil(BATCH)).into_par_iter().map(batch).collect::<Result<Vec<_>, _>>()?;
+    let batches = in_batches(setting, (rollouts, seed), BATCH, |closed| closed.outcomes)?;
     Ok(batches.concat())
+}
+
+/// Runs all roll-outs in batches on all threads; of each batch only what `keep` keeps.
+pub(crate) fn in_batches<T: Send>(
+    setting: LoopSetting,
+    (rollouts, seed): (usize, u64),
+    batch: usize,
+    keep: impl Fn(ClosedLoop) -> T + Sync + Send,
+) -> Result<Vec<T>, Error> {
+    let size = setting.task.system.dimensions();
+    let run = |number: usize| {
+        let first = number * batch;
+        let mut closed = ClosedLoop::new(size, batch.min(rollouts - first));
+        closed.run(setting, (seed, first as u64), None)?;
+        Ok(keep(closed))
+    };
+    (0..rollouts.div_ceil(batch)).into_par_iter().map(run).collect()
 }

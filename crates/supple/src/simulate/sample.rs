@@ -3,16 +3,29 @@ use supple_kernels::Matrices;
 use super::{ClosedLoop, LoopSetting, NoiseFactors, Record, Sample, Truth, World};
 use crate::Error;
 use crate::controller::Controller;
-use crate::noise::Noise;
 use crate::plan::Plan;
 use crate::problem::Task;
+use supple_lqg::Noise;
 
 /// The first sample of those of [`monte_carlo`](super::monte_carlo), as it runs.
 ///
 /// # Errors
 /// Where a covariance is indefinite.
 pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
-    sample_of(task, (plan, None), World { phi, noise }, seed)
+    sample_number(task, phi, (plan, noise), (seed, 0))
+}
+
+/// The sample with this number, from 0, of those of [`monte_carlo`](super::monte_carlo), as it runs.
+///
+/// # Errors
+/// Where a covariance is indefinite.
+pub fn sample_number(
+    task: &Task,
+    phi: &[f64],
+    (plan, noise): (&Plan, &Noise),
+    number: (u64, u64),
+) -> Result<Sample, Error> {
+    sample_of(task, (plan, None), World { phi, noise }, number)
 }
 
 /// That of a plan, with the extended filter or that of a controller.
@@ -20,7 +33,7 @@ pub(super) fn sample_of(
     task: &Task,
     (plan, along): (&Plan, Option<&Controller>),
     world: World,
-    seed: u64,
+    (seed, number): (u64, u64),
 ) -> Result<Sample, Error> {
     let phi = world.phi;
     let noise = world.fixed_noise(task)?;
@@ -31,7 +44,7 @@ pub(super) fn sample_of(
     let size = task.system.dimensions();
     let mut closed = ClosedLoop::new(size, 1);
     let mut record = Record::new(size, task.steps);
-    let times = match closed.run(setting, (seed, 0), Some(&mut record)) {
+    let times = match closed.run(setting, (seed, number), Some(&mut record)) {
         Ok(()) => task.steps + 1,
         Err(Error::NotFinite { step, .. } | Error::NotPositiveDefinite { step, .. }) => step,
         Err(error) => return Err(error),

@@ -94,15 +94,10 @@ impl Estimate {
         let standard_error = if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
         Self { mean, standard_error }
     }
-
-    /// Half the width of the interval that holds the mean of all with 95 %.
-    pub fn half_width(&self) -> f64 {
-        1.96 * self.standard_error
-    }
 }
 
 impl MonteCarlo {
-    pub(super) fn of(task: &Task, outcomes: Vec<Outcome>, predicted: f64, seed: u64) -> Self {
+    pub(crate) fn of(task: &Task, outcomes: Vec<Outcome>, predicted: f64, seed: u64) -> Self {
         let rollouts = outcomes.len();
         let diverged = outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count();
         let cost = Estimate::of(outcomes.iter().map(|outcome| outcome.cost));

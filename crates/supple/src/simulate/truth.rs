@@ -3,9 +3,9 @@ use std::borrow::Cow;
 use supple_kernels::{Matrices, Scratch};
 
 use crate::Error;
-use crate::noise::Noise;
 use crate::problem::Task;
 use crate::system::{Points, System};
+use supple_lqg::Noise;
 
 /// How true states move on in place of a model: from the number of a step, states (vectors of length n) and controls
 /// (vectors of length m) of all samples to their next states (vectors of length n). Numbers that are not finite are those
@@ -49,7 +49,7 @@ pub struct World<'a> {
 
 impl<'a> World<'a> {
     /// Its noise but for what varies with the state, which every roll-out has at its own states.
-    pub(super) fn fixed_noise(self, task: &Task) -> Result<Cow<'a, Noise>, Error> {
+    pub(crate) fn fixed_noise(self, task: &Task) -> Result<Cow<'a, Noise>, Error> {
         if task.noise.varying.is_empty() {
             return Ok(Cow::Borrowed(self.noise));
         }

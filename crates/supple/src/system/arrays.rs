@@ -1,6 +1,8 @@
 use supple_kernels::Matrices;
 
-use crate::{Dimensions, Error};
+use supple_lqg::Dimensions;
+
+use crate::Error;
 
 /// The numbers of a linear problem over N steps. Each array has as many matrices as there are steps, or one that is
 /// [constant](Matrices::constant); vectors are matrices of one row.

@@ -4,12 +4,17 @@ use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Dual, Matrices, Scratch};
 
 use super::programs::Recorder;
+use super::trace::{residuals, values};
 use super::wide::Along;
-use super::{Curvature, KnotAdjoints, Points, System, Variation, make_convex};
+use super::{Curvature, Points, System, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
-use crate::cost::{Cost, Residual};
+use crate::cost::Cost;
+use crate::followed::{self, Followed, FollowedNumber};
+use crate::quantity::{Quantity, Vocabulary};
 use crate::scene::Seen;
-use crate::{Channels, Dimensions, Limit, Model, Point, Value};
+use crate::{Channels, Limit, Model, Point, Value};
+use supple_lqg::Dimensions;
+use supple_lqg::KnotAdjoints;
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
@@ -19,6 +24,9 @@ use crate::{Channels, Dimensions, Limit, Model, Point, Value};
 pub struct Authored<M> {
     model: M,
     costs: Vec<Cost>,
+    followed: Vec<Followed>,
+    /// Names of the model, by which numbers that are followed are called.
+    vocabulary: OnceLock<Vocabulary>,
     time_step: Value,
     parameters: usize,
     size: Dimensions,
@@ -56,7 +64,14 @@ impl<M: Model> Authored<M> {
     /// A model with the costs of a task, its time step in s, and how many parameters there are.
     pub fn new(model: M, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Self {
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
-        Self { model, costs, time_step, parameters, size, programs, widened }
+        let (followed, vocabulary) = (Vec::new(), OnceLock::new());
+        Self { model, costs, followed, vocabulary, time_step, parameters, size, programs, widened }
+    }
+
+    /// The same with quantities that are followed along plans.
+    #[must_use]
+    pub fn following(self, followed: Vec<Followed>) -> Self {
+        Self { followed, ..self }
     }
 
     fn recorder(&self) -> Recorder<'_, M> {
@@ -142,7 +157,7 @@ impl<M: Model> System for Authored<M> {
         let contacts = self.model.contacts();
         let place = |signal| contacts.iter().position(|contact| contact.force_signal == Some(signal));
         let of_cost = |(index, cost): (usize, &Cost)| {
-            let (kind, wanted) = (cost.kind.name(), if cost.counts(phi) { cost.kind.wanted(phi) } else { Vec::new() });
+            let (kind, wanted) = (cost.name(), if cost.counts(phi) { cost.wanted(phi) } else { Vec::new() });
             let known = |(signal, target)| Some(WantedForce { cost: index, kind, contact: place(signal)?, target });
             wanted.into_iter().filter_map(known).collect::<Vec<_>>()
         };
@@ -196,6 +211,40 @@ impl<M: Model> System for Authored<M> {
 
     fn final_cost(&self, x: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
         self.cost(x, &[], phi, true)
+    }
+
+    fn cost_names(&self) -> Vec<String> {
+        let own = self.model.own_cost(false).or(self.model.own_cost(true)).map(|_| "the model's own".to_owned());
+        let named = |(index, cost): (usize, &Cost)| format!("{} {}", index + 1, cost.name());
+        self.costs.iter().enumerate().map(named).chain(own).collect()
+    }
+
+    fn cost_terms(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> Vec<f64> {
+        let time_step = self.time_step.resolve(phi);
+        let at = Point { x, u, phi, time_step, w: &[] };
+        let term = |(cost, residual): (&Cost, Vec<f64>)| {
+            if cost.weights(last).are_zero() { 0.0 } else { cost.of_residual(&residual, phi, last) }
+        };
+        let mut terms: Vec<f64> = self.costs.iter().zip(residuals(&self.model, &self.costs, &at)).map(term).collect();
+        if self.model.own_cost(false).is_some() || self.model.own_cost(true).is_some() {
+            let mut residual = vec![0.0; self.model.own_cost(last).map_or(0, |cost| cost.residuals)];
+            self.model.own_residual(&at, last, &mut residual);
+            terms.push(self.model.own_norm(&residual, phi, time_step, last));
+        }
+        terms
+    }
+
+    fn followed(&self, phi: &[f64]) -> Vec<FollowedNumber> {
+        let vocabulary = self.vocabulary.get_or_init(|| Vocabulary::of(&self.model));
+        followed::numbers(&self.costs, &self.followed, vocabulary, phi)
+    }
+
+    fn follow(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Vec<f64> {
+        let of_costs = self.costs.iter().filter(|cost| followed::shows(cost)).map(|cost| &cost.quantity);
+        let quantities: Vec<&Quantity> =
+            of_costs.chain(self.followed.iter().map(|followed| &followed.quantity)).collect();
+        let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
+        values(&self.model, &quantities, &at).concat()
     }
 
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

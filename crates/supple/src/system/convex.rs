@@ -1,6 +1,6 @@
 use supple_kernels::Matrices;
 
-use crate::belief::mend;
+use supple_lqg::mend;
 
 /// Makes second derivatives of costs convex where they are not, for [`Curvature::GaussNewton`](super::Curvature): each
 /// square part of the `[l_zz | l_z]` matrices, `joint` x `joint`, becomes the nearest positive semidefinite one. How

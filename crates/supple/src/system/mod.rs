@@ -6,24 +6,29 @@
 use supple_kernels::{Matrices, Scratch};
 
 use crate::contacts::{Contact, ContactState, WantedForce};
+use crate::followed::FollowedNumber;
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
-use crate::{Channels, Dimensions, Limit};
+use crate::{Channels, Limit};
+use supple_lqg::{Dimensions, KnotAdjoints};
 
 mod arrays;
 mod authored;
 mod batch;
 mod convex;
+mod hold;
 mod programs;
 mod roll_out;
 mod sequence;
 mod trace;
 mod wide;
 
+pub use crate::trajectory::{Points, Times};
 pub use arrays::Arrays;
 pub use authored::Authored;
-pub use batch::{KnotAdjoints, Points, Times, Variation};
+pub use batch::Variation;
 pub use convex::make_convex;
+pub(crate) use hold::holding_controls;
 pub use roll_out::RollOut;
 pub use sequence::Sequence;
 
@@ -112,6 +117,26 @@ pub trait System: Send + Sync {
 
     /// The final cost `l_N(x)`.
     fn final_cost(&self, x: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
+
+    /// Names of the terms of the cost; empty where they are not known apart.
+    fn cost_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The terms of the cost at a stage, or at the end, in the order of [`System::cost_names`].
+    fn cost_terms(&self, _x: &[f64], _u: &[f64], _phi: &[f64], _last: bool) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The numbers that are followed along plans at `phi`: of quantities that costs weigh, limits and curves.
+    fn followed(&self, _phi: &[f64]) -> Vec<FollowedNumber> {
+        Vec::new()
+    }
+
+    /// These numbers at a point, in the same order; those that depend on the control mean nothing at the end.
+    fn follow(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// `f(x, u)` at every stage, vectors of length n.
     fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, _: &mut Scratch) {

@@ -1,8 +1,8 @@
 use supple_kernels::Scratch;
 
 use super::System;
-use crate::plan::{ControlBounds, Policy};
 use crate::trajectory::Trajectory;
+use supple_lqg::{ControlBounds, Policy};
 
 /// What decides the controls of a noise-free roll-out.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,10 @@
 use supple_kernels::{Matrices, Scratch};
 
 use super::arrays::{Arrays, Checked};
-use super::{Curvature, KnotAdjoints, Points, System, Variation};
-use crate::{Channels, Dimensions, Error};
+use super::{Curvature, Points, System, Variation};
+use crate::{Channels, Error};
+use supple_lqg::Dimensions;
+use supple_lqg::KnotAdjoints;
 
 /// A linear system whose matrices may differ from step to step, with quadratic costs: arrays of numbers, without
 /// parameters.

@@ -1,7 +1,8 @@
 use supple_kernels::graph::{Node, vjp};
 use supple_kernels::{Ldl, Scalar};
 
-use crate::cost::{Cost, Residual};
+use crate::cost::Cost;
+use crate::quantity::{Known, Measurable, Quantity};
 use crate::{Model, Point, Value};
 
 /// Numbers of the sources that programs read.
@@ -48,6 +49,41 @@ pub(super) fn entries(source: usize, len: usize) -> Vec<Node> {
     (0..len).map(|i| Node::entry(source, i)).collect()
 }
 
+/// The residual of every cost at a point.
+pub(super) fn residuals<M: Model, S: Scalar>(model: &M, costs: &[Cost], at: &Point<S>) -> Vec<Vec<S>> {
+    let quantities: Vec<&Quantity> = costs.iter().map(|cost| &cost.quantity).collect();
+    let values = values(model, &quantities, at);
+    costs.iter().zip(values).map(|(cost, values)| cost.residual(values, at)).collect()
+}
+
+/// The numbers of every quantity at a point.
+pub(super) fn values<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], at: &Point<S>) -> Vec<Vec<S>> {
+    let mut signals = Vec::new();
+    if quantities.iter().any(|quantity| quantity.needs_signals()) {
+        signals.resize(model.signals().len(), S::zero());
+        model.signal(at, &mut signals);
+    }
+    let needs_next = quantities.iter().any(|quantity| quantity.needs_next());
+    let next = if needs_next { next(model, at) } else { Vec::new() };
+    let known = Known { signals: &signals, next: &next };
+    quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
+}
+
+/// The next state, its unknowns solved for on the way.
+fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
+    let unknowns = vec![S::zero(); model.unknowns()];
+    let still = Point { w: &unknowns, ..*at };
+    let mut mass = unknowns.repeat(unknowns.len());
+    model.mass(&still, &mut mass);
+    let mut residual = unknowns.clone();
+    model.balance(&still, &mut residual);
+    let mass: Vec<Vec<S>> = mass.chunks(unknowns.len().max(1)).map(<[S]>::to_vec).collect();
+    let w: Vec<S> = Ldl::new(&mass).solve(residual).into_iter().map(|w| -w).collect();
+    let mut next = vec![S::zero(); at.x.len()];
+    model.step(&Point { w: &w, ..*at }, &mut next);
+    next
+}
+
 impl<'a, M: Model> Trace<'a, M> {
     /// The variables of a model at a stage, or at the end, where there is no control.
     pub fn new(model: &'a M, time_step: Value, parameters: usize, last: bool) -> Self {
@@ -79,15 +115,30 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// `f`, with what its unknowns are defined by.
     pub fn dynamics(&self) -> Dynamics {
+        self.with_mass(&self.mass())
+    }
+
+    /// The same for derivatives of `r`, which have its mass matrix among them: it is taken from there, at no cost.
+    pub fn dynamics_to_linearise(&self) -> Dynamics {
+        let still: Vec<Node> = (0..self.model.unknowns()).map(|_| Node::zero().opaque()).collect();
+        self.with_mass(&jacobian(&self.balance(&still), &still))
+    }
+
+    fn with_mass(&self, mass: &[Vec<Node>]) -> Dynamics {
+        let factor = Ldl::new(mass);
+        let zeros = vec![Node::zero(); mass.len()];
+        let w = factor.solve(self.balance(&zeros)).into_iter().map(|w| (-w).opaque()).collect::<Vec<_>>();
+        let (next, residual) = self.at(&w);
+        Dynamics { next, residual, factor, w }
+    }
+
+    /// `r_w`
+    pub fn mass(&self) -> Vec<Vec<Node>> {
         let count = self.model.unknowns();
         let zeros = vec![Node::zero(); count];
         let mut matrix = zeros.repeat(count);
         self.model.mass(&self.point(&zeros), &mut matrix);
-        let mass: Vec<Vec<Node>> = matrix.chunks(count.max(1)).map(<[Node]>::to_vec).collect();
-        let factor = Ldl::new(&mass);
-        let w = factor.solve(self.balance(&zeros)).into_iter().map(|w| (-w).opaque()).collect::<Vec<_>>();
-        let (next, residual) = self.at(&w);
-        Dynamics { next, residual, mass, factor, w }
+        matrix.chunks(count.max(1)).map(<[Node]>::to_vec).collect()
     }
 
     /// `g`
@@ -99,15 +150,7 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// The residual of every cost.
     pub fn residuals(&self, costs: &[Cost]) -> Vec<Vec<Node>> {
-        let at = self.point(&[]);
-        let mut signals = vec![Node::zero(); self.model.signals().len()];
-        self.model.signal(&at, &mut signals);
-        let residual = |cost: &Cost| {
-            let mut r = vec![Node::zero(); cost.kind.len()];
-            cost.kind.evaluate(&at, &signals, &mut r);
-            r
-        };
-        costs.iter().map(residual).collect()
+        residuals(self.model, costs, &self.point(&[]))
     }
 
     /// The cost `l`, of a stage or of the end: of the task and the model's own.
@@ -141,7 +184,6 @@ pub(super) struct Dynamics {
     pub next: Vec<Node>,
     /// `r` at the unknowns: 0, but with derivatives.
     pub residual: Vec<Node>,
-    pub mass: Vec<Vec<Node>>,
     factor: Ldl<Node>,
     pub w: Vec<Node>,
 }

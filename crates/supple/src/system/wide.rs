@@ -36,8 +36,9 @@ impl Along<'_> {
             let [x, u, _] = sources;
             let sources = [x, u, after, (&responses).into(), x, x, (&directions).into()];
             self.curvature.run(batch, (&sources, phi), (Some(&mut rates), &mut []), scratch);
-            dispatch(Columns { joint, curved, unknowns, first, rates: &rates, by_unknown: &by_unknown, out });
+            dispatch(Rows { joint, curved, unknowns, first, rates: &rates, by_unknown: &by_unknown, out });
         }
+        dispatch(Mirror { joint, curved, out });
     }
 
     /// Writes the directions from number `first` on.
@@ -69,9 +70,9 @@ fn transposed(matrices: &Matrices, rows: usize) -> Matrices {
     out
 }
 
-/// Adds `D'` times the rates along some directions to their columns, as far as the diagonal and from the variables without
-/// curvature on, and to the rows that mirror them.
-struct Columns<'a> {
+/// Adds `D'` times the rates along some directions to their rows, as far as the diagonal and from the variables without
+/// curvature on.
+struct Rows<'a> {
     joint: usize,
     curved: usize,
     unknowns: usize,
@@ -81,7 +82,7 @@ struct Columns<'a> {
     out: &'a mut Matrices,
 }
 
-impl Job for Columns<'_> {
+impl Job for Rows<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { joint, curved, unknowns, first, rates, by_unknown, out } = self;
@@ -93,12 +94,35 @@ impl Job for Columns<'_> {
             rows::multiply::<L>(through, left, by_unknown.at(t), narrow, (TOGETHER, unknowns), Into::Set);
             let out = out.at_mut(t);
             for (place, b) in (first..curved).take(TOGETHER).enumerate() {
-                for a in (0..=b).chain(curved..joint) {
-                    let sum = rates[place * wide + a] + through[place * narrow + a];
-                    out[b * stride + a] += sum;
-                    if a != b {
-                        out[a * stride + b] += sum;
-                    }
+                let row = &mut out[b * stride..b * stride + joint];
+                let (rates, through) = (&rates[place * wide..][..joint], &through[place * narrow..][..joint]);
+                for part in [0..b + 1, curved..joint] {
+                    let (row, rates, through) = (&mut row[part.clone()], &rates[part.clone()], &through[part]);
+                    row.iter_mut().zip(rates).zip(through).for_each(|((to, rate), through)| *to += rate + through);
+                }
+            }
+        }
+    }
+}
+
+/// Copies what [`Rows`] added to the rows that mirror it: symmetric matrices were.
+struct Mirror<'a> {
+    joint: usize,
+    curved: usize,
+    out: &'a mut Matrices,
+}
+
+impl Job for Mirror<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { joint, curved, out } = self;
+        let stride = out.stride();
+        for t in 0..out.count() {
+            let out = out.at_mut(t);
+            rows::mirror::<L>(out, curved, stride);
+            for a in curved..joint {
+                for b in 0..curved {
+                    out[a * stride + b] = out[b * stride + a];
                 }
             }
         }

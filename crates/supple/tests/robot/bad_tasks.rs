@@ -82,7 +82,7 @@ fn robot_files() {
         (
             robot("arm.urdf\"\nfolder = \"x"),
             "task.toml:4:1: model.folder: unknown key `folder`; valid are `file`, `package_roots`, \
-             `independent_mimic`, `gravity`, `actuated`, `locked`, `file_actuators`, `drives`, `links`, `joints`, `frames`, \
+             `independent_mimic`, `gravity`, `actuated`, `locked`, `insert`, `file_actuators`, `drives`, `links`, `joints`, `frames`, \
              `friction_smoothing`, `integrator`, `substeps`, `compliance`, `sensors` (did you mean `file`?)",
         ),
     ]);

@@ -11,9 +11,11 @@ fn sensors() {
         (arm().sensing(""), "task.toml:1:1: model.sensors: is missing"),
         (
             arm().sensing(&sensor("joint_angle", "select = [\"elbow\"]\nvariance = 1.0")),
-            "task.toml:5:8: model.sensors[0].kind: must be one of `coupling_force`, `file`, `frame_point`, \
-             `frame_pose`, `frame_turn`, `joint_position`, `joint_torque`, `joint_velocity`; found `joint_angle` (did you \
-             mean `joint_torque`?)",
+            "task.toml:5:8: model.sensors[0].kind: must be one of `center_of_mass`, `clearance`, \
+             `contact_force`, `control`, `coupling_deflection`, `coupling_force`, `file`, `frame_point`, `frame_pose`, \
+             `frame_turn`, `frame_velocity`, `joint_acceleration`, `joint_position`, `joint_torque`, `joint_velocity`, \
+             `penetration`, `power`, `signal`, `state`, `state_and_control`; found `joint_angle` (did you mean \
+             `joint_torque`?)",
         ),
         (
             position("select = [\"elbos\"]\nvariance = 1.0"),
@@ -23,16 +25,17 @@ fn sensors() {
         (position("select = []\nvariance = 1.0"), "task.toml:6:10: model.sensors[0].select: name at least one joint"),
         (
             position("select = [\"elbow\", \"slide\"]\nvariance = [1.0, 2.0, 3.0]"),
-            "task.toml:7:12: model.sensors[0].variance: must be one number, or 2 of them, one per measurement; \
+            "task.toml:7:12: model.sensors[0].variance: must be one number, or 2 of them, one for each entry; \
              found 3",
         ),
         (
             position("select = [\"elbow\"]\nvariance = 0.0"),
-            "task.toml:7:12: model.sensors[0].variance: must be above 0; found 0",
+            "task.toml:7:12: model.sensors[0].variance: must be above 0, as every sensor has some noise; found 0",
         ),
         (
             position("select = [\"elbow\"]\nvariance = \"v\"").where_(&[("v", 0.0)]),
-            "task.toml:10:12: model.sensors[0].variance: must be above 0; its parameter can be -0.1",
+            "task.toml:10:12: model.sensors[0].variance: must be above 0, as every sensor has some noise; \
+             its parameter can be -0.1",
         ),
         (
             position("select = [\"elbow\"]\nside = \"motor\"\nvariance = 1.0"),
@@ -50,29 +53,51 @@ fn sensors() {
         ),
         (
             arm().sensing(&sensor("frame_point", "frame = \"tol\"\nvariance = 1.0")),
-            "task.toml:6:9: model.sensors[0].frame: the robot has no link or frame `tol`: it has `base`, \
+            "task.toml:6:9: model.sensors[0].frame: the model has no link or frame `tol`: it has `base`, \
              `upper`, `fore`, `tip`, `tool` (did you mean `tool`?)",
         ),
         (
             elastic().sensing(&sensor("coupling_force", "coupling = \"flexibel\"\nvariance = 1.0")),
-            "task.toml:12:12: model.sensors[0].coupling: the robot has no compliance `flexibel`: it has \
+            "task.toml:12:12: model.sensors[0].coupling: the model has no compliance `flexibel`: it has \
              `flexible` (did you mean `flexible`?)",
         ),
         (
             arm().sensing(&sensor("coupling_force", "coupling = \"gripper\"\nvariance = 1.0")),
-            "task.toml:6:12: model.sensors[0].coupling: the robot has no compliance `gripper`: it has none",
+            "task.toml:6:12: model.sensors[0].coupling: the model has no compliance `gripper`: it has none",
         ),
         (
             contact("normal = [1.0, 0.0, 0.0]")
-                .sensing(&sensor("coupling_force", "coupling = \"wall\"\nselect = [\"penetration\"]\nvariance = 1.0")),
-            "task.toml:14:10: model.sensors[0].select: the robot has no measurable force `penetration`: it has \
-             `contact_force`, `force_x`, `force_y`, `force_z`",
+                .sensing(&sensor("coupling_deflection", "coupling = \"wall\"\nvariance = 1.0")),
+            "task.toml:13:12: model.sensors[0].coupling: `wall` has no deflection: a contact has a `clearance`",
+        ),
+        (
+            contact("normal = [1.0, 0.0, 0.0]")
+                .sensing(&sensor("contact_force", "contact = \"wall\"\nsmoothing = -0.5\nvariance = 1.0")),
+            "task.toml:14:13: model.sensors[0].smoothing: must be at least 0 N; found -0.5",
+        ),
+        (
+            arm().sensing(&sensor("power", "variance = 1.0")),
+            "task.toml:5:8: model.sensors[0].kind: `power` cannot be measured: it depends on the control, which is chosen \
+             after measuring",
+        ),
+        (
+            arm().sensing(&sensor("frame_velocity", "frame = \"tool\"\nselect = [\"v\"]\nvariance = 1.0")),
+            "task.toml:7:10: model.sensors[0].select: a frame has no velocity `v`: it has `vx`, `vy`, `vz`, `wx`, `wy`, `wz` \
+             (did you mean `vz`?)",
+        ),
+        (
+            arm().sensing(&sensor("center_of_mass", "axis = [\"x\"]\nvariance = 1.0")),
+            "task.toml:6:1: model.sensors[0].axis: unknown key `axis`; valid are `axes`, `variance`, `deviation` (did you \
+             mean `axes`?)",
+        ),
+        (
+            arm().sensing(&sensor("file", "select = [\"angle\"]\nvariance = 1.0")),
+            "task.toml:6:10: model.sensors[0].select: the robot has no sensor in its file `angle`: it has none",
         ),
         (
             elastic()
                 .sensing(&sensor("coupling_force", "coupling = \"flexible\"\nselect = [\"torque_x\"]\nvariance = 1.0")),
-            "task.toml:13:10: model.sensors[0].select: the robot has no measurable force `torque_x`: it has \
-             `torque` (did you mean `torque`?)",
+            "task.toml:13:10: model.sensors[0].select: `flexible` has no `torque_x`: it has `torque` (did you mean `torque`?)",
         ),
         (
             elastic().sensing(&sensor("coupling_force", "coupling = \"flexible\"\nselect = []\nvariance = 1.0")),
@@ -148,9 +173,9 @@ fn costs() {
         ),
         (
             one("joint_position", "target = [1.0]"),
-            "task.toml:24:10: tasks[0].costs[0].target: 1 targets for 3 that are selected: give one each",
+            "task.toml:24:10: tasks[0].costs[0].target: must be 3 numbers, one for each entry; found 1",
         ),
-        (one("joint_velocity", "select = []"), "task.toml:24:10: tasks[0].costs[0].select: name at least one"),
+        (one("joint_velocity", "select = []"), "task.toml:24:10: tasks[0].costs[0].select: name at least one joint"),
         (
             one("state", "select = [\"elbow\"]"),
             "task.toml:24:10: tasks[0].costs[0].select: the model has no state `elbow`: it has `q.shoulder`, \
@@ -163,7 +188,7 @@ fn costs() {
         ),
         (
             one("frame_point", "frame = \"tool\"\naxes = [\"x\"]\ntarget = [0.0, 0.0, 0.0]"),
-            "task.toml:26:10: tasks[0].costs[0].target: 3 targets for 1 coordinates: give one each",
+            "task.toml:26:10: tasks[0].costs[0].target: must be one number; found 3",
         ),
         (
             one("frame_point", "frame = \"tool\"\naxes = [\"u\"]\ntarget = [0.0]"),
@@ -209,9 +234,6 @@ fn costs() {
             "task.toml:92:10: tasks[0].costs[0].select: `gripper` has no `force`: it has `torque_x`, \
              `torque_y`, `torque_z`, `force_x`, `force_y`, `force_z` (did you mean `force_z`?)",
         ),
-        (
-            force("coupling = \"gripper\"\nselect = []"),
-            "task.toml:92:10: tasks[0].costs[0].select: name at least one force",
-        ),
+        (force("coupling = \"gripper\"\nselect = []"), "task.toml:92:10: tasks[0].costs[0].select: name at least one"),
     ]);
 }

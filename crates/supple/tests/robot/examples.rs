@@ -83,7 +83,21 @@ pub fn of_sensors() -> Vec<Description> {
         + &sensor("coupling_force", "coupling = \"gripper\"\nselect = [\"force_z\", \"torque_x\"]\nvariance = 0.2")
         + &sensor("coupling_force", "coupling = \"return\"\nvariance = 0.1")
         + &sensor("coupling_force", "coupling = \"flexible\"\nvariance = 0.1");
+    let touch = sensor("contact_force", "contact = \"wall\"\nsmoothing = \"g\"\nvariance = \"v\"")
+        + &sensor("clearance", "contact = \"wall\"\nvariance = \"v\"")
+        + &sensor("penetration", "contact = \"wall\"\nvariance = \"w\"")
+        + &sensor("frame_pose", "frame = \"tool\"\nlever = \"l\"\nvariance = 1e-3");
+    let whole = sensor("center_of_mass", "axes = [\"z\", \"x\"]\nvariance = \"v\"")
+        + &sensor("frame_velocity", "frame = \"tool\"\nvariance = \"w\"")
+        + &sensor("state", "select = [\"q.elbow\", \"c.wall\"]\nvariance = [\"v\", 2e-3]")
+        + &sensor("signal", "select = [\"gripper.force_x\", \"tool.xy\"]\nvariance = \"w\"");
+    let deflections = sensor("coupling_deflection", "coupling = \"gripper\"\nvariance = \"v\"")
+        + &sensor("coupling_deflection", "coupling = \"return\"\nvariance = \"w\"")
+        + &sensor("coupling_deflection", "coupling = \"flexible\"\nselect = [\"deflection\"]\nvariance = 1e-3");
     vec![
+        equipped().sensing(&touch).where_(&[("v", 1e-3), ("w", 4e-3), ("g", 0.5), ("l", 0.4)]),
+        equipped().sensing(&whole).where_(&[("v", 1e-3), ("w", 4e-3)]),
+        equipped().sensing(&deflections).where_(&[("v", 1e-3), ("w", 4e-3)]),
         equipped().sensing(&joints).where_(&[("v", 1e-3), ("w", 4e-3), ("t", 0.05)]),
         equipped().sensing(&frames).where_(&[("v", 1e-3), ("w", 4e-3)]),
         equipped().sensing(&turns).where_(&[("v", 1e-3), ("w", 4e-3)]),
@@ -108,6 +122,10 @@ pub fn of_numbers() -> Vec<Description> {
     let servos =
         "[model.drives.servo]\nkp = \"kp\"\nkv = \"kv\"\ngear = \"gear\"\n[model.drives.speed]\nkv = \"speed\"\n";
     let poses = sensor("frame_pose", "frame = \"tool\"\nvariance = 1e-3");
+    let mount = "[[model.insert]]\nname = \"mount\"\nframe = \"tool\"\naxes = [\"x\", \"ry\"]\nmass = \"mass\"\n\
+                 center = [\"cx\", 0.0, 0.02]\ninertia = [1e-3, 2e-3, 1e-3]\nstiffness = [\"k\", 3.0]\n\
+                 damping = [2.0, \"d\"]\n";
+    let mounted = [("mass", 0.4), ("cx", 0.01), ("k", 60.0), ("d", 0.2)];
     let mut task =
         arm().where_(&[("dt", 0.02), ("q", 0.3), ("u", 0.5), ("x0", 1e-3), ("w", 1e-4), ("y", 2e-3), ("d", 1e4)]);
     task = task.where_(&[("light", 0.05), ("dark", 0.2)]);
@@ -126,13 +144,14 @@ pub fn of_numbers() -> Vec<Description> {
             ("gear", 1.2),
             ("speed", 5.0),
         ]),
+        arm().with(mount).sensing(&poses).costing(&cost("control", "weight = 0.01")).where_(&mounted),
         task,
     ]
 }
 
 /// Several sub-steps, where accelerations are solved for on the way.
 pub fn of_substeps() -> Vec<Description> {
-    [spring(), elastic_joint(), contact(), of_numbers().remove(2), of_numbers().remove(3)]
+    [spring(), elastic_joint(), contact(), of_numbers().remove(2), of_numbers().remove(4)]
         .map(|mut description| {
             description.model.insert_str(0, "substeps = 3\n");
             description
@@ -142,8 +161,10 @@ pub fn of_substeps() -> Vec<Description> {
 
 /// At least one of every kind of cost.
 pub fn of_costs() -> Vec<Description> {
-    let all = "weight = \"a\"\nfinal_weight = \"b\"\nnorm = { absolute = { smoothing = \"s\" } }";
-    let each = [
+    // What depends on the control has no final weight.
+    let each = "weight = \"a\"\nnorm = { absolute = { smoothing = \"s\" } }";
+    let all = format!("{each}\nfinal_weight = \"b\"");
+    let list = [
         cost("joint_position", &format!("select = [\"elbow\"]\ntarget = [\"t\"]\n{all}")),
         cost("joint_velocity", &format!("target = [0.1, \"t\", 0.0]\n{all}")),
         cost("state", &format!("select = [\"q.flexible\", \"c.wall\"]\ntarget = [\"t\", 0.0]\n{all}")),
@@ -153,15 +174,35 @@ pub fn of_costs() -> Vec<Description> {
             &format!("frame = \"tool\"\nposition = [0.4, \"t\", 0.8]\nrpy = [0.0, 0.5, 0.1]\nlever = \"l\"\n{all}"),
         ),
         cost(
+            "frame_pose",
+            &format!("frame = \"tool\"\nreference = [0.0, 0.5, 0.1]\ntarget = [0.4, \"t\", 0.8, 0.0, 0.1, 0.0]\n{all}"),
+        ),
+        cost(
             "coupling_force",
             &format!("coupling = \"gripper\"\nselect = [\"force_x\", \"torque_y\"]\ntarget = [\"t\", 0.0]\n{all}"),
         ),
         cost("contact_force", &format!("contact = \"wall\"\ntarget = \"t\"\nsmoothing = \"g\"\n{all}")),
         cost("penetration", &format!("contact = \"wall\"\ntarget = \"t\"\n{all}")),
-        cost("control", "weight = \"a\"\nnorm = { absolute = { smoothing = \"s\" } }"),
+        cost(
+            "frame_turn",
+            &format!("frame = \"tool\"\nreference = [0.0, 0.5, 0.1]\ntarget = [0.0, \"t\", 0.1]\n{all}"),
+        ),
+        cost("frame_velocity", &format!("frame = \"tool\"\nselect = [\"vx\", \"wy\"]\ntarget = [\"t\", 0.0]\n{all}")),
+        cost("clearance", &format!("contact = \"wall\"\ntarget = \"t\"\n{all}")),
+        cost("center_of_mass", &format!("axes = [\"x\", \"z\"]\ntarget = [\"t\", 0.5]\n{all}")),
+        cost(
+            "coupling_deflection",
+            &format!("coupling = \"gripper\"\ntarget = [0.0, 0.0, 0.0, 0.0, \"t\", 0.0]\n{all}"),
+        ),
+        cost("joint_torque", &format!("target = \"t\"\n{all}")),
+        cost("signal", &format!("select = [\"gripper.force_x\"]\ntarget = \"t\"\n{all}")),
+        cost("control", &format!("target = [\"t\", 0.0, 0.1]\n{each}")),
+        cost("power", &format!("target = [\"t\", 0.0, 0.0]\n{each}")),
+        cost("joint_acceleration", &format!("select = [\"elbow\"]\ntarget = \"t\"\n{each}")),
+        cost("state_and_control", &format!("target = [\"t\"{}]\n{each}", ", 0.0".repeat(11))),
     ];
     let control = cost("control", "weight = 0.01") + &cost("joint_velocity", "weight = 0.02");
-    let mut list: Vec<Description> = each
+    let mut list: Vec<Description> = list
         .into_iter()
         .map(|cost| {
             let mut description = equipped().costing(&(cost.clone() + &control));
@@ -171,6 +212,9 @@ pub fn of_costs() -> Vec<Description> {
             description
         })
         .collect();
+    let file = cost("file", &format!("select = [\"angle\", \"place\"]\ntarget = [\"t\", 0.3, 0.0, 0.5]\n{all}"));
+    let values = [("a", 0.7), ("b", 1.2), ("s", 0.3), ("t", 0.2)];
+    list.push(Description { time_step: "0.002".into(), ..servo().costing(&(file + &control)) }.where_(&values));
     list.push(quadratic());
     list
 }

@@ -13,12 +13,14 @@ mod elastic;
 mod examples;
 mod fields;
 mod golden;
+mod inserted;
 mod integrator;
 mod limits;
 mod locked;
 mod mimic;
 mod overrides;
 mod planning;
+mod quantities;
 #[path = "../common/reference/mod.rs"]
 mod reference;
 mod registries;

@@ -124,5 +124,5 @@ fn other_failures_keep_their_message() {
     let mut description = spring(OMEGA, 0.1, 1e-3);
     description.start = "\"q.turn\" = 1e200\n".into();
     let error = description.problem().evaluate(&[], &EvaluateOptions::default()).unwrap_err();
-    assert_eq!(error.to_string(), "the cost of the first guess is not finite at step 0");
+    assert_eq!(error.to_string(), "task `task`: the cost of the first guess is not finite at step 0");
 }

@@ -1,10 +1,13 @@
 //! Limits of the controls that plans keep: against a quadratic program over the whole horizon, on the door, in gradients
 //! and in closed loop; and where there is nothing to keep.
 
-use supple::cost::{Control, Cost, CostKind, Norm, State, Weights};
+use supple::cost::Cost;
+use supple::lqg::ControlBounds;
 use supple::noise::NoiseModel;
 use supple::pipeline::TaskState;
-use supple::plan::{ControlBounds, PlanSettings, PlanStatus};
+use supple::plan::bounds_of;
+use supple::plan::{PlanSettings, PlanStatus};
+use supple::quantity::{Control, State};
 use supple::simulate::monte_carlo;
 use supple::system::{Authored, System};
 use supple::{Dimensions, Limit, Model, Point, Problem, Scalar, Task, Value};
@@ -48,18 +51,12 @@ const WEIGHTS: [[f64; 2]; 2] = [[1.0, 0.01], [50.0, 20.0]];
 
 /// Brings the mass to rest at 0.
 fn stop() -> Task {
-    let weight = |weight: f64| Weights::Equal(Value::Number(weight));
-    let cost = |kind, stage, last| Cost { kind, norm: Norm::Quadratic, stage: weight(stage), last: weight(last) };
-    let state = |state| CostKind::State(State { selected: vec![(state, Value::Number(0.0))] });
-    let costs = vec![
-        cost(state(0), WEIGHTS[0][0], WEIGHTS[1][0]),
-        cost(state(1), WEIGHTS[0][1], WEIGHTS[1][1]),
-        cost(CostKind::Control(Control { controls: 1 }), FORCE_WEIGHT, 0.0),
-    ];
+    let cost = |state: usize| Cost::new(State::new([state]), WEIGHTS[0][state]).with_final_weight(WEIGHTS[1][state]);
+    let costs = vec![cost(0), cost(1), Cost::new(Control::all(1), FORCE_WEIGHT)];
     let small = || diagonal(&[1e-8, 1e-8]);
     let noise = NoiseModel { initial: small(), process: small(), measurement: diagonal(&[1e-6]), varying: Vec::new() };
     let system = Authored::new(Mass, costs, Value::Number(TIME_STEP), 0);
-    let control_bounds = ControlBounds::of(&system.limits(), 1);
+    let control_bounds = bounds_of(&system.limits(), 1);
     Task { control_bounds, ..task(system, STEPS, numbers(&START), &[0.0], noise) }
 }
 

@@ -33,7 +33,7 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     let mut text = format!(
         "# The end of a limb reaches a point. Try:\n#\n#     supple evaluate FILE    plan, information and cost\n\
          #     supple check FILE       compare every derivative with finite differences\n#\n\
-         # docs/tasks.md lists all keys; `[parameters]` with `bounds` make numbers that `supple design` chooses.\n\
+         # docs/tasks.md lists all keys; `[parameters]` with `bounds` declare the numbers that `supple design` chooses.\n\
          title = {title:?}\n\n[model]\nkind = \"robot\"\nfile = {:?}\n",
         relative(file, folder)
     );
@@ -42,7 +42,7 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
         let _ = writeln!(text, "package_roots = [{}]", roots.join(", "));
     }
     if let Some(line) = planning.locked_line() {
-        let _ = writeln!(text, "{line}   # leave out those to be planned");
+        let _ = writeln!(text, "{line}   # remove those to be planned");
     }
     let driven = driven(&planning);
     if driven.len() < planning.tree.dofs() {
@@ -126,7 +126,7 @@ fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut Stri
     );
     let _ = write!(
         text,
-        "# initial_state is left out: at rest at 0, or at the middle of the range where that does not hold 0.\n\
+        "# initial_state is left out: at rest at 0, or at the middle of the range if it excludes 0.\n\
          # initial_control is left out: the plan starts from controls that hold the robot up.\n\n\
          [tasks.noise]                    # variances; of the process per step\n\
          initial = {{ \"q.*\" = 1e-6, \"v.*\" = 1e-4 }}\nprocess = {{ \"q.*\" = 1e-10, \"v.*\" = 1e-5 }}\n\n",
@@ -160,7 +160,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// A path as seen from a folder, where it has a part in common with it; else from the top.
-fn relative(path: &Path, folder: &Path) -> String {
+pub fn relative(path: &Path, folder: &Path) -> String {
     let absolute = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let (Ok(full), Ok(from)) = (absolute(path), absolute(here)) else { return path.display().to_string() };

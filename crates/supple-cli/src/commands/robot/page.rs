@@ -2,10 +2,10 @@ mod equipment;
 
 use std::fmt::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use supple_robot::{Joint, JointKind, Robot, Tree};
 
 use super::Planning;
+use crate::tables::{Rows, align_right as align, table};
 
 /// Levels of the tree that are drawn; what hangs deeper stands at the last one, with the name of what carries it.
 const LEVELS: usize = 20;
@@ -51,8 +51,8 @@ pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], verbose: bool) 
     page.push_str(&equipment::equipment(robot, tree));
     let said = robot
         .gravity
-        .map_or_else(|| "the file says nothing".to_owned(), |said| format!("{} in the file", vector(said)));
-    let _ = writeln!(page, "\nGravity, m/s^2: {said}; dynamics are at {}", vector(gravity));
+        .map_or_else(|| "not given in the file".to_owned(), |said| format!("{} in the file", vector(said)));
+    let _ = writeln!(page, "\nGravity, m/s^2: {said}; dynamics use {}", vector(gravity));
     page.push_str(&Planning::of(robot).text(robot));
     let mut warnings = if verbose { robot.every_warning.clone() } else { robot.warnings.clone() };
     warnings.extend(missing_meshes(robot, verbose));
@@ -108,25 +108,17 @@ fn vector(vector: [f64; 3]) -> String {
     vector.map(number).join(" ")
 }
 
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(header);
-    table
-}
-
-fn align_right(table: &mut Table, column: usize) {
-    if let Some(column) = table.column_mut(column) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+fn align_right(table: &mut Rows, column: usize) {
+    align(table, column..column + 1);
 }
 
 /// The lines of a table, without blanks at their ends.
-fn text(table: &Table) -> String {
-    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+fn text(table: &Rows) -> String {
+    table.to_string().lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
 /// The tree of links, with their masses and the joints that carry them.
-fn link_table(robot: &Robot) -> Table {
+fn link_table(robot: &Robot) -> Rows {
     let mut carried = vec![Vec::new(); robot.links.len()];
     for (index, joint) in robot.joints.iter().enumerate() {
         carried[joint.parent].push(index);
@@ -166,7 +158,7 @@ fn kind(joint: &Joint) -> &'static str {
 }
 
 /// The degrees of freedom, numbered, and then the joints that follow them. Columns that say nothing are left out.
-fn joint_table(robot: &Robot, tree: &Tree) -> Table {
+fn joint_table(robot: &Robot, tree: &Tree) -> Rows {
     let numbered = tree.joint_indices().iter().enumerate().map(|(dof, &joint)| (Some(dof + 1), joint));
     let followers = tree.bodies().iter().map(|body| body.joint).filter(|joint| robot.joints[*joint].mimic.is_some());
     let all = numbered.chain(followers.map(|joint| (None, joint)));
@@ -226,7 +218,7 @@ fn axis(axis: [f64; 3]) -> String {
 }
 
 /// Named frames: where they are in their links.
-fn frame_table(robot: &Robot) -> Table {
+fn frame_table(robot: &Robot) -> Rows {
     let mut table = table(&["frame", "on link", "at x y z, m"]);
     for frame in &robot.frames {
         table.add_row([name(&frame.name), name(&robot.links[frame.link].name), vector(frame.pose.position)]);

@@ -64,7 +64,7 @@ impl Planning {
                 Some("no joint moves anything that has inertia; write `inertial` elements for its links".into())
             }
             (count, _) if count > MOST_JOINTS => {
-                Some(format!("{count} joints are too many; `locked` in [model] takes out those that need not move"))
+                Some(format!("{count} joints are too many; `locked` in [model] removes those that do not have to move"))
             }
             _ => None,
         }
@@ -72,7 +72,7 @@ impl Planning {
 
     /// The section of `supple robot`.
     pub fn text(&self, whole: &Robot) -> String {
-        let mut text = String::from("\nTo plan with it\n");
+        let mut text = String::from("\nPlanning with this robot\n");
         let mut line = |line: String| {
             let _ = writeln!(text, "- {line}");
         };
@@ -92,8 +92,8 @@ impl Planning {
         if let Some(inertia) = root.inertia.filter(|inertia| inertia.mass > LIGHT) {
             let mass = number(inertia.mass);
             line(format!(
-                "link `{}` of {mass} kg is fixed in the world: a robot that walks, drives or flies is planned as if it \
-                 were held there",
+                "link `{}` of {mass} kg is fixed in the world: floating bases are not \
+                 supported",
                 name(&root.name)
             ));
         }
@@ -111,11 +111,11 @@ impl Planning {
         };
         let (free, none) = (named(&f64::is_infinite), named(&|effort| effort == 0.0));
         if self.robot.actuators.is_empty() && !free.is_empty() {
-            line(format!("no effort limit: {}; plans may ask any torque of them", quoted(&free)));
+            line(format!("no effort limit: {}; plans may use any torque", quoted(&free)));
         }
         if self.robot.actuators.is_empty() && !none.is_empty() {
             line(format!(
-                "effort limit of 0: {}; name the joints with drives in `actuated` where these have none",
+                "effort limit of 0: {}; if these joints have no drives, list the driven joints in `actuated`",
                 quoted(&none)
             ));
         }
@@ -126,7 +126,7 @@ impl Planning {
             let rest = moved.len().saturating_sub(10);
             let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
             let moved = moved[..moved.len() - rest].join(", ");
-            line(format!("starts at the middle of its range where that does not hold 0: {moved}{more}"));
+            line(format!("starts at the middle of its range, which excludes 0: {moved}{more}"));
         }
     }
 }

@@ -5,7 +5,8 @@ mod exchange;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use supple::system::{Curvature, KnotAdjoints, Points, RollOut, System, Variation, make_convex};
+use supple::lqg::KnotAdjoints;
+use supple::system::{Curvature, Points, RollOut, System, Variation, make_convex};
 use supple::{Channel, Channels, Dimensions, Matrices, Scratch, Trajectory};
 
 use exchange::{Argument, Given, add, matrices, numbers, poison, row, write, write_quadratics};

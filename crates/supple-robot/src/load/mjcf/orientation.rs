@@ -1,6 +1,7 @@
 //! Positions and orientations: `pos`, and one of `quat`, `axisangle`, `euler`, `xyaxes` and `zaxis`, or `fromto`.
 
 use supple_files::FileError;
+use supple_kernels::math;
 
 use super::super::words::listed;
 use super::super::xml::Element;
@@ -95,12 +96,12 @@ pub(super) fn between(values: &Values) -> Result<Option<(Pose, f64)>, FileError>
 fn z_along([x, y, z]: [f64; 3]) -> Option<Pose> {
     // The axis is z cross the direction.
     let axis = unit([-y, x, 0.0]).unwrap_or([1.0, 0.0, 0.0]);
-    about(axis, x.hypot(y).atan2(z))
+    about(axis, math::atan2(math::hypot(x, y), z))
 }
 
 /// The rotation by an angle about an axis of length 1; none where the angle is too great.
 fn about([x, y, z]: [f64; 3], angle: f64) -> Option<Pose> {
-    let (sin, cos) = (0.5 * angle).sin_cos();
+    let (sin, cos) = math::sin_cos(0.5 * angle);
     Pose::from_quaternion([0.0; 3], [cos, sin * x, sin * y, sin * z])
 }
 

@@ -23,6 +23,15 @@ const CACHE: usize = 64 << 20;
 /// The version of this program.
 const SUPPLE: &str = env!("CARGO_PKG_VERSION");
 
+/// # Errors
+/// Where a name leads elsewhere: a journal is written in place, and what it leads to would be overwritten.
+fn is_no_link(path: &Path) -> Result<(), StudyError> {
+    match std::fs::symlink_metadata(path) {
+        Ok(about) if !about.is_file() => Err(StudyError::kept(path, "is no file, such as a link to one: remove it")),
+        _ => Ok(()),
+    }
+}
+
 impl Journal {
     /// Opens the journal in a folder, or makes one where there is none: the journal, and how far its segments are.
     /// Nothing is changed in a journal that cannot be used.
@@ -36,6 +45,7 @@ impl Journal {
         identity: &Identity,
     ) -> Result<(Self, BTreeMap<usize, Started>), StudyError> {
         let path = folder.join(JOURNAL);
+        is_no_link(&path)?;
         std::fs::create_dir_all(folder).map_err(|error| StudyError::io(folder, error))?;
         match File::options().read(true).write(true).open(&path) {
             Err(error) if error.kind() == ErrorKind::NotFound => match Self::create(folder, identity)? {
@@ -51,6 +61,7 @@ impl Journal {
     /// Makes a journal; none where there is one when it would get its name.
     fn create(folder: &Path, identity: &Identity) -> Result<Option<Self>, StudyError> {
         let (path, new) = (folder.join(JOURNAL), folder.join(NEW));
+        is_no_link(&new)?;
         let io = |error| StudyError::io(&new, error);
         let file = File::options().read(true).write(true).create(true).truncate(false).open(&new).map_err(io)?;
         lock(&file, &new)?;

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::{CatalogueDesign, CatalogueMethod, Combination, neighbours};
 use crate::Error;
-use crate::design::visit::Scaling;
-use crate::design::{Control, Event, NoObserver, Searcher, StartSummary, best_plan, search_branches};
+use crate::branches::{best_plan, search_branches};
+use crate::continuation::Scaling;
+use crate::design::{Control, Event, NoObserver, Searcher, StartSummary};
 use crate::pipeline::TaskState;
 use crate::problem::Problem;
 

@@ -1,7 +1,9 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::Scalar;
 
-use super::{Channels, Dimensions, Model, OwnCost, Point};
+use super::{Channels, Model, OwnCost, Point};
+
+use supple_lqg::Dimensions;
 
 mod composition;
 mod tape;

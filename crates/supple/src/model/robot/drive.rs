@@ -10,7 +10,7 @@ use supple_robot::{Actuator, Law};
 use super::Robot;
 use super::compliance::{Element, find};
 use super::file::Build;
-use crate::file::Place;
+use crate::document::Place;
 use crate::model::Limit;
 use crate::{Channel, Point, Value};
 
@@ -107,7 +107,7 @@ impl Servo {
 
 impl Robot {
     /// The actuator of the file that a drive is.
-    fn actuator_of(&self, drive: &Drive) -> Option<&Actuator> {
+    pub(super) fn actuator_of(&self, drive: &Drive) -> Option<&Actuator> {
         self.robot.actuators.get(drive.actuator.as_ref()?.index)
     }
 
@@ -167,7 +167,10 @@ impl Build<'_> {
         let names = match actuated {
             Some(names) => names,
             None if own().next().is_some() => own().map(|actuator| actuator.name.clone()).collect(),
-            None => self.joints.clone(),
+            None => {
+                let passive: Vec<&str> = self.passive_joints().collect();
+                self.joints.iter().filter(|joint| !passive.contains(&joint.as_str())).cloned().collect()
+            }
         };
         let mut drives: Vec<Drive> = Vec::new();
         for (place, name) in names.iter().enumerate() {

@@ -9,14 +9,14 @@ use supple_robot::{LoadOptions, Tree, load};
 
 use super::compliance::{self, Compliance, Element, Names, Unfit, find};
 use super::drive::DriveFile;
+use super::insert::{InsertFile, Inserted, insert};
 use super::locked::Locked;
 use super::numbers::{FrameNumbers, Override};
-use super::sensor::{self, Context, Sensor};
 use super::{Integrator, Robot};
-use crate::Model;
 use crate::Value;
-use crate::file::{Document, Place, Reader};
+use crate::document::{Document, Place};
 use crate::parameters::Parameters;
+use crate::quantity::{Quantity, Sensor, Vocabulary, read_sensor};
 
 /// `[model]` of kind `robot`. Compliance and sensors are read by kind.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -33,12 +33,15 @@ pub(crate) struct File {
     /// Acceleration by gravity in the world, m/s^2; that of the robot's file where left out, or 0, 0, -9.81.
     gravity: Option<[Value; 3]>,
     /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
-    /// actuators of the file where left out, or all joints that move where it has none.
+    /// actuators of the file where left out, or all joints of the file that move where it has none.
     actuated: Option<Vec<String>>,
     /// Joints that are taken out: names of those that are fixed at 0, or at the middle of their range where that does
     /// not hold 0, or positions by name, rad or m.
     #[serde(default)]
     locked: Locked,
+    /// Joints that are inserted at frames, with springs: compliant mounts, doors.
+    #[serde(default)]
+    insert: Vec<InsertFile>,
     /// Whether actuators of the robot's file are used; if not, all drives are plain.
     #[serde(default = "yes")]
     file_actuators: bool,
@@ -151,6 +154,22 @@ pub(super) struct Build<'a> {
     locked: Locked,
     /// Their names.
     locked_names: Vec<String>,
+    pub(super) inserted: Vec<Inserted>,
+}
+
+/// Moving joints that a robot has at most.
+const MOST_JOINTS: usize = 200;
+
+/// Why a robot with so many moving joints is refused: recording its derivatives took 0.6 GB with 80 of them, and grows by the
+/// power 2.5 (measured on chains of 20 to 80).
+fn too_large(joints: usize) -> Option<String> {
+    let gigabytes = 0.6 * (joints as f64 / 80.0).powi(2) * (joints as f64 / 80.0).sqrt();
+    (joints > MOST_JOINTS).then(|| {
+        format!(
+            "has {joints} moving joints; at most {MOST_JOINTS}, as recording the derivatives of so many would take about \
+             {gigabytes:.0} GB of memory: take joints out with `locked`"
+        )
+    })
 }
 
 /// Reads `[model]` of kind `robot`; `folder` is that of the task file.
@@ -158,6 +177,12 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
     let at = ["model".into()];
     let (_, table) = document.table_with_kind(&at, &["robot"])?;
     let file = File::deserialize(table).map_err(|error| document.read_error(&at, error))?;
+    for (index, root) in file.package_roots.iter().enumerate() {
+        let place = ["model".into(), "package_roots".into(), index.into()];
+        if folder.join(root).canonicalize().is_ok_and(|real| real.parent().is_none()) {
+            return Err(document.error(&place, "is the whole file system; name the folder that holds the packages"));
+        }
+    }
     let options = LoadOptions {
         package_roots: file.package_roots.iter().map(|root| folder.join(root)).collect(),
         independent_mimic: file.independent_mimic,
@@ -165,14 +190,18 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
     let path: PathBuf = folder.join(&file.file);
     let named = ["model".into(), "file".into()];
     let robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
+    let (robot, inserted) = insert(document, file.insert.clone(), robot)?;
     let locked = file.locked.clone();
     let robot = locked.apply(document, robot)?;
     let locked_names = locked.names();
     let tree = Tree::new(&robot);
     let joints = tree.joints().to_vec();
+    if let Some(message) = too_large(joints.len()) {
+        return Err(document.error(&named, message));
+    }
     let links = robot.links.iter().map(|link| link.name.clone());
     let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
-    Build { document, parameters, path, robot, tree, joints, frames, locked, locked_names }.build(file)
+    Build { document, parameters, path, robot, tree, joints, frames, locked, locked_names, inserted }.build(file)
 }
 
 impl Build<'_> {
@@ -197,6 +226,11 @@ impl Build<'_> {
         }
     }
 
+    /// Joints that the task inserted: they have no drives of their own.
+    pub(super) fn passive_joints(&self) -> impl Iterator<Item = &str> {
+        self.inserted.iter().flat_map(|inserted| inserted.joints.iter().map(String::as_str))
+    }
+
     fn build(mut self, file: File) -> Result<Robot, FileError> {
         if self.tree.dofs() == 0 {
             return Err(self.error(&["file".into()], "the robot has no joint that moves"));
@@ -207,7 +241,8 @@ impl Build<'_> {
         }
         self.check(&["friction_smoothing".into()], file.friction_smoothing, 0.0, true)?;
         let frames = self.frames(file.frames)?;
-        let overrides = self.overrides(file.links, file.joints)?;
+        let mut overrides = self.inserted_numbers()?;
+        overrides.extend(self.overrides(file.links, file.joints)?);
         let compliance = self.compliance()?;
         self.check_locked_uses(&file.drives)?;
         let positions = self.tree.dofs() + compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>();
@@ -218,10 +253,9 @@ impl Build<'_> {
             return Err(error.with_help("a shorter time_step with more steps does the same"));
         }
         let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
-        let sensors = self.sensors(&compliance)?;
         let gravity =
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
-        let robot = Robot {
+        let mut robot = Robot {
             file: self.path.clone(),
             robot: Arc::new(self.robot.clone()),
             tree: Arc::new(self.tree.clone()),
@@ -230,13 +264,15 @@ impl Build<'_> {
             frames,
             drives,
             compliance,
-            sensors,
+            sensors: Vec::new(),
             friction_smoothing: file.friction_smoothing,
             friction_widening: None,
             integrator: file.integrator,
             substeps: file.substeps,
             locked: self.locked_names.clone(),
+            inserted: self.passive_joints().map(str::to_owned).collect(),
         };
+        robot.sensors = self.sensors(&robot)?;
         self.check_inertia(&robot)?;
         for (index, element) in robot.compliance.iter().enumerate() {
             if let Some((key, message, help)) = robot.rigid(element) {
@@ -270,7 +306,7 @@ impl Build<'_> {
     /// Nothing may be said of the drive of a locked joint.
     fn check_locked_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
         for name in drives.keys() {
-            if let Some((message, help)) = super::locked_message(name, &self.locked_names) {
+            if let Some((message, help)) = crate::physics::locked_message(name, &self.locked_names) {
                 return Err(self.error(&["drives".into(), Place::Key(name)], message).with_help(help));
             }
         }
@@ -331,7 +367,7 @@ impl Build<'_> {
     }
 
     fn compliance(&self) -> Result<Vec<Element>, FileError> {
-        let mut elements: Vec<Element> = Vec::new();
+        let mut elements = self.inserted_springs();
         let at = ["model".into(), "compliance".into()];
         for index in 0..self.document.tables(&at)? {
             let keys = ["compliance".into(), index.into()];
@@ -341,7 +377,7 @@ impl Build<'_> {
             if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
                 return Err(self.error(&[keys[0], keys[1], "name".into()], format!("`{name}` is taken already")));
             }
-            let read = compliance::read(kind, table.without("name"), &self.names())
+            let read = compliance::read(kind, table.beside(&["name"]), &self.names())
                 .ok_or_else(|| self.document.unknown_kind(&at, kind, compliance::KINDS))?
                 .map_err(|error| self.document.read_error(&at, error))?
                 .map_err(|unfit| self.unfit(&keys, unfit))?;
@@ -361,57 +397,20 @@ impl Build<'_> {
         Ok(elements)
     }
 
-    fn sensors(&self, compliance: &[Element]) -> Result<Vec<Sensor>, FileError> {
+    fn sensors(&self, robot: &Robot) -> Result<Vec<Sensor>, FileError> {
         let at = ["model".into(), "sensors".into()];
-        let context = Context { names: self.names(), compliance };
         let count = self.document.tables(&at)?;
         if count == 0 && self.document.get(&["catalogue".into()]).is_none() {
             let missing = self.document.get(&at).is_none();
             let what = if missing { "is missing" } else { "must be a list of one or more tables: [[model.sensors]]" };
             return Err(self.error(&["sensors".into()], what));
         }
+        let vocabulary = Vocabulary::of(robot);
         let read = |index: usize| {
             let at = ["model".into(), "sensors".into(), index.into()];
-            let (kind, table) = self.document.table_with_kind(&at, sensor::KINDS)?;
-            read_sensor((kind, table, &context), (self.document, &at), self.parameters)
+            let table = self.document.table_with_kind(&at, Quantity::NAMES)?;
+            read_sensor(table, (self.document, &at), (&vocabulary, self.parameters))
         };
         (0..count).map(read).collect()
     }
-}
-
-/// Reads one sensor from its table at a place, and checks its noise.
-fn read_sensor(
-    (kind, table, context): (&str, Reader, &Context),
-    (document, at): (&Document, &[Place]),
-    parameters: &Parameters,
-) -> Result<Sensor, FileError> {
-    let place = |key: &'static str| -> Vec<Place> { at.iter().copied().chain([key.into()]).collect() };
-    let sensor = sensor::read(kind, table, context)
-        .ok_or_else(|| document.unknown_kind(at, kind, sensor::KINDS))?
-        .map_err(|error| document.read_error(at, error))?
-        .map_err(|(key, message, help)| FileError { help, ..document.error(&place(key), message) })?;
-    if sensor.variance.is_empty() {
-        return Err(document.error(&place("select"), "name at least one"));
-    }
-    for &variance in &sensor.variance {
-        if let Some(least) = parameters.least(variance).filter(|&least| least <= 0.0) {
-            return Err(document.error(&place("variance"), format!("must be above 0; {}", variance.found(least))));
-        }
-    }
-    Ok(sensor)
-}
-
-/// Reads a sensor of a catalogue, for a robot that was read.
-pub(super) fn catalogue_sensor(
-    robot: &Robot,
-    kind: &str,
-    (document, at): (&Document, &[Place]),
-    parameters: &Parameters,
-) -> Result<Sensor, FileError> {
-    let frames: Vec<String> = robot.frame_names().into_iter().map(str::to_owned).collect();
-    let joints = robot.joint_names();
-    let names = Names { joints: &joints, frames: &frames, robot: &robot.robot, locked: &robot.locked };
-    let context = Context { names, compliance: &robot.compliance };
-    let (_, table) = document.table_with_kind(at, sensor::KINDS)?;
-    read_sensor((kind, table.without("name").without("price"), &context), (document, at), parameters)
 }

@@ -8,7 +8,7 @@ use supple_files::FileError;
 use supple_robot::{JointKind, Tree};
 
 use super::compliance::find;
-use crate::file::{Document, Place};
+use crate::document::{Document, Place};
 use crate::value::as_key;
 
 /// `locked` of `[model]`: names of joints, or their positions by name.
@@ -142,11 +142,4 @@ fn joint_of(robot: &supple_robot::Robot, tree: &Tree, name: &str) -> Result<usiz
     }
     let dof = find("", "moving joint", name, tree.joints()).map_err(|(_, message, help)| (message, help))?;
     Ok(tree.joint_indices()[dof])
-}
-
-/// What to say of the name of a locked joint, or of one of its states, where only what moves may stand; and advice.
-pub(crate) fn locked_message(name: &str, locked: &[String]) -> Option<(String, String)> {
-    let own = |prefix: &str| name.strip_prefix(prefix).filter(|rest| locked.iter().any(|other| other == rest));
-    let joint = own("").or_else(|| own("q.")).or_else(|| own("v."))?;
-    Some((format!("joint `{joint}` is locked: it does not move"), format!("take `{joint}` out of `locked` in [model]")))
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
-//! situation.rs: where everything is               compliance/, drive.rs: forces        sensor/: measurements
+//! situation.rs: where everything is               compliance/, drive.rs: forces        signals.rs: what can be measured
 //! picture.rs: what it looks like
 //! ```
 
@@ -12,33 +12,36 @@ use std::sync::Arc;
 use supple_kernels::{Ldl, Scalar};
 use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
-use super::{Channel, Channels, Dimensions, Limit, Model, ModelFile, Point};
+use super::{Channel, Channels, Limit, Model, ModelFile, Point};
+
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
-use crate::file::{Document, FileError, Place};
+use crate::document::{Document, FileError};
 use crate::parameters::Parameters;
+use crate::physics::FileSensor;
+use crate::quantity::{Known, Measurable, Sensor};
 use crate::scene::Picture;
+use supple_lqg::Dimensions;
 
 mod compliance;
+mod described;
 mod drive;
 mod file;
+mod insert;
 mod integrator;
 mod locked;
 mod numbers;
 mod picture;
 mod rigid;
 mod schema;
-mod sensor;
+mod signals;
 mod situation;
 mod start;
 
 use compliance::{CONTACT_FORCE, Compliance, Element, Resistance};
 use drive::Drive;
 use integrator::{Integrator, widened};
-pub(crate) use locked::locked_message;
 use numbers::{FrameNumbers, Override};
-use sensor::{Measure, Sensor};
-pub(crate) use sensor::{schemas as sensor_schemas, turn};
 use situation::{Forces, Situation};
 
 /// A robot of rigid bodies, its drives, compliance and sensors.
@@ -72,6 +75,8 @@ pub struct Robot {
     substeps: usize,
     /// Joints that the task has taken out.
     locked: Vec<String>,
+    /// Joints that the task has inserted.
+    inserted: Vec<String>,
 }
 
 impl Robot {
@@ -172,6 +177,7 @@ impl Robot {
     /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
     fn resist<S: Scalar>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
+        let (_, positions) = self.positions();
         let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
@@ -183,15 +189,18 @@ impl Robot {
             }
         }
         for element in &self.compliance {
-            for Resistance { coefficient, row } in element.kind.resistance(&now.seen_by(element)) {
-                for i in 0..row.len() {
-                    let weighed = lead * coefficient * row[i];
+            for Resistance { block, rows } in element.kind.resistance(&now.seen_by(element)) {
+                let block: Vec<Vec<S>> =
+                    block.iter().map(|row| row.iter().map(|&entry| lead * entry).collect()).collect();
+                for i in 0..positions {
+                    let dot = |weights: &Vec<S>| {
+                        weights.iter().zip(&rows).fold(S::zero(), |sum, (&w, row)| w.mul_add(row[i], sum))
+                    };
+                    let weighed: Vec<S> = block.iter().map(dot).collect();
                     for j in 0..=i {
-                        let share = weighed * row[j];
-                        mass[i][j] += share;
-                        if i != j {
-                            mass[j][i] += share;
-                        }
+                        mass[i][j] =
+                            weighed.iter().zip(&rows).fold(mass[i][j], |sum, (&w, row)| w.mul_add(row[j], sum));
+                        mass[j][i] = mass[i][j];
                     }
                 }
             }
@@ -247,7 +256,7 @@ impl Model for Robot {
         Dimensions {
             states: 2 * self.positions().1 + self.constants(),
             controls: self.drives.len(),
-            measurements: self.sensors.iter().map(Measure::len).sum(),
+            measurements: self.sensors.iter().map(|sensor| sensor.quantity.len()).sum(),
         }
     }
 
@@ -286,40 +295,39 @@ impl Model for Robot {
     }
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
-        let now = Situation::of(self, at);
+        let needed = self.sensors.iter().any(|sensor| sensor.quantity.needs_signals());
+        let signals = if needed { self.signal_values(at) } else { Vec::new() };
+        let known = Known { signals: &signals, next: &[] };
         let mut rest = y;
         for sensor in &self.sensors {
-            let (own, others) = rest.split_at_mut(sensor.len());
-            sensor.measure(&now, own);
+            let (own, others) = rest.split_at_mut(sensor.quantity.len());
+            sensor.quantity.evaluate(at, &known, own);
             rest = others;
         }
     }
 
-    /// Of every named frame its position, `NAME.x` to `NAME.z`, and its rotation matrix by rows, `NAME.xx` to `NAME.zz`;
-    /// of every element of compliance its forces, `NAME.FORCE`.
     fn signals(&self) -> Vec<String> {
-        let frames = self
-            .frame_names()
-            .into_iter()
-            .flat_map(|frame| FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}")));
-        let forces = self
-            .compliance
-            .iter()
-            .flat_map(|element| element.kind.signals().into_iter().map(|signal| format!("{}.{signal}", element.name)));
-        frames.chain(forces).collect()
+        self.signal_names()
     }
 
     fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
-        let now = Situation::of(self, at);
-        let mut values = Vec::with_capacity(out.len());
-        for pose in now.frames() {
-            values.extend(pose.position);
-            values.extend(pose.rotation.concat());
-        }
-        for element in &self.compliance {
-            values.extend(element.kind.measure(&now.seen_by(element)));
-        }
-        out.copy_from_slice(&values);
+        out.copy_from_slice(&self.signal_values(at));
+    }
+
+    fn frame_names(&self) -> Vec<String> {
+        self.frame_names().into_iter().map(str::to_owned).collect()
+    }
+
+    fn motors(&self) -> Vec<(String, String)> {
+        self.elastic_joints()
+    }
+
+    fn drive_names(&self) -> Vec<String> {
+        self.drives.iter().map(|drive| self.drive_name(drive)).collect()
+    }
+
+    fn file_sensors(&self) -> Vec<FileSensor> {
+        self.sensors_of_file()
     }
 
     fn joint_names(&self) -> Vec<String> {
@@ -353,7 +361,7 @@ impl Model for Robot {
         Channels {
             states: self.state_channels(),
             controls: self.drives.iter().map(|drive| self.control_channel(drive)).collect(),
-            measurements: self.sensors.iter().flat_map(|sensor| sensor.channels(self)).collect(),
+            measurements: self.sensors.iter().flat_map(|sensor| sensor.channels.clone()).collect(),
         }
     }
 
@@ -419,24 +427,7 @@ impl ModelFile for Robot {
     }
 
     fn variances(&self) -> Option<Vec<Value>> {
-        Some(self.sensors.iter().flat_map(|sensor| sensor.variance.clone()).collect())
-    }
-
-    fn sensor_kinds() -> &'static [&'static str] {
-        sensor::KINDS
-    }
-
-    fn add_sensor(
-        &mut self,
-        kind: &str,
-        document: &Document,
-        parameters: &Parameters,
-        at: &[Place],
-    ) -> Result<Vec<Value>, FileError> {
-        let sensor = file::catalogue_sensor(self, kind, (document, at), parameters)?;
-        let variances = sensor.variance.clone();
-        self.sensors.push(sensor);
-        Ok(variances)
+        Some(self.sensors.iter().flat_map(|sensor| sensor.variances.clone()).collect())
     }
 
     fn files(&self) -> Vec<PathBuf> {
@@ -467,6 +458,3 @@ impl ModelFile for Robot {
         schema::complete(schema, generator);
     }
 }
-
-/// What is known of a frame, in the order of its signals.
-const FRAME_SIGNALS: [&str; 12] = ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];

@@ -1,8 +1,9 @@
 use schemars::SchemaGenerator;
 use serde_json::{Value as Json, json};
 
-use super::{compliance, sensor};
-use crate::file::{one_of, plain};
+use super::compliance;
+use crate::document::{one_of, plain};
+use crate::quantity::sensor_schemas;
 
 /// Adds the lists of compliance and sensors to the schema of a robot's table.
 pub(super) fn complete(schema: &mut Json, generator: &mut SchemaGenerator) {
@@ -16,7 +17,7 @@ pub(super) fn complete(schema: &mut Json, generator: &mut SchemaGenerator) {
             }
         }
     }
-    let sensors = one_of(plain(sensor::schemas(generator)));
+    let sensors = one_of(plain(sensor_schemas(generator)));
     schema["properties"]["compliance"] =
         json!({ "description": "Springs, dampers and contacts", "type": "array", "items": elements });
     schema["properties"]["sensors"] = json!({

@@ -1,6 +1,6 @@
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
-use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, frame_jacobian};
+use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, point_jacobian};
 
 use super::compliance::{Compliance, Element};
 use super::numbers::Place;
@@ -133,20 +133,16 @@ impl<'a, S: Scalar> Situation<'a, S> {
         in_frame(kinematics.unwrap_or(&self.kinematics), &self.robot.place(frame, self.at))
     }
 
-    /// The velocity of a frame, in the axes of the world, for a unit of each degree of freedom's velocity.
-    pub fn frame_motions(&self, frame: usize) -> Vec<Twist<S>> {
-        let place = self.robot.place(frame, self.at);
-        let rows = frame_jacobian(&self.robot.tree, &self.kinematics, place.link, place.pose.position);
+    /// How a point of the world moves with what a frame is fixed to, in the axes of the world, for a unit of each degree of
+    /// freedom's velocity.
+    pub fn point_motions(&self, frame: usize, point: [S; 3]) -> Vec<Twist<S>> {
+        let link = self.robot.place(frame, self.at).link;
+        let rows = point_jacobian(&self.robot.tree, &self.kinematics, link, point);
         let motion = |dof: usize| {
             let [a, b, c, x, y, z] = [0, 1, 2, 3, 4, 5].map(|row: usize| rows[row][dof]);
             Twist { angular: [a, b, c], linear: [x, y, z] }
         };
         (0..self.robot.positions().0).map(motion).collect()
-    }
-
-    /// All named frames in the world, in the order of their numbers.
-    pub fn frames(&self) -> impl Iterator<Item = Pose<S>> + '_ {
-        (0..self.robot.frame_names().len()).map(|frame| self.pose(frame))
     }
 }
 

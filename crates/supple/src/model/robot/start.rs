@@ -54,11 +54,14 @@ impl Robot {
         }
         let given = &start.given[..from.len()];
         let limits: Vec<_> = self.tree.joint_indices().iter().map(|&joint| self.robot.joints[joint].limits).collect();
+        // What the task inserted has no drive: it stays where its springs are at rest.
+        let free = given.iter().zip(self.tree.joints());
+        let free = free.map(|(given, joint)| given.is_none() && !self.inserted.contains(joint));
         let reach = Reach {
             start: &from.iter().zip(given).map(|(from, given)| given.unwrap_or(*from)).collect::<Vec<_>>(),
             lower: &limits.iter().map(|limits| limits.lower).collect::<Vec<_>>(),
             upper: &limits.iter().map(|limits| limits.upper).collect::<Vec<_>>(),
-            free: &given.iter().map(Option::is_none).collect::<Vec<_>>(),
+            free: &free.collect::<Vec<_>>(),
         };
         let goal = PoseGoal {
             link: place.link,

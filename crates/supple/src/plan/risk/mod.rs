@@ -7,11 +7,12 @@ use supple_kernels::{Matrices, Scratch, rows};
 
 use super::{Plan, PlanMode, PlanSettings, PlanStatus, rollout};
 use crate::Error;
-use crate::belief::{Belief, kalman};
-use crate::noise::Noise;
+use crate::knots::Linearise;
 use crate::problem::Task;
 use crate::system::Curvature;
 use crate::trajectory::Trajectory;
+use supple_lqg::Noise;
+use supple_lqg::{Belief, kalman};
 use sweep::{Failure, Found, Given, price, risk_sweep};
 
 /// Halvings of an interval to find the largest sensitivity that works.
@@ -48,14 +49,14 @@ pub(crate) fn plan_risk(
             for _ in 0..BISECTIONS {
                 let between = 0.5 * (works + fails);
                 *plan = nominal.clone();
-                let worked = search.run(between, plan, scratch)?.is_ok() && plan.status.is_converged();
+                let worked = search.run(between, plan, scratch)?.is_ok();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
+            let largest = if works > 0.0 { format!(". The largest that works is {works:.4e}") } else { String::new() };
             Err(Error::Planning {
                 plan: "risk",
                 problem: format!(
-                    "has no law with risk_sensitivity = {}: the exponential of the cost has no finite mean from step {step} on. \
-                     The largest that works is {works:.4e}",
+                    "has no law with risk_sensitivity = {}: the exponential of the cost has no finite mean from step {step} on{largest}",
                     settings.risk_sensitivity
                 ),
                 advice: "lower risk_sensitivity, or the noise",

@@ -1,10 +1,11 @@
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use supple_kernels::Matrices;
+use supple_kernels::math;
 
-use crate::belief::Belief;
-use crate::dense::{dense, store};
-use crate::knots::Knots;
-use crate::plan::Policy;
+use supple_lqg::Belief;
+use supple_lqg::Knots;
+use supple_lqg::Policy;
+use supple_lqg::dense::{dense, store};
 
 /// What the sweep starts from.
 #[derive(Clone, Copy)]
@@ -107,7 +108,7 @@ fn inflate(s: &mut DMatrix<f64>, slope: &mut DVector<f64>, change: &DMatrix<f64>
     let factor = Cholesky::new((&m + m.transpose()) * 0.5)?;
     let seen = gamma.transpose() * &*slope;
     let solved = factor.solve(&seen);
-    let log_determinant: f64 = 2.0 * (0..m.nrows()).map(|i| factor.l_dirty()[(i, i)].ln()).sum::<f64>();
+    let log_determinant: f64 = 2.0 * (0..m.nrows()).map(|i| math::ln(factor.l_dirty()[(i, i)])).sum::<f64>();
     let value = 0.5 * sensitivity * seen.dot(&solved) - 0.5 * log_determinant / sensitivity;
     *slope += &s_gamma * solved * sensitivity;
     let added = &s_gamma * factor.solve(&s_gamma.transpose()) * sensitivity;

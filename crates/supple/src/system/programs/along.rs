@@ -17,7 +17,7 @@ impl<M: Model> Recorder<'_, M> {
     pub fn responses(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
-            let dynamics = trace.dynamics();
+            let dynamics = trace.dynamics_to_linearise();
             let Linearised { f_w, directions, .. } = dynamics.linearise(&trace.z);
             let lambda = entries(source::COSTATE, dynamics.next.len());
             let mu = dynamics.multipliers(&f_w, &lambda);

@@ -15,8 +15,9 @@ impl<M: Model> Recorder<'_, M> {
     pub fn contract_dynamics(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
-            let dynamics = trace.dynamics();
+            let dynamics = trace.dynamics_to_linearise();
             let Linearised { f_z, f_w, r_z, directions } = dynamics.linearise(&trace.z);
+            let mass = trace.mass();
             let (n, joint, k) = (dynamics.next.len(), trace.z.len(), dynamics.w.len());
             let adjoint = |i: usize, j: usize| Node::entry(source::DYNAMICS, i * padded(joint) + j);
             let mu: Vec<Vec<Node>> = (0..joint)
@@ -40,8 +41,8 @@ impl<M: Model> Recorder<'_, M> {
                 for j in 0..joint {
                     consider(r_z[i][j], &|| mu[j][i]);
                 }
-                for l in 0..k {
-                    consider(dynamics.mass[i][l], &|| dot(column(&mu, i), column(&directions, l)));
+                for (l, &entry) in mass[i].iter().enumerate() {
+                    consider(entry, &|| dot(column(&mu, i), column(&directions, l)));
                 }
             }
             let variables = [dynamics.variables(&trace.z), trace.phi.clone()].concat();

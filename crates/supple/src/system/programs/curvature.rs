@@ -109,7 +109,7 @@ impl<M: Model> Recorder<'_, M> {
     pub fn dynamics_curvature(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
-            let dynamics = trace.dynamics();
+            let dynamics = trace.dynamics_to_linearise();
             let Linearised { f_w, directions, .. } = dynamics.linearise(&trace.z);
             let lambda = entries(source::COSTATE, dynamics.next.len());
             let mu: Vec<Node> = dynamics.multipliers(&f_w, &lambda).into_iter().map(Node::opaque).collect();

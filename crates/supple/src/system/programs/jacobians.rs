@@ -12,7 +12,7 @@ impl<M: Model> Recorder<'_, M> {
     pub fn dynamics_jacobian(&self) -> Program {
         record(|| {
             let trace = self.trace(false);
-            let Linearised { f_z, f_w, directions, .. } = trace.dynamics().linearise(&trace.z);
+            let Linearised { f_z, f_w, directions, .. } = trace.dynamics_to_linearise().linearise(&trace.z);
             let mut outputs = Outputs::new();
             let stride = padded(trace.z.len());
             for (i, (row, by_unknown)) in f_z.iter().zip(&f_w).enumerate() {

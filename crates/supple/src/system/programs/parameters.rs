@@ -59,7 +59,7 @@ impl<M: Model> Recorder<'_, M> {
         mut seeds: Vec<(Node, Node)>,
         dz: &[Node],
     ) -> Vec<Node> {
-        let dynamics = trace.dynamics();
+        let dynamics = trace.dynamics_to_linearise();
         let Linearised { f_w, directions, .. } = dynamics.linearise(&trace.z);
         let n = dynamics.next.len();
         let (lambda, dlambda) = (entries(source::COSTATE, n), entries(source::COSTATE_VARIATION, n));

@@ -1,6 +1,7 @@
 use proptest::prelude::{Strategy, prop};
-use supple::cost::{ContactForce, Control, Cost, CostKind, Norm, Penetration, State, Weights};
+use supple::cost::{Cost, Norm, Weights};
 use supple::noise::{Covariance, NoiseModel};
+use supple::quantity::{ContactForce, Control, Penetration, State};
 use supple::system::Authored;
 use supple::{Dimensions, Model, Point, Scalar, Task, Value};
 
@@ -123,8 +124,6 @@ impl Model for Finger {
 /// Costs of every norm and weight, with parameters in weights, norms, targets and matrices.
 pub fn costs() -> Vec<Cost> {
     let (number, named) = (Value::Number, Value::Parameter);
-    let equal = |weight| Weights::Equal(weight);
-    let selected = vec![(0, named(parameter::TARGET)), (1, number(0.1))];
     let mut matrix = vec![numbers(&[0.0; 4]); 4];
     for (i, row) in matrix.iter_mut().enumerate() {
         row[i] = number(0.5);
@@ -132,39 +131,21 @@ pub fn costs() -> Vec<Cost> {
     for (i, j, weight) in [(0, 2, named(parameter::CROSS_WEIGHT)), (1, 3, number(0.05))] {
         (matrix[i][j], matrix[j][i]) = (weight, weight);
     }
-    let everything = (0..4).map(|state| (state, number(0.1))).collect();
-    let force =
-        ContactForce { signal: 0, target: named(parameter::TARGET), smoothing: named(parameter::FORCE_SMOOTHING) };
+    let smoothing = named(parameter::FORCE_SMOOTHING);
     vec![
+        Cost::new(State::new([0, 1]), 0.7)
+            .with_targets([named(parameter::TARGET), number(0.1)])
+            .with_final_weight(named(parameter::ANGLE_WEIGHT)),
+        Cost::new(ContactForce::new(0).with_smoothing(smoothing), named(parameter::FORCE_WEIGHT))
+            .with_targets([named(parameter::TARGET)])
+            .with_norm(Norm::Absolute { smoothing })
+            .with_final_weight(0.2),
+        Cost::new(Penetration::new(1), 0.0).with_targets([0.05]).with_final_weight(1.5),
+        Cost::new(Control::all(2), 0.2).with_norm(Norm::Absolute { smoothing: number(0.5) }),
         Cost {
-            kind: CostKind::State(State { selected }),
-            norm: Norm::Quadratic,
-            stage: equal(number(0.7)),
-            last: equal(named(parameter::ANGLE_WEIGHT)),
-        },
-        Cost {
-            kind: CostKind::ContactForce(force),
-            norm: Norm::Absolute { smoothing: named(parameter::FORCE_SMOOTHING) },
-            stage: equal(named(parameter::FORCE_WEIGHT)),
-            last: equal(number(0.2)),
-        },
-        Cost {
-            kind: CostKind::Penetration(Penetration { signal: 1, target: number(0.05) }),
-            norm: Norm::Quadratic,
-            stage: equal(number(0.0)),
-            last: equal(number(1.5)),
-        },
-        Cost {
-            kind: CostKind::Control(Control { controls: 2 }),
-            norm: Norm::Absolute { smoothing: number(0.5) },
-            stage: equal(number(0.2)),
-            last: equal(number(0.0)),
-        },
-        Cost {
-            kind: CostKind::State(State { selected: everything }),
-            norm: Norm::Quadratic,
             stage: Weights::Matrix(matrix.clone()),
             last: Weights::Matrix(matrix),
+            ..Cost::new(State::new([0, 1, 2, 3]), 0.0).with_targets([0.1; 4])
         },
     ]
 }

@@ -1,5 +1,6 @@
-use supple::cost::{Control, Cost, CostKind, Norm, State, Weights};
+use supple::cost::{Cost, Norm};
 use supple::noise::{Covariance, NoiseModel};
+use supple::quantity::{Control, State};
 use supple::system::Authored;
 use supple::{Dimensions, Model, Point, Scalar, Task, Value};
 
@@ -37,21 +38,13 @@ impl Model for Ring {
 
 pub fn task(states: usize, controls: usize, measurements: usize, steps: usize) -> Task {
     let model = Ring(Dimensions { states, controls, measurements });
-    let weight = |weight: f64| Weights::Equal(Value::Number(weight));
-    let selected = (0..states).map(|i| (i, Value::Number(0.2 * i as f64 / states as f64))).collect();
+    let targets = (0..states).map(|i| 0.2 * i as f64 / states as f64);
     let costs = vec![
-        Cost {
-            kind: CostKind::State(State { selected }),
-            norm: Norm::Absolute { smoothing: Value::Number(0.5) },
-            stage: weight(1.0),
-            last: weight(3.0),
-        },
-        Cost {
-            kind: CostKind::Control(Control { controls }),
-            norm: Norm::Quadratic,
-            stage: weight(0.3),
-            last: weight(0.0),
-        },
+        Cost::new(State::new((0..states).collect::<Vec<_>>()), 1.0)
+            .with_targets(targets)
+            .with_norm(Norm::Absolute { smoothing: Value::Number(0.5) })
+            .with_final_weight(3.0),
+        Cost::new(Control::all(controls), 0.3),
     ];
     let noise = NoiseModel {
         initial: super::diagonal(&vec![0.05; states]),

@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use supple::cost::{Cost, Residual};
+use supple::cost::Cost;
+use supple::quantity::{Known, Measurable};
 use supple::{Instruction, Model, Point, Recorded, RecordedParts, Scalar, Tape, TapeParts};
 
 /// A value of the tape that this thread writes.
@@ -136,8 +137,8 @@ pub fn recorded<M: Model>(model: &M, costs: &[Cost], parameters: usize) -> Recor
             model.signal(at, &mut signals);
             let mut sum = Written::zero();
             for cost in costs.iter().filter(|cost| !cost.weights(last).are_zero()) {
-                let mut r = vec![Written(0); cost.kind.len()];
-                cost.kind.evaluate(at, &signals, &mut r);
+                let values = cost.quantity.values(at, &Known { signals: &signals, next: &[] });
+                let r = cost.residual(values, at);
                 sum += cost.of_residual(&r, at.phi, last);
             }
             vec![sum]
@@ -153,8 +154,7 @@ pub fn recorded<M: Model>(model: &M, costs: &[Cost], parameters: usize) -> Recor
         model.observe(at, &mut y);
         y
     });
-    let without_controls =
-        costs.iter().all(|cost| cost.last.are_zero() || !matches!(cost.kind, supple::cost::CostKind::Control(_)));
+    let without_controls = costs.iter().all(|cost| cost.last.are_zero() || !cost.quantity.depends_on_control());
     assert!(without_controls, "final costs are of states only");
     let parts = RecordedParts {
         channels: model.channels(),

@@ -1,9 +1,9 @@
 //! What a robot's file holds besides bodies: actuators, sensors, keyframes and walls.
 
-use comfy_table::Table;
 use supple_robot::{Actuator, Key, Law, Measured, Robot, Sensor, Tree, Wall, WallShape};
 
-use super::{align_right, name, number, table, text, vector};
+use super::{align_right, name, number, text, vector};
+use crate::tables::{Rows, table};
 
 /// Keyframes that are shown.
 const MOST_KEYS: usize = 20;
@@ -11,7 +11,7 @@ const MOST_KEYS: usize = 20;
 /// Its tables, each with a heading; empty where there is nothing.
 pub(super) fn equipment(robot: &Robot, tree: &Tree) -> String {
     let mut page = String::new();
-    let mut add = |heading: &str, table: Table, any: bool| {
+    let mut add = |heading: &str, table: Rows, any: bool| {
         if any {
             page.push_str(&format!("\n{heading}\n\n{}", text(&table)));
         }
@@ -26,7 +26,7 @@ pub(super) fn equipment(robot: &Robot, tree: &Tree) -> String {
     page
 }
 
-fn actuator_table(robot: &Robot) -> Table {
+fn actuator_table(robot: &Robot) -> Rows {
     let mut table = table(&["actuator", "kind", "joint", "gear", "gain", "offset", "kp", "kv", "control", "force"]);
     for actuator in &robot.actuators {
         let Actuator { name: label, joint, gear, law, control, force, .. } = actuator;
@@ -64,7 +64,7 @@ fn range([lower, upper]: [f64; 2]) -> String {
     }
 }
 
-fn sensor_table(robot: &Robot) -> Table {
+fn sensor_table(robot: &Robot) -> Rows {
     let mut table = table(&["sensor", "measures", "of"]);
     for Sensor { name: label, measures, .. } in &robot.sensors {
         let of = match *measures {
@@ -83,7 +83,7 @@ fn sensor_table(robot: &Robot) -> Table {
     table
 }
 
-fn key_table(robot: &Robot, tree: &Tree) -> Table {
+fn key_table(robot: &Robot, tree: &Tree) -> Rows {
     let mut table = table(&["keyframe", "positions", "controls"]);
     let list = |numbers: &[f64]| numbers.iter().map(|&entry| number(entry)).collect::<Vec<_>>().join(",");
     for key in robot.keys.iter().take(MOST_KEYS) {
@@ -96,7 +96,7 @@ fn key_table(robot: &Robot, tree: &Tree) -> Table {
     table
 }
 
-fn wall_table(robot: &Robot) -> Table {
+fn wall_table(robot: &Robot) -> Rows {
     let mut table = table(&["wall", "shape", "at x y z, m", "z axis"]);
     for Wall { name: label, shape, pose, .. } in &robot.walls {
         let shape = match shape {

@@ -132,6 +132,17 @@ impl Compliance for Bushing {
         [load.torque, load.force].concat()
     }
 
+    fn deflections(&self) -> Vec<&'static str> {
+        vec!["deflection_x", "deflection_y", "deflection_z", "deflection_roll", "deflection_pitch", "deflection_yaw"]
+    }
+
+    fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+        let relative = own.now.pose(self.a).inverse().compose(&own.now.pose(self.c));
+        let shift = half(&relative.rotation).unrotate(relative.position);
+        let (turns, _) = angles(&relative.rotation);
+        [shift, turns].concat()
+    }
+
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         let (load, p) = self.load(own);
         let ((place_a, pose_a, _), (place_c, pose_c, _)) = (own.now.frame(self.a), own.now.frame(self.c));
@@ -150,19 +161,17 @@ impl Compliance for Bushing {
         let relative = pose_a.inverse().compose(&pose_c);
         let between = pose_a.compose(&half(&relative.rotation));
         let (_, n) = angles(&relative.rotation);
-        let lever = scale(S::constant(0.5), sub(pose_c.position, pose_a.position));
-        let motions = own.now.frame_motions(self.a).into_iter().zip(own.now.frame_motions(self.c));
-        // How fast C moves against A at the point half-way, in the axes there, and its roll, pitch and yaw.
-        let (shifts, turns): (Vec<_>, Vec<_>) = motions
-            .map(|(a, c)| {
-                let met = sub(sub(c.linear, cross(c.angular, lever)), add(a.linear, cross(a.angular, lever)));
-                let turn = pose_a.unrotate(sub(c.angular, a.angular));
-                (between.unrotate(met), n.map(|row| dot(row, turn)))
-            })
-            .unzip();
-        let linear = own.resistances((self.stiffness, self.damping), &shifts);
-        let angular = own.resistances((self.torsional_stiffness, self.torsional_damping), &turns);
-        linear.into_iter().chain(angular).collect()
+        let middle = scale(S::constant(0.5), add(pose_a.position, pose_c.position));
+        // How fast A moves against C at the point half-way; which way round does not matter.
+        let motions = own.now.point_motions(self.a, middle).into_iter().zip(own.now.point_motions(self.c, middle));
+        let (shifts, turns): (Vec<_>, Vec<_>) =
+            motions.map(|(a, c)| (sub(a.linear, c.linear), sub(a.angular, c.angular))).unzip();
+        let axes = [0, 1, 2].map(|axis| between.rotation.map(|row| row[axis]));
+        let rates = n.map(|row| pose_a.rotate(row));
+        vec![
+            own.resistances((self.stiffness, self.damping), axes, &shifts),
+            own.resistances((self.torsional_stiffness, self.torsional_damping), rates, &turns),
+        ]
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {

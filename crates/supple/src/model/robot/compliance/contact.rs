@@ -1,9 +1,9 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
-use supple_robot::{Pose, Twist, WallShape, Wrench};
+use supple_robot::{Pose, WallShape, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit, find};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit, find, squares};
 use crate::model::robot::integrator::widened;
 use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
@@ -274,20 +274,18 @@ impl Compliance for Contact {
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
         let Load { resistances: [inward, along], .. } = self.load(own);
-        let normal = self.normal.map(S::constant);
-        let motions = own.now.frame_motions(self.frame);
-        let mut list = vec![own.along(inward, motions.iter().map(|motion| dot(normal, motion.linear)))];
-        if !self.friction.is_zero() {
-            let pose = own.now.pose(self.frame);
-            let lever = pose.rotate(self.lever(own.now.at, &pose));
-            let slide = |motion: &Twist<S>| {
-                let touch = motion.at(lever);
-                sub(touch, scale(dot(normal, touch), normal))
-            };
-            let slides: Vec<[S; 3]> = motions.iter().map(slide).collect();
-            list.extend((0..3).map(|axis| own.along(along, slides.iter().map(move |slide| slide[axis]))));
+        let (pose, normal) = (own.now.pose(self.frame), self.normal.map(S::constant));
+        if self.friction.is_zero() {
+            let motions = own.now.point_motions(self.frame, pose.position);
+            let inwards: Vec<[S; 1]> = motions.iter().map(|motion| [dot(normal, motion.linear)]).collect();
+            return vec![own.spread([[inward]], &inwards)];
         }
-        list
+        let touch = pose.apply(self.lever(own.now.at, &pose));
+        let motions: Vec<[S; 3]> =
+            own.now.point_motions(self.frame, touch).into_iter().map(|motion| motion.linear).collect();
+        let mut block = squares(&[(inward - along, normal)]);
+        (0..3).for_each(|axis| block[axis][axis] += along);
+        vec![own.spread(block, &motions)]
     }
 
     fn widened(&self, length: Value, speed: Value) -> Option<Kind> {

@@ -70,6 +70,14 @@ impl Compliance for ElasticJoint {
         vec![at.value(self.stiffness) * stretch + at.value(self.damping) * rate]
     }
 
+    fn deflections(&self) -> Vec<&'static str> {
+        vec!["deflection"]
+    }
+
+    fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+        vec![own.now.positions()[own.place()] - own.now.q()[self.dof]]
+    }
+
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         let torque = self.measure(own)[0];
         let rate = own.now.rates()[own.place()];

@@ -7,7 +7,7 @@ use supple_kernels::Scalar;
 
 use super::situation::{Forces, Own};
 use crate::contacts::ContactState;
-use crate::file::{ReadError, Reader};
+use crate::document::{ReadError, Reader};
 use crate::scene::ConnectionKind;
 use crate::{Point, Value};
 
@@ -55,6 +55,16 @@ pub(super) trait Compliance {
     /// Its forces, and what else sensors and costs may want to know.
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S>;
 
+    /// The names of what [`Compliance::deflect`] gives.
+    fn deflections(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// How far it is from rest, m or rad.
+    fn deflect<S: Scalar>(&self, _own: &Own<S>) -> Vec<S> {
+        Vec::new()
+    }
+
     /// Adds its forces to those of all.
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
 
@@ -84,12 +94,12 @@ pub(super) trait Compliance {
     fn rules(&self) -> Vec<(&'static str, Value, f64, bool)>;
 }
 
-/// A force that falls by `coefficient row' row r` with the rates `r` of all positions.
+/// A force that falls by `rows' block rows r` with the rates `r` of all positions.
 pub(super) struct Resistance<S> {
-    /// N s/m or N m s/rad; never negative.
-    pub coefficient: S,
-    /// By position.
-    pub row: Vec<S>,
+    /// N s/m or N m s/rad: symmetric, positive semidefinite.
+    pub block: Vec<Vec<S>>,
+    /// As many as the block has, each by position.
+    pub rows: Vec<Vec<S>>,
 }
 
 impl<S: Scalar> Own<'_, S> {
@@ -99,28 +109,49 @@ impl<S: Scalar> Own<'_, S> {
         for &(place, factor) in sum {
             row[place] = S::constant(factor);
         }
-        Resistance { coefficient: self.resisting(stiffness, damping), row }
+        Resistance { block: vec![vec![self.resisting(stiffness, damping)]], rows: vec![row] }
     }
 
-    /// Those of springs and dampers along three directions, which move by so much with each degree of freedom.
-    fn resistances(&self, (stiffness, damping): ([Value; 3], [Value; 3]), motions: &[[S; 3]]) -> [Resistance<S>; 3] {
-        [0, 1, 2].map(|axis| {
-            let coefficient = self.resisting(stiffness[axis], damping[axis]);
-            self.along(coefficient, motions.iter().map(|motion| motion[axis]))
-        })
+    /// That of springs and dampers along three directions, of what moves by so much with each degree of freedom.
+    fn resistances(
+        &self,
+        (stiffness, damping): ([Value; 3], [Value; 3]),
+        directions: [[S; 3]; 3],
+        motions: &[[S; 3]],
+    ) -> Resistance<S> {
+        let terms = [0, 1, 2].map(|axis| (self.resisting(stiffness[axis], damping[axis]), directions[axis]));
+        self.spread(squares(&terms), motions)
     }
 
-    /// A resistance with a row by degree of freedom.
-    fn along(&self, coefficient: S, row: impl Iterator<Item = S>) -> Resistance<S> {
-        let mut row: Vec<S> = row.collect();
-        row.resize(self.now.robot.positions().1, S::zero());
-        Resistance { coefficient, row }
+    /// A resistance whose rows are the entries of what moves by so much with each degree of freedom.
+    fn spread<const N: usize>(&self, block: [[S; N]; N], motions: &[[S; N]]) -> Resistance<S> {
+        let row = |entry: usize| {
+            let mut row: Vec<S> = motions.iter().map(|motion| motion[entry]).collect();
+            row.resize(self.now.robot.positions().1, S::zero());
+            row
+        };
+        Resistance { block: block.map(|row| row.to_vec()).to_vec(), rows: (0..N).map(row).collect() }
     }
 
     /// `damping + lead stiffness`
     fn resisting(&self, stiffness: Value, damping: Value) -> S {
         self.now.at.value(damping) + self.now.lead() * self.now.at.value(stiffness)
     }
+}
+
+/// `sum c d d'` of coefficients and directions.
+fn squares<S: Scalar>(terms: &[(S, [S; 3])]) -> [[S; 3]; 3] {
+    let mut sum = [[S::zero(); 3]; 3];
+    for &(coefficient, direction) in terms {
+        let scaled = direction.map(|entry| coefficient * entry);
+        for i in 0..3 {
+            for j in 0..=i {
+                sum[i][j] = scaled[i].mul_add(direction[j], sum[i][j]);
+                sum[j][i] = sum[i][j];
+            }
+        }
+    }
+    sum
 }
 
 /// An element in a picture.
@@ -164,7 +195,7 @@ pub(super) type Unfit = (&'static str, String, Option<String>);
 impl Names<'_> {
     /// The degree of freedom of a joint.
     pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
-        if let Some((message, help)) = super::locked_message(name, self.locked) {
+        if let Some((message, help)) = crate::physics::locked_message(name, self.locked) {
             return Err((key, message, Some(help)));
         }
         find(key, "moving joint", name, self.joints)
@@ -198,6 +229,22 @@ pub(super) const CONTACT_FORCE: &str = "contact_force";
 const PENETRATION: &str = "penetration";
 
 impl Kind {
+    /// Whether this drives the given degree of freedom elastically.
+    pub fn is_motor_of(&self, dof: usize) -> bool {
+        matches!(self, Self::ElasticJoint(joint) if joint.dof == dof)
+    }
+
+    /// A spring and damper beside a degree of freedom, at rest at 0.
+    pub fn spring(dof: usize, stiffness: Value, damping: Value) -> Self {
+        Self::Spring(Spring::new(dof, stiffness, damping))
+    }
+
+    /// The degree of freedom that it is a spring beside, with stiffness, rest position and damping; none where it is of
+    /// another kind.
+    pub fn beside_joint(&self) -> Option<(usize, [Value; 3])> {
+        if let Self::Spring(spring) = self { Some(spring.numbers()) } else { None }
+    }
+
     /// Whether it is a contact: it has the signals `contact_force` and `penetration`.
     pub fn is_contact(&self) -> bool {
         [CONTACT_FORCE, PENETRATION].iter().all(|signal| self.signals().contains(signal))
@@ -245,6 +292,12 @@ macro_rules! compliance_kinds {
             }
             fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
                 match self { $(Self::$kind(kind) => kind.measure(own),)* }
+            }
+            fn deflections(&self) -> Vec<&'static str> {
+                match self { $(Self::$kind(kind) => kind.deflections(),)* }
+            }
+            fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+                match self { $(Self::$kind(kind) => kind.deflect(own),)* }
             }
             fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
                 match self { $(Self::$kind(kind) => kind.apply(own, forces),)* }

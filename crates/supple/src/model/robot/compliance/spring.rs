@@ -14,6 +14,18 @@ pub(crate) struct Spring {
     damping: Value,
 }
 
+impl Spring {
+    /// Beside a degree of freedom, at rest at 0.
+    pub fn new(dof: usize, stiffness: Value, damping: Value) -> Self {
+        Self { dof, stiffness, rest: Value::default(), damping }
+    }
+
+    /// Its degree of freedom, and stiffness, rest position and damping.
+    pub fn numbers(&self) -> (usize, [Value; 3]) {
+        (self.dof, [self.stiffness, self.rest, self.damping])
+    }
+}
+
 /// A spring and damper beside a joint.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -49,6 +61,14 @@ impl Compliance for Spring {
         let rate = now.rates()[self.dof];
         let stretch = now.lead().mul_add(rate, now.q()[self.dof]) - at.value(self.rest);
         vec![-(at.value(self.stiffness) * stretch + at.value(self.damping) * rate)]
+    }
+
+    fn deflections(&self) -> Vec<&'static str> {
+        vec!["deflection"]
+    }
+
+    fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
+        vec![own.now.q()[self.dof] - own.now.at.value(self.rest)]
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {

@@ -1,0 +1,44 @@
+use std::path::PathBuf;
+
+use supple::Named;
+use supple_explore::Explorer;
+use supple_study::{Folder, LoadedTask, StudyResult};
+
+use crate::Outcome;
+use crate::arguments::{ExploreOptions, set};
+use crate::failure::Failure;
+use crate::output::{note, print_text, warn};
+
+/// `supple explore TASK|DIR`
+pub fn explore(options: &ExploreOptions) -> Result<Outcome, Failure> {
+    let (mut loaded, file) = load(options)?;
+    set(&mut loaded, &options.set)?;
+    loaded.problem.warnings.iter().for_each(|warning| warn(warning));
+    let explorer = Explorer::open(loaded, file, options.port)?;
+    let address = explorer.address();
+    print_text(&format!("{address}\n"))?;
+    if !options.no_browser
+        && let Err(error) = open::that_detached(&address)
+    {
+        warn(&format!("no browser could be started ({error}): open the address above in one"));
+    }
+    note("Ctrl-C ends the explorer.");
+    explorer.serve();
+    Ok(Outcome::Success)
+}
+
+/// A task file, which is watched; or that of a stored result, at its design.
+fn load(options: &ExploreOptions) -> Result<(LoadedTask, Option<PathBuf>), Failure> {
+    let path = &options.task;
+    if !path.is_dir() {
+        return Ok((LoadedTask::load(path, &[])?, Some(path.clone())));
+    }
+    let folder = Folder::load(path)?;
+    let design: Option<&Named> = match &folder.result {
+        StudyResult::Design(report) => Some(&report.optimum.parameters),
+        StudyResult::Evaluate(report) => Some(&report.evaluation.parameters),
+        _ => None,
+    };
+    let design = design.map_or(&[][..], |named| &named.0);
+    Ok((LoadedTask::restore(&folder.made.sources, design)?, None))
+}

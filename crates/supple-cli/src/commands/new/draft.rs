@@ -1,0 +1,137 @@
+//! A task file from a template: written, evaluated and corrected until its plan does what the template is about.
+
+use std::path::Path;
+
+use supple::{EvaluateOptions, Problem, TaskEvaluation};
+use supple_robot::{LoadOptions, load};
+
+use super::ask::Asked;
+use super::limb::Limb;
+use super::place::starts;
+use super::robot::relative;
+use super::rules::Rules;
+use super::templates::Draft;
+use crate::commands::robot::Planning;
+use crate::failure::Failure;
+use crate::output::warn;
+use crate::template::Template;
+
+/// Postures that are evaluated at most.
+const TRIES: usize = 6;
+
+/// The text of a task file, to be written to `path`.
+///
+/// # Errors
+/// Where the robot's file or an option is wrong, or no plan was found.
+pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<String, Failure> {
+    let options = LoadOptions { package_roots: asked.package_roots.clone(), ..LoadOptions::default() };
+    let robot = load(file, &options)?;
+    let whole = Planning::of(&robot);
+    if let Some(why) = whole.obstacle() {
+        return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
+    }
+    let template = asked.template.unwrap_or(Template::Press);
+    let limb = Limb::of(&whole, asked.frame.as_deref(), file)?;
+    let found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
+    if found.is_empty() {
+        let what = match asked.at {
+            Some(_) => "--at: the tool does not reach this place with the wall before it; move it nearer to the robot",
+            None => "no posture was found in which the tool faces a wall: name a place, --at, or another --wall",
+        };
+        return Err(Failure::usage(what.to_owned()));
+    }
+    let folder = Path::new(path).parent().unwrap_or(Path::new(""));
+    let mut best: Option<Tried> = None;
+    for start in found.iter().take(TRIES) {
+        for (slower, enforce) in [(1.0, false), (2.0, false), (2.0, true)] {
+            let mut rules = Rules::of(&limb, start, template, &asked.set)?;
+            rules.time *= slower;
+            let draft = Draft {
+                template,
+                title,
+                file: relative(file, folder),
+                package_roots: asked.package_roots.iter().map(|root| relative(root, folder)).collect(),
+                limb: &limb,
+                start,
+                rules: &rules,
+                limit: None,
+                enforce,
+            };
+            let tried = Tried::of(&draft, path)?;
+            let (done, limited) = (tried.faults.is_empty(), tried.is_limited);
+            if best.as_ref().is_none_or(|best| tried.rank() < best.rank()) {
+                best = Some(tried);
+            }
+            if done {
+                break;
+            }
+            // Only more time helps where limits are exceeded.
+            if !limited {
+                break;
+            }
+        }
+        if best.as_ref().is_some_and(|best| best.faults.is_empty()) {
+            break;
+        }
+    }
+    let best = best.ok_or_else(|| Failure::usage("no posture was found".to_owned()))?;
+    if !best.converged {
+        let message = format!(
+            "no plan was found for this robot: {}; try another --frame, --wall or --at, or a longer task, --set time=2",
+            best.faults.join("; ")
+        );
+        return Err(Failure::usage(message));
+    }
+    best.faults.iter().for_each(|fault| warn(fault));
+    Ok(best.text)
+}
+
+/// A draft, evaluated.
+struct Tried {
+    text: String,
+    converged: bool,
+    touches: bool,
+    /// Whether the plan exceeds limits of the robot.
+    is_limited: bool,
+    /// What is wrong with it, for people.
+    faults: Vec<String>,
+}
+
+impl Tried {
+    fn of(draft: &Draft, path: &str) -> Result<Self, Failure> {
+        let problem = Problem::parse(&draft.text(), path)?;
+        let phi = problem.parameters.initial();
+        let evaluation = match problem.evaluate(&phi, &EvaluateOptions::default()) {
+            Ok(evaluation) => evaluation,
+            Err(error) => {
+                let faults = vec![error.to_string()];
+                return Ok(Self { text: String::new(), converged: false, touches: false, is_limited: false, faults });
+            }
+        };
+        let task = &evaluation.tasks[0];
+        let (converged, touches) = (task.status.is_converged(), task.contacts.iter().all(|contact| contact.touches));
+        let mut faults: Vec<String> = task.warnings.clone();
+        if !converged {
+            faults.push(format!("the plan ended as {}", task.status));
+        }
+        if converged && !touches {
+            faults.push("the plan does not touch the wall".to_owned());
+        }
+        faults.extend(task.limits_violated.iter().map(|limit| format!("the plan exceeds {}", limit.name)));
+        let text = draft.limited(limit(task, draft.rules.margin)).text();
+        Ok(Self { text, converged, touches, is_limited: !task.limits_violated.is_empty(), faults })
+    }
+
+    /// The less, the better.
+    fn rank(&self) -> (bool, bool, usize) {
+        (!self.converged, !self.touches, self.faults.len())
+    }
+}
+
+/// The limit of the cost: a multiple of the cost of the stiff design, with two digits, rounded up; and that cost.
+fn limit(task: &TaskEvaluation, margin: f64) -> (f64, f64) {
+    let cost = task.cost.expected;
+    let unit = 10.0_f64.powf((margin * cost).abs().max(1e-12).log10().floor() - 1.0);
+    let limit = (margin * cost / unit).ceil() * unit;
+    (format!("{limit:.6e}").parse().unwrap_or(limit), cost)
+}

@@ -1,0 +1,242 @@
+//! Where a task begins: postures of a limb that are away from limits, singularities and great torques, and the wall that
+//! its tool looks at.
+
+use std::f64::consts::PI;
+
+use supple_robot::vector::{cross, dot, scale, sub};
+use supple_robot::{Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, bias, frame_jacobian, inverse_kinematics};
+
+use super::limb::Limb;
+use crate::commands::robot::SMOOTHING;
+
+/// Postures that are looked at, those from which inverse kinematics are tried, and those that are kept.
+const SAMPLES: usize = 400;
+const TRIED: usize = 24;
+/// How far joints without limits are searched, rad or m.
+const FAR: f64 = 0.5 * PI;
+/// Share of an effort limit that holding a posture may take.
+const LOADED: f64 = 0.8;
+
+/// A posture in which a task begins.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Where the tool is, m in the world.
+    pub position: [f64; 3],
+    /// Its roll, pitch and yaw in the world; none where the limb has too few joints to choose them.
+    pub rpy: Option<[f64; 3]>,
+    /// Outward normal of the wall that it looks at.
+    pub normal: [f64; 3],
+    /// The frame of the mount in the tool's frame: its z axis points into the wall, its x axis goes along it, level where
+    /// it can.
+    pub mount: [f64; 3],
+    /// The x and y axes of the mount in the world.
+    pub along: [[f64; 3]; 2],
+    /// Torques or forces that hold the robot up, N m or N.
+    pub held: Vec<f64>,
+    /// Force on the wall that the drives can sustain beside that, N; infinite where efforts have no limits.
+    pub sustained: f64,
+    /// How good a posture it is: greater is better.
+    score: f64,
+}
+
+/// Postures to begin with, the best first; `upright` leaves out floors.
+pub fn starts(limb: &Limb, wall: Option<[f64; 3]>, at: Option<[f64; 3]>, upright: bool) -> Vec<Start> {
+    let search = Search::of(limb);
+    let normals: Vec<[f64; 3]> = match wall {
+        Some(normal) => vec![normal],
+        // Floors, and walls on all sides; no ceilings.
+        None => [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]
+            .into_iter()
+            .filter(|normal| !upright || normal[2] == 0.0)
+            .collect(),
+    };
+    let mut samples: Vec<(f64, Vec<f64>, [f64; 3])> = Vec::new();
+    for index in 0..SAMPLES {
+        let q = search.sample(index);
+        let (pose, worth) = search.worth(&q);
+        let nearness = at.map_or(1.0, |at| (-norm(sub(pose.position, at)) / limb.reach).exp());
+        for normal in &normals {
+            let facing = -dot(pose.rotate(search.push), *normal);
+            samples.push((worth * nearness * (1.1 + facing), q.clone(), *normal));
+        }
+    }
+    samples.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let tried = samples.into_iter().take(TRIED);
+    let mut found: Vec<Start> = tried.filter_map(|(_, q, normal)| search.start(&q, normal, at)).collect();
+    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    found
+}
+
+struct Search<'a> {
+    limb: &'a Limb,
+    numbers: Numbers<f64>,
+    limits: Vec<Limits>,
+    efforts: Vec<f64>,
+    /// The axis of the tool's frame along which the limb goes on.
+    push: [f64; 3],
+}
+
+impl<'a> Search<'a> {
+    fn of(limb: &'a Limb) -> Self {
+        let planning = &limb.planning;
+        let limits = planning.tree.joint_indices().iter().map(|&joint| planning.robot.joints[joint].limits).collect();
+        let mut search = Self { limb, numbers: limb.numbers(), limits, efforts: limb.efforts(), push: [0.0, 0.0, 1.0] };
+        search.push = search.pushing();
+        search
+    }
+
+    /// From the last joint's axis to the tool's origin, as an axis of the tool's frame; z where they are in one place.
+    fn pushing(&self) -> [f64; 3] {
+        let (tree, robot) = (&self.limb.planning.tree, &self.limb.planning.robot);
+        let kinematics = Kinematics::at_rest(tree, &self.numbers, &self.limb.planning.start);
+        let Some(body) = tree.body_of(self.limb.link) else { return [0.0, 0.0, 1.0] };
+        let joint = tree.bodies()[body].joint;
+        let carrier = &kinematics.poses()[robot.joints[joint].parent];
+        let from = carrier.compose(&robot.joints[joint].origin).position;
+        let frame = kinematics.poses()[self.limb.link].compose(&self.limb.pose);
+        let seen = frame.unrotate(sub(frame.position, from));
+        let most = (0..3).fold(2, |most, axis| if seen[axis].abs() > seen[most].abs() { axis } else { most });
+        let mut axis = [0.0; 3];
+        axis[if seen[most].abs() < 1e-3 * self.limb.reach { 2 } else { most }] =
+            if seen[most] < -1e-3 * self.limb.reach { -1.0 } else { 1.0 };
+        axis
+    }
+
+    /// A posture within limits: points of a Halton sequence, away from the ends of ranges.
+    fn sample(&self, index: usize) -> Vec<f64> {
+        const BASES: [usize; 7] = [2, 3, 5, 7, 11, 13, 17];
+        let place = |(dof, limits): (usize, &Limits)| {
+            let start = self.limb.planning.start[dof];
+            let lower = limits.lower.max(start - FAR.max(0.5 * (limits.upper - limits.lower).min(PI)));
+            let upper = limits.upper.min(start + FAR.max(0.5 * (limits.upper - limits.lower).min(PI)));
+            let (mut number, mut share, mut at) = (index + 1, 1.0, 0.0);
+            let base = BASES[dof % BASES.len()];
+            while number > 0 {
+                share /= base as f64;
+                at += share * (number % base) as f64;
+                number /= base;
+            }
+            lower + (0.1 + 0.8 * at) * (upper - lower)
+        };
+        self.limits.iter().enumerate().map(place).collect()
+    }
+
+    /// Where the tool is in a posture, and how good that is: how freely it moves in the worst direction, how much of the
+    /// efforts is left, and how far joints are from their limits.
+    fn worth(&self, q: &[f64]) -> (Pose, f64) {
+        let tree = &self.limb.planning.tree;
+        let kinematics = Kinematics::at_rest(tree, &self.numbers, q);
+        let pose = kinematics.poses()[self.limb.link].compose(&self.limb.pose);
+        let jacobian = frame_jacobian(tree, &kinematics, self.limb.link, self.limb.pose.position);
+        let freedom = least_motion(&jacobian[3..]) / self.limb.reach;
+        let held = bias(tree, &self.numbers, &kinematics, q, &vec![0.0; q.len()], SMOOTHING);
+        let load = held.iter().zip(&self.efforts).map(|(held, effort)| held.abs() / effort).fold(0.0, f64::max);
+        let margin = q.iter().zip(&self.limits).map(|(&q, limits)| {
+            let half = 0.5 * (limits.upper - limits.lower);
+            if half.is_finite() { ((q - limits.lower).min(limits.upper - q) / half).clamp(0.0, 1.0) } else { 1.0 }
+        });
+        let margin = margin.fold(1.0, f64::min);
+        // Under the floor that most robots stand on, or behind them, there is seldom room.
+        let above = if pose.position[2] > 0.05 * self.limb.reach { 1.0 } else { 0.3 };
+        let before = if pose.position[0] > 0.0 { 1.0 } else { 0.7 };
+        (pose, (freedom + 1e-3) * (LOADED - load).max(1e-3) * margin.sqrt().max(1e-3) * above * before)
+    }
+
+    /// A start near a posture, with the tool before the wall.
+    fn start(&self, near: &[f64], normal: [f64; 3], at: Option<[f64; 3]>) -> Option<Start> {
+        let limb = self.limb;
+        let (pose, _) = self.worth(near);
+        let position = at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach));
+        let turn = upright(normal, &pose, self.push);
+        let rpy = turn.map(|turn| rpy_of(&turn).map(|angle| (angle * 1e4).round() / 1e4));
+        let chosen = rpy.filter(|_| limb.joints().len() >= 6);
+        let reach = Reach {
+            start: &limb.planning.start,
+            lower: &self.limits.iter().map(|limits| limits.lower).collect::<Vec<_>>(),
+            upper: &self.limits.iter().map(|limits| limits.upper).collect::<Vec<_>>(),
+            free: &vec![true; limb.joints().len()],
+        };
+        let goal = |rpy: Option<[f64; 3]>| PoseGoal {
+            link: limb.link,
+            frame: limb.pose,
+            position,
+            rotation: rpy.map(|rpy| Pose::from_rpy([0.0; 3], rpy).rotation),
+        };
+        let tree = &limb.planning.tree;
+        let reached = inverse_kinematics(tree, &self.numbers, &goal(chosen), &reach);
+        if !reached.is_there() {
+            return None;
+        }
+        let (pose, worth) = self.worth(&reached.q);
+        let kinematics = Kinematics::at_rest(tree, &self.numbers, &reached.q);
+        let held = bias(tree, &self.numbers, &kinematics, &reached.q, &vec![0.0; reached.q.len()], SMOOTHING);
+        let jacobian = frame_jacobian(tree, &kinematics, limb.link, limb.pose.position);
+        let along_normal: Vec<f64> =
+            (0..held.len()).map(|dof| dot([3, 4, 5].map(|row: usize| jacobian[row][dof]), normal).abs()).collect();
+        let loads = held.iter().zip(&self.efforts).zip(&along_normal).filter(|(_, lever)| **lever > 1e-9);
+        let sustained = loads.map(|((held, effort), lever)| (LOADED * effort - held.abs()).max(0.0) / lever);
+        let sustained = sustained.fold(f64::INFINITY, f64::min);
+        let overloaded = held.iter().zip(&self.efforts).any(|(held, effort)| held.abs() > LOADED * effort);
+        let (mount, along) = mounted(&pose, normal);
+        let score = if overloaded || sustained <= 0.0 { 1e-3 * worth } else { worth };
+        Some(Start { position, rpy: chosen, normal, mount, along, held, sustained, score })
+    }
+}
+
+/// How far a tool moves at least in any direction for joints that move by 1 together: the least singular value of the
+/// rows of a Jacobian, or of those directions in which it can move at all.
+fn least_motion(rows: &[Vec<f64>]) -> f64 {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let gram = nalgebra::Matrix3::from_fn(|i, j| product(&rows[i], &rows[j]));
+    let free = rows.first().map_or(0, Vec::len);
+    let mut values: [f64; 3] = gram.symmetric_eigenvalues().map(|value| value.max(0.0).sqrt()).into();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values[free.clamp(1, 3) - 1]
+}
+
+/// The turn of the tool's frame next to that of `pose` whose axis `push` points into the wall.
+fn upright(normal: [f64; 3], pose: &Pose, push: [f64; 3]) -> Option<[[f64; 3]; 3]> {
+    let into = scale(-1.0, normal);
+    let now = pose.rotate(push);
+    // The shortest turn from one direction to another: R = c I + [a] + a a' / (1 + c), a = now x into.
+    let (axis, cosine) = (cross(now, into), dot(now, into));
+    if cosine < -0.999 {
+        return None;
+    }
+    let turn = |v: [f64; 3]| {
+        let (across, along) = (cross(axis, v), dot(axis, v) / (1.0 + cosine));
+        [0, 1, 2].map(|i| cosine * v[i] + across[i] + along * axis[i])
+    };
+    let columns = [0, 1, 2].map(|column| turn(pose.rotation.map(|row| row[column])));
+    Some([0, 1, 2].map(|row| [0, 1, 2].map(|column| columns[column][row])))
+}
+
+/// Roll, pitch and yaw of the mount in the tool's frame, and its x and y axes in the world.
+fn mounted(pose: &Pose, normal: [f64; 3]) -> ([f64; 3], [[f64; 3]; 2]) {
+    let z = scale(-1.0, normal);
+    let helper = if normal[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+    let x = cross(helper, normal);
+    let x = scale(1.0 / norm(x), x);
+    let y = cross(z, x);
+    let columns = [x, y, z].map(|axis| pose.unrotate(axis));
+    let turn = [0, 1, 2].map(|row| [0, 1, 2].map(|column| columns[column][row]));
+    (rpy_of(&turn), [x, y])
+}
+
+/// Roll, pitch and yaw of a rotation.
+fn rpy_of(turn: &[[f64; 3]; 3]) -> [f64; 3] {
+    let pitch = (-turn[2][0]).atan2(turn[2][1].hypot(turn[2][2]));
+    [turn[2][1].atan2(turn[2][2]), pitch, turn[1][0].atan2(turn[0][0])]
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    dot(v, v).sqrt()
+}
+
+/// Rounded to about a hundredth of a length.
+fn round(value: f64, length: f64) -> f64 {
+    let step = 10.0_f64.powf((0.02 * length).log10().floor());
+    let rounded = (value / step).round() * step;
+    // Digits that binary fractions add.
+    format!("{rounded:.6}").parse::<f64>().unwrap_or(rounded) + 0.0
+}

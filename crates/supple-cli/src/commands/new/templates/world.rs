@@ -1,0 +1,104 @@
+//! What the tool meets: walls and doors.
+
+use std::fmt::Write;
+
+use supple_robot::vector::{add, scale};
+
+use super::{Draft, Template, list, said};
+use crate::commands::new::rules::{digits, round};
+
+impl Draft<'_> {
+    /// The direction that the mount yields in for an insert: along x of the mount.
+    pub(super) fn side(&self) -> [f64; 3] {
+        self.start.along[0]
+    }
+
+    pub(super) fn world(&self, text: &mut String) {
+        let Self { start, rules, template, .. } = self;
+        let smoothing = rules.smoothing();
+        let contact = |text: &mut String, normal: [f64; 3], point: [f64; 3], friction: f64| {
+            let _ = write!(
+                text,
+                "\n[[model.compliance]]\nkind = \"contact\"\nname = \"wall\"\nframe = {:?}\n",
+                self.mount_name()
+            );
+            said(text, &format!("normal = {}", list(&normal)), "outward");
+            said(text, &format!("point = {}", list(&point)), "m");
+            said(
+                text,
+                &format!("stiffness = {:?}", rules.wall_stiffness()),
+                &format!("N/m: {:?} N go {smoothing:?} m deep", rules.force),
+            );
+            said(text, "dissipation = 1.0", "s/m");
+            said(text, &format!("smoothing = {smoothing:?}"), "m: the clearance at which force begins");
+            if friction > 0.0 {
+                let _ = writeln!(text, "friction = {friction:?}");
+                said(text, &format!("slip = {:?}", digits(0.25 * rules.travel / rules.time)), "m/s");
+            }
+        };
+        match template {
+            Template::Press => contact(text, start.normal, self.before(rules.clearance), 0.0),
+            Template::Hold => contact(text, start.normal, self.before(smoothing), 0.0),
+            Template::Wipe => contact(text, start.normal, self.before(rules.clearance), 0.2),
+            Template::Insert => {
+                let side = self.side();
+                let point = add(start.position, scale(smoothing + 0.4 * rules.clearance, side));
+                contact(text, scale(-1.0, side), point, 0.2);
+            }
+            Template::Reach => {}
+            Template::Handle => self.door(text),
+        }
+    }
+
+    /// A point of the wall at a distance from the tool.
+    pub(super) fn before(&self, distance: f64) -> [f64; 3] {
+        add(self.start.position, scale(-distance, self.start.normal))
+    }
+
+    /// Width of the door, m.
+    fn width(&self) -> f64 {
+        round(0.3 * self.limb.reach)
+    }
+
+    /// How far it opens, rad.
+    pub(super) fn opening(&self) -> f64 {
+        digits(self.rules.travel / self.width())
+    }
+
+    fn door(&self, text: &mut String) {
+        let Self { limb, start, rules, .. } = self;
+        // The hinge is to the side of the handle, against y of the mount: pulling turns it by a positive angle.
+        let (width, [x, y]) = (self.width(), start.along);
+        let hinge = add(start.position, scale(width, x));
+        let z = scale(-1.0, y);
+        let columns = [x, [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]], z];
+        let pitch = (-columns[0][2]).atan2(columns[1][2].hypot(columns[2][2]));
+        let rpy = [columns[1][2].atan2(columns[2][2]), pitch, columns[0][1].atan2(columns[0][0])];
+        let (door, mass) = (self.door_name(), round(0.1 * limb.mass));
+        let _ = write!(
+            text,
+            "\n# A door: a link on a hinge in the world. Its x axis points from the handle to the hinge.\n\
+             [[model.insert]]\nname = {door:?}\nframe = {:?}\nposition = {}\nrpy = {}\naxes = [\"rz\"]\n",
+            limb.planning.robot.links[0].name,
+            list(&hinge),
+            list(&rpy),
+        );
+        said(text, &format!("mass = {mass:?}"), "kg");
+        said(text, &format!("center = {}", list(&[-0.5 * width, 0.0, 0.0])), "m");
+        let moment = mass * width * width / 12.0;
+        said(text, &format!("inertia = {}", list(&[moment * 0.1, moment, moment])), "kg m^2");
+        said(text, &format!("damping = {:?}", digits(0.05 * rules.force * width)), "N m s/rad");
+        let k = digits(10.0 * rules.stiffness);
+        let d = digits(0.2 * (k * rules.mass).sqrt());
+        let _ = write!(
+            text,
+            "\n[model.frames.handle]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
+             [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = \"handle\"\nframe_c = {:?}\n",
+            list(&[-width, 0.0, 0.0]),
+            self.mount_name(),
+        );
+        said(text, &format!("stiffness = [{k:?}, {k:?}, {k:?}]"), "N/m");
+        said(text, &format!("damping = [{d:?}, {d:?}, {d:?}]"), "N s/m");
+        let _ = writeln!(text, "torsional_stiffness = [0.0, 0.0, 0.0]\ntorsional_damping = [0.0, 0.0, 0.0]");
+    }
+}

@@ -1,0 +1,161 @@
+//! The page of a design.
+
+use std::fmt::Write;
+
+use supple::design::DesignStatus;
+use supple::parameters::Role;
+use supple::{Evaluation, TaskEvaluation};
+use supple_study::design::DesignReport;
+use supple_study::{About, AboutTask};
+
+use super::evaluation::{excess, limit_lines, minima, prices};
+use super::next;
+use crate::tables::{align_right, heading, number, percent, table};
+use crate::{catalogue, contacts, informations, split, trust};
+
+/// The page of `supple design`.
+pub fn design_page(about: &About, report: &DesignReport) -> String {
+    let (start, optimum) = (&report.start, &report.optimum);
+    let mut page = heading(about);
+    let mut parameters =
+        table(&["parameter", "from", "to", "unit", "change in information per +1 %", "change in cost per +1 %"]);
+    for (index, parameter) in about.parameters.iter().enumerate() {
+        let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
+        let to_shown = if parameter.role == Role::Design { number(to) } else { String::new() };
+        let mut row = vec![parameter.name.clone(), number(from), to_shown, parameter.unit.clone()];
+        row.extend(sensitivities(about, optimum, index, to));
+        parameters.add_row(row);
+    }
+    align_right(&mut parameters, 1..3);
+    align_right(&mut parameters, 4..6);
+    let _ = writeln!(page, "{parameters}\n");
+
+    let mut results = table(&["", "from", "to", "change", "bound", ""]);
+    informations::add_rows(&mut results, (about, report));
+    for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
+        let (from, to) = (before.cost.expected, after.cost.expected);
+        let missed = optimum.missed_bound(after);
+        let note = match report.bound_prices.get(index).filter(|price| price.nats_per_unit > 0.0) {
+            _ if missed.is_some() => "missed".into(),
+            Some(price) => {
+                format!("limit active; +1 in cost saves {} bits", number(price.nats_per_unit / std::f64::consts::LN_2))
+            }
+            None => String::new(),
+        };
+        let bound = after.cost.bound.map_or_else(|| "none".into(), number);
+        results.add_row([format!("cost of {}", after.name), number(from), number(to), percent(from, to), bound, note]);
+    }
+    for (before, after) in start.tasks.iter().zip(&optimum.tasks) {
+        if let (Some(from), Some(to)) = (&before.monte_carlo, &after.monte_carlo) {
+            let (from, to) = (from.cost_mean, to.cost_mean);
+            let change = if from.is_finite() && to.is_finite() { percent(from, to) } else { String::new() };
+            let name = format!("sampled cost of {}", after.name);
+            results.add_row([name, number(from), number(to), change, String::new(), String::new()]);
+        }
+    }
+    align_right(&mut results, 1..5);
+    let _ = writeln!(page, "{results}\n");
+    page.push_str(&split::of_design(&report.split));
+    page.push_str(&trust::of_design(start, optimum));
+    if let Some(chosen) = &report.catalogue {
+        let _ = writeln!(page, "{}", catalogue::page(chosen));
+    }
+
+    page.push_str(&prices(optimum, Some(report)));
+
+    let at_box: Vec<String> = about
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(index, parameter)| {
+            let [lower, upper] = parameter.bounds;
+            let value = optimum.parameters.0[index].1;
+            let side = if parameter.is_at(lower, value) {
+                "lower"
+            } else if parameter.is_at(upper, value) {
+                "upper"
+            } else {
+                return None;
+            };
+            about.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
+        })
+        .collect();
+    if !at_box.is_empty() {
+        let _ = writeln!(page, "{}.\n", at_box.join("; "));
+    }
+    for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
+        let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
+    }
+    for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
+        let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
+    }
+    page.push_str(&contacts::warnings(optimum));
+    let _ = writeln!(page, "{}", verdict(about, report));
+    page + &next::after_design(about, report)
+}
+
+fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {
+    let gradients = at.tasks.iter().filter_map(|task| task.gradient.as_ref()?.total.as_ref());
+    let (mut bits, mut costs) = (0.0, Vec::new());
+    for (task, gradient) in about.tasks.iter().zip(gradients) {
+        bits += task.information_weight * gradient.information_nats.0[index].1 / std::f64::consts::LN_2;
+        costs.push(format!("{:+.3}", gradient.expected_cost.0[index].1 * value * 0.01));
+    }
+    [format!("{:+.3} bits", bits * value * 0.01), costs.join(", ")]
+}
+
+fn verdict(about: &About, report: &DesignReport) -> String {
+    let how = match report.status {
+        DesignStatus::Converged if report.catalogue.is_some() => {
+            format!("Optimum among the catalogue entries; {} encountered.", minima(report.branches))
+        }
+        DesignStatus::Converged => format!(
+            "Optimum found from {} of {} starts; {} encountered.{}",
+            report.agreement().0,
+            report.starts.len(),
+            minima(report.branches),
+            report.advice()
+        ),
+        DesignStatus::NotOptimal => "Not an optimum: the method stopped, but the total gradient is not zero.".into(),
+        DesignStatus::NotConverged => "Not converged: the best design found meets every bound.".into(),
+        DesignStatus::Stopped => "Stopped: this is the best design found so far.".into(),
+        DesignStatus::BoundViolated => {
+            let over = |(task, at): (&AboutTask, &TaskEvaluation)| {
+                let bound = report.optimum.missed_bound(at)?;
+                Some(format!("misses the bound of {} by {}", task.name, excess(at.cost.expected, bound)))
+            };
+            let unfinished = |(task, at): (&AboutTask, &TaskEvaluation)| {
+                (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
+            };
+            let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
+            let dear = report.optimum.price.as_ref().and_then(|price| {
+                Some(format!(
+                    "costs {}, above the budget of {}",
+                    number(price.total),
+                    number(report.optimum.exceeded_budget()?)
+                ))
+            });
+            let broken = |(task, at): (&AboutTask, &TaskEvaluation)| {
+                (!at.cost.expected.is_finite()).then(|| format!("has an infinite expected cost of {}", task.name))
+            };
+            let causes =
+                tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(tasks().filter_map(broken));
+            let list: Vec<_> = causes.chain(dear).collect();
+            let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
+            let closest =
+                if list.is_empty() { String::new() } else { format!(" The closest {}.", list.join(", and ")) };
+            format!("No design{of} that meets every bound was found.{closest}")
+        }
+    };
+    format!(
+        "{how}{}\n{} designs evaluated in {:.2} s, information minimised: {}, method {}, gradient {}, seed {}.{}",
+        informations::passed(report),
+        report.evaluations,
+        report.seconds,
+        report.settings.information,
+        report.method,
+        report.gradient,
+        report.seed,
+        contacts::note(report)
+    )
+}

@@ -1,0 +1,183 @@
+//! The page of one design, evaluated.
+
+use std::fmt::Write;
+
+use supple::{Evaluation, LimitViolation, TaskEvaluation};
+use supple_study::About;
+use supple_study::design::DesignReport;
+
+use super::next;
+use crate::tables::{align_right, heading, number, table};
+use crate::{contacts, informations, trust};
+
+/// The page of `supple evaluate`.
+pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
+    let mut page = heading(about);
+    let values = about.parameters.iter().zip(&at.parameters.0);
+    let values: Vec<_> = values.map(|(p, (name, value))| format!("{name} = {} {}", number(*value), p.unit)).collect();
+    if !values.is_empty() {
+        let _ = writeln!(page, "{}\n", values.join("   ").trim_end());
+    }
+    for task in &at.tasks {
+        let information = &task.information;
+        let _ = writeln!(
+            page,
+            "{}: {} after {} iterations, stationarity {:.1e}",
+            task.name, task.status, task.iterations, task.stationarity
+        );
+        if let Some(branches) = task.branches {
+            let which = if branches == 1 { "" } else { "; this is the cheapest" };
+            let _ = writeln!(page, "  {} encountered{which}", minima(branches));
+        }
+        let mut rows = table(&["", "", ""]);
+        for (name, value, note) in informations::of_task(information) {
+            rows.add_row([name, &value, &note]);
+        }
+        rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(at, task)]);
+        let parts = task.cost.parts;
+        let names = ["  nominal", "  estimation error", "  process noise", "  initial uncertainty"];
+        for (name, part) in names.into_iter().zip([parts.nominal, parts.belief, parts.process, parts.initial]) {
+            rows.add_row([name, &number(part), ""]);
+        }
+        if let Some(sampled) = task.monte_carlo.as_ref().filter(|sampled| sampled.diverged > 0) {
+            rows.add_row([
+                "sampled cost",
+                "none",
+                &format!("{} of {} roll-outs diverged", sampled.diverged, sampled.rollouts),
+            ]);
+        } else if let Some(sampled) = &task.monte_carlo {
+            let note = format!(
+                "+- {} over {} roll-outs, {:+.4} from the expected",
+                number(sampled.cost_standard_error),
+                sampled.rollouts,
+                sampled.difference
+            );
+            rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
+        }
+        for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
+            rows.add_row([name, &value, &note]);
+        }
+        align_right(&mut rows, 1..2);
+        let body = rows.to_string();
+        let _ = writeln!(page, "{}\n", body.trim_start_matches(|c: char| c.is_whitespace() && c != ' ').trim_end());
+        if let Some(trust) = &task.trust {
+            let _ = writeln!(page, "  {}\n", trust::line(trust));
+        }
+        if !task.limits_violated.is_empty() {
+            let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
+        }
+        if task.stability.numerically_unstable {
+            let _ = writeln!(page, "  {}\n", task.stability);
+        }
+        if !task.contacts.is_empty() {
+            let _ = writeln!(page, "{}\n", contacts::table_of(task));
+        }
+        page.push_str(&gradient_tables(task));
+    }
+    page.push_str(&prices(at, None));
+    page.push_str(&contacts::warnings(at));
+    if at.tasks.len() > 1 {
+        let _ = writeln!(page, "all tasks: {} bits minimised", number(at.objective.information_bits));
+    }
+    page + &next::after_evaluation(about, at)
+}
+
+/// The price of a design: a line for all prices, with the budget and what an increase of it saves.
+pub(super) fn prices(at: &Evaluation, report: Option<&DesignReport>) -> String {
+    let Some(price) = &at.price else { return String::new() };
+    let parts: Vec<String> =
+        price.parameters.0.iter().map(|(name, price)| format!("{name} {}", number(*price))).collect();
+    let before = report
+        .and_then(|report| report.start.price.as_ref())
+        .map_or_else(String::new, |start| format!("; {} at the start", number(start.total)));
+    let within = match (at.exceeded_budget(), price.budget) {
+        (Some(budget), _) => format!(", above the budget {}", number(budget)),
+        (None, Some(budget)) => format!(" of the budget {}", number(budget)),
+        (None, None) => String::new(),
+    };
+    let mut text = format!("price: {} ({}){within}{before}\n", number(price.total), parts.join(", "));
+    if let Some(saved) = report.map(|report| report.budget_nats_per_unit).filter(|&nats| nats > 0.0) {
+        let bits = number(saved / std::f64::consts::LN_2);
+        let _ = writeln!(text, "Budget exhausted; +1 in budget saves {bits} bits.");
+    }
+    if price.weight_nats_per_unit > 0.0 {
+        let [weight, sum] =
+            [price.weight_nats_per_unit, price.objective_nats].map(|nats| nats / std::f64::consts::LN_2);
+        let _ = writeln!(
+            text,
+            "With {} bits per unit of price, the minimised total is {} bits.",
+            number(weight),
+            number(sum)
+        );
+    }
+    text + "\n"
+}
+
+/// A line for each limit that the plan of a task violates.
+pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
+    let line = |LimitViolation { name, worst, limit, step, steps }: &LimitViolation| {
+        let side = if worst > limit { "above" } else { "below" };
+        let steps = if *steps == 1 { "1 step".into() } else { format!("{steps} steps") };
+        format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), number(*limit))
+    };
+    task.limits_violated.iter().map(line).collect()
+}
+
+/// How far a cost is above its bound, also relative to a bound that is not 0.
+pub(super) fn excess(cost: f64, bound: f64) -> String {
+    let over = cost - bound;
+    if bound == 0.0 { number(over) } else { format!("{} ({:.3} %)", number(over), 100.0 * over / bound.abs()) }
+}
+
+pub(super) fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {
+    match (at.missed_bound(task), task.cost.bound) {
+        (Some(bound), _) => format!("misses the bound {} by {}", number(bound), excess(task.cost.expected, bound)),
+        (None, Some(bound)) => format!("meets the bound {}", number(bound)),
+        (None, None) => String::new(),
+    }
+}
+
+fn gradient_tables(task: &TaskEvaluation) -> String {
+    let mut page = String::new();
+    let Some(gradient) = &task.gradient else { return page };
+    if let Some(total) = &gradient.total {
+        let mut rows = table(&[
+            "total gradient",
+            "information, nats",
+            "expected cost",
+            "nominal",
+            "estimation error",
+            "process noise",
+            "initial uncertainty",
+        ]);
+        for (index, (name, value)) in total.information_nats.0.iter().enumerate() {
+            let parts = [
+                &total.expected_cost,
+                &total.nominal_cost,
+                &total.belief_cost,
+                &total.process_cost,
+                &total.initial_cost,
+            ];
+            let parts = parts.iter().map(|part| format!("{:.4e}", part.0[index].1));
+            rows.add_row([name.clone(), format!("{value:.4e}")].into_iter().chain(parts));
+        }
+        align_right(&mut rows, 1..7);
+        let note = if total.valid { "" } else { "These gradients are not valid: the plan is not stationary enough.\n" };
+        let _ = writeln!(page, "{rows}\n{note}");
+    }
+    if let Some(frozen) = &gradient.frozen {
+        let mut rows = table(&["frozen gradient", "information, nats", "cost of estimation error"]);
+        for (index, (name, value)) in frozen.information_nats.0.iter().enumerate() {
+            rows.add_row([name.clone(), format!("{value:.4e}"), format!("{:.4e}", frozen.belief_cost.0[index].1)]);
+        }
+        align_right(&mut rows, 1..3);
+        let radius = frozen.recursion_spectral_radius;
+        let radius = radius.map_or_else(|| "none: a covariance is singular".into(), |radius| format!("{radius:.6}"));
+        let _ = writeln!(page, "{rows}\nspectral radius of the paper's recursion: {radius}\n");
+    }
+    page
+}
+
+pub(super) fn minima(count: usize) -> String {
+    if count == 1 { "1 local minimum".to_owned() } else { format!("{count} local minima") }
+}

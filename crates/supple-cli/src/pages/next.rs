@@ -1,0 +1,139 @@
+//! What to try next: one line at the end of a page.
+
+use supple::design::DesignStatus;
+use supple::{Evaluation, LimitViolation, TaskEvaluation};
+use supple_study::About;
+use supple_study::design::DesignReport;
+
+use crate::tables::number;
+
+/// After an evaluation.
+pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
+    let design = about.parameters.design();
+    let names = || design.iter().map(|&index| about.parameters.get(index).name.clone()).collect::<Vec<_>>();
+    let advice = plan(at).unwrap_or_else(|| {
+        let missed = at.tasks.iter().find_map(|task| Some((task, at.missed_bound(task)?)));
+        let unlimited = at.tasks.iter().find(|task| task.cost.bound.is_none());
+        match (missed, unlimited, design.is_empty()) {
+            (Some((task, _)), _, true) => format!(
+                "raise the `bound` of {} to {}, its expected cost, or declare [parameters] that `supple design` may change",
+                task.name,
+                number(task.cost.expected)
+            ),
+            (Some((task, _)), _, false) => format!(
+                "`supple design` looks for {} that meet the limit; a `bound` of {} on {} would be met here",
+                listed(&names()),
+                number(task.cost.expected),
+                task.name
+            ),
+            (None, _, true) => "declare [parameters] in place of numbers, and `supple design` finds the best".to_owned(),
+            (None, Some(task), false) => format!(
+                "set a cost limit, such as `bound = {}` for {}, 1.2 times its cost here: without one, `supple design` may \
+                 give up the task to save information",
+                number(1.2 * task.cost.expected),
+                task.name
+            ),
+            (None, None, false) => {
+                format!("`supple design` minimises the information over {} within the limit", listed(&names()))
+            }
+        }
+    });
+    format!("Next: {advice}.\n")
+}
+
+/// After a design.
+pub fn after_design(about: &About, report: &DesignReport) -> String {
+    let optimum = &report.optimum;
+    let at_bounds = at_bounds(about, optimum);
+    let advice = match report.status {
+        DesignStatus::Stopped => "the same command without interruption finishes the search".to_owned(),
+        DesignStatus::BoundViolated => plan(optimum).unwrap_or_else(|| {
+            let closest = optimum.tasks.iter().find_map(|task| Some((task, optimum.missed_bound(task)?)));
+            let raise = closest.map_or_else(
+                || "raise the limits".to_owned(),
+                |(task, _)| format!("raise the `bound` of {} to {}", task.name, number(task.cost.expected)),
+            );
+            match at_bounds.is_empty() {
+                true => format!("{raise}, or declare more parameters"),
+                false => format!("{raise}, or widen the bounds of {}", listed(&at_bounds)),
+            }
+        }),
+        _ => plan(optimum).unwrap_or_else(|| {
+            let (same, worse) = report.agreement();
+            match (report.status, at_bounds.is_empty()) {
+                (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => {
+                    "more evaluations, `max_evaluations` in [design], or other starts, `--seed 1`".to_owned()
+                }
+                (_, false) => format!("wider bounds of {}: the optimum is at them", listed(&at_bounds)),
+                _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
+                _ if same <= 1 => {
+                    let more = if worse > 0 { "others ended at worse optima" } else { "one start may end at a local one" };
+                    format!("more starts, `--starts {}`: {more}", 2 * report.starts.len().max(2))
+                }
+                _ => "`supple robustness` shows how the design tolerates other noise, `supple export` writes its controller"
+                    .to_owned(),
+            }
+        }),
+    };
+    format!("Next: {advice}.\n")
+}
+
+/// What to do about a plan that does not do what it should; none where it does.
+fn plan(at: &Evaluation) -> Option<String> {
+    at.tasks.iter().find_map(of_plan)
+}
+
+fn of_plan(task: &TaskEvaluation) -> Option<String> {
+    let name = &task.name;
+    if !task.status.is_converged() {
+        return Some(format!(
+            "the plan of {name} ended as {}: more `max_iterations` in [planning], or an `initial_control` nearer to it",
+            task.status
+        ));
+    }
+    let missed = task.contacts.iter().find(|contact| !contact.touches);
+    if let Some(contact) = missed.filter(|contact| task.warnings.iter().any(|text| text.contains(&contact.name))) {
+        return Some(format!(
+            "start nearer to `{}` than the {} m by which the plan of {name} misses it, or raise the weight of its force",
+            contact.name,
+            number(contact.least_clearance_m)
+        ));
+    }
+    let effort = |limit: &&LimitViolation| {
+        ["effort of", "control of", "force of"].iter().any(|start| limit.name.starts_with(start))
+    };
+    let count = task.limits_violated.len();
+    let more = if count > 1 { format!(" and {} more limits", count - 1) } else { String::new() };
+    if let Some(limit) = task.limits_violated.iter().find(effort) {
+        let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
+        return Some(format!(
+            "`enforce_effort_limits = true` in the task {name}: its plan exceeds the {}{more}",
+            limit.name
+        ));
+    }
+    let limit = task.limits_violated.first()?;
+    let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
+    Some(format!("more time for {name}, or a greater weight of its motion: the plan exceeds the {}{more}", limit.name))
+}
+
+/// Parameters that are at one of their bounds.
+fn at_bounds(about: &About, at: &Evaluation) -> Vec<String> {
+    let design = about.parameters.design();
+    let found = design.iter().filter(|&&index| about.parameters.get(index).catalogue.is_empty());
+    let found = found.filter_map(|&index| {
+        let parameter = about.parameters.get(index);
+        let [lower, upper] = parameter.bounds;
+        let (value, near) = (at.parameters.0[index].1, 1e-6 * (upper - lower));
+        (value - lower < near || upper - value < near).then(|| parameter.name.clone())
+    });
+    found.collect()
+}
+
+/// Names as a list of words.
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+    }
+}

@@ -1,0 +1,41 @@
+//! Kinds of tasks that are written for a robot.
+
+/// What the robot is to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Template {
+    /// Press on a wall whose position is uncertain
+    Press,
+    /// Touch a wall and move along it under force
+    Wipe,
+    /// Move along the wall of a hole that is not where it is expected
+    Insert,
+    /// Move a tool on a compliant mount to a point
+    Reach,
+    /// Keep pressing on a wall while the robot is disturbed
+    Hold,
+    /// Open a door by its handle
+    Handle,
+}
+
+impl Template {
+    /// All of them with their names and what they are, for people.
+    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+        (Self::Press, "press", "press on a wall whose position is uncertain"),
+        (Self::Wipe, "wipe", "touch a wall and move along it under force"),
+        (Self::Insert, "insert", "move along the wall of a hole that is not where it is expected"),
+        (Self::Reach, "reach", "move a tool on a compliant mount to a point"),
+        (Self::Hold, "hold", "keep pressing on a wall while the robot is disturbed"),
+        (Self::Handle, "handle", "open a door by its handle"),
+    ];
+
+    /// Its name, and what it is.
+    pub fn words(self) -> (&'static str, &'static str) {
+        let found = Self::ALL.iter().find(|(template, _, _)| *template == self);
+        found.map_or(("", ""), |(_, name, what)| (name, what))
+    }
+
+    /// Whether the tool touches a wall.
+    pub fn touches(self) -> bool {
+        matches!(self, Self::Press | Self::Wipe | Self::Insert | Self::Hold)
+    }
+}

@@ -1,0 +1,141 @@
+//! Signals: answered soon, and what is done is kept.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::{Folder, Run, TWO_MASS, repository};
+
+/// Far more than is needed on an idle machine, and far less than the work would take.
+const SOON: Duration = Duration::from_secs(15);
+
+fn start(folder: &Folder, words: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(words).current_dir(folder.path("")).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+fn send(signal: &str, child: &Child) {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+}
+
+/// How it ended after a signal, and how long that took.
+fn ended(signal: &str, child: Child) -> (Run, Duration) {
+    let clock = Instant::now();
+    send(signal, &child);
+    let run = Run::of(&child.wait_with_output().unwrap());
+    (run, clock.elapsed())
+}
+
+fn wait_for(path: &Path) {
+    let clock = Instant::now();
+    while !path.exists() {
+        assert!(clock.elapsed() < Duration::from_secs(60), "{}", path.display());
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// A study of a long search, and the same search alone.
+fn with_long_search() -> Folder {
+    let folder = Folder::with_task(TWO_MASS);
+    let text = "title = \"Long\"\n[[steps]]\nname = \"best\"\nrun = \"design\"\ntask = \"task.toml\"\nstarts = 5000\n";
+    std::fs::write(folder.path("study.toml"), text).unwrap();
+    folder
+}
+
+#[test]
+fn sigterm_ended_a_design_without_a_result() {
+    let folder = with_long_search();
+    let child = start(&folder, &["design", "task.toml", "--starts", "5000", "--out", "out"]);
+    std::thread::sleep(Duration::from_secs(2));
+    let (run, took) = ended("-TERM", child);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(folder.path("out/result.json").exists() && took < SOON, "{took:?} {run:?}");
+}
+
+#[test]
+fn killing_a_study_left_its_step_behind() {
+    let folder = with_long_search();
+    for signal in ["-TERM", "-INT"] {
+        let child = start(&folder, &["study", "study.toml"]);
+        std::thread::sleep(Duration::from_secs(2));
+        let (run, took) = ended(signal, child);
+        assert_eq!(run.code, Some(1), "{run:?}");
+        assert!(run.stderr.contains("stopped; the same command resumes here"), "{run:?}");
+        assert!(folder.path("study/best/result.json").exists() && took < SOON, "{took:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_study_that_dies_takes_its_step_along() {
+    let folder = with_long_search();
+    let mut child = start(&folder, &["study", "study.toml"]);
+    std::thread::sleep(Duration::from_secs(2));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // Its step was told to end, and keeps what it found.
+    wait_for(&folder.path("study/best/result.json"));
+}
+
+#[test]
+fn sigterm_ended_long_studies_and_nothing_was_kept() {
+    let folder = Folder::new();
+    std::fs::copy(repository("tasks/two_mass.toml"), folder.path("task.toml")).unwrap();
+    let vary = ["--designs", "start", "--vary", "drive_variance=log:1e-3:1e-2:40", "--rollouts", "5000"];
+    for (words, left, key) in [
+        (&["pareto", "task.toml", "--points", "3000", "--starts", "1"][..], "points of the front are kept", "points"),
+        (&["trace", "task.toml", "--starts", "3000"], "searches had ended", "runs"),
+        (&[&["robustness", "task.toml"], &vary[..]].concat(), "costs were computed and are kept", "cells"),
+    ] {
+        let out = format!("out_{}", words[0]);
+        // On a busy machine it may take a while until there is something to keep.
+        let stopped = |seconds: u64| {
+            let child = start(&folder, &[words, &["--out", &out]].concat());
+            std::thread::sleep(Duration::from_secs(seconds));
+            Some(ended("-TERM", child)).filter(|(run, _)| !run.stderr.contains("nothing is kept"))
+        };
+        let (run, took) = [3, 10, 40].into_iter().find_map(stopped).expect("nothing was kept");
+        assert_eq!(run.code, Some(1), "{run:?}");
+        assert!(run.stderr.contains("warning: stopped: ") && run.stderr.contains(left), "{run:?}");
+        assert!(run.stdout.contains("Warning: stopped: ") && took < SOON, "{took:?} {run:?}");
+        let kept = std::fs::read_to_string(folder.path(&out).join("result.json")).unwrap();
+        let kept: serde_json::Value = serde_json::from_str(&kept).unwrap();
+        let text = kept.to_string();
+        assert!(text.contains("\"stopped\":true"), "{}", &text[..text.len().min(2000)]);
+        // The other commands read it, and say that it is not whole.
+        let shown = folder.run(&["show", &out]);
+        assert!(shown.code == Some(0) && shown.stdout.contains("Warning: stopped: "), "{shown:?}");
+        let json = folder.run(&["show", &out, "--json"]);
+        let json: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+        assert!(json[key].as_array().is_some_and(|list| !list.is_empty()), "{key}");
+        let report = folder.run(&["report", &out, "--out", &format!("{out}.html")]);
+        assert_eq!(report.code, Some(0), "{report:?}");
+    }
+}
+
+#[test]
+fn a_study_stopped_before_it_found_anything_keeps_nothing() {
+    let folder = Folder::new();
+    let task = repository("tasks/wiping_arm.toml").display().to_string();
+    let child = start(&folder, &["pareto", &task, "--points", "200", "--out", "out"]);
+    std::thread::sleep(Duration::from_secs(1));
+    let (run, took) = ended("-TERM", child);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stderr.contains("stopped: nothing is kept") && took < SOON, "{took:?} {run:?}");
+    assert!(!folder.path("out/result.json").exists());
+}
+
+#[test]
+fn a_stopped_step_of_a_study_is_made_again() {
+    let folder = Folder::with_task(TWO_MASS);
+    let text = "title = \"Long\"\n[[steps]]\nname = \"paths\"\nrun = \"trace\"\ntask = \"task.toml\"\nstarts = 3000\n";
+    std::fs::write(folder.path("study.toml"), text).unwrap();
+    for _ in 0..2 {
+        let child = start(&folder, &["study", "study.toml"]);
+        std::thread::sleep(Duration::from_secs(4));
+        let (run, _) = ended("-TERM", child);
+        assert!(run.code == Some(1) && run.stderr.contains("step 1 of 1, paths: supple trace"), "{run:?}");
+        assert!(folder.path("study/paths/result.json").exists(), "{run:?}");
+    }
+}

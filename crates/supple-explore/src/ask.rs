@@ -1,0 +1,94 @@
+//! What pages ask for.
+
+use serde::Deserialize;
+
+/// A request of a page.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ask {
+    /// What is asked for.
+    pub view: View,
+    /// Its number: of two requests of one kind the one with the greater number counts.
+    pub id: u64,
+    /// Which reading of the task file the page shows.
+    pub generation: u64,
+    /// The values of all knobs.
+    #[serde(default)]
+    pub values: Vec<f64>,
+    /// The task that is shown.
+    #[serde(default)]
+    pub task: usize,
+    /// Quantities whose curves are wanted.
+    #[serde(default)]
+    pub want: Vec<String>,
+    /// Of maps: the knobs along both axes.
+    #[serde(default)]
+    pub axes: [usize; 2],
+    /// Of maps: whether shadow prices are wanted.
+    #[serde(default)]
+    pub prices: bool,
+    /// How many starts or samples.
+    #[serde(default)]
+    pub count: usize,
+    /// Designs to compare with.
+    #[serde(default)]
+    pub pins: Vec<Pin>,
+    /// What to save, or which work to stop.
+    #[serde(default)]
+    pub what: String,
+}
+
+/// A pinned design.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// Its letter.
+    pub name: String,
+    /// The values of all knobs.
+    pub values: Vec<f64>,
+}
+
+/// Kinds of requests; each has a worker for itself.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum View {
+    /// The design on screen.
+    Evaluate,
+    /// Its gradients, and the information needed.
+    Details,
+    /// Pinned designs.
+    Pins,
+    /// The virtual sensor.
+    Sensor,
+    /// The map.
+    Map,
+    /// A search.
+    Design,
+    /// Roll-outs.
+    Rollouts,
+    /// Files to write.
+    Save,
+    /// To stop work.
+    Stop,
+}
+
+impl View {
+    /// All kinds that have a worker.
+    pub const WORKERS: [Self; 8] =
+        [Self::Evaluate, Self::Details, Self::Pins, Self::Sensor, Self::Map, Self::Design, Self::Rollouts, Self::Save];
+
+    /// Its name in answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Evaluate => "evaluate",
+            Self::Details => "details",
+            Self::Pins => "pins",
+            Self::Sensor => "sensor",
+            Self::Map => "map",
+            Self::Design => "design",
+            Self::Rollouts => "rollouts",
+            Self::Save => "save",
+            Self::Stop => "stop",
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Roll-outs of the design on screen, as threads beside its plan.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use supple::design::plan_at;
+use supple::pipeline::TaskState;
+use supple::simulate::{Sample, sample};
+use supple::{Matrices, Problem};
+
+/// Roll-outs that are sent together.
+const BATCH: usize = 10;
+
+/// Rolls out a task of a problem `count` times; sample `i` has the seed `i`, and the first one is that of the curves. `tell`
+/// gets every batch, with the times of its states, and says whether anybody still listens.
+///
+/// # Errors
+/// Where the task cannot be planned, or a covariance is indefinite.
+pub fn roll_out(
+    (problem, phi): (&Problem, &[f64]),
+    task: usize,
+    (count, controls): (usize, Option<&Matrices>),
+    stop: &AtomicBool,
+    tell: &dyn Fn(&[f64], &[Sample]) -> bool,
+) -> Result<(), supple::Error> {
+    let Some(task) = problem.tasks.get(task) else { return Ok(()) };
+    let mut state = TaskState::new(task);
+    plan_at((problem, task), phi, controls, (0, 0), &mut state)?;
+    let step = task.time_step.resolve::<f64>(phi);
+    let time: Vec<f64> = (0..=task.steps).map(|t| t as f64 * step).collect();
+    let mut batch = Vec::new();
+    for seed in 0..count {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        batch.push(sample(task, phi, (&state.plan, &state.noise), seed as u64)?);
+        if batch.len() == BATCH || seed + 1 == count {
+            if !tell(&time, &batch) {
+                return Ok(());
+            }
+            batch.clear();
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,112 @@
+//! One step of the filters of a batch of samples, in step with one another: matrices are indexed by sample.
+
+use supple_kernels::math;
+use supple_kernels::{Job, Lanes, Matrices, dispatch};
+
+use super::kalman::{Digits, correct, predict};
+use super::{Belief, array, guard, sequential};
+use crate::Error;
+use crate::carried::Carried;
+use crate::dense::{dense, of_rows};
+use crate::knots::Knots;
+use crate::shape::Shape;
+
+/// The innovation `nu = y - g(mu)` of one measurement, as far as its likelihood goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovation {
+    /// `nu' S^-1 nu`, with the innovation covariance `S`: p in the mean where the filter is consistent.
+    pub squared: f64,
+    /// `ln |S|`
+    pub log_determinant: f64,
+}
+
+impl Innovation {
+    /// With the Cholesky factor of `S`, lower, rows `stride` apart; what is solved for takes the place of `nu`.
+    pub fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
+        let mut found = Self::default();
+        for i in 0..nu.len() {
+            let row = &factor[i * stride..=i * stride + i];
+            let done: f64 = row.iter().zip(&nu[..i]).map(|(g, w)| g * w).sum();
+            nu[i] = (nu[i] - done) / row[i];
+            found.squared += nu[i] * nu[i];
+            found.log_determinant += 2.0 * math::ln(row[i]);
+        }
+        found
+    }
+}
+
+/// Takes the measurements of one step into the covariances of all samples, each with its own `C`: from `predicted` to
+/// `corrected`, with `V` of all samples or of each; `knots` has one for each sample of the belief. Where `picks` says which state each measurement is, `C` is not read.
+///
+/// # Errors
+/// Where an innovation covariance is not positive definite; the step is the number of the sample.
+pub fn correct_each(
+    knots: &Knots,
+    picks: Option<&[usize]>,
+    v: (&[f64], Option<&Matrices>),
+    belief: &mut Belief,
+) -> Result<(), Error> {
+    let mut failed = None;
+    dispatch(CorrectAll { knots, picks, v, belief, failed: &mut failed });
+    let what = "the innovation covariance of a filter";
+    failed.map_or(Ok(()), |step| Err(Error::NotPositiveDefinite { what, step }))
+}
+
+/// Moves the covariances of all samples on by a step with the noise `w`, each with its own dynamics: from `corrected` to
+/// `predicted`.
+pub fn predict_each(knots: &Knots, w: &[f64], belief: &mut Belief) {
+    dispatch(PredictAll { knots, w, belief });
+}
+
+struct CorrectAll<'a> {
+    knots: &'a Knots,
+    /// The state that each measurement is, where they are taken one at a time.
+    picks: Option<&'a [usize]>,
+    /// `V` of all samples, or of each.
+    v: (&'a [f64], Option<&'a Matrices>),
+    belief: &'a mut Belief,
+    failed: &'a mut Option<usize>,
+}
+
+impl Job for CorrectAll<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let shape = Shape::of(self.knots.dimensions);
+        for sample in 0..self.belief.corrected.count() {
+            let v = self.v.1.map_or(self.v.0, |each| each.at(sample));
+            let is_corrected = match self.picks {
+                Some(picks) => sequential::correct::<L>(shape, sample, (picks, v), self.belief).is_ok(),
+                None => {
+                    correct::<L>(shape, sample, self.knots, v, self.belief) == Ok(Digits::Enough) || {
+                        let c = dense(&self.knots.measurement, sample);
+                        let v = of_rows(v, shape.p, shape.small());
+                        array::correct(sample, &c, &v, self.belief).is_some()
+                    }
+                }
+            };
+            if !is_corrected {
+                *self.failed = Some(sample);
+                return;
+            }
+            let corrected = self.belief.corrected.at_mut(sample);
+            self.belief.repairs += usize::from(guard::mend(corrected, shape.n, shape.narrow()));
+        }
+    }
+}
+
+struct PredictAll<'a> {
+    knots: &'a Knots,
+    w: &'a [f64],
+    belief: &'a mut Belief,
+}
+
+impl Job for PredictAll<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let shape = Shape::of(self.knots.dimensions);
+        let carried = Carried::of(&self.knots.dynamics);
+        for sample in 0..self.belief.corrected.count() {
+            predict::<L>(shape, carried, (sample, sample), self.knots, self.w, self.belief);
+        }
+    }
+}

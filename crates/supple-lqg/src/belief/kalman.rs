@@ -1,0 +1,257 @@
+use supple_kernels::rows::{self, Into, Left, multiply, multiply_lower};
+use supple_kernels::{Job, Lanes, Matrices, dispatch};
+
+use super::{array, guard, sequential};
+use crate::Error;
+use crate::carried::Carried;
+use crate::dense::{Dense, dense};
+use crate::knots::Knots;
+use crate::noise::Noise;
+use crate::shape::{Shape, with_shape};
+
+/// What is known of the state along a trajectory.
+#[derive(Clone, Debug)]
+pub struct Belief {
+    /// `P_t`, n x n, N + 1 of them: before the measurement at t.
+    pub predicted: Matrices,
+    /// `Sigma_t`, n x n, N + 1 of them: after it.
+    pub corrected: Matrices,
+    /// Transposed Kalman gain `L_t'`, p x n, N + 1 of them.
+    pub gain_transposed: Matrices,
+    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, where measurements are taken one at a time,
+    /// the roots of their variances on the diagonal, whose product is the same.
+    pub innovation_factor: Matrices,
+    /// Rows of the covariance that were measured, p x n, N + 1 of them, where measurements are taken one at a time.
+    pub(super) pivots: Matrices,
+    /// How the last sweep took measurements.
+    pub(super) form: Form,
+    /// How often rounding had to be mended for `Sigma` to stay positive semidefinite.
+    pub repairs: usize,
+    pub(super) work: Work,
+}
+
+/// How measurements are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// All of a step together.
+    Together,
+    /// One at a time.
+    EachAlone,
+    /// All together, with square roots of the covariances.
+    Roots,
+}
+
+/// Memory of one step.
+#[derive(Clone, Debug)]
+pub(super) struct Work {
+    square: Matrices,
+    transposed: Matrices,
+    /// G = C P, p x n.
+    pub cross: Matrices,
+    /// D', p x n.
+    defect: Matrices,
+}
+
+impl Belief {
+    /// Zeros for `steps` steps.
+    pub fn zeros(states: usize, measurements: usize, steps: usize) -> Self {
+        let (n, p) = (states, measurements);
+        Self {
+            predicted: Matrices::zeros(steps + 1, n, n),
+            corrected: Matrices::zeros(steps + 1, n, n),
+            gain_transposed: Matrices::zeros(steps + 1, p, n),
+            innovation_factor: Matrices::zeros(steps + 1, p, p),
+            pivots: Matrices::zeros(steps + 1, p, n),
+            form: Form::Together,
+            repairs: 0,
+            work: Work {
+                square: Matrices::zeros(1, n, n),
+                transposed: Matrices::zeros(1, n, n),
+                cross: Matrices::zeros(1, p, n),
+                defect: Matrices::zeros(1, p, n),
+            },
+        }
+    }
+
+    /// A factor, n x p, of what the measurements of step `t` tell of the state: `L S^y L' = P - Sigma`.
+    pub(crate) fn told(&self, t: usize) -> Dense {
+        let factor = dense(&self.innovation_factor, t);
+        if self.form != Form::EachAlone {
+            return dense(&self.gain_transposed, t).tr_mul(&factor.lower_triangle());
+        }
+        let mut told = dense(&self.pivots, t).transpose();
+        told.column_iter_mut().zip(factor.diagonal().iter()).for_each(|(mut column, root)| column /= *root);
+        told
+    }
+}
+
+/// The Kalman recursion over knots (theory, equation B.1), in Joseph form:
+///
+/// ```text
+/// P_0 = X_0      P_{t+1} = A Sigma A' + W      S^y = C P C' + V      L = P C' (S^y)^-1
+/// Sigma = (I - L C) P (I - L C)' + L V L'
+/// ```
+///
+/// With `T = P - L C P` and `D = T C' - L V`, zero but for rounding, the last line is `T - D L'`: the same number in
+/// n^2 p operations, with the same cancellation of rounding errors. `P`, `Sigma`, `W` and `X_0` may be singular.
+/// Measurements that are single states with independent noise are taken one at a time instead, which is the same. Where
+/// covariances in full digits are not enough, such as for two sensors of one thing of which one is far more precise, the
+/// whole recursion is done in square roots instead (B.2d).
+///
+/// # Errors
+/// Where `V` is not positive definite, or a number is not finite.
+pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
+    let mut result = Ok(());
+    dispatch(Sweep { knots, noise, belief, result: &mut result });
+    result
+}
+
+struct Sweep<'a> {
+    knots: &'a Knots,
+    noise: &'a Noise,
+    belief: &'a mut Belief,
+    result: &'a mut Result<(), Error>,
+}
+
+/// Steps between two full checks that `Sigma` is positive semidefinite.
+const GUARD_INTERVAL: usize = 16;
+
+impl Job for Sweep<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { knots, noise, belief, result } = self;
+        with_shape!(Shape::of(knots.dimensions), |shape| *result = sweep::<L>(shape, knots, noise, belief));
+    }
+}
+
+#[inline(always)]
+fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
+    let steps = knots.steps();
+    belief.repairs = 0;
+    let picks = knots.picks.as_deref().filter(|_| noise.measurements_are_independent());
+    belief.form = if picks.is_some() { Form::EachAlone } else { Form::Together };
+    let carried = Carried::of(&knots.dynamics);
+    belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
+    for t in 0..=steps {
+        if t > 0 {
+            predict::<L>(shape, carried, (t - 1, t), knots, noise.process.at(t - 1), belief);
+        }
+        match picks {
+            Some(picks) => sequential::correct::<L>(shape, t, (picks, noise.measurement.at(t)), belief)
+                .map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?,
+            None => {
+                if correct::<L>(shape, t, knots, noise.measurement.at(t), belief) != Ok(Digits::Enough) {
+                    return array::sweep(knots, noise, belief);
+                }
+            }
+        }
+        if t % GUARD_INTERVAL == 0 || t == steps {
+            belief.repairs += usize::from(guard::mend(belief.corrected.at_mut(t), shape.n, shape.narrow()));
+        }
+    }
+    Ok(())
+}
+
+/// `P_to = A_from Sigma_from A_from' + W`; of dynamics `A = [E + dt A_v; A_v]` with `E = [I 0]`, from `G = A_v Sigma`:
+///
+/// ```text
+/// P_vv = G A_v' + W_vv      P_vq = G E' + dt G A_v' + W_vq      P_qq = Sigma_qq + dt (G E' + E G') + dt^2 G A_v' + W_qq
+/// ```
+#[inline(always)]
+pub(super) fn predict<L: Lanes>(
+    shape: Shape,
+    carried: Option<Carried>,
+    (from, to): (usize, usize),
+    knots: &Knots,
+    w: &[f64],
+    belief: &mut Belief,
+) {
+    let (n, stride, wide) = (shape.n, shape.narrow(), shape.wide());
+    let Belief { predicted, corrected, work: Work { square, transposed, .. }, .. } = belief;
+    let (a_sigma, transposed) = (square.at_mut(0), transposed.at_mut(0));
+    let (sigma, predicted) = (corrected.at(from), predicted.at_mut(to));
+    let h = carried.map_or(0, |carried| carried.rows);
+    let f = &knots.dynamics.at(from)[h * wide..];
+    multiply::<L>(a_sigma, Left::plain(f, wide), sigma, stride, (n - h, n), Into::Set);
+    rows::transpose::<L>(transposed, stride, f, wide, (n - h, n));
+    let left = Left::plain(a_sigma, stride);
+    let Some(Carried { dt, .. }) = carried else {
+        multiply_lower::<L>((predicted, stride), left, (transposed, stride), (n, n), Into::AddTo(w));
+        rows::mirror::<L>(predicted, n, stride);
+        return;
+    };
+    let (upper, lower) = predicted.split_at_mut(h * stride);
+    multiply_lower::<L>((upper, stride), left, (transposed, stride), (h, n), Into::Set);
+    rows::mirror::<L>(upper, h, stride);
+    for i in 0..h {
+        let (row, moved) = (i * stride, &upper[i * stride..i * stride + h]);
+        let (carried, rate) = lower[row..row + n].split_at_mut(h);
+        for j in 0..h {
+            carried[j] = a_sigma[row + j] + dt * moved[j] + w[row + h * stride + j];
+            rate[j] = moved[j] + w[row + h * stride + h + j];
+        }
+    }
+    for i in 0..h {
+        for j in 0..=i {
+            let at = i * stride + j;
+            let first = a_sigma[at] + a_sigma[j * stride + i];
+            upper[at] = sigma[at] + dt * first + dt * dt * upper[at] + w[at];
+        }
+    }
+    rows::mirror::<L>(predicted, n, stride);
+}
+
+/// Whether rounding of `P` is small beside what a measurement says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Digits {
+    Enough,
+    Few,
+}
+
+/// From `P_t` to `Sigma_t` with the noise `V`. `Err(i)` where the `i`th pivot of the innovation covariance is not positive.
+#[inline(always)]
+pub(super) fn correct<L: Lanes>(
+    shape: Shape,
+    t: usize,
+    knots: &Knots,
+    v: &[f64],
+    belief: &mut Belief,
+) -> Result<Digits, usize> {
+    let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
+    let c = knots.measurement.at(t);
+    let predicted = belief.predicted.at(t);
+    let Work { cross, defect, .. } = &mut belief.work;
+    let (cross, defect) = (cross.at_mut(0), defect.at_mut(0));
+
+    multiply::<L>(cross, Left::plain(c, stride), predicted, stride, (p, n), Into::Set);
+    let factor = belief.innovation_factor.at_mut(t);
+    for i in 0..p {
+        for j in 0..=i {
+            let (row, other) = (&cross[i * stride..i * stride + n], &c[j * stride..j * stride + n]);
+            factor[i * small + j] = rows::dot(row, other) + v[i * small + j];
+        }
+    }
+    rows::cholesky(factor, p, small)?;
+    let mut digits = Digits::Enough;
+    for i in 0..p {
+        // At least `|C| |P| |C|'`, by Cauchy's inequality.
+        let spread: f64 = (0..n).map(|j| c[i * stride + j] * c[i * stride + j] * predicted[j * stride + j]).sum();
+        let root = factor[i * small + i];
+        if n as f64 * spread > array::RATIO * root * root {
+            digits = Digits::Few;
+        }
+    }
+    let gain = belief.gain_transposed.at_mut(t);
+    rows::cholesky_solve_from::<L>(factor, small, cross, gain, stride, p);
+
+    // T = P - L (C P), symmetric but for rounding; D' = C T - V L'; Sigma = T - D L'.
+    let corrected = belief.corrected.at_mut(t);
+    let base = Into::SubtractFrom(predicted);
+    multiply::<L>(corrected, Left::transposed(gain, stride), cross, stride, (n, p), base);
+    rows::symmetrise::<L>(corrected, n, stride);
+    multiply::<L>(defect, Left::plain(c, stride), corrected, stride, (p, n), Into::Set);
+    multiply::<L>(defect, Left::plain(v, small), gain, stride, (p, p), Into::Subtract);
+    multiply::<L>(corrected, Left::transposed(defect, stride), gain, stride, (n, p), Into::Subtract);
+    rows::symmetrise::<L>(corrected, n, stride);
+    Ok(digits)
+}

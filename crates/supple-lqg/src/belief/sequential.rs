@@ -1,0 +1,180 @@
+//! Measurements that are single states with independent noise, taken one at a time: no matrix is factored, and rounding
+//! stays small whatever the ratio of covariance to noise.
+
+use supple_kernels::math;
+use supple_kernels::rows::{self, Into, Left, multiply_lower};
+use supple_kernels::{LANES, Lanes};
+
+use super::Belief;
+use super::adjoint::BeliefAdjoint;
+use super::batch::Innovation;
+use crate::noise::Noise;
+use crate::shape::Shape;
+
+/// Measurements whose changes of the covariance are made together.
+const GROUP: usize = 8;
+
+/// From `P_t` to `Sigma_t` (theory, equation B.2b): for each measurement of state `s` with variance `v`, with `g` the row `s` of `P`,
+///
+/// ```text
+/// S = g_s + v      P <- P - g g' / S, of which row and column s are g v / S to the last digit
+/// ```
+///
+/// Keeps `g` and `S` for the way back. Of a group of measurements all `g` are found first, each as those before leave it, and
+/// `P`, of which only the lower triangle is kept, is changed once. `Err(i)` where the `i`th innovation variance is not
+/// positive.
+#[inline(always)]
+pub(super) fn correct<L: Lanes>(
+    shape: Shape,
+    t: usize,
+    (picks, variances): (&[usize], &[f64]),
+    belief: &mut Belief,
+) -> Result<(), usize> {
+    let (n, stride, small) = (shape.n, shape.narrow(), shape.small());
+    let Belief { predicted, corrected, gain_transposed, innovation_factor, pivots, work, .. } = belief;
+    let p = corrected.at_mut(t);
+    p.copy_from_slice(predicted.at(t));
+    let (pivots, factor, gain) = (pivots.at_mut(t), innovation_factor.at_mut(t), gain_transposed.at_mut(t));
+    let exact = work.cross.at_mut(0);
+    let mut reciprocals = [0.0; GROUP];
+    for first in (0..picks.len()).step_by(GROUP) {
+        let group = &picks[first..picks.len().min(first + GROUP)];
+        let variance = |k: usize| variances[(first + k) * small + first + k];
+        let (mut rows, mut scaled) =
+            (pivots[first * stride..].chunks_mut(stride), gain[first * stride..].chunks_mut(stride));
+        let mut done: [(&[f64], &[f64]); GROUP] = [(&[], &[]); GROUP];
+        for (k, &s) in group.iter().enumerate() {
+            let (Some(pivot), Some(scaled)) = (rows.next(), scaled.next()) else {
+                unreachable!("a row of each measurement")
+            };
+            pivot[..=s].copy_from_slice(&p[s * stride..=s * stride + s]);
+            for j in s + 1..n {
+                pivot[j] = p[j * stride + s];
+            }
+            for (j, &(before, by)) in done[..k].iter().enumerate() {
+                take::<L>(pivot, (s, group[j]), (before, by), variance(j) * reciprocals[j]);
+            }
+            let innovation = pivot[s] + variance(k);
+            if !(innovation > 0.0 && innovation.is_finite()) {
+                return Err(first + k);
+            }
+            factor[(first + k) * (small + 1)] = innovation.sqrt();
+            reciprocals[k] = 1.0 / innovation;
+            scaled.copy_from_slice(pivot);
+            rows::scale::<L>(scaled, reciprocals[k]);
+            done[k] = (pivot, scaled);
+        }
+        // What is exact of the measured rows, once all of the group are taken.
+        for (k, (&s, exact)) in group.iter().zip(exact.chunks_mut(stride)).enumerate() {
+            exact.copy_from_slice(done[k].0);
+            rows::scale::<L>(exact, variance(k) * reciprocals[k]);
+            for j in k + 1..group.len() {
+                take::<L>(exact, (s, group[j]), done[j], variance(j) * reciprocals[j]);
+            }
+        }
+        let left = Left::transposed(&pivots[first * stride..], stride);
+        let right = (&gain[first * stride..], stride);
+        multiply_lower::<L>((p, stride), left, right, (n, group.len()), Into::Subtract);
+        for (&s, exact) in group.iter().zip(exact.chunks(stride)) {
+            p[s * stride..=s * stride + s].copy_from_slice(&exact[..=s]);
+            for j in s + 1..n {
+                p[j * stride + s] = exact[j];
+            }
+        }
+    }
+    rows::mirror::<L>(p, n, stride);
+    // L' = V^-1 C Sigma.
+    for (i, &s) in picks.iter().enumerate() {
+        let row = &mut gain[i * stride..(i + 1) * stride];
+        row.copy_from_slice(&p[s * stride..(s + 1) * stride]);
+        rows::scale::<L>(row, 1.0 / variances[i * small + i]);
+    }
+    Ok(())
+}
+
+impl Belief {
+    /// Takes measurements into an estimate one at a time, once [`correct_each`](super::correct_each) has taken them into the
+    /// covariance; what they
+    /// say is the same as that of all together.
+    pub fn take_in(&self, t: usize, picks: &[usize], measured: &[f64], mean: &mut [f64]) -> Innovation {
+        let (pivots, factor) = (self.pivots.at(t), &self.innovation_factor);
+        let stride = self.pivots.stride();
+        let mut found = Innovation::default();
+        for (i, &s) in picks.iter().enumerate() {
+            let (pivot, root) = (&pivots[i * stride..], factor.get(t, i, i));
+            let innovation = (measured[i] - mean[s]) / root;
+            found.squared += innovation * innovation;
+            found.log_determinant += 2.0 * math::ln(root);
+            let by = innovation / root;
+            mean.iter_mut().zip(pivot).for_each(|(mean, pivot)| *mean += by * pivot);
+        }
+        found
+    }
+}
+
+/// Row `s` of the covariance once state `other` has been measured: `g`, `g / S` and `v / S` are those of the measurement.
+#[inline(always)]
+fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f64], &[f64]), left: f64) {
+    if s == other {
+        row.copy_from_slice(g);
+        rows::scale::<L>(row, left);
+    } else {
+        rows::add_scaled::<L>(row, -g[s], scaled);
+        row[other] = g[s] * left;
+    }
+}
+
+/// From the adjoint `Sb` of `Sigma_t`, in `work.sigma`, to that of `P_t` in `work.other` (theory, equation B.2c): the
+/// measurements in reverse, each with
+///
+/// ```text
+/// h = Sb g / S     k = g' h / S + i / (2 S)     Sb <- Sb - h e_s' - e_s h' + k e_s e_s'     vb += k
+/// ```
+///
+/// with `i` the weight of the information. `C` picks states whatever the design: it has no adjoint.
+#[inline(always)]
+pub(super) fn reverse<L: Lanes>(
+    shape: Shape,
+    t: usize,
+    (picks, information): (&[usize], f64),
+    belief: &Belief,
+    (work, noise_adjoint): (&mut BeliefAdjoint, &mut Noise),
+) {
+    let (n, stride, small) = (shape.n, shape.narrow(), shape.small());
+    let BeliefAdjoint { sigma, other, cross, .. } = work;
+    let adjoint = other.at_mut(0);
+    adjoint.copy_from_slice(sigma.at(0));
+    if picks.is_empty() {
+        rows::symmetrise::<L>(adjoint, n, stride);
+        return;
+    }
+    let h = &mut cross.at_mut(0)[..stride];
+    let (pivots, factor) = (belief.pivots.at(t), belief.innovation_factor.at(t));
+    let v = noise_adjoint.measurement.at_mut(t);
+    for (i, &s) in picks.iter().enumerate().rev() {
+        let pivot = &pivots[i * stride..(i + 1) * stride];
+        let root = factor[i * small + i];
+        let reciprocal = 1.0 / (root * root);
+        for column in (0..stride).step_by(LANES) {
+            // SAFETY: `h` and every row of `adjoint` hold `stride` numbers, and `adjoint` has `n` rows.
+            unsafe {
+                let mut sums = [L::zero(); 2];
+                for j in 0..n {
+                    let line = L::load(adjoint.as_ptr().add(j * stride + column));
+                    sums[j % 2] = L::constant(*pivot.get_unchecked(j)).mul_add(line, sums[j % 2]);
+                }
+                ((sums[0] + sums[1]) * L::constant(reciprocal)).store(h.as_mut_ptr().add(column));
+            }
+        }
+        let k = (rows::dot(&pivot[..n], &h[..n]) + 0.5 * information) * reciprocal;
+        for j in 0..n {
+            adjoint[j * stride + s] -= h[j];
+        }
+        for j in 0..n {
+            adjoint[s * stride + j] -= h[j];
+        }
+        adjoint[s * stride + s] += k;
+        v[i * small + i] += k;
+    }
+    rows::symmetrise::<L>(adjoint, n, stride);
+}

@@ -1,0 +1,180 @@
+//! What is known of the minimum without searching for it: bounds in closed form, and what codes cost beside them.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{Complex, DMatrix, DVector, Schur};
+use supple_kernels::Matrices;
+use supple_kernels::math;
+
+use super::horizon::Stationary;
+use super::product::log_singular_values;
+use crate::Error;
+use crate::dense::{dense, svd};
+
+/// Iterations for eigenvalues at most.
+const EIGENVALUE_ITERATIONS: usize = 10_000;
+
+/// A matrix counts as singular when, with its diagonal scaled to 1, its least eigenvalue is at most this times its order.
+const SINGULAR: f64 = 1e-13;
+
+/// The data-rate theorem: `sum log |lambda|` over the eigenvalues of `A` outside the unit circle (theory, equation L.20),
+/// nats per step. No controller that keeps the state bounded needs less. What rounding may have made of an eigenvalue is
+/// taken off.
+///
+/// `dynamics`: one matrix, n x n.
+///
+/// # Errors
+/// Where an entry is not finite, or the eigenvalues cannot be found.
+pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
+    if dynamics.rows() == 0 {
+        return Ok(0.0);
+    }
+    let a = dense(dynamics, 0);
+    if a.iter().any(|entry| !entry.is_finite()) {
+        return Err(Error::NotFinite { what: "the dynamics", step: 0 });
+    }
+    let mut balanced = a;
+    balance_parlett_reinsch(&mut balanced);
+    // The iteration stalls at matrices such as cyclic permutations, and no longer once they are turned.
+    let turned = std::iter::successors(Some(balanced.clone()), |matrix| Some(turn(matrix)));
+    let schur = turned.take(4).find_map(|matrix| Schur::try_new(matrix, f64::EPSILON, EIGENVALUE_ITERATIONS));
+    let schur = schur.ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
+    let values = schur.complex_eigenvalues();
+    let outside = values.iter().filter(|value| value.norm() > 1.0);
+    // The sum of nothing is -0.
+    Ok(outside.map(|value| math::ln(value.norm() - blur(&balanced, *value)).max(0.0)).sum::<f64>() + 0.0)
+}
+
+/// How far rounding may have moved an eigenvalue, and some more: its condition number times the rounding of the matrix.
+/// Of an eigenvalue that is defective, as of integrators in a row, it is more than what rounding tears it apart by.
+fn blur(matrix: &DMatrix<f64>, value: Complex<f64>) -> f64 {
+    let n = matrix.nrows();
+    let rounding = 10.0 * n as f64 * f64::EPSILON * matrix.norm();
+    // Inverse iteration: `x` is an eigenvector, and of all left ones `y` is that which is least across it.
+    let shifted = |shift: f64| matrix.map(Complex::from) - DMatrix::identity(n, n) * (value + shift);
+    let condition = [1.0, 2.0, 4.0].into_iter().find_map(|times| {
+        let shifted = shifted(times * f64::EPSILON * matrix.norm());
+        let (right, left) = (shifted.clone().lu(), shifted.adjoint().lu());
+        let mut x = DVector::from_fn(n, |i, _| Complex::new(1.0, (i as f64 + 1.0).sqrt())).normalize();
+        for _ in 0..3 {
+            x = right.solve(&x)?.normalize();
+        }
+        let y = left.solve(&x)?.normalize();
+        let condition = y.dotc(&x).norm().recip();
+        condition.is_finite().then_some(condition)
+    });
+    condition.map_or(f64::INFINITY, |condition| condition * rounding)
+}
+
+/// A matrix in other orthonormal coordinates: it keeps its eigenvalues.
+fn turn(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = matrix.nrows();
+    let axis = DVector::from_fn(n, |i, _| 1.0 + (i as f64 + 1.0).sqrt()).normalize();
+    let reflection = DMatrix::identity(n, n) - 2.0 * &axis * axis.transpose();
+    &reflection * matrix * &reflection
+}
+
+/// `sum log sigma` over the singular values above 1 of `A_{T-1} ... A_0` (theory, equation L.21), nats over `steps` steps.
+///
+/// How much the open loop spreads what is not known. Over T this tends to the data-rate floor as a system that does not
+/// change goes on, but at a finite horizon it is no bound: it depends on the units of the states, and where the cost allows
+/// the spread, no information is needed at all.
+///
+/// `dynamics`: n x n, one for each step or one that holds at every step.
+///
+/// # Errors
+/// Where an entry is not finite.
+pub fn product_growth(dynamics: &Matrices, steps: usize) -> Result<f64, Error> {
+    let bad = (0..dynamics.count()).find(|&t| dynamics.at(t).iter().any(|entry| !entry.is_finite()));
+    if let Some(step) = bad {
+        return Err(Error::NotFinite { what: "the dynamics", step });
+    }
+    let matrices = (0..steps).map(|t| dense(dynamics, t));
+    Ok(log_singular_values(matrices, dynamics.rows()).into_iter().map(|log| log.max(0.0)).sum())
+}
+
+/// The lower bound of Kostina and Hassibi at one cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KostinaHassibi {
+    /// Nats per step; negative or minus infinity where it says nothing.
+    pub nats: f64,
+    /// Why it says nothing beyond the data-rate floor; none where it does.
+    pub vacuous: Option<Vacuous>,
+}
+
+/// Why the bound of Kostina and Hassibi says nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Vacuous {
+    /// The process noise does not drive every state, so that its entropy power is 0.
+    SingularProcess,
+    /// Some direction of the state costs nothing while it is not known, as where controls are fewer than states.
+    SingularPrice,
+    /// At so great a cost it is below the data-rate floor.
+    LooseCost,
+}
+
+impl std::fmt::Display for Vacuous {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::SingularProcess => "says nothing: the process noise does not drive every state",
+            Self::SingularPrice => {
+                "says nothing: not knowing some direction of the state costs nothing, as where controls are fewer than states"
+            }
+            Self::LooseCost => "is below the data-rate floor at so loose a cost",
+        })
+    }
+}
+
+/// The bound of Kostina and Hassibi (theory, equation L.22): nats per step that the cost `cost` per step takes at least,
+/// `n/2 log(|det A|^(2/n) + N(W) |det Theta|^(1/n) / ((D - D_min)/n))`, with the entropy power `N(W) = |det W|^(1/n)` of
+/// Gaussian noise. `floor` is the data-rate floor in nats per step.
+///
+/// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it holds
+/// for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
+pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
+    let n = stationary.dynamics.rows() as f64;
+    let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0));
+    let noise = log_determinant_semidefinite(&dense(&stationary.process, 0));
+    let price = log_determinant_semidefinite(&dense(&stationary.price, 0));
+    let (Some(noise), Some(price)) = (noise, price) else {
+        let vacuous = if noise.is_none() { Vacuous::SingularProcess } else { Vacuous::SingularPrice };
+        return KostinaHassibi { nats: 0.5 * n * own, vacuous: Some(vacuous) };
+    };
+    let driven = (noise + price) / n - math::ln((cost - stationary.base_cost) / n);
+    let (greater, less) = (own.max(driven), own.min(driven));
+    let nats = 0.5 * n * (greater + math::ln_1p(math::exp(less - greater)));
+    KostinaHassibi { nats, vacuous: (nats < floor).then_some(Vacuous::LooseCost) }
+}
+
+/// Bits that a prefix-free code with scalar quantisers needs at most where `bits` would do:
+/// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, `ranks` being how many numbers
+/// the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg, Skoglund
+/// 2016).
+pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
+    let loss = 0.5 * math::log2(4.0 * std::f64::consts::PI * std::f64::consts::E / 12.0);
+    let sent = ranks.iter().filter(|&&rank| rank > 0);
+    bits + sent.map(|&rank| loss * rank as f64 + 1.0).sum::<f64>()
+}
+
+/// `log |det A|`: minus infinity where it is singular. Rows and columns are balanced, so that it does not overflow.
+fn log_determinant(matrix: &DMatrix<f64>) -> f64 {
+    let mut balanced = matrix.clone();
+    balance_parlett_reinsch(&mut balanced);
+    svd(&balanced).values.iter().map(|value| math::ln(*value)).sum()
+}
+
+/// `log det` of a positive semidefinite matrix; none where it is singular, whatever the units of its rows.
+fn log_determinant_semidefinite(matrix: &DMatrix<f64>) -> Option<f64> {
+    let n = matrix.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt()).collect();
+    if scale.iter().any(|&scale| scale.is_nan() || scale <= 0.0) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / scale[i] / scale[j]);
+    let eigenvalues = scaled.symmetric_eigenvalues();
+    let regular = eigenvalues.min() > SINGULAR * n as f64;
+    regular.then(|| {
+        eigenvalues.iter().map(|value| math::ln(*value)).sum::<f64>()
+            + 2.0 * scale.iter().map(|scale| math::ln(*scale)).sum::<f64>()
+    })
+}

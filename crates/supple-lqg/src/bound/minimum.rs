@@ -1,0 +1,191 @@
+//! The least directed information over a horizon.
+
+use supple_kernels::{Matrices, halt};
+
+use super::horizon::Horizon;
+use super::interior::{Found, begin, search};
+use super::local::nats;
+use super::nearby::Nearby;
+use super::proof::{Achieved, Lower, Proof};
+use super::reduce::{Chain, start};
+use super::sensitivity::Worth;
+use super::sensor::sensors;
+use super::size::Size;
+use super::solution::{BoundSettings, BoundStatus, MinimumInformation, VirtualSensor};
+use super::witness::Witness;
+use crate::Error;
+use crate::dense::{Dense, congruence, dense, store};
+
+/// The share of the least cost by which the cost asked for must be above it: what rounding leaves of the budget.
+pub(super) const LEAST_MARGIN: f64 = 1e-12;
+
+/// The gap from which a lower bound is proved where none is from that asked for, in units of it.
+const WIDER: f64 = 1000.0;
+
+/// The share of the minimum that such a bound must come to, to be of use.
+const OF_USE: f64 = 0.5;
+
+/// The share of the gap asked for at which the search ends: the proof needs the rest.
+pub(super) const SHARE: f64 = 0.5;
+
+/// The least directed information from state to control that any sensors and any controller need over `horizon` to
+/// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
+///
+/// The gap asked for is that of `settings`, per decision; where it is not reached, the status says so and both bounds hold.
+///
+/// # Errors
+/// Where arrays do not fit or are not finite, covariances or prices are not positive semidefinite, `cost` is not above
+/// `base_cost`, or nothing could be certified.
+pub fn minimum_information(
+    horizon: &Horizon,
+    cost: f64,
+    settings: &BoundSettings,
+) -> Result<MinimumInformation, Error> {
+    horizon.check()?;
+    horizon.check_covariances()?;
+    // Without noise, nothing need be known for the least cost itself.
+    if let Some(open) = open_loop(horizon, cost).filter(|_| cost.is_finite()) {
+        return Ok(open);
+    }
+    let of = |settings: &BoundSettings| {
+        let (chain, found, budget) = place(horizon, cost, settings, None)?;
+        Ok::<_, Error>(solution(horizon, &chain, found, (cost, budget)))
+    };
+    let mut best = of(settings)?;
+    if best.lower_nats <= OF_USE * best.nats {
+        // Farther from the boundary, where rounding is less beside what the proof has to see.
+        let again = of(&BoundSettings { gap: WIDER * settings.gap, ..*settings });
+        if let Ok(MinimumInformation { lower_nats, proof: proof @ Proof::Proved { .. }, .. }) = again
+            && lower_nats > best.lower_nats.max(OF_USE * best.nats)
+        {
+            (best.lower_nats, best.proof) = (lower_nats, proof);
+        }
+    }
+    if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) {
+        best.proof = Proof::NotProved { reason: "rounding leaves nothing of it".into() };
+    }
+    Ok(best)
+}
+
+/// Where the search ends, in reduced coordinates, and what the covariances may cost.
+pub(super) fn place(
+    horizon: &Horizon,
+    cost: f64,
+    settings: &BoundSettings,
+    nearby: Option<&Nearby>,
+) -> Result<(Chain, Found, f64), Error> {
+    let budget = budget(cost, horizon.base_cost)?;
+    Size::of(horizon).check()?;
+    let chain = Chain::of_horizon(horizon, budget)?;
+    let target = SHARE * settings.gap * chain.stages.len() as f64;
+    let continued = nearby.and_then(|nearby| search(&chain, nearby.place(&chain, budget)?, target, settings));
+    if let Some(found) = continued.filter(|found| found.status == BoundStatus::Converged) {
+        return Ok((chain, found, budget));
+    }
+    let first = start(&chain).and_then(|factors| begin(&chain, factors)).ok_or_else(|| Error::NoBound {
+        what: "no covariances were found that keep it".into(),
+        advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
+    })?;
+    let found = search(&chain, first, target, settings);
+    if halt::is_requested() {
+        return Err(Error::Stopped);
+    }
+    Ok((chain, certified(found)?, budget))
+}
+
+/// What the covariances may cost.
+pub(super) fn budget(cost: f64, least: f64) -> Result<f64, Error> {
+    if !cost.is_finite() {
+        let what = format!("the expected cost asked for, {cost}, is not finite");
+        return Err(Error::NoBound { what, advice: "give a finite number" });
+    }
+    let budget = cost - least;
+    if budget <= LEAST_MARGIN * least.abs() || budget <= 0.0 {
+        return Err(Error::CostBelowLeast { cost, least });
+    }
+    Ok(budget)
+}
+
+/// A place with a certificate, or why there is none.
+pub(super) fn certified(found: Option<Found>) -> Result<Found, Error> {
+    found.filter(|found| found.gap.is_finite()).ok_or_else(|| Error::NoBound {
+        what: "rounding is larger than the gap that can be certified".into(),
+        advice: "scale the states to similar sizes, shorten the horizon, or ask for a cost that is neither close to the least \
+                 one nor far beyond that of the design",
+    })
+}
+
+/// The covariances of no information at all, where these keep the cost.
+pub(super) fn open_loop(horizon: &Horizon, cost: f64) -> Option<MinimumInformation> {
+    let (steps, n) = (horizon.prices.count(), horizon.prices.rows());
+    let mut predicted = Matrices::zeros(steps, n, n);
+    let (mut covariance, mut total) = (dense(&horizon.initial, 0), horizon.base_cost);
+    for t in 0..steps {
+        store(&mut predicted, t, &covariance);
+        let price = dense(&horizon.prices, t);
+        // What grows without a price may have overflown.
+        if price.iter().any(|v| *v != 0.0) {
+            total += price.dot(&covariance);
+        }
+        if t + 1 < steps {
+            covariance = congruence(&dense(&horizon.dynamics, t), &covariance) + dense(&horizon.process, t);
+        }
+    }
+    (total <= cost).then(|| MinimumInformation {
+        nats: 0.0,
+        lower_nats: 0.0,
+        cost: total,
+        slope: 0.0,
+        posterior: predicted.clone(),
+        predicted,
+        per_step_nats: vec![0.0; steps],
+        iterations: 0,
+        status: BoundStatus::Converged,
+        sensors: vec![VirtualSensor::none(n); steps],
+        worth: Worth::default(),
+        proof: Proof::Proved { distance: 0.0 },
+        achieved: Some(Achieved { nats: 0.0, cost: total }),
+    })
+}
+
+/// `A_t P_t A_t' + W_t` and `P_t` where the search ended, in the coordinates of the horizon.
+pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (Matrices, Matrices) {
+    let (steps, n) = (chain.stages.len(), horizon.prices.rows());
+    let (mut predicted, mut posterior) = (Matrices::zeros(steps, n, n), Matrices::zeros(steps, n, n));
+    for (t, at) in found.local.iter().enumerate() {
+        let root = &chain.stages[t].basis * &found.place.factors[t];
+        store(&mut posterior, t, &congruence(&root, &Dense::identity(root.ncols(), root.ncols())));
+        store(&mut predicted, t, &congruence(&root, &at.predicted));
+    }
+    (predicted, posterior)
+}
+
+/// What was found, in the coordinates of the horizon.
+fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
+    let (predicted, posterior) = covariances(horizon, chain, &found);
+    let spent: f64 = found.local.iter().map(|at| at.price.trace()).sum();
+    let mut per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
+    let total: f64 = per_step_nats.iter().sum();
+    let sensors = sensors(chain, &found);
+    let achieved = Achieved::of_horizon(horizon, &sensors);
+    let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
+    // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
+    let nats = kept.map_or(total, |achieved| achieved.nats.min(total));
+    per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
+    let lower = Lower::of_horizon(horizon, asked, |margin| Witness::new(chain, &found, budget, margin));
+    MinimumInformation {
+        nats,
+        lower_nats: lower.nats,
+        worth: Worth::of(chain, &found),
+        proof: lower.proof,
+        achieved,
+        cost: horizon.base_cost + spent * budget,
+        slope: -found.place.price / budget,
+        predicted,
+        posterior,
+        per_step_nats,
+        iterations: found.iterations,
+        status: found.status,
+        sensors,
+    }
+}

@@ -1,0 +1,43 @@
+//! How large the problem of the least information is, and which are too large.
+
+use super::horizon::Horizon;
+use super::newton::packed;
+use crate::Error;
+
+/// Multiply-adds of one factorisation of the Newton system up to which an evaluation does it unasked: some seconds in all.
+const UNASKED: f64 = 5e8;
+
+/// The memory that the Newton system may take, bytes.
+const MOST_BYTES: f64 = 8e9;
+
+/// The size of the problem over a horizon: each decision has a symmetric matrix of unknowns.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Size {
+    states: usize,
+    decisions: usize,
+}
+
+impl Size {
+    pub fn of(horizon: &Horizon) -> Self {
+        Self { states: horizon.prices.rows(), decisions: horizon.prices.count() }
+    }
+
+    /// Whether it takes longer than evaluations should when it was not asked for.
+    pub fn is_long(self) -> bool {
+        (packed(self.states) as f64).powi(3) * self.decisions as f64 > UNASKED
+    }
+
+    /// # Errors
+    /// Where the Newton system takes more memory than machines usually have: a block of each decision, and that beside it.
+    pub fn check(self) -> Result<(), Error> {
+        let Self { states, decisions } = self;
+        let bytes = 2.0 * size_of::<f64>() as f64 * (packed(states) as f64).powi(2) * decisions as f64;
+        if bytes <= MOST_BYTES {
+            return Ok(());
+        }
+        Err(Error::NoBound {
+            what: format!("{states} states over {decisions} decisions take {:.0} GB of memory", bytes / 1e9),
+            advice: "use fewer and longer time steps, or lock the joints that do not matter",
+        })
+    }
+}

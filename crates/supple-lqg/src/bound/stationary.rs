@@ -1,0 +1,332 @@
+//! The least directed information per step where nothing changes over time.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use supple_kernels::Matrices;
+use supple_kernels::math;
+
+use super::horizon::Stationary;
+use super::interior::{begin, search};
+use super::local::nats;
+use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
+use super::proof::{Achieved, Lower, Proof};
+use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
+use super::sensitivity::Worth;
+use super::sensor::sensors;
+use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
+use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
+use super::witness::Witness;
+use super::zeros::lasting;
+use crate::Error;
+use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
+
+/// Steps of the filter that scales coordinates, beside two for every state.
+const SCALING: usize = 30;
+
+/// The least directed information per step that any sensors and any controller need to keep an expected cost per step
+/// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
+///
+/// States that cost nothing, now or later, are left out: their covariances in the result are those without a sensor
+/// where these exist, and 0 otherwise.
+///
+/// # Errors
+/// As [`super::minimum_information`].
+pub fn stationary_minimum(
+    system: &Stationary,
+    cost: f64,
+    settings: &BoundSettings,
+) -> Result<StationaryMinimum, Error> {
+    system.check()?;
+    let n = system.dynamics.rows();
+    // Where nothing need be known, the least cost itself can be kept.
+    let stage = reduce(system, 1.0)?;
+    if let Some(covariance) = without_sensors(&stage) {
+        let excess = stage.price.dot(&covariance);
+        if excess <= cost - system.base_cost + LEAST_MARGIN * system.base_cost.abs() {
+            return Ok(free(&congruence(&stage.basis, &covariance), system.base_cost + excess));
+        }
+    }
+    let budget = budget(cost, system.base_cost)?;
+    let chain = Chain { stages: vec![reduce(system, budget)?], wraps: true };
+    let first =
+        start(&chain.stages[0]).and_then(|factors| begin(&chain, vec![factors])).ok_or_else(|| Error::NoBound {
+            what: "no covariances were found that keep it".into(),
+            advice: "scale the states to similar sizes, or ask for a larger cost",
+        })?;
+    let found = certified(search(&chain, first, SHARE * settings.gap, settings))?;
+    let (mut predicted, mut posterior) = (Matrices::constant(n, n), Matrices::constant(n, n));
+    let root = &chain.stages[0].basis * &found.place.factors[0];
+    store(&mut posterior, 0, &symmetric(&root * root.transpose()));
+    store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
+    let nats = nats(&found.local[0]);
+    let sensor = sensors(&chain, &found).pop().unwrap_or_else(|| VirtualSensor::none(n));
+    let achieved = Achieved::of_stationary(system, &sensor, &root);
+    // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
+    let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
+    let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats));
+    let lower = Lower::of_stationary(system, cost, |margin| Witness::new(&chain, &found, budget, margin));
+    Ok(StationaryMinimum {
+        nats,
+        lower_nats: lower.nats,
+        worth: Worth::of(&chain, &found),
+        proof: lower.proof,
+        achieved,
+        cost: system.base_cost + budget * found.local[0].price.trace(),
+        slope: -found.place.price / budget,
+        predicted,
+        posterior,
+        iterations: found.iterations,
+        status: found.status,
+        sensor,
+    })
+}
+
+/// The system in coordinates of what costs something and stays uncertain (theory, equation L.16).
+fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
+    let n = system.dynamics.rows();
+    let root = |of, what| semidefinite_root(&dense(of, 0)).ok_or(Error::NotPositiveSemidefinite { what, step: 0 });
+    root(&system.price, "the price of not knowing the state")?;
+    let driven = root(&system.process, "the process covariance")?;
+    let InUnits { d, a, price } = InUnits::of(system);
+    let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
+    let price = price / budget;
+    let unseen = unseen(&a, &price)?;
+    let seen = complement(&unseen);
+    let mut root = seen.transpose() * &driven;
+    for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
+        // What is left of noise that the cost does not see is rounding.
+        if seen.norm() <= 1e-13 * whole.norm() {
+            seen.fill(0.0);
+        }
+    }
+    let kept = uncertain(&(seen.transpose() * &a * &seen), root, &seen)?;
+    let (a, driven) = (kept.transpose() * a * &kept, kept.transpose() * driven);
+    let price = congruence(&kept.transpose(), &price);
+    let scaled = scaled(&a, &driven, &price);
+    let (dynamics, driven) = (from_left(&scaled, a * &scaled), from_left(&scaled, driven));
+    let reader = from_left(&scaled, kept.transpose());
+    let basis = kept * &scaled;
+    let in_units = |m: &Dense| Dense::from_fn(n, m.ncols(), |i, k| d[i] * m[(i, k)]);
+    Ok(Stage {
+        dynamics,
+        process: symmetric(&driven * driven.transpose()),
+        price: congruence(&scaled.transpose(), &price),
+        basis: in_units(&basis),
+        reader: Dense::from_fn(reader.nrows(), n, |k, i| reader[(k, i)] / d[i]),
+        unseen: in_units(&unseen),
+    })
+}
+
+/// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is known of
+/// them, they need no information. Those that die out may stay.
+///
+/// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first.
+fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+    let n = a.nrows();
+    let priced = seen_states(a, |i| price.row(i).iter().any(|entry| *entry != 0.0));
+    let identity = Dense::identity(n, n);
+    let of = |wanted: bool| (0..n).filter(|&i| priced[i] == wanted).collect::<Vec<_>>();
+    let (kept, left_out) = (identity.select_columns(&of(true)), identity.select_columns(&of(false)));
+    let (a, price) = (kept.transpose() * a * &kept, congruence(&kept.transpose(), price));
+    let others = kept * unseen_modes(&a, &price)?;
+    let mut both = Dense::zeros(n, left_out.ncols() + others.ncols());
+    both.columns_mut(0, left_out.ncols()).copy_from(&left_out);
+    both.columns_mut(left_out.ncols(), others.ncols()).copy_from(&others);
+    Ok(both)
+}
+
+/// Which states act on those given, now or later, by the zeros of `a`.
+pub fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
+    let n = a.nrows();
+    let mut seen: Vec<bool> = (0..n).map(given).collect();
+    loop {
+        let new: Vec<usize> = (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
+        if new.is_empty() {
+            return seen;
+        }
+        new.into_iter().for_each(|j| seen[j] = true);
+    }
+}
+
+fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+    let unseen = complement(&observed(a, price));
+    let lasting = lasting(&(unseen.transpose() * a * &unseen)).ok_or_else(|| Error::NoBound {
+        what: "the modes that do not die out could not be told from the others".into(),
+        advice: "scale the states to similar sizes",
+    })?;
+    Ok(unseen * lasting)
+}
+
+/// A system in units in which subspaces are well told, whatever those of its states are.
+pub struct InUnits {
+    /// How large each unit is.
+    pub d: Vec<f64>,
+    /// `A` in these units.
+    pub a: Dense,
+    /// `Theta` in these units.
+    pub price: Dense,
+}
+
+impl InUnits {
+    /// Those of a system.
+    pub fn of(system: &Stationary) -> Self {
+        let (a, price) = (dense(&system.dynamics, 0), dense(&system.price, 0));
+        let d = scales(&a, &dense(&system.process, 0));
+        let a = a.map_with_location(|i, j, entry| entry / d[i] * d[j]);
+        let price = price.map_with_location(|i, j, entry| entry * d[i] * d[j]);
+        Self { d, a, price }
+    }
+}
+
+/// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly noise
+/// reaches some of them.
+fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
+    let n = a.nrows();
+    let mut basis = Dense::identity(n, n);
+    for _ in 0..SCALING + 2 * n {
+        let Some(measured) = measured_root(&basis, &congruence(&basis.transpose(), price), 1) else { break };
+        let (next, ..) = reach(a, &basis, driven, &measured);
+        if next.ncols() == 0 || !next.iter().all(|entry| entry.is_finite()) {
+            break;
+        }
+        basis = next;
+    }
+    basis
+}
+
+/// The coordinates of columns in a basis that holds them.
+fn from_left(basis: &Dense, columns: Dense) -> Dense {
+    let sizes: Vec<f64> = basis.column_iter().map(|column| column.norm()).collect();
+    let Svd { u, values, v } = svd(&Dense::from_fn(basis.nrows(), basis.ncols(), |i, k| basis[(i, k)] / sizes[k]));
+    let mut along = u.transpose() * columns;
+    for (mut row, value) in along.row_iter_mut().zip(values) {
+        row /= value;
+    }
+    let mut found = v * along;
+    for (mut row, size) in found.row_iter_mut().zip(sizes) {
+        row /= size;
+    }
+    found
+}
+
+/// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
+pub fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
+    let n = a.nrows();
+    let mut balanced = a.abs();
+    let s = balance_parlett_reinsch(&mut balanced);
+    let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / s[i] * s[j]);
+    let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / s[i] / s[j]);
+    let damping = 1.0 / spectral_radius(&a).max(1.0);
+    let mut reached = w.clone();
+    for _ in 0..2 * n {
+        reached = congruence(&a, &reached) * (damping * damping) + &w;
+    }
+    let deviations: Vec<f64> = (0..n).map(|i| reached[(i, i)].max(0.0).sqrt()).collect();
+    let driven: Vec<f64> = deviations.iter().copied().filter(|v| *v > 0.0).collect();
+    let mean = if driven.is_empty() {
+        1.0
+    } else {
+        math::exp(driven.iter().map(|v| math::ln(*v)).sum::<f64>() / driven.len() as f64)
+    };
+    (0..n).map(|i| s[i] * if deviations[i] > 0.0 { deviations[i] } else { mean }).collect()
+}
+
+/// About the largest absolute value of an eigenvalue, or more: `|A^64|^(1/64)`.
+fn spectral_radius(a: &Dense) -> f64 {
+    let (mut power, mut log) = (a.clone(), 0.0);
+    for step in 0..=6 {
+        let size = power.norm();
+        if size == 0.0 || !size.is_finite() {
+            return 0.0;
+        }
+        power /= size;
+        log += math::ln(size) / f64::from(1 << step);
+        power = &power * &power;
+    }
+    math::exp(log)
+}
+
+/// No information.
+fn free(covariance: &Dense, cost: f64) -> StationaryMinimum {
+    let n = covariance.nrows();
+    let mut posterior = Matrices::constant(n, n);
+    store(&mut posterior, 0, covariance);
+    StationaryMinimum {
+        nats: 0.0,
+        lower_nats: 0.0,
+        cost,
+        slope: 0.0,
+        predicted: posterior.clone(),
+        posterior,
+        iterations: 0,
+        status: BoundStatus::Converged,
+        sensor: VirtualSensor::none(n),
+        worth: Worth::default(),
+        proof: Proof::Proved { distance: 0.0 },
+        achieved: Some(Achieved { nats: 0.0, cost }),
+    }
+}
+
+/// A basis, by columns in all states, of what is seen and stays uncertain: what noise drives, and what grows by itself.
+/// What is neither driven nor grows is known in the end whatever little is measured.
+fn uncertain(a: &Dense, root: Dense, seen: &Dense) -> Result<Dense, Error> {
+    let driven = invariant_hull(a, root.clone());
+    if driven.ncols() == a.nrows() {
+        return Ok(seen.clone());
+    }
+    // In the blocks of (driven, the others) A is triangular: these grow as their own block says.
+    let others = complement(&driven);
+    let block = others.transpose() * a * others;
+    if block.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + GROWTH) {
+        return Ok(seen * driven);
+    }
+    let growing = unstable(a, 1.0 + GROWTH).ok_or_else(|| Error::NoBound {
+        what: "the states that no noise drives have eigenvalues too close to the unit circle".into(),
+        advice: "add a small process noise to these states, or leave them out",
+    })?;
+    let mut both = Dense::zeros(a.nrows(), driven.ncols() + growing.ncols());
+    both.columns_mut(0, driven.ncols()).copy_from(&driven);
+    both.columns_mut(driven.ncols(), growing.ncols()).copy_from(&growing);
+    Ok(seen * invariant_hull(a, both))
+}
+
+/// The covariance without a sensor, where it exists.
+fn without_sensors(stage: &Stage) -> Option<Dense> {
+    let (mut a, mut covariance) = (stage.dynamics.clone(), stage.process.clone());
+    for _ in 0..50 {
+        covariance = congruence(&a, &covariance) + &covariance;
+        a = &a * &a;
+        let size = a.norm();
+        if !size.is_finite() || !covariance.norm().is_finite() {
+            return None;
+        }
+        if size < 1e-20 {
+            return Some(covariance);
+        }
+    }
+    None
+}
+
+/// A factor of the steady covariance once every reduced coordinate is measured with a noise of variance `variance`,
+/// and its cost as a share of the budget.
+fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
+    let n = stage.price.nrows();
+    let mut predicted = Dense::identity(n, n) + &stage.process;
+    for _ in 0..10_000 {
+        let posterior = once_measured(&predicted, variance)?;
+        let next = congruence(&stage.dynamics, &posterior) + &stage.process;
+        let change = (&next - &predicted).norm();
+        predicted = next;
+        if change <= 1e-9 * predicted.norm() {
+            break;
+        }
+    }
+    let posterior = once_measured(&predicted, variance)?;
+    cholesky(&(congruence(&stage.dynamics, &posterior) + &stage.process - &posterior))?;
+    let cost = stage.price.dot(&posterior);
+    cost.is_finite().then_some((cholesky(&posterior)?, cost))
+}
+
+/// A start inside: all coordinates measured just well enough to keep about half of the budget.
+fn start(stage: &Stage) -> Option<Dense> {
+    inside(|variance| measured(stage, variance))
+}

@@ -1,0 +1,249 @@
+//! Matrices of intervals, and what proofs need of them.
+
+use super::interval::Interval;
+use supple_kernels::math;
+
+/// A matrix of numbers, by rows.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Matrix {
+    pub rows: usize,
+    pub cols: usize,
+    pub entries: Vec<f64>,
+}
+
+/// A matrix of intervals, by rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Enclosure {
+    pub rows: usize,
+    pub cols: usize,
+    pub entries: Vec<Interval>,
+}
+
+impl Matrix {
+    pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
+        let entries = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        Self { rows, cols, entries }
+    }
+
+    pub fn identity(n: usize) -> Self {
+        Self::from_fn(n, n, |i, j| f64::from(u8::from(i == j)))
+    }
+
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.entries[i * self.cols + j]
+    }
+
+    pub fn set(&mut self, i: usize, j: usize, value: f64) {
+        self.entries[i * self.cols + j] = value;
+    }
+
+    /// The product, rounded.
+    pub fn times(&self, other: &Self) -> Self {
+        let mut out = Self::from_fn(self.rows, other.cols, |_, _| 0.0);
+        for i in 0..self.rows {
+            for k in 0..self.cols {
+                let factor = self.at(i, k);
+                for j in 0..other.cols {
+                    out.entries[i * other.cols + j] += factor * other.at(k, j);
+                }
+            }
+        }
+        out
+    }
+
+    pub fn transpose(&self) -> Self {
+        Self::from_fn(self.cols, self.rows, |i, j| self.at(j, i))
+    }
+
+    pub fn abs(&self) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| self.at(i, j).abs())
+    }
+
+    /// `self` beside `other`.
+    pub fn beside(&self, other: &Self) -> Self {
+        Self::from_fn(self.rows, self.cols + other.cols, |i, j| {
+            if j < self.cols { self.at(i, j) } else { other.at(i, j - self.cols) }
+        })
+    }
+
+    /// The inverse, rounded, by elimination with pivots; none where it is singular.
+    pub fn inverse(&self) -> Option<Self> {
+        let n = self.rows;
+        let mut work = self.beside(&Self::identity(n));
+        let width = 2 * n;
+        for k in 0..n {
+            let pivot = (k..n).max_by(|&a, &b| work.at(a, k).abs().total_cmp(&work.at(b, k).abs()))?;
+            let by = work.at(pivot, k);
+            if by == 0.0 || !by.is_finite() {
+                return None;
+            }
+            for j in 0..width {
+                work.entries.swap(pivot * width + j, k * width + j);
+            }
+            for j in 0..width {
+                work.entries[k * width + j] /= by;
+            }
+            for i in (0..n).filter(|&i| i != k) {
+                let factor = work.at(i, k);
+                if factor != 0.0 {
+                    for j in k..width {
+                        work.entries[i * width + j] -= factor * work.entries[k * width + j];
+                    }
+                }
+            }
+        }
+        Some(Self::from_fn(n, n, |i, j| work.at(i, n + j)))
+    }
+
+    /// The lower Cholesky factor, rounded; none where a pivot is not positive.
+    pub fn cholesky(&self) -> Option<Self> {
+        let n = self.rows;
+        let mut g = Self::from_fn(n, n, |_, _| 0.0);
+        for j in 0..n {
+            for i in j..n {
+                let known: f64 = (0..j).map(|k| g.at(i, k) * g.at(j, k)).sum();
+                let left = self.at(i, j) - known;
+                if i == j && !(left > 0.0 && left.is_finite()) {
+                    return None;
+                }
+                let entry = if i == j { left.sqrt() } else { left / g.at(j, j) };
+                g.set(i, j, entry);
+            }
+        }
+        Some(g)
+    }
+}
+
+impl Enclosure {
+    pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> Interval) -> Self {
+        let entries = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        Self { rows, cols, entries }
+    }
+
+    pub fn at(&self, i: usize, j: usize) -> Interval {
+        self.entries[i * self.cols + j]
+    }
+
+    pub fn times(&self, other: &Self) -> Self {
+        let mut out = Self::from_fn(self.rows, other.cols, |_, _| Interval::ZERO);
+        for i in 0..self.rows {
+            for k in 0..self.cols {
+                let factor = self.at(i, k);
+                if factor == Interval::ZERO {
+                    continue;
+                }
+                for j in 0..other.cols {
+                    let sum = &mut out.entries[i * other.cols + j];
+                    *sum = *sum + factor * other.entries[k * other.cols + j];
+                }
+            }
+        }
+        out
+    }
+
+    pub fn transpose(&self) -> Self {
+        Self::from_fn(self.cols, self.rows, |i, j| self.at(j, i))
+    }
+
+    pub fn plus(&self, other: &Self) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| self.at(i, j) + other.at(i, j))
+    }
+
+    pub fn minus(&self, other: &Self) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| self.at(i, j) - other.at(i, j))
+    }
+
+    pub fn scaled(&self, by: Interval) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| self.at(i, j) * by)
+    }
+
+    /// `self` middle `self'`.
+    pub fn around(&self, middle: &Self) -> Self {
+        self.times(middle).times(&self.transpose())
+    }
+
+    pub fn block(&self, rows: std::ops::Range<usize>, cols: std::ops::Range<usize>) -> Self {
+        let (first_row, first_col) = (rows.start, cols.start);
+        Self::from_fn(rows.len(), cols.len(), |i, j| self.at(first_row + i, first_col + j))
+    }
+
+    pub fn middle(&self) -> Matrix {
+        Matrix::from_fn(self.rows, self.cols, |i, j| self.at(i, j).middle())
+    }
+
+    pub fn magnitude(&self) -> Matrix {
+        Matrix::from_fn(self.rows, self.cols, |i, j| self.at(i, j).magnitude())
+    }
+
+    /// `Tr(self other)` of symmetric matrices.
+    pub fn dot(&self, other: &Self) -> Interval {
+        self.entries.iter().zip(&other.entries).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)
+    }
+
+    /// Whether every symmetric matrix in it is positive semidefinite, proved: less a rounded `g g'` of its middle, what is left
+    /// has a diagonal that is larger than all else in its rows.
+    pub fn is_positive_semidefinite(&self) -> bool {
+        let n = self.rows;
+        let middle = self.middle();
+        let size = (0..n).map(|i| middle.at(i, i).abs()).fold(0.0, f64::max);
+        [1e-15, 1e-13, 1e-11].into_iter().any(|share| {
+            let left = share * size * n as f64;
+            let lowered = Matrix::from_fn(n, n, |i, j| {
+                0.5 * (middle.at(i, j) + middle.at(j, i)) - if i == j { left } else { 0.0 }
+            });
+            let Some(g) = lowered.cholesky() else { return false };
+            let g = enclosed(&g);
+            self.minus(&g.times(&g.transpose())).is_dominated()
+        }) || self.is_dominated()
+    }
+
+    /// Whether each entry of the diagonal is at least the sum of the absolute values beside it, in rows and columns.
+    fn is_dominated(&self) -> bool {
+        (0..self.rows).all(|i| {
+            let beside = |entry: &dyn Fn(usize) -> Interval| {
+                let others = (0..self.cols).filter(|&j| j != i);
+                others.fold(Interval::ZERO, |sum, j| sum + Interval::point(entry(j).magnitude()))
+            };
+            let sum = beside(&|j| self.at(i, j)).high.max(beside(&|j| self.at(j, i)).high);
+            self.at(i, i).low >= sum
+        })
+    }
+
+    /// The largest sum of absolute values of a row.
+    pub fn row_sum(&self) -> f64 {
+        let sum = |i: usize| (0..self.cols).fold(Interval::ZERO, |s, j| s + Interval::point(self.at(i, j).magnitude()));
+        (0..self.rows).map(|i| sum(i).high).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
+    }
+}
+
+/// A matrix of points.
+pub(crate) fn enclosed(a: &Matrix) -> Enclosure {
+    Enclosure::from_fn(a.rows, a.cols, |i, j| Interval::point(a.at(i, j)))
+}
+
+/// The inverse of a matrix of numbers: `X + (I - R)^-1 R X` with `R = I - X G`; none where that is not proved to exist.
+pub(crate) fn inverse(g: &Matrix) -> Option<Enclosure> {
+    let n = g.rows;
+    // Rows and columns in units that are powers of 2: nothing rounds.
+    let unit =
+        |size: f64| if size > 0.0 && size.is_finite() { 2f64.powi(-(math::log2(size).round() as i32)) } else { 1.0 };
+    let rows: Vec<f64> = (0..n).map(|i| unit((0..n).map(|j| g.at(i, j).abs()).fold(0.0, f64::max))).collect();
+    let cols: Vec<f64> =
+        (0..n).map(|j| unit((0..n).map(|i| (g.at(i, j) * rows[i]).abs()).fold(0.0, f64::max))).collect();
+    let scaled = Matrix::from_fn(n, n, |i, j| g.at(i, j) * rows[i] * cols[j]);
+    let near = scaled.inverse()?;
+    let residual = enclosed(&Matrix::identity(n)).minus(&enclosed(&near).times(&enclosed(&scaled)));
+    let norm = residual.row_sum();
+    if norm.is_nan() || norm >= 0.5 {
+        return None;
+    }
+    // |(I - R)^-1 R X| <= |R| |X| + |R|^2 / (1 - |R|) times the largest entry of a column of X, and 1 / (1 - |R|) is at most 2.
+    let first = enclosed(&residual.magnitude()).times(&enclosed(&near.abs()));
+    let second = Interval::point(2.0) * Interval::point(norm) * Interval::point(norm);
+    let wide: Vec<Interval> =
+        (0..n).map(|j| second * Interval::point((0..n).map(|i| near.at(i, j).abs()).fold(0.0, f64::max))).collect();
+    Some(Enclosure::from_fn(n, n, |i, j| {
+        let radius = (first.at(i, j) + wide[j]).high;
+        Interval::around(near.at(i, j), radius) * Interval::point(cols[i]) * Interval::point(rows[j])
+    }))
+}

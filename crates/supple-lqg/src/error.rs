@@ -1,0 +1,61 @@
+/// Why something could not be computed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A matrix that must be positive definite is not.
+    #[error("{what} is not positive definite at step {step}")]
+    NotPositiveDefinite {
+        /// Which matrix.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// A matrix that must be symmetric and positive semidefinite is not.
+    #[error("{what} is not symmetric and positive semidefinite at step {step}, or has entries that are not numbers")]
+    NotPositiveSemidefinite {
+        /// Which matrix.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// An expected cost that no controller reaches.
+    #[error(
+        "no sensors and no controller keep an expected cost of {cost:?}: with the state known exactly it is {least:?}, so ask \
+         for more than that"
+    )]
+    CostBelowLeast {
+        /// The cost asked for.
+        cost: f64,
+        /// The least there is.
+        least: f64,
+    },
+    /// A bound that could not be computed.
+    #[error("no certified bound: {what}; {advice}")]
+    NoBound {
+        /// What is in the way.
+        what: String,
+        /// What to change.
+        advice: &'static str,
+    },
+    /// A number became infinite or not a number.
+    #[error("{what} is not finite at step {step}")]
+    NotFinite {
+        /// Which number.
+        what: &'static str,
+        /// Where.
+        step: usize,
+    },
+    /// Work was told to end by [`supple_kernels::halt`].
+    #[error("stopped: nothing is kept")]
+    Stopped,
+    /// Something has the wrong shape.
+    #[error("{what} has length {found}, not {expected}")]
+    Shape {
+        /// Which thing.
+        what: String,
+        /// Its length.
+        found: usize,
+        /// The right length.
+        expected: usize,
+    },
+}

@@ -1,0 +1,72 @@
+//! Directed information from state to measurements and to controls.
+
+mod control;
+mod control_adjoint;
+
+use serde::Serialize;
+use supple_kernels::{Matrices, rows};
+
+use crate::Error;
+use crate::belief::Belief;
+use crate::noise::Noise;
+
+pub use control::control_information;
+pub use control_adjoint::add_control_partials;
+
+/// Directed information from the state to the measurements, `DI(x^N -> y^N)`, in nats.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Information {
+    /// `1/2 log |S^y_t| / |V_t|` at t = 0..=N (theory, equation I.1): never negative.
+    pub per_step: Vec<f64>,
+    /// Their sum.
+    pub total: f64,
+}
+
+/// The directed information of a belief in innovation form (theory, equation I.1); reuses the memory of `out`.
+///
+/// # Errors
+/// Where `V` is not positive definite.
+pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Result<(), Error> {
+    let p = noise.measurement.rows();
+    let steps = belief.innovation_factor.count() - 1;
+    let noise_part = |step| {
+        log_determinant_at(&noise.measurement, step)
+            .ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step })
+    };
+    let mut of_noise = noise_part(0)?;
+    out.per_step.clear();
+    for t in 0..=steps {
+        if t > 0 && !noise.measurement.is_constant() {
+            of_noise = noise_part(t)?;
+        }
+        let factor = belief.innovation_factor.at(t);
+        let innovation = rows::log_determinant(factor, p, belief.innovation_factor.stride());
+        out.per_step.push(0.5 * (innovation - of_noise));
+    }
+    out.total = out.per_step.iter().sum();
+    Ok(())
+}
+
+/// The same by entropies: `sum 1/2 log |P_t| / |Sigma_t|` (theory, equation I.2), for comparison.
+///
+/// `None` where a covariance is singular, as it is when a state is known exactly.
+pub fn entropy_form(belief: &Belief) -> Option<f64> {
+    let logs =
+        |matrices: &Matrices| (0..matrices.count()).map(|t| log_determinant_at(matrices, t)).sum::<Option<f64>>();
+    Some(0.5 * (logs(&belief.predicted)? - logs(&belief.corrected)?))
+}
+
+/// The paper's form, `sum_{t<N} 1/2 log |P_{t+1}| - 1/2 log |Sigma_t|`, for comparison only: it pairs a step's
+/// prior with the posterior of the step before (theory, section I). `None` where a covariance is singular.
+pub fn paper_form(belief: &Belief) -> Option<f64> {
+    let steps = belief.predicted.count() - 1;
+    let term = |t| Some(log_determinant_at(&belief.predicted, t + 1)? - log_determinant_at(&belief.corrected, t)?);
+    Some(0.5 * (0..steps).map(term).sum::<Option<f64>>()?)
+}
+
+fn log_determinant_at(matrices: &Matrices, index: usize) -> Option<f64> {
+    let (n, stride) = (matrices.rows(), matrices.stride());
+    let mut factor = matrices.at(index).to_vec();
+    rows::cholesky(&mut factor, n, stride).ok()?;
+    Some(rows::log_determinant(&factor, n, stride))
+}

@@ -1,0 +1,153 @@
+//! Knots: the linearisation of a trajectory.
+
+use supple_kernels::Matrices;
+
+use crate::Error;
+use crate::arrays::Entries;
+
+/// How many numbers a model's vectors have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dimensions {
+    /// Length of the state `x`.
+    pub states: usize,
+    /// Length of the control `u`.
+    pub controls: usize,
+    /// Length of the measurement `y`.
+    pub measurements: usize,
+}
+
+impl Dimensions {
+    /// Length of `z = (x, u)`.
+    pub fn joint(self) -> usize {
+        self.states + self.controls
+    }
+}
+
+/// The hinge of supple: a trajectory's linearisation. All that comes after sees knots and nothing nonlinear.
+///
+/// Knot `t` has `[A B] = [f_x f_u]`, `C = g_x` and `[l_zz | l_z]` with `z = (x, u)`; the last knot has no dynamics
+/// and no control.
+#[derive(Clone, Debug)]
+pub struct Knots {
+    /// Lengths of state, control and measurement.
+    pub dimensions: Dimensions,
+    /// `[A B]`, n x (n + m), N of them.
+    pub dynamics: Matrices,
+    /// `C`, p x n, N + 1 of them.
+    pub measurement: Matrices,
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    pub cost: Matrices,
+    /// Which state each measurement is, where every one is just a state, so that `C` picks states.
+    pub picks: Option<Vec<usize>>,
+}
+
+impl Knots {
+    /// Zero knots for `steps` steps.
+    pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
+        let (n, joint) = (dimensions.states, dimensions.joint());
+        Self {
+            dimensions,
+            dynamics: Matrices::zeros(steps, n, joint),
+            measurement: Matrices::zeros(steps + 1, dimensions.measurements, n),
+            cost: Matrices::zeros(steps + 1, joint, joint + 1),
+            picks: None,
+        }
+    }
+
+    /// Knots of `x+ = A x + B u`, `y = C x` over `steps` steps, with the cost `1/2 (x' Q x + u' R u)` at each and `1/2 x' Q x` at
+    /// the end.
+    ///
+    /// # Errors
+    /// Where the shapes do not fit.
+    ///
+    /// ```
+    /// use supple_lqg::Knots;
+    ///
+    /// let knots = Knots::linear(10, (&[[0.9]], &[[1.0]], &[[1.0]]), (&[[2.0]], &[[0.1]]))?;
+    /// assert_eq!((knots.steps(), knots.dynamics.get(3, 0, 1)), (10, 1.0));
+    /// # Ok::<(), supple_lqg::Error>(())
+    /// ```
+    pub fn linear(
+        steps: usize,
+        (a, b, c): (&impl Entries, &impl Entries, &impl Entries),
+        (q, r): (&impl Entries, &impl Entries),
+    ) -> Result<Self, Error> {
+        let ((n, m), p) = (b.shape(), c.shape().0);
+        let shapes = [
+            ("a row of A", a.shape().1, n),
+            ("a column of A", a.shape().0, n),
+            ("a row of C", c.shape().1, n),
+            ("a row of Q", q.shape().1, n),
+            ("a column of Q", q.shape().0, n),
+            ("a row of R", r.shape().1, m),
+            ("a column of R", r.shape().0, m),
+        ];
+        if let Some((what, found, expected)) = shapes.into_iter().find(|(_, found, expected)| found != expected) {
+            return Err(Error::Shape { what: what.into(), found, expected });
+        }
+        let mut knots = Self::zeros(Dimensions { states: n, controls: m, measurements: p }, steps);
+        for t in 0..=steps {
+            let place = |to: &mut Matrices, (row, col): (usize, usize), from: &dyn Entries| {
+                let (rows, cols) = from.shape();
+                for (i, j) in (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))) {
+                    to.set(t, row + i, col + j, from.entry(i, j));
+                }
+            };
+            place(&mut knots.measurement, (0, 0), c);
+            place(&mut knots.cost, (0, 0), q);
+            if t < steps {
+                place(&mut knots.cost, (n, n), r);
+                place(&mut knots.dynamics, (0, 0), a);
+                place(&mut knots.dynamics, (0, n), b);
+            }
+        }
+        Ok(knots)
+    }
+
+    /// How many steps there are: one less than knots.
+    pub fn steps(&self) -> usize {
+        self.dynamics.count()
+    }
+
+    /// The first step with an entry that is not finite, as an error.
+    pub fn check_finite(&self) -> Result<(), Error> {
+        let parts = [
+            (&self.dynamics, "the dynamics' derivative"),
+            (&self.measurement, "the measurement's derivative"),
+            (&self.cost, "the cost's derivative"),
+        ];
+        for (matrices, what) in parts {
+            let bad = (0..matrices.count()).find(|&t| matrices.at(t).iter().any(|v| !v.is_finite()));
+            if let Some(step) = bad {
+                return Err(Error::NotFinite { what, step });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Adjoints of a number by the entries of the knots, at every point.
+#[derive(Clone, Debug)]
+pub struct KnotAdjoints {
+    /// By `[A B]`, n x (n + m), stages.
+    pub dynamics: Matrices,
+    /// By `C`, p x n, stages and end.
+    pub measurement: Matrices,
+    /// By the second derivatives of the cost, symmetric, (n + m) x (n + m + 1) with an unused last column.
+    pub cost: Matrices,
+    /// Whether any adjoint by the cost's second derivatives may be non-zero.
+    pub has_cost: bool,
+}
+
+impl KnotAdjoints {
+    /// Zero adjoints for `stages` stages and an end.
+    pub fn zeros(dimensions: Dimensions, stages: usize) -> Self {
+        let (n, joint) = (dimensions.states, dimensions.joint());
+        Self {
+            dynamics: Matrices::zeros(stages, n, joint),
+            measurement: Matrices::zeros(stages + 1, dimensions.measurements, n),
+            cost: Matrices::zeros(stages + 1, joint, joint + 1),
+            has_cost: false,
+        }
+    }
+}

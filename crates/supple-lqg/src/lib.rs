@@ -1,0 +1,92 @@
+//! Time-varying LQG over arrays: Riccati and Kalman sweeps, directed information, adjoints of all of them, and certified
+//! lower bounds of the information that a task needs.
+//!
+//! The crate knows no model, no parameter and no file. Its input is [`Knots`]: a system along a trajectory as `A_t`, `B_t`,
+//! `C_t` and the second-order expansion of its cost, and [`Noise`] as covariance matrices. Everything else is a sweep over
+//! these arrays:
+//!
+//! | question | function |
+//! |---|---|
+//! | Which feedback is optimal, and what does it cost not to know the state? | [`solve_riccati`] |
+//! | What does a Kalman filter know at each step? | [`kalman`] |
+//! | How many bits do the measurements give, `DI(x -> y)`? | [`information()`] |
+//! | How many reach the controls, `DI(x -> u)`? | [`control_information`] |
+//! | How many would any sensors and any controller need at least? | [`bound::minimum_information`] |
+//! | How does each change with every entry of every array? | [`reverse_kalman`], [`reverse_riccati`], [`add_control_partials`], [`bound::Sensitivity`] |
+//!
+//! # A Kalman filter and its information
+//!
+//! ```
+//! use supple_lqg::{Belief, Information, Knots, Noise, constant, information, kalman};
+//!
+//! // A mass on ice, pushed about at random, whose position is measured every 0.1 s.
+//! let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
+//! let knots = Knots::linear(100, (&a, &b, &c), (&[[1.0, 0.0], [0.0, 0.1]], &[[0.01]]))?;
+//! let noise = Noise {
+//!     initial: constant(&[[0.01, 0.0], [0.0, 0.01]]),
+//!     process: constant(&[[1e-6, 0.0], [0.0, 1e-4]]),
+//!     measurement: constant(&[[1e-4]]),
+//! };
+//! let (mut belief, mut measured) = (Belief::zeros(2, 1, 100), Information::default());
+//! kalman(&knots, &noise, &mut belief)?;
+//! information(&belief, &noise, &mut measured)?;
+//! let bits = measured.total / std::f64::consts::LN_2;
+//! assert!((bits - 38.63).abs() < 0.01);
+//! # Ok::<(), supple_lqg::Error>(())
+//! ```
+//!
+//! # The least information for a plant
+//!
+//! ```
+//! use supple_lqg::bound::{BoundSettings, Stationary, stationary_minimum};
+//! use supple_lqg::constant;
+//!
+//! // x+ = 1.5 x + u + w, w of variance 1, with the cost x^2 / 2 per step.
+//! let plant = Stationary::new(&constant(&[[1.5, 1.0]]), &constant(&[[1.0]]), &constant(&[[1.0, 0.0], [0.0, 0.0]]))?;
+//! let found = stationary_minimum(&plant, 2.0, &BoundSettings::default())?;
+//! // The variance of x is 4, so what is not known of it must be 4/3: log2 sqrt(4 / (4/3)) bits.
+//! assert!((found.nats - 0.5 * 3f64.ln()).abs() < 1e-6);
+//! assert!(found.lower_nats <= found.nats, "proved by intervals");
+//! # Ok::<(), supple_lqg::Error>(())
+//! ```
+//!
+//! Equations are cited by their numbers in the theory, `docs/theory` of the repository.
+
+mod arrays;
+pub mod belief;
+pub mod bound;
+mod carried;
+#[doc(hidden)]
+pub mod dense;
+mod error;
+mod information;
+mod knots;
+mod noise;
+mod partials;
+mod recursion;
+mod riccati;
+mod riccati_adjoint;
+mod shape;
+
+pub use arrays::{Entries, constant, sequence};
+pub use belief::{
+    Belief, BeliefAdjoint, BeliefSeeds, Innovation, correct_each, kalman, mend, predict_each, reverse_kalman,
+    solve_column,
+};
+pub use bound::Horizon;
+pub use error::Error;
+pub use information::{Information, add_control_partials, control_information, entropy_form, information, paper_form};
+pub use knots::{Dimensions, KnotAdjoints, Knots};
+pub use noise::Noise;
+pub use partials::Partials;
+pub use recursion::{recursion_radius, spectral_radius};
+pub use riccati::{
+    ControlBounds, Decrease, Limits, Lq, Policy, Regularisation, solve_limited, solve_lq, solve_riccati,
+};
+pub use riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds, reverse_riccati};
+pub use supple_kernels::Matrices;
+
+// The example of the README runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

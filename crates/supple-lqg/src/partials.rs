@@ -1,0 +1,110 @@
+use nalgebra::Cholesky;
+use supple_kernels::Matrices;
+
+use crate::dense::{Dense, dense, store, symmetric};
+use crate::knots::Dimensions;
+use crate::knots::KnotAdjoints;
+use crate::knots::Knots;
+use crate::noise::Noise;
+use crate::riccati::Policy;
+
+/// Derivatives of a number by what is computed along a plan, each with all else held fixed: what the reverse sweeps start
+/// from (theory, equation G.9). Those by symmetric matrices are symmetric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Partials {
+    /// By `A_t`, n x n, N of them.
+    pub dynamics: Matrices,
+    /// By `C_t`, p x n, N + 1 of them.
+    pub measurement: Matrices,
+    /// By `W_t`, n x n, N of them.
+    pub process: Matrices,
+    /// By `V_t`, p x p, N + 1 of them.
+    pub measurement_noise: Matrices,
+    /// By `X_0`, n x n.
+    pub initial: Matrices,
+    /// By the predicted covariances `P_t`, n x n, N + 1 of them.
+    pub predicted: Matrices,
+    /// By the corrected covariances `Sigma_t`, n x n, N + 1 of them.
+    pub corrected: Matrices,
+    /// By the feedback `K_t`, m x n, N of them.
+    pub feedback: Matrices,
+    /// By the value of information `Xi_t`, n x n, N of them.
+    pub value_of_information: Matrices,
+}
+
+impl Partials {
+    /// Zeros for `steps` steps.
+    pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
+        let Dimensions { states: n, controls: m, measurements: p, .. } = dimensions;
+        let square = |count| Matrices::zeros(count, n, n);
+        Self {
+            dynamics: square(steps),
+            measurement: Matrices::zeros(steps + 1, p, n),
+            process: square(steps),
+            measurement_noise: Matrices::zeros(steps + 1, p, p),
+            initial: square(1),
+            predicted: square(steps + 1),
+            corrected: square(steps + 1),
+            feedback: Matrices::zeros(steps, m, n),
+            value_of_information: square(steps),
+        }
+    }
+
+    /// Adds those by knots and noise to their adjoints; measurements that pick states have none.
+    pub fn add_to(&self, knots: &Knots, adjoints: &mut KnotAdjoints, noise: &mut Noise) {
+        for t in 0..self.dynamics.count() {
+            add_entries(&mut adjoints.dynamics, &self.dynamics, t);
+            add_entries(&mut noise.process, &self.process, t);
+        }
+        for t in 0..self.measurement.count() {
+            if knots.picks.is_none() {
+                add_entries(&mut adjoints.measurement, &self.measurement, t);
+            }
+            add_entries(&mut noise.measurement, &self.measurement_noise, t);
+        }
+        add_entries(&mut noise.initial, &self.initial, 0);
+    }
+
+    /// What those by the feedback at step `t` are by `Q`, (n + m) x (n + m), of which it is the minimiser: with
+    /// `Y = Q_uu^-1 Kb` over the controls that are free,
+    ///
+    /// ```text
+    /// Qb_ux = -Y / 2      Qb_uu = -(Y K' + K Y') / 2
+    /// ```
+    pub fn through_feedback(&self, knots: &Knots, policy: &Policy, t: usize) -> Option<Dense> {
+        let by_feedback = dense(&self.feedback, t);
+        if by_feedback.iter().all(|&entry| entry == 0.0) {
+            return None;
+        }
+        let (m, n) = by_feedback.shape();
+        let f = dense(&knots.dynamics, t);
+        let b = f.columns(n, m);
+        let q_uu = dense(&knots.cost, t).view((n, n), (m, m)) + b.transpose() * dense(&policy.curvature, t + 1) * b;
+        let free: Vec<usize> = (0..m).filter(|a| !policy.clamped[t * m + a]).collect();
+        let factor = Cholesky::new(symmetric(q_uu.select_rows(&free).select_columns(&free)))?;
+        let solved = factor.solve(&by_feedback.select_rows(&free));
+        let mut y = Dense::zeros(m, n);
+        for (row, &a) in free.iter().enumerate() {
+            y.set_row(a, &solved.row(row));
+        }
+        let mut out = Dense::zeros(n + m, n + m);
+        out.view_mut((n, 0), (m, n)).copy_from(&(&y * -0.5));
+        out.view_mut((0, n), (n, m)).copy_from(&(y.transpose() * -0.5));
+        out.view_mut((n, n), (m, m)).copy_from(&-symmetric(y * dense(&policy.feedback, t).transpose()));
+        Some(out)
+    }
+}
+
+/// `to_t += from_t` in the columns that `from` has; a matrix that does not change over time receives the sum.
+fn add_entries(to: &mut Matrices, from: &Matrices, t: usize) {
+    for (i, j) in (0..from.rows()).flat_map(|i| (0..from.cols()).map(move |j| (i, j))) {
+        let sum = to.get(t, i, j) + from.get(t, i, j);
+        to.set(t, i, j, sum);
+    }
+}
+
+/// `to_t += from`
+pub fn add_dense(to: &mut Matrices, t: usize, from: &Dense) {
+    let sum = dense(to, t) + from;
+    store(to, t, &sum);
+}

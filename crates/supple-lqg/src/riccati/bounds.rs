@@ -1,0 +1,62 @@
+use supple_kernels::Matrices;
+
+/// Bounds of the controls that a plan must keep, the same at every step: `lower <= u <= upper`, m each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlBounds {
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl ControlBounds {
+    /// Bounds of each control, `(lower, upper)` with `lower <= upper`; infinite where there is none.
+    pub fn new(bounds: &[(f64, f64)]) -> Self {
+        let (lower, upper) = bounds.iter().copied().unzip();
+        Self { lower, upper }
+    }
+
+    /// The least values, m.
+    pub fn lower(&self) -> &[f64] {
+        &self.lower
+    }
+
+    /// The greatest values, m.
+    pub fn upper(&self) -> &[f64] {
+        &self.upper
+    }
+
+    /// Moves a control that is outside to the bound.
+    pub fn clamp(&self, u: &mut [f64]) {
+        for ((u, &lower), &upper) in u.iter_mut().zip(&self.lower).zip(&self.upper) {
+            *u = u.max(lower).min(upper);
+        }
+    }
+
+    /// Moves the controls of all steps inside.
+    pub fn clamp_all(&self, controls: &mut Matrices) {
+        for t in 0..controls.count() {
+            self.clamp(controls.vector_mut(t));
+        }
+    }
+
+    /// Whether controls are all inside or at the bounds.
+    pub fn hold(&self, controls: &Matrices) -> bool {
+        self.all(controls, |u, lower, upper| u >= lower && u <= upper)
+    }
+
+    /// Whether any control is at a bound, where it could move.
+    pub fn are_met(&self, controls: &Matrices) -> bool {
+        !self.all(controls, |u, lower, upper| lower == upper || u != lower && u != upper)
+    }
+
+    fn all(&self, controls: &Matrices, is: impl Fn(f64, f64, f64) -> bool) -> bool {
+        let at = |t: usize| controls.vector(t).iter().zip(&self.lower).zip(&self.upper);
+        (0..controls.count()).all(|t| at(t).all(|((&u, &lower), &upper)| is(u, lower, upper)))
+    }
+
+    /// The part of a cost's slope by control `a` that a move could follow: 0 where the control is at a bound and going
+    /// downhill leads out.
+    pub fn project(&self, a: usize, u: f64, slope: f64) -> f64 {
+        let held = u <= self.lower[a] && slope > 0.0 || u >= self.upper[a] && slope < 0.0;
+        if held { 0.0 } else { slope }
+    }
+}

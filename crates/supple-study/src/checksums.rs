@@ -1,0 +1,72 @@
+//! Checksums of the files of a result, as `sha256sum --check` reads them.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use crate::StudyError;
+use crate::bound::CURVE_CSV;
+use crate::sweep::{TABLE_CSV, TABLE_JSONL};
+use crate::write::{RESULT, write_text};
+
+/// The file with the checksums of the others.
+pub const CHECKSUMS: &str = "checksums.sha256";
+
+/// The files that a result is read from.
+const FILES: [&str; 4] = [RESULT, TABLE_JSONL, TABLE_CSV, CURVE_CSV];
+
+fn checksum(path: &Path) -> Option<String> {
+    let bytes = std::fs::read(path).ok()?;
+    let mut text = String::new();
+    for byte in Sha256::digest(bytes) {
+        let _ = write!(text, "{byte:02x}");
+    }
+    Some(text)
+}
+
+/// Writes the checksums of the files of a result that are in a folder.
+///
+/// # Errors
+/// Where they cannot be written.
+pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
+    let line = |name: &&str| Some(format!("{}  {name}\n", checksum(&folder.join(name))?));
+    let text: String = FILES.iter().filter_map(line).collect();
+    write_text(&folder.join(CHECKSUMS), text.as_bytes())
+}
+
+/// The files of a result that are no longer those that were saved; none where the folder has no checksums. Whoever changes a
+/// file on purpose can change its checksum too: this tells damage, not fraud.
+pub fn changed(folder: &Path) -> Vec<&'static str> {
+    let Ok(text) = supple::file::read_text(folder.join(CHECKSUMS)) else { return Vec::new() };
+    let saved =
+        |name: &str| text.lines().find_map(|line| line.strip_suffix(name)?.strip_suffix("  ").map(str::to_owned));
+    let differs = |name: &&&str| saved(name).is_some_and(|saved| checksum(&folder.join(name)) != Some(saved));
+    FILES.iter().filter(differs).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn a_changed_file_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        assert!(changed(folder).is_empty());
+        std::fs::write(folder.join(RESULT), "abc").unwrap();
+        std::fs::write(folder.join(TABLE_CSV), "k1\n1\n").unwrap();
+        save(folder).unwrap();
+        let text = std::fs::read_to_string(folder.join(CHECKSUMS)).unwrap();
+        // FIPS 180-4, appendix B.1.
+        let first = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  result.json";
+        assert_eq!(text.lines().next(), Some(first));
+        assert!(changed(folder).is_empty());
+        std::fs::write(folder.join(TABLE_CSV), "k1\n2\n").unwrap();
+        assert_eq!(changed(folder), [TABLE_CSV]);
+        std::fs::remove_file(folder.join(RESULT)).unwrap();
+        assert_eq!(changed(folder), [RESULT, TABLE_CSV]);
+    }
+}

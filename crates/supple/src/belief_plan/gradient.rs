@@ -1,0 +1,77 @@
+use supple_kernels::{Matrices, Scratch, rows};
+
+use super::Memory;
+use super::hessian::{Around, Solved};
+use crate::Error;
+use crate::gradient::{Quantity, slope_by_controls};
+use crate::plan::Plan;
+use crate::problem::Task;
+
+/// The residual of the linear solve, relative; and products with the Hessian at most.
+const RESIDUAL: f64 = 1e-9;
+const PRODUCTS: usize = 2000;
+
+/// The total gradient of a quantity along a belief-space plan (theory, equation G.8). The plan moves with the parameters so
+/// that its expected cost stays least: with the Hessian `H` of the expected cost `J` by the controls and the gradient `g`
+/// of the quantity by them,
+///
+/// ```text
+/// H w = g      dF/dphi = F_phi - (d/dv J_phi) w
+/// ```
+///
+/// at fixed `v`, where `u = ubar + v + K (x - xbar)`. The solve is by conjugate gradients, with products by central
+/// differences of `J`'s gradient; the last term is one more such difference. Neither grows with the parameters. The expected
+/// cost itself needs neither, as `g` = 0.
+///
+/// # Errors
+/// Where the plan is no strict local minimum of the expected cost, or the solve does not converge.
+pub(crate) fn belief_plan_gradient(
+    (task, phi): (&Task, &[f64]),
+    plan: &Plan,
+    quantity: Quantity,
+    memory: &mut Memory,
+    scratch: &mut Scratch,
+    out: &mut Vec<f64>,
+) -> Result<(), Error> {
+    let Memory { centre, trial, hessian, gradient } = memory;
+    centre.plan.trajectory.clone_from(&plan.trajectory);
+    centre.plan.nominal_cost = plan.nominal_cost;
+    centre.assess(task, phi, scratch)?;
+    hessian.prepare((task, phi), centre, (&plan.costates, 0.0), scratch)?;
+    let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
+    let feedback: Matrices = hessian.law.feedback.clone();
+    let along = centre.gradient(task, phi);
+    slope_by_controls(&along, quantity, Some(&feedback), (&mut *gradient, &mut *scratch), &mut slope, Some(&mut *out));
+    // The expected cost is least at the plan: it does not move with the controls.
+    if quantity == Quantity::EXPECTED_COST || slope.iter().all(|&slope| slope == 0.0) {
+        return Ok(());
+    }
+    let mut around = Around { task, phi, centre, trial, gradient, scratch };
+    let mut w = Vec::new();
+    match hessian.solve(&slope, (RESIDUAL, PRODUCTS), &mut around, &mut w)? {
+        Solved::Converged => {}
+        Solved::NegativeCurvature => {
+            return Err(Error::NotPositiveDefinite { what: "the Hessian of the expected cost", step: 0 });
+        }
+        Solved::MaxIterations => {
+            return Err(Error::Planning {
+                plan: "belief",
+                problem: format!("has no gradient here: its linear solve did not converge in {PRODUCTS} products"),
+                advice: "use the gradient `frozen`",
+            });
+        }
+    }
+    if rows::dot(&w, &w) == 0.0 {
+        return Ok(());
+    }
+    let moved = hessian.difference(&w, &mut around, |hessian, around| {
+        let (mut slope, mut by_parameters) = (vec![0.0; w.len()], Vec::new());
+        let work = (&mut *around.gradient, &mut *around.scratch);
+        let task = around.trial.gradient(around.task, around.phi);
+        let feedback = Some(&hessian.law.feedback);
+        slope_by_controls(&task, Quantity::EXPECTED_COST, feedback, work, &mut slope, Some(&mut by_parameters));
+        by_parameters
+    })?;
+    out.iter_mut().zip(&moved).for_each(|(out, moved)| *out -= moved);
+    Ok(())
+}

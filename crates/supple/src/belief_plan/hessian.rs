@@ -1,0 +1,225 @@
+use supple_kernels::{Matrices, Scratch, rows};
+
+use super::point::Point;
+use crate::Error;
+use crate::gradient::{GradientWorkspace, Quantity, slope_by_controls};
+use crate::problem::Task;
+use crate::system::Curvature;
+use supple_lqg::Dimensions;
+use supple_lqg::solve_column;
+use supple_lqg::{Lq, Policy, Regularisation, solve_limited};
+
+/// Steps of finite differences, relative to the size of the controls.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The Hessian of the expected cost around a trajectory, as products with vectors; never formed.
+///
+/// Its coordinates are changes `v` of the controls under `u = ubar + v + K (x - xbar)`, with the gains `K` of the LQ
+/// problem whose Hessian is that of the nominal cost: there the latter is block-diagonal, with the blocks `Q_uu` of the
+/// Riccati sweep, which is why these precondition (theory, equation P.14). The feedback also keeps roll-outs of unstable
+/// systems together.
+pub(crate) struct Hessian {
+    /// `K`, and in `feedforward` the vector of the last roll-out.
+    pub law: Policy,
+    /// Cholesky factors of `Q_uu`, m x m, N of them.
+    factors: Matrices,
+    cost: Matrices,
+    /// A size of the controls, to step by.
+    scale: f64,
+    /// Added to every diagonal entry.
+    pub shift: f64,
+}
+
+/// Where products are taken, and memory for it.
+pub(crate) struct Around<'a> {
+    pub task: &'a Task,
+    pub phi: &'a [f64],
+    /// The trajectory in the middle, assessed.
+    pub centre: &'a Point,
+    /// Another one, to write.
+    pub trial: &'a mut Point,
+    pub gradient: &'a mut GradientWorkspace,
+    pub scratch: &'a mut Scratch,
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Solved {
+    Converged,
+    /// A direction of curvature at most 0 was met; the solution is of the directions before, or the first one.
+    NegativeCurvature,
+    MaxIterations,
+}
+
+impl Hessian {
+    pub fn new(size: Dimensions, steps: usize) -> Self {
+        let joint = size.joint();
+        Self {
+            law: Policy::zeros(size, steps),
+            factors: Matrices::zeros(steps, size.controls, size.controls),
+            cost: Matrices::zeros(steps + 1, joint, joint + 1),
+            scale: 1.0,
+            shift: 0.0,
+        }
+    }
+
+    /// Sets gains and blocks for a trajectory: those of the Lagrangian's Hessian with the given costates where it is
+    /// positive definite, otherwise those of the Gauss-Newton one. `shift` is added to the blocks.
+    ///
+    /// # Errors
+    /// Where neither is positive definite.
+    pub fn prepare(
+        &mut self,
+        (task, phi): (&Task, &[f64]),
+        centre: &Point,
+        (costates, shift): (&Matrices, f64),
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
+        let (plan, system) = (&centre.plan, &*task.system);
+        let at = plan.trajectory.points();
+        self.shift = shift;
+        self.cost.copy_from(&plan.knots.cost);
+        system.add_dynamics_curvature(at, phi, costates, &mut self.cost, scratch);
+        let dynamics = &plan.knots.dynamics;
+        if self.factorise(dynamics).is_err() {
+            self.cost.clear();
+            system.cost_quadratics(at, phi, Curvature::GaussNewton, &mut self.cost, scratch);
+            self.factorise(dynamics)
+                .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
+        }
+        let squares: f64 = plan.trajectory.controls.as_slice().iter().map(|u| u * u).sum();
+        let count = (plan.trajectory.steps() * system.dimensions().controls) as f64;
+        self.scale = if squares > 0.0 { (squares / count).sqrt() } else { 1.0 };
+        Ok(())
+    }
+
+    /// The sweep over `cost`, and the factors of its `Q_uu`.
+    fn factorise(&mut self, dynamics: &Matrices) -> Result<(), usize> {
+        let regularisation = Regularisation { control: self.shift, state: 0.0 };
+        let Self { law, factors, cost, .. } = self;
+        solve_limited(Lq { dynamics, cost, regularisation, limits: None }, law)?;
+        let (n, m) = (dynamics.rows(), factors.rows());
+        let (width, stride, small) = (dynamics.stride(), law.curvature.stride(), factors.stride());
+        let mut product = vec![0.0; n * m];
+        for t in 0..factors.count() {
+            let (f, s) = (dynamics.at(t), law.curvature.at(t + 1));
+            for (i, row) in product.chunks_exact_mut(m).enumerate() {
+                row.fill(0.0);
+                for k in 0..n {
+                    let b = &f[k * width + n..k * width + n + m];
+                    row.iter_mut().zip(b).for_each(|(sum, b)| *sum += s[i * stride + k] * b);
+                }
+            }
+            for a in 0..m {
+                for b in 0..=a {
+                    let own = cost.get(t, n + a, n + b) + if a == b { self.shift } else { 0.0 };
+                    let through = (0..n).map(|i| f[i * width + n + a] * product[i * m + b]).sum::<f64>();
+                    factors.at_mut(t)[a * small + b] = own + through;
+                }
+            }
+            rows::cholesky(factors.at_mut(t), m, small).map_err(|_| t)?;
+        }
+        Ok(())
+    }
+
+    /// `v` times the inverse of the blocks.
+    fn precondition(&self, v: &mut [f64]) {
+        let m = self.factors.rows();
+        for (t, v) in v.chunks_exact_mut(m).enumerate() {
+            solve_column(self.factors.at(t), self.factors.stride(), v);
+        }
+    }
+
+    /// Sets the vector of the next roll-out.
+    pub fn set(&mut self, v: &[f64], factor: f64) {
+        let m = self.factors.rows();
+        for (t, v) in v.chunks_exact(m).enumerate() {
+            self.law.feedforward.vector_mut(t).iter_mut().zip(v).for_each(|(k, v)| *k = factor * v);
+        }
+    }
+
+    /// The central difference along `v` of what `at` finds at trajectories on both sides of the centre.
+    pub fn difference(
+        &mut self,
+        v: &[f64],
+        around: &mut Around,
+        mut at: impl FnMut(&Self, &mut Around) -> Vec<f64>,
+    ) -> Result<Vec<f64>, Error> {
+        let largest = v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        if largest == 0.0 || !largest.is_finite() {
+            return Err(Error::NotFinite { what: "a direction of the controls", step: 0 });
+        }
+        let step = DIFFERENCE * self.scale / largest;
+        let mut sides = [Vec::new(), Vec::new()];
+        for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
+            self.set(v, sign * step);
+            let from = &around.centre.plan.trajectory;
+            around.trial.follow((around.task, around.phi), from, (&self.law, 1.0), around.scratch)?;
+            *side = at(self, around);
+        }
+        let [up, down] = &sides;
+        Ok(up.iter().zip(down).map(|(up, down)| (up - down) / (2.0 * step)).collect())
+    }
+
+    /// The Hessian times `v`.
+    fn times(&mut self, v: &[f64], around: &mut Around) -> Result<Vec<f64>, Error> {
+        let slope = |this: &Self, around: &mut Around| {
+            let mut slope = vec![0.0; v.len()];
+            let work = (&mut *around.gradient, &mut *around.scratch);
+            let task = around.trial.gradient(around.task, around.phi);
+            slope_by_controls(&task, Quantity::EXPECTED_COST, Some(&this.law.feedback), work, &mut slope, None);
+            slope
+        };
+        let mut product = self.difference(v, around, slope)?;
+        product.iter_mut().zip(v).for_each(|(product, v)| *product += self.shift * v);
+        Ok(product)
+    }
+
+    /// Solves `H x = b` by preconditioned conjugate gradients, to a residual `relative` to that of 0, in at most `most`
+    /// products. Where curvature at most 0 is met, `x` is what was found before; if nothing was, the first direction.
+    ///
+    /// # Errors
+    /// Where a trajectory beside the centre has no expected cost.
+    pub fn solve(
+        &mut self,
+        b: &[f64],
+        (relative, most): (f64, usize),
+        around: &mut Around,
+        x: &mut Vec<f64>,
+    ) -> Result<Solved, Error> {
+        x.clear();
+        x.resize(b.len(), 0.0);
+        let mut residual = b.to_vec();
+        let mut z = residual.clone();
+        self.precondition(&mut z);
+        let mut direction = z.clone();
+        let mut size = rows::dot(&residual, &z);
+        let goal = relative * relative * size;
+        if size <= 0.0 {
+            return Ok(Solved::Converged);
+        }
+        for iteration in 0..most {
+            let product = self.times(&direction, around)?;
+            let curvature = rows::dot(&direction, &product);
+            if curvature.is_nan() || curvature <= 0.0 {
+                if iteration == 0 {
+                    x.copy_from_slice(&direction);
+                }
+                return Ok(Solved::NegativeCurvature);
+            }
+            let step = size / curvature;
+            x.iter_mut().zip(&direction).for_each(|(x, d)| *x += step * d);
+            residual.iter_mut().zip(&product).for_each(|(r, p)| *r -= step * p);
+            z.copy_from_slice(&residual);
+            self.precondition(&mut z);
+            let next = rows::dot(&residual, &z);
+            if next <= goal {
+                return Ok(Solved::Converged);
+            }
+            let share = next / size;
+            size = next;
+            direction.iter_mut().zip(&z).for_each(|(d, z)| *d = z + share * *d);
+        }
+        Ok(Solved::MaxIterations)
+    }
+}

@@ -1,0 +1,118 @@
+//! Plans of least expected cost: what a plan knows, and what not knowing costs, counts (theory, section P,
+//! "Belief-space plans").
+
+mod gradient;
+mod hessian;
+mod point;
+mod search;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use supple_kernels::math;
+use supple_kernels::{Matrices, Scratch};
+
+pub(crate) use gradient::belief_plan_gradient;
+pub(crate) use search::Memory;
+
+use crate::Error;
+use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus};
+use crate::problem::Task;
+use search::Descent;
+
+/// Waves of a wandering guess, from half a period over the task up.
+const WAVES: usize = 4;
+
+/// Finds the plan of least expected cost (theory, equation P.10), from the nominal plan in `plan`, which is searched for
+/// already, or from the `controls` that search began with, where these cost less, as those of a belief-space plan of a
+/// nearby design do; and from wandering guesses around the nominal plan, as many as the settings ask for.
+///
+/// # Errors
+/// Where controls have bounds that must be kept.
+pub(crate) fn plan_belief(
+    (task, phi): (&Task, &[f64]),
+    controls: &Matrices,
+    settings: &PlanSettings,
+    plan: &mut Plan,
+    memory: &mut Memory,
+    scratch: &mut Scratch,
+) -> Result<(), Error> {
+    if task.control_bounds.is_some() {
+        return Err(Error::Planning {
+            plan: "belief",
+            problem: "keeps no limits of the controls".to_owned(),
+            advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
+        });
+    }
+    let mut iterations = plan.iterations;
+    let mut best: Option<Plan> = None;
+    let mut consider = |memory: &mut Memory, scratch: &mut Scratch| {
+        let status = Descent { task, phi, settings, memory, scratch }.run();
+        let found = &mut memory.centre.plan;
+        found.status = status;
+        found.mode = PlanMode::Belief;
+        iterations += found.iterations;
+        let rank = |plan: &Plan| (!plan.status.is_converged(), plan.objective);
+        if best.as_ref().is_none_or(|best| rank(found) < rank(best)) {
+            best = Some(found.clone());
+        }
+    };
+    let start = |memory: &mut Memory, from: &Matrices, scratch: &mut Scratch| {
+        let to = &mut memory.centre.plan.trajectory;
+        to.states.vector_mut(0).copy_from_slice(plan.trajectory.states.vector(0));
+        to.controls.copy_from(from);
+        memory.centre.simulate(task, phi, scratch).is_ok().then_some(memory.centre.plan.objective)
+    };
+    let given = start(memory, controls, scratch);
+    // The nominal plan as the last, so that it is the centre where it is the better one.
+    let nominal = start(memory, &plan.trajectory.controls, scratch);
+    let from_given = given.is_some_and(|given| nominal.is_none_or(|nominal| given < nominal));
+    if from_given {
+        start(memory, controls, scratch);
+    }
+    if given.is_some() || nominal.is_some() {
+        consider(memory, scratch);
+    }
+    for number in 1..settings.belief.starts {
+        if start(memory, &wandering(&plan.trajectory.controls, settings, number), scratch).is_some() {
+            consider(memory, scratch);
+        }
+    }
+    match best {
+        Some(best) => {
+            *plan = best;
+            plan.iterations = iterations;
+        }
+        // Nowhere has the expected cost a value: the nominal plan is there to look at.
+        None => {
+            plan.mode = PlanMode::Belief;
+            plan.status = PlanStatus::Indefinite;
+        }
+    }
+    Ok(())
+}
+
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(random)
+}
+
+/// Controls that wander around others: a few waves of random amplitudes, as large as `spread` of the controls' root mean
+/// square; stream `number` of the seed.
+fn wandering(around: &Matrices, settings: &PlanSettings, number: usize) -> Matrices {
+    let mut random = ChaCha8Rng::seed_from_u64(settings.belief.seed);
+    random.set_stream(number as u64);
+    let mut controls = around.clone();
+    let steps = around.count();
+    for a in 0..around.cols() {
+        let squares: f64 = (0..steps).map(|t| around.vector(t)[a].powi(2)).sum();
+        let size = if squares > 0.0 { (squares / steps as f64).sqrt() } else { 1.0 };
+        for wave in 1..=WAVES {
+            let amplitude = settings.belief.spread * size * normal(&mut random) / wave as f64;
+            for t in 0..steps {
+                let angle = std::f64::consts::PI * wave as f64 * (t as f64 + 0.5) / steps as f64;
+                controls.vector_mut(t)[a] += amplitude * math::cos(angle);
+            }
+        }
+    }
+    controls
+}

@@ -1,0 +1,109 @@
+use supple_kernels::{Matrices, Scratch, rows};
+
+use crate::Error;
+use crate::cost_parts::cost_parts;
+use crate::gradient::TotalGradient;
+use crate::knots::Linearise;
+use crate::plan::{Plan, rollout, simulate_controls};
+use crate::problem::Task;
+use crate::system::Curvature;
+use crate::trajectory::Trajectory;
+use supple_lqg::Noise;
+use supple_lqg::{Belief, kalman};
+use supple_lqg::{Policy, Regularisation, solve_riccati};
+
+/// One trajectory with all that its expected cost is made of.
+#[derive(Clone, Debug)]
+pub(crate) struct Point {
+    /// Trajectory, knots and policy; its `objective` is the expected cost.
+    pub plan: Plan,
+    pub noise: Noise,
+    pub belief: Belief,
+}
+
+impl Point {
+    pub fn new(task: &Task) -> Self {
+        let size = task.system.dimensions();
+        Self {
+            plan: Plan::zeros(size, task.steps),
+            noise: Noise::zeros(size.states, size.measurements),
+            belief: Belief::zeros(size.states, size.measurements, task.steps),
+        }
+    }
+
+    /// Rolls the controls out that the trajectory has, from its first state, and assesses it.
+    ///
+    /// # Errors
+    /// Where it has no finite expected cost.
+    pub fn simulate(&mut self, task: &Task, phi: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
+        self.plan.nominal_cost = simulate_controls(&*task.system, phi, &mut self.plan.trajectory, scratch);
+        self.assess(task, phi, scratch)
+    }
+
+    /// Rolls `u = ubar + step v + K (x - xbar)` out, with `v` the feedforward of the policy, and assesses it.
+    ///
+    /// # Errors
+    /// Where it has no finite expected cost.
+    pub fn follow(
+        &mut self,
+        (task, phi): (&Task, &[f64]),
+        reference: &Trajectory,
+        law: (&Policy, f64),
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
+        let to = &mut self.plan.trajectory;
+        self.plan.nominal_cost = rollout(&*task.system, phi, reference, law, to, scratch);
+        self.assess(task, phi, scratch)
+    }
+
+    /// Knots, policy, belief and expected cost of the trajectory as it stands, whose nominal cost is known (theory,
+    /// equation P.10).
+    ///
+    /// # Errors
+    /// Where something is not finite, or the control's curvature or a covariance is not positive definite.
+    pub fn assess(&mut self, task: &Task, phi: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
+        let Self { plan, noise, belief } = self;
+        let at = plan.trajectory.points();
+        plan.objective = f64::INFINITY;
+        if !plan.nominal_cost.is_finite() {
+            return Err(Error::NotFinite { what: "the cost of a trajectory", step: 0 });
+        }
+        plan.knots.linearise_plan(&*task.system, at, phi, Curvature::Exact, scratch);
+        plan.knots.linearise_measurement(&*task.system, at, phi, scratch);
+        plan.knots.check_finite()?;
+        solve_riccati(&plan.knots.dynamics, &plan.knots.cost, Regularisation::default(), &mut plan.policy)
+            .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
+        task.noise.resolve_along(phi, &plan.trajectory.states, noise)?;
+        kalman(&plan.knots, noise, belief)?;
+        if let Some(step) = gains_by_noise(plan, noise) {
+            return Err(Error::NotPositiveDefinite { what: "the cost-to-go where there is noise", step });
+        }
+        let cost = cost_parts(plan, belief, noise).expected();
+        if !cost.is_finite() {
+            return Err(Error::NotFinite { what: "the expected cost of a trajectory", step: 0 });
+        }
+        plan.objective = cost;
+        Ok(())
+    }
+
+    /// What gradients need.
+    pub fn gradient<'a>(&'a self, task: &'a Task, phi: &'a [f64]) -> TotalGradient<'a> {
+        TotalGradient {
+            system: &*task.system,
+            phi,
+            noise_model: &task.noise,
+            initial_state: &task.initial_state,
+            plan: &self.plan,
+            belief: &self.belief,
+            noise: &self.noise,
+        }
+    }
+}
+
+/// The first step at which noise would lower the cost, as costs of negative curvature make it seem: `Tr(S_{t+1} W_t) < 0`
+/// or `Tr(S_0 X_0) < 0`. There the expected cost is of no use to minimise: as `Q_uu` becomes singular it falls without bound.
+fn gains_by_noise(plan: &Plan, noise: &Noise) -> Option<usize> {
+    let price = |s: usize, covariance: &Matrices, t: usize| rows::dot(plan.policy.curvature.at(s), covariance.at(t));
+    let process = (0..plan.trajectory.steps()).find(|&t| price(t + 1, &noise.process, t) < 0.0);
+    if price(0, &noise.initial, 0) < 0.0 { Some(0) } else { process }
+}

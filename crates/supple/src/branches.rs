@@ -1,0 +1,274 @@
+//! Local minima of the nominal problem: contact makes many, one for each order of bounces.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+use supple_kernels::Matrices;
+use supple_kernels::math;
+
+use crate::continuation::{Failed, Scaling, continue_plan};
+use crate::growth::explain;
+use crate::pipeline::TaskState;
+use crate::plan::{Patience, Plan};
+use crate::problem::{Problem, Task};
+use crate::{Error, Value};
+
+/// Factors by which a constant first guess is scaled to find the plan of least cost.
+const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
+
+/// Plans a task as [`best_plan`] does, without a neighbour.
+///
+/// # Errors
+/// Where no guess leads to a finite plan.
+pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
+    best_plan((problem, task), phi, None, state)
+}
+
+/// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess, and where that is one
+/// constant row, from multiples of it too; where there are contacts to be found, from a plan that approached them; and
+/// from the controls of a `neighbour` where they are given, such as those of the plan at a design nearby.
+///
+/// Keeps the converged plan of least nominal cost; that from the neighbour only where it is on another, cheaper branch, so
+/// that rounding does not decide. Leaves it in `state`, with its own iterations. A plan that did not converge but is
+/// cheaper is mentioned in [`Plan::passed_over`](crate::plan::Plan::passed_over).
+///
+/// # Errors
+/// Where nothing leads to a finite plan, or a covariance is indefinite.
+pub fn best_plan(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    neighbour: Option<&Matrices>,
+    state: &mut TaskState,
+) -> Result<(), Error> {
+    let settings = &problem.planning;
+    state.limit_time(settings.time_limit);
+    let is_zero = |row: &Vec<Value>| row.iter().all(|value| value.is_zero());
+    let constant = task.initial_control.len() == 1 && task.steps > 1 && !is_zero(&task.initial_control[0]);
+    let factors = if constant { &GUESS_FACTORS[..] } else { &GUESS_FACTORS[..1] };
+    let mut candidates = Candidates::default();
+    let (guess, apart) = (task.guess(phi, 1.0), state.has_to_approach(task, phi));
+    // Friction alone often needs no approach, and makes no branches that are worth another plan.
+    if !apart
+        && task.system.widened().is_some()
+        && state.plan_with((task, phi), (settings, Patience::Little), &guess).is_ok()
+    {
+        candidates.keep(&state.plan, 0.0);
+    }
+    if candidates.converged.is_none()
+        && let Some((controls, before)) = state.approach(task, phi, settings, &guess)
+    {
+        candidates.plan(
+            (problem, task),
+            phi,
+            Start { patience: Patience::Close, before, ..Start::of(&controls) },
+            state,
+        );
+    }
+    if candidates.converged.is_none() || apart {
+        for &factor in factors {
+            candidates.plan((problem, task), phi, Start::of(&task.guess(phi, factor)), state);
+        }
+    }
+    if task.initial_control.is_empty() && candidates.converged.is_none() {
+        candidates.plan((problem, task), phi, Start::of(&task.guess(phi, 0.0)), state);
+    }
+    if let Some(controls) = neighbour {
+        candidates.plan((problem, task), phi, Start { margin: SAME_BRANCH, ..Start::of(controls) }, state);
+    }
+    match candidates.choose() {
+        Ok(kept) => {
+            state.plan = kept;
+            state.assess(task, phi).map_err(|error| explain(task, phi, error, &state.plan.trajectory))
+        }
+        Err(error) => Err(explain(task, phi, error, &state.plan.trajectory)),
+    }
+}
+
+/// Where a plan starts from.
+#[derive(Clone, Copy)]
+struct Start<'a> {
+    controls: &'a Matrices,
+    patience: Patience,
+    /// Iterations that it took to find these controls.
+    before: usize,
+    /// How much cheaper than the others the plan must be to be kept.
+    margin: f64,
+}
+
+impl<'a> Start<'a> {
+    fn of(controls: &'a Matrices) -> Self {
+        Self { controls, patience: Patience::Full, before: 0, margin: 0.0 }
+    }
+}
+
+/// The best of the plans from several guesses, and why the first of those without one has none.
+#[derive(Default)]
+struct Candidates {
+    /// The cheapest that converged.
+    converged: Option<Plan>,
+    /// The cheapest of the others.
+    other: Option<Plan>,
+    error: Option<Error>,
+}
+
+impl Candidates {
+    /// Plans from some controls. Once planning is late
+    /// nothing is tried any more but a first plan.
+    fn plan(&mut self, (problem, task): (&Problem, &Task), phi: &[f64], start: Start, state: &mut TaskState) {
+        if state.is_late() && (self.converged.is_some() || self.other.is_some()) {
+            return;
+        }
+        if let Err(error) = state.plan_with((task, phi), (&problem.planning, start.patience), start.controls) {
+            self.error.get_or_insert(error);
+            return;
+        }
+        state.plan.iterations += start.before;
+        self.keep(&state.plan, start.margin);
+    }
+
+    /// Keeps a plan where it is cheaper than the others of its kind by the margin.
+    fn keep(&mut self, plan: &Plan, margin: f64) {
+        let best = if plan.status.is_converged() { &mut self.converged } else { &mut self.other };
+        let cost = plan.objective;
+        let cheaper = |best: &Plan| cost + margin * (1.0 + best.objective.abs()) < best.objective;
+        if best.as_ref().is_none_or(|best| cheaper(best) || best.objective.is_nan()) {
+            *best = Some(plan.clone());
+        }
+    }
+
+    /// The one to keep: it says what a cheaper one costs that did not converge.
+    fn choose(self) -> Result<Plan, Error> {
+        let (Some(mut kept), other) = (self.converged, &self.other) else {
+            let error = self.error.unwrap_or(Error::NotFinite { what: "the first guess", step: 0 });
+            return self.other.ok_or(error);
+        };
+        let much_less = |cost: &f64| *cost < kept.objective - CHEAPER * (1.0 + kept.objective.abs());
+        kept.passed_over = other.as_ref().map(|other| other.objective).filter(much_less);
+        Ok(kept)
+    }
+}
+
+/// By how much cheaper, relatively, a plan that did not converge must be to be mentioned.
+const CHEAPER: f64 = 1e-3;
+
+/// Plans a task at a design: from given controls, or else from the best of its first guesses; then, with attempts to
+/// find other local minima, on the cheapest branch seen. Returns how many were seen, where they were searched for.
+///
+/// # Errors
+/// Where no guess leads to a finite plan.
+pub fn plan_at(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    controls: Option<&Matrices>,
+    (seed, attempts): (u64, usize),
+    state: &mut TaskState,
+) -> Result<Option<usize>, Error> {
+    match controls {
+        Some(controls) => {
+            state.limit_time(problem.planning.time_limit);
+            let planned = state.evaluate(task, phi, &problem.planning, Some(controls));
+            planned.map_err(|error| explain(task, phi, error, &state.plan.trajectory))?;
+        }
+        None => best_of_guesses(problem, task, phi, state)?,
+    }
+    if attempts == 0 {
+        return Ok(None);
+    }
+    let given = (&state.plan.trajectory.controls, state.cost.expected());
+    let found = search_branches((problem, task), phi, given, (seed, attempts), usize::MAX);
+    state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
+    Ok(Some(found.count))
+}
+
+/// What a branch search found for one task.
+pub(crate) struct Branches {
+    /// How many different local minima were seen, the given one included.
+    pub count: usize,
+    /// Controls of the one with the least expected cost.
+    pub controls: Matrices,
+    /// Its expected cost.
+    pub cost: f64,
+}
+
+/// Searches for other local minima of a task's nominal problem at a design, by continuation: plans at random designs
+/// from random multiples of the first guess, each continued to the design in small steps; where contacts are to be found,
+/// every other one from a plan that approached them. Deterministic in the seed, whatever the number of threads.
+///
+/// Attempts that find nothing new end once they took as many iterations as `effort` says, such as those of the search
+/// that this one follows.
+pub(crate) fn search_branches(
+    (problem, task): (&Problem, &Task),
+    phi: &[f64],
+    given: (&Matrices, f64),
+    (seed, attempts): (u64, usize),
+    effort: usize,
+) -> Branches {
+    let scaling = Scaling::of(&problem.parameters);
+    let attempt = |state: &mut TaskState, attempt: usize| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(attempt as u64 + 1);
+        state.effort = 0;
+        let approach = attempt % 2 == 1;
+        let found = attempt_branch((problem, task), &scaling, phi, (&mut random, approach), state);
+        (state.effort, found.ok().flatten())
+    };
+    let mut branches = Branches { count: 1, controls: given.0.clone(), cost: given.1 };
+    let (mut seen, mut spent, mut next) = (vec![given.1], 0, 0);
+    while next < attempts {
+        let batch = next..(next + BATCH).min(attempts);
+        next = batch.end;
+        let found: Vec<(usize, Option<(f64, Matrices)>)> =
+            batch.into_par_iter().map_init(|| TaskState::new(task), attempt).collect();
+        let before = seen.len();
+        for (effort, found) in found {
+            spent += effort;
+            let Some((cost, controls)) = found else { continue };
+            if seen.iter().all(|other: &f64| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
+                seen.push(cost);
+            }
+            if cost < branches.cost - SAME_BRANCH * (1.0 + branches.cost.abs()) {
+                branches.controls = controls;
+                branches.cost = cost;
+            }
+        }
+        if seen.len() == before && spent >= effort {
+            break;
+        }
+    }
+    branches.count = seen.len();
+    branches
+}
+
+/// Attempts of a branch search that are made at once; how many does not depend on the number of threads.
+const BATCH: usize = 8;
+
+/// Costs closer than this, relatively, belong to one branch.
+const SAME_BRANCH: f64 = 1e-7;
+
+/// A number in [0, 1).
+pub(crate) fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn attempt_branch(
+    (problem, task): (&Problem, &Task),
+    scaling: &Scaling,
+    phi: &[f64],
+    (random, approach): (&mut ChaCha8Rng, bool),
+    state: &mut TaskState,
+) -> Result<Option<(f64, Matrices)>, Error> {
+    // A design within a third of the box around this one, in scaled coordinates.
+    let source: Vec<f64> =
+        scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / 3.0).clamp(0.0, 1.0)).collect();
+    let source = scaling.unscaled(phi, &source);
+    let factor = math::exp(uniform(random) * 1.8);
+    let mut guess = task.guess(&source, factor);
+    if approach && let Some((controls, _)) = state.approach(task, &source, &problem.planning, &guess) {
+        guess = controls;
+    }
+    state.plan_only(task, &source, &problem.planning, Some(&guess))?;
+    let controls = state.plan.trajectory.controls.clone();
+    continue_plan((problem, task), scaling, (&source, phi), (&controls, 1), state).map_err(Failed::error)?;
+    let converged = state.plan.status.is_converged();
+    Ok(converged.then(|| (state.cost.expected(), state.plan.trajectory.controls.clone())))
+}

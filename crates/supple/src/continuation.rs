@@ -1,0 +1,111 @@
+//! Designs in scaled coordinates, and plans continued from one design to another.
+
+use supple_kernels::Matrices;
+
+use crate::Error;
+use crate::growth::explain;
+use crate::parameters::{Parameters, Scale};
+use crate::pipeline::TaskState;
+use crate::problem::{Problem, Task};
+
+/// The design parameters as the search moves them: each from 0 at its lower bound to 1 at its upper one, linearly or
+/// in the logarithm.
+#[derive(Clone, Debug)]
+pub(crate) struct Scaling {
+    /// Indices of the design parameters.
+    pub indices: Vec<usize>,
+    list: Vec<(Scale, [f64; 2])>,
+}
+
+impl Scaling {
+    pub fn of(parameters: &Parameters) -> Self {
+        let indices = parameters.design();
+        let list = indices.iter().map(|&i| (parameters.get(i).scale, parameters.get(i).bounds)).collect();
+        Self { indices, list }
+    }
+
+    /// Scaled coordinates of the design parameters in `phi`.
+    pub fn scaled(&self, phi: &[f64]) -> Vec<f64> {
+        let one = |(&index, &(scale, bounds)): (&usize, &(Scale, [f64; 2]))| scale.share(bounds, phi[index]);
+        self.indices.iter().zip(&self.list).map(one).collect()
+    }
+
+    /// `phi` with the design parameters at scaled coordinates, cut to their bounds.
+    pub fn unscaled(&self, phi: &[f64], scaled: &[f64]) -> Vec<f64> {
+        let mut phi = phi.to_vec();
+        for ((&index, (scale, bounds)), &share) in self.indices.iter().zip(&self.list).zip(scaled) {
+            phi[index] = scale.value(*bounds, share);
+        }
+        phi
+    }
+
+    /// A gradient by the scaled coordinates, from one by all parameters at `phi`.
+    pub fn gradient(&self, phi: &[f64], by_parameter: &[f64]) -> Vec<f64> {
+        let one = |(&index, &(scale, bounds)): (&usize, &(Scale, [f64; 2]))| {
+            scale.slope(bounds, phi[index], by_parameter[index])
+        };
+        self.indices.iter().zip(&self.list).map(one).collect()
+    }
+
+    /// The slope at `phi` along the way from one place to another in scaled coordinates, all of it, from a gradient by all
+    /// parameters.
+    pub fn slope_along(&self, (start, end): (&[f64], &[f64]), phi: &[f64], by_parameter: &[f64]) -> f64 {
+        let slopes = self.gradient(phi, by_parameter);
+        slopes.iter().zip(start.iter().zip(end)).map(|(slope, (a, b))| slope * (b - a)).sum()
+    }
+}
+
+/// The place at a share of the way from one to another, in scaled coordinates.
+pub(crate) fn between(start: &[f64], end: &[f64], share: f64) -> Vec<f64> {
+    start.iter().zip(end).map(|(a, b)| a + share * (b - a)).collect()
+}
+
+/// Continuation steps are at most this long in scaled coordinates, so that a plan stays on its branch.
+const CONTINUATION_STEP: f64 = 0.04;
+
+/// A plan that could not be made on the way to a design.
+pub(crate) struct Failed {
+    /// All parameters where it failed.
+    phi: Vec<f64>,
+    error: Error,
+}
+
+impl Failed {
+    /// Why, with what to do about it where the time step is too large.
+    pub fn explain(self, task: &Task, state: &TaskState) -> Error {
+        explain(task, &self.phi, self.error, &state.plan.trajectory)
+    }
+
+    /// Why, as quickly as can be told.
+    pub fn error(self) -> Error {
+        self.error
+    }
+}
+
+/// How far two designs are from one another in the parameter that differs most, in scaled coordinates.
+pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Plans a task along the straight line between two designs, each plan starting from the one before, in steps that are finer
+/// than the usual ones by a factor; the state is left at the second design.
+pub(crate) fn continue_plan(
+    (problem, task): (&Problem, &Task),
+    scaling: &Scaling,
+    (from, to): (&[f64], &[f64]),
+    (controls, finer): (&Matrices, usize),
+    state: &mut TaskState,
+) -> Result<(), Failed> {
+    let (start, end) = (scaling.scaled(from), scaling.scaled(to));
+    let steps = (largest_difference(&start, &end) / CONTINUATION_STEP).ceil().max(1.0) as usize * finer;
+    let mut controls = controls.clone();
+    for step in 1..=steps {
+        let share = step as f64 / steps as f64;
+        let phi = if step == steps { to.to_vec() } else { scaling.unscaled(to, &between(&start, &end, share)) };
+        if let Err(error) = state.plan_only(task, &phi, &problem.planning, Some(&controls)) {
+            return Err(Failed { phi, error });
+        }
+        controls.copy_from(&state.plan.trajectory.controls);
+    }
+    state.assess(task, to).map_err(|error| Failed { phi: to.to_vec(), error })
+}

@@ -1,0 +1,378 @@
+//! Values of a parsed file, by serde.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use serde::de::value::StrDeserializer;
+use serde::de::{
+    self, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
+};
+use serde::forward_to_deserialize_any;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::value::as_key;
+use supple_files::{nearest, quoted};
+
+/// Why a value could not be read, and where in it.
+#[derive(Debug)]
+pub(crate) struct ReadError {
+    /// The path from the value that was read to the one that is wrong.
+    pub path: String,
+    /// Bytes of the text that are meant; none where they are those of the value that was read.
+    pub span: Option<Range<usize>>,
+    /// What was found, and what is valid.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl ReadError {
+    /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
+    fn within(mut self, place: &str, span: Range<usize>) -> Self {
+        self.path = join(place, &self.path);
+        self.span.get_or_insert(span);
+        self
+    }
+}
+
+/// A path, and one from there on.
+pub(super) fn join(path: &str, rest: &str) -> String {
+    let separator = if path.is_empty() || rest.is_empty() || rest.starts_with('[') { "" } else { "." };
+    format!("{path}{separator}{rest}")
+}
+
+impl std::fmt::Display for ReadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+impl de::Error for ReadError {
+    fn custom<T: std::fmt::Display>(message: T) -> Self {
+        Self { path: String::new(), span: None, message: message.to_string(), help: None }
+    }
+    fn invalid_type(found: Unexpected, valid: &dyn de::Expected) -> Self {
+        Self::custom(format_args!("must be {}; found {}", plain(&valid.to_string()), name_of(found)))
+    }
+    fn invalid_value(found: Unexpected, valid: &dyn de::Expected) -> Self {
+        Self::invalid_type(found, valid)
+    }
+    fn invalid_length(found: usize, valid: &dyn de::Expected) -> Self {
+        Self::custom(format_args!("must be {}; found {found}", plain(&valid.to_string())))
+    }
+    fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
+        let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
+        Self { help: nearest(found, valid), ..error }
+    }
+    fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {
+        let error = Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        Self { help: nearest(found, valid), ..error }
+    }
+    fn missing_field(key: &'static str) -> Self {
+        Self { path: key.to_owned(), ..Self::custom("is missing") }
+    }
+}
+
+/// What serde expects, in plain words.
+fn plain(valid: &str) -> Cow<'_, str> {
+    match valid {
+        "f32" | "f64" => "a number".into(),
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".into(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0".into(),
+        "a boolean" => "`true` or `false`".into(),
+        "a string" => "text in quotes".into(),
+        "a sequence" => "a list".into(),
+        "a map" => "a table".into(),
+        _ if valid.starts_with("struct ") => "a table".into(),
+        _ => match valid.strip_prefix("an array of length ") {
+            Some(length) => format!("a list of {length}").into(),
+            None => valid.into(),
+        },
+    }
+}
+
+/// What was found, in plain words.
+fn name_of(found: Unexpected) -> String {
+    match found {
+        Unexpected::Bool(value) => value.to_string(),
+        Unexpected::Unsigned(number) => number.to_string(),
+        Unexpected::Signed(number) => number.to_string(),
+        Unexpected::Float(number) => number.to_string(),
+        Unexpected::Str(text) => format!("{text:?}"),
+        Unexpected::Seq => "a list".into(),
+        Unexpected::Map => "a table".into(),
+        other => other.to_string(),
+    }
+}
+
+/// Reads a value of a parsed file.
+///
+/// Stricter than the reader that comes with the parser: a list for `[T; N]` has N entries, neither fewer nor more, and
+/// only a table stands for a struct. Errors know the path to what is wrong.
+#[derive(Clone, Copy)]
+pub(crate) struct Reader<'a> {
+    value: &'a Spanned<DeValue<'a>>,
+    /// Keys of the table that are read apart.
+    apart: [&'static [&'static str]; 3],
+    /// The only keys of the table that are read, where not all are.
+    only: Option<&'static [&'static str]>,
+    /// A key of the table that is read as another one.
+    renamed: Option<(&'static str, &'static str)>,
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { value, apart: [&[]; 3], only: None, renamed: None }
+    }
+
+    /// Leaves out keys of the table that are read apart, up to three times; what is unknown is told with these among the
+    /// valid ones, but for the key `kind`.
+    pub fn beside(self, keys: &'static [&'static str]) -> Self {
+        Self { apart: [self.apart[1], self.apart[2], keys], ..self }
+    }
+
+    /// Leaves out all but some keys of the table.
+    pub fn only(self, keys: &'static [&'static str]) -> Self {
+        Self { only: Some(keys), ..self }
+    }
+
+    /// Reads a key of the table as if it were another one.
+    pub fn renamed(self, key: &'static str, as_key: &'static str) -> Self {
+        Self { renamed: Some((key, as_key)), ..self }
+    }
+
+    /// Whether it is a table with a key.
+    pub fn has(&self, key: &str) -> bool {
+        matches!(self.value.get_ref(), DeValue::Table(table) if table.contains_key(key))
+    }
+
+    fn unexpected(&self) -> Unexpected<'a> {
+        match self.value.get_ref() {
+            DeValue::String(text) => Unexpected::Str(text),
+            DeValue::Integer(number) => Unexpected::Other(number.as_str()),
+            DeValue::Float(number) => Unexpected::Other(number.as_str()),
+            DeValue::Boolean(value) => Unexpected::Bool(*value),
+            DeValue::Datetime(_) => Unexpected::Other("a date or a time"),
+            DeValue::Array(_) => Unexpected::Seq,
+            DeValue::Table(_) => Unexpected::Map,
+        }
+    }
+
+    /// Where some keys are read apart, an unknown one is told with all that are valid.
+    fn check_keys(&self, entries: &Table, own: &[&'static str]) -> Result<(), ReadError> {
+        let apart = || self.apart.iter().flat_map(|keys| keys.iter().copied()).filter(|&key| key != "kind");
+        if apart().next().is_none() {
+            return Ok(());
+        }
+        let known = |key: &str| {
+            let renamed = self.renamed.is_some_and(|(from, _)| from == key);
+            renamed || own.contains(&key)
+        };
+        let Some((key, _)) = entries.entries.as_slice().iter().find(|(key, _)| !known(key.get_ref())) else {
+            return Ok(());
+        };
+        let valid: Vec<&str> = own.iter().copied().chain(apart()).collect();
+        let found = key.get_ref();
+        let error = ReadError::custom(format_args!("unknown key `{found}`; valid are {}", quoted(&valid)));
+        Err(ReadError { help: nearest(found, &valid), ..error }.within(&as_key(found), key.span()))
+    }
+
+    /// The entries of a table in the order of the file.
+    fn entries(&self, table: &'a DeTable<'a>) -> Table<'a> {
+        let is_read = |key: &str| {
+            self.only.is_none_or(|only| only.contains(&key)) && !self.apart.iter().any(|keys| keys.contains(&key))
+        };
+        let mut entries: Vec<_> = table.iter().filter(|(key, _)| is_read(key.get_ref())).collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        Table { entries: entries.into_iter(), value: None, renamed: self.renamed }
+    }
+}
+
+impl<'de> Deserializer<'de> for Reader<'_> {
+    type Error = ReadError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        let too_large = |number: &str| Err(ReadError::custom(format_args!("is too large a number: {number}")));
+        match self.value.get_ref() {
+            DeValue::String(text) => visitor.visit_str(text),
+            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(value) => visitor.visit_i64(value),
+                Err(_) => too_large(number.as_str()),
+            },
+            DeValue::Float(number) => match number.as_str().parse::<f64>() {
+                // `inf` and `nan` are for the visitor to judge; a number with too many digits is neither.
+                Ok(value) if value.is_finite() || number.as_str().contains('n') => visitor.visit_f64(value),
+                _ => too_large(number.as_str()),
+            },
+            DeValue::Boolean(value) => visitor.visit_bool(*value),
+            DeValue::Datetime(_) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
+            DeValue::Array(list) => {
+                let mut entries = List(list.iter().enumerate());
+                let value = visitor.visit_seq(&mut entries)?;
+                match entries.0.len() {
+                    0 => Ok(value),
+                    rest => {
+                        let valid = list.len() - rest;
+                        Err(ReadError::custom(format_args!("must be a list of {valid}; found {}", list.len())))
+                    }
+                }
+            }
+            DeValue::Table(table) => visitor.visit_map(self.entries(table)),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        match self.value.get_ref() {
+            DeValue::Table(table) => {
+                let entries = self.entries(table);
+                self.check_keys(&entries, keys)?;
+                visitor.visit_map(entries)
+            }
+            _ => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
+        }
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(variants)));
+        let table = match self.value.get_ref() {
+            DeValue::String(name) => return visitor.visit_enum(Variant { name, span: None, settings: None }),
+            DeValue::Table(table) => table,
+            _ => return Err(wrong(&name_of(self.unexpected()))),
+        };
+        let mut entries = self.entries(table).entries;
+        let (Some((key, settings)), None) = (entries.next(), entries.next()) else {
+            return Err(wrong(&format!("a table with {} keys", table.len())));
+        };
+        let name = key.get_ref();
+        let variant = Variant { name, span: Some(key.span()), settings: Some(Reader::new(settings)) };
+        visitor.visit_enum(variant).map_err(|error| error.within(&as_key(name), settings.span()))
+    }
+
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_unit()
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map identifier
+    }
+}
+
+/// The entries of a list that are still to read.
+struct List<'a>(std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>);
+
+impl<'de> SeqAccess<'de> for List<'_> {
+    type Error = ReadError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ReadError> {
+        let Some((index, value)) = self.0.next() else { return Ok(None) };
+        let read = seed.deserialize(Reader::new(value)).map(Some);
+        read.map_err(|error| error.within(&format!("[{index}]"), value.span()))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.0.len())
+    }
+}
+
+/// A key and its value.
+type Entry<'a> = (&'a Spanned<Cow<'a, str>>, &'a Spanned<DeValue<'a>>);
+
+/// The entries of a table that are still to read, and the one whose key was read last.
+struct Table<'a> {
+    entries: std::vec::IntoIter<Entry<'a>>,
+    value: Option<Entry<'a>>,
+    /// A key that is read as another one.
+    renamed: Option<(&'static str, &'static str)>,
+}
+
+impl<'de> MapAccess<'de> for Table<'_> {
+    type Error = ReadError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ReadError> {
+        self.value = self.entries.next();
+        let Some((key, _)) = self.value else { return Ok(None) };
+        let renamed = self.renamed.filter(|(from, _)| key.get_ref() == from);
+        let name = renamed.map_or(key.get_ref().as_ref(), |(_, to)| to);
+        let read = seed.deserialize(StrDeserializer::<ReadError>::new(name)).map(Some);
+        read.map_err(|error| error.within(&as_key(key.get_ref()), key.span()))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ReadError> {
+        let Some((key, value)) = self.value else { return Err(ReadError::custom("a value was read before its key")) };
+        let read = seed.deserialize(Reader::new(value));
+        read.map_err(|error| error.within(&as_key(key.get_ref()), value.span()))
+    }
+}
+
+/// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
+struct Variant<'a> {
+    name: &'a str,
+    /// Bytes of the name, where it is a key.
+    span: Option<Range<usize>>,
+    settings: Option<Reader<'a>>,
+}
+
+impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
+    type Error = ReadError;
+    type Variant = Self;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), ReadError> {
+        match seed.deserialize(StrDeserializer::<ReadError>::new(self.name)) {
+            Ok(value) => Ok((value, self)),
+            Err(error) => Err(ReadError { span: self.span, ..error }),
+        }
+    }
+}
+
+impl<'a> Variant<'a> {
+    fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
+        let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
+        let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
+        self.settings.ok_or_else(|| ReadError::custom(format_args!("`{}` needs settings: {example}", self.name)))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Variant<'_> {
+    type Error = ReadError;
+
+    fn unit_variant(self) -> Result<(), ReadError> {
+        match self.settings {
+            None => Ok(()),
+            Some(_) => Err(ReadError::custom(format_args!("takes no settings: write \"{}\"", self.name))),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ReadError> {
+        seed.deserialize(self.settings(&[])?)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(&[])?.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(keys)?.deserialize_struct("", keys, visitor)
+    }
+}

@@ -1,0 +1,107 @@
+//! Roll-outs on a plant that is not the task's model, beside those on the model itself.
+
+use serde::Serialize;
+
+use crate::branches::plan_at;
+use crate::linearisation::Rows;
+use crate::pipeline::TaskState;
+use crate::plan::PlanStatus;
+use crate::problem::{Problem, Task, check_rollouts};
+use crate::simulate::{BATCH, ClosedLoop, LoopSetting, MonteCarlo, NoiseFactors, Plant, Truth, World, in_batches};
+use crate::{ContactReport, Error, contact_reports};
+
+/// Roll-outs of one plan, with what each of them came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Runs {
+    /// All of them together.
+    #[serde(flatten)]
+    pub together: MonteCarlo,
+    /// Cost of each; infinite where it diverged.
+    pub costs: Vec<f64>,
+    /// Last true state of each, vectors of length n; of no meaning where it diverged.
+    pub last_states: Rows,
+}
+
+/// A plan in closed loop on a plant and, under the same noise, on the task's own model.
+#[derive(Clone, Debug, Serialize)]
+pub struct Elsewhere {
+    /// How the plan ended.
+    pub status: PlanStatus,
+    /// What it expects to cost.
+    pub predicted_cost: f64,
+    /// What it expects its measurements to tell, in bits.
+    pub predicted_bits: f64,
+    /// What it touches.
+    pub contacts: Vec<ContactReport>,
+    /// On the task's own model.
+    pub own: Runs,
+    /// On the plant.
+    pub plant: Runs,
+}
+
+/// What is true elsewhere: measurements, costs and contacts of a task with the same states, controls, measurements and
+/// contacts, and the motion of a plant.
+#[derive(Clone, Copy)]
+pub struct Other<'a> {
+    /// The task; its noise and costs' targets are those of the task that is rolled out, unless they were changed.
+    pub task: &'a Task,
+    /// All its parameters.
+    pub phi: &'a [f64],
+    /// How states move on.
+    pub plant: Plant<'a>,
+}
+
+impl Problem {
+    /// Plans the task of a name at a design, and runs plan and extended Kalman filter on its own model and elsewhere, under
+    /// the same noise: that of the design. Sample i draws from stream i of the seed. The plant is called on one thread, with
+    /// all samples at once.
+    ///
+    /// # Errors
+    /// Where there is no such task, the other one has another size, a number is not finite, or a covariance is indefinite.
+    pub fn roll_out_elsewhere(
+        &self,
+        phi: &[f64],
+        name: &str,
+        other: Other,
+        (rollouts, seed): (usize, u64),
+    ) -> Result<Elsewhere, Error> {
+        self.check_design(phi)?;
+        check_rollouts(rollouts)?;
+        let task = self.task(name)?;
+        let (found, expected) = (other.task.system.dimensions().states, task.system.dimensions().states);
+        if found != expected {
+            return Err(Error::Shape { what: "the state of the plant".to_owned(), found, expected });
+        }
+        let mut state = TaskState::new(task);
+        plan_at((self, task), phi, None, (0, 0), &mut state)?;
+        let noise = World { phi, noise: &state.noise }.fixed_noise(task)?;
+        let factors = NoiseFactors::of(&noise)?;
+        let believed = World { phi, noise: &noise };
+        let own = Truth::of(task, phi);
+        let there = Truth { system: &*other.task.system, phi: other.phi, plant: Some(other.plant) };
+        let predicted = state.cost.expected();
+        let runs = |truth: Truth, batch: usize| {
+            let setting = LoopSetting { task, plan: &state.plan, believed, truth, factors: &factors, along: None };
+            Runs::of(setting, predicted, (rollouts, seed), batch)
+        };
+        Ok(Elsewhere {
+            own: runs(own, BATCH)?,
+            plant: runs(there, rollouts.max(1))?,
+            status: state.plan.status,
+            predicted_cost: predicted,
+            predicted_bits: state.information.total / std::f64::consts::LN_2,
+            contacts: contact_reports(task, phi, &state.plan.trajectory),
+        })
+    }
+}
+
+impl Runs {
+    fn of(setting: LoopSetting, predicted: f64, (rollouts, seed): (usize, u64), batch: usize) -> Result<Self, Error> {
+        let kept = |closed: ClosedLoop| (closed.outcomes, closed.states.to_rows());
+        let (outcomes, last_states): (Vec<_>, Vec<_>) =
+            in_batches(setting, (rollouts, seed), batch, kept)?.into_iter().unzip();
+        let mut together = MonteCarlo::of(setting.task, outcomes.concat(), predicted, seed);
+        let costs = std::mem::take(&mut together.costs);
+        Ok(Self { together, costs, last_states: last_states.concat() })
+    }
+}

@@ -1,0 +1,159 @@
+//! What an engineer looks at first: forces and clearances of contacts, and the terms of the cost, over time.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contacts::ContactState;
+use crate::followed::FollowedNumber;
+use crate::limits::{LimitViolation, violations};
+use crate::problem::Task;
+use crate::simulate::Sample;
+use crate::touching::contacts_along;
+use crate::trajectory::Trajectory;
+
+/// A contact over time, along a plan and along the run in closed loop. A run that diverged is shorter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactCurve {
+    /// Its name.
+    pub name: String,
+    /// Normal force along the plan, N; one number per state.
+    #[serde(rename = "force_N")]
+    pub force: Vec<f64>,
+    /// Clearance along the plan, m; negative where the body is inside.
+    pub clearance_m: Vec<f64>,
+    /// Whether it touches there: see [`ContactState::touches`].
+    pub touches: Vec<bool>,
+    /// Normal force along the run, N.
+    #[serde(rename = "run_force_N")]
+    pub run_force: Vec<f64>,
+    /// Clearance along the run, m.
+    pub run_clearance_m: Vec<f64>,
+}
+
+/// A term of the cost along a plan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CostCurve {
+    /// Its place among the task's costs, from 1, and its kind: `2 contact_force`.
+    pub name: String,
+    /// What it adds at each step, N of them, and at the end.
+    pub per_step: Vec<f64>,
+}
+
+/// A number over time that a cost weighs, a limit bounds or the task shows.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct QuantityCurve {
+    /// Its name.
+    pub name: String,
+    /// Its unit; empty where it is not known.
+    pub unit: String,
+    /// What asks for it: `cost 2`, `limit 1`, `curve 3`, counted from 1.
+    pub of: String,
+    /// Where a cost wants it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<f64>,
+    /// The least that it may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower: Option<f64>,
+    /// The most that it may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper: Option<f64>,
+    /// Along the plan: one number per state, or per step where it depends on the control.
+    pub values: Vec<f64>,
+    /// Along the run in closed loop; shorter where it diverged.
+    pub run_values: Vec<f64>,
+}
+
+/// Where followed numbers of a task leave their limits along a plan.
+pub(super) fn quantity_violations(task: &Task, phi: &[f64], plan: &Trajectory) -> Vec<LimitViolation> {
+    let numbers = task.system.followed(phi);
+    if numbers.iter().all(|number| number.limits.iter().all(|limit| limit.is_infinite())) {
+        return Vec::new();
+    }
+    let along = along_plan(task, phi, plan, &numbers);
+    let of_number =
+        |(number, values): (&FollowedNumber, Vec<f64>)| violations(&number.channel.name, number.limits, &values);
+    numbers.iter().zip(along).flat_map(of_number).collect()
+}
+
+/// The followed numbers of a task.
+pub(super) fn quantity_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: &Sample) -> Vec<QuantityCurve> {
+    let numbers = task.system.followed(phi);
+    let planned = along_plan(task, phi, plan, &numbers);
+    let states: Vec<&[f64]> = run.states.iter().map(Vec::as_slice).collect();
+    let controls: Vec<&[f64]> = run.controls.iter().map(Vec::as_slice).collect();
+    let ran = follow((task, phi), (&states, &controls), &numbers);
+    let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
+    let curve = |((number, values), run_values): ((FollowedNumber, Vec<f64>), Vec<f64>)| QuantityCurve {
+        name: number.channel.name,
+        unit: number.channel.unit,
+        of: number.of,
+        target: number.target,
+        lower: finite(number.limits[0]),
+        upper: finite(number.limits[1]),
+        values,
+        run_values,
+    };
+    numbers.into_iter().zip(planned).zip(ran).map(curve).collect()
+}
+
+fn along_plan(task: &Task, phi: &[f64], plan: &Trajectory, numbers: &[FollowedNumber]) -> Vec<Vec<f64>> {
+    let states: Vec<&[f64]> = (0..plan.states.count()).map(|step| plan.states.vector(step)).collect();
+    let controls: Vec<&[f64]> = (0..plan.controls.count()).map(|step| plan.controls.vector(step)).collect();
+    follow((task, phi), (&states, &controls), numbers)
+}
+
+/// Each number over time, without the end where it depends on the control.
+fn follow(
+    (task, phi): (&Task, &[f64]),
+    (states, controls): (&[&[f64]], &[&[f64]]),
+    numbers: &[FollowedNumber],
+) -> Vec<Vec<f64>> {
+    let mut along = vec![Vec::with_capacity(states.len()); numbers.len()];
+    if numbers.is_empty() {
+        return along;
+    }
+    let idle = vec![0.0; task.system.dimensions().controls];
+    for (step, x) in states.iter().enumerate() {
+        let u = controls.get(step).copied();
+        let now = task.system.follow(x, u.unwrap_or(&idle), phi);
+        for ((list, value), number) in along.iter_mut().zip(now).zip(numbers) {
+            if u.is_some() || !number.depends_on_control {
+                list.push(value);
+            }
+        }
+    }
+    along
+}
+
+/// The contacts of a task, in the order of its model.
+pub(super) fn contact_curves(task: &Task, phi: &[f64], plan: &Trajectory, run: &Sample) -> Vec<ContactCurve> {
+    let planned = contacts_along(task, phi, (0..plan.states.count()).map(|step| plan.states.vector(step)));
+    let ran = contacts_along(task, phi, run.states.iter().map(Vec::as_slice));
+    let of = |states: &[ContactState], pick: fn(&ContactState) -> f64| states.iter().map(pick).collect();
+    let curve =
+        |((name, planned), (_, ran)): ((String, Vec<ContactState>), (String, Vec<ContactState>))| ContactCurve {
+            name,
+            force: of(&planned, |state| state.force),
+            clearance_m: of(&planned, |state| state.clearance),
+            touches: planned.iter().map(ContactState::touches).collect(),
+            run_force: of(&ran, |state| state.force),
+            run_clearance_m: of(&ran, |state| state.clearance),
+        };
+    planned.into_iter().zip(ran).map(curve).collect()
+}
+
+/// The terms of a task's cost along its plan; empty where the system has only one.
+pub(super) fn cost_curves(task: &Task, phi: &[f64], plan: &Trajectory) -> Vec<CostCurve> {
+    let names = task.system.cost_names();
+    let mut curves: Vec<CostCurve> = names.into_iter().map(|name| CostCurve { name, per_step: Vec::new() }).collect();
+    if curves.is_empty() {
+        return curves;
+    }
+    let (steps, idle) = (plan.steps(), vec![0.0; task.system.dimensions().controls]);
+    for step in 0..=steps {
+        let last = step == steps;
+        let u = if last { &idle } else { plan.controls.vector(step) };
+        let terms = task.system.cost_terms(plan.states.vector(step), u, phi, last);
+        curves.iter_mut().zip(terms).for_each(|(curve, term)| curve.per_step.push(term));
+    }
+    curves
+}

@@ -1,0 +1,187 @@
+//! Whether a time step is too large for the stiff parts of a model (theory, equation R.19).
+
+use nalgebra::DMatrix;
+use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
+use supple_kernels::{Matrices, Scratch, math};
+
+use crate::Error;
+use crate::problem::Task;
+use crate::stability::Stability;
+use crate::system::Points;
+use crate::trajectory::Trajectory;
+use supple_lqg::Knots;
+use supple_lqg::spectral_radius;
+
+/// At most how many steps are looked at.
+const LOOKED_AT: usize = 20;
+/// Above so many states fewer steps are looked at, and by powers of the matrix instead of its eigenvalues.
+const LARGE: usize = 32;
+/// Growth `ln rho` in one time step up to which nothing is said: a plan doubles in 70 steps. What stands still, such as
+/// positions without springs, has `rho = 1`, and rounding of such multiple eigenvalues stays far below.
+const SLOW: f64 = 1e-2;
+/// Growth in one time step that a suggested time step may have beside that of the physics.
+const SUGGESTED: f64 = 1e-3;
+/// How much faster than the physics the numbers may grow. Steps of Euler's methods let unstable physics grow no faster
+/// than it does.
+const FASTER: f64 = 2.0;
+/// Powers of 1/8 of the time step over which the rate of the physics is looked for.
+const SHORTER: i32 = 7;
+/// Distance that a suggested time step keeps from the limit found.
+const MARGIN: f64 = 0.95;
+/// Most sub-steps that are suggested: the most that task files may ask for.
+const MOST_SUBSTEPS: usize = 1000;
+
+/// Whether the time step is short enough for a plan, by its knots.
+pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knots) -> Stability {
+    Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps(), knots.dynamics.rows()))
+}
+
+/// The error with the task, and with what to do about it where a plan cannot be computed because the time step is too large.
+/// The trajectory is the one that was tried, up to where it is no longer finite.
+pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Trajectory) -> Error {
+    if !matches!(error, Error::NotFinite { .. } | Error::NotPositiveDefinite { .. }) {
+        return error;
+    }
+    // Where states have become very large, what is wrong there says nothing of where it began.
+    let size = |t: usize| trajectory.states.vector(t).iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let modest =
+        |t: &usize| trajectory.states.vector(*t).iter().all(|x| x.is_finite()) && size(*t) <= 1e3 * (1.0 + size(0));
+    let steps = (0..trajectory.steps()).take_while(modest).count();
+    let of_task = |error: Error| Error::InTask { task: task.name.clone(), error: Box::new(error) };
+    if steps == 0 {
+        return of_task(error);
+    }
+    let size = task.system.dimensions();
+    let mut dynamics = Matrices::zeros(steps, size.states, size.joint());
+    let points = Points { stages: steps, has_end: false, ..trajectory.points() };
+    task.system.dynamics_jacobians(points, phi, &mut dynamics, &mut Scratch::new());
+    // It began at the first of them; after that the states are not those of any plan.
+    let mut looks =
+        spread(steps, size.states).into_iter().map(|t| Looker { task, phi }.look(trajectory, &dynamics, &[t]));
+    match looks.find(|found| found.numerically_unstable) {
+        Some(stability) => Error::TimeStep { task: task.name.clone(), error: Box::new(error), stability },
+        None => of_task(error),
+    }
+}
+
+/// The first, the last and others of `steps` steps of a system with `states` states: fewer where they are many, as eigenvalues
+/// take the third power of their number.
+fn spread(steps: usize, states: usize) -> Vec<usize> {
+    let count = steps.min((LOOKED_AT * LARGE * LARGE / states.max(LARGE).pow(2)).max(2));
+    (0..count).map(|i| i * (steps - 1) / (count - 1).max(1)).collect()
+}
+
+/// `ln rho` of the square part of matrix `t` of `[A B]`; none where it is not finite.
+fn growth(dynamics: &Matrices, t: usize) -> Option<f64> {
+    let n = dynamics.rows();
+    let mut a = DMatrix::from_fn(n, n, |i, j| dynamics.get(t, i, j));
+    // Squares of entries must be finite too.
+    if a.iter().any(|entry| entry.is_nan() || entry.abs() > 1e100) {
+        return None;
+    }
+    if n > LARGE {
+        return Some(math::ln(spectral_radius(a)));
+    }
+    balance_parlett_reinsch(&mut a);
+    let radius = match Schur::try_new(a.clone(), f64::EPSILON, 100 * n) {
+        Some(schur) => schur.complex_eigenvalues().iter().fold(0.0, |most: f64, value| most.max(value.norm())),
+        None => spectral_radius(a),
+    };
+    Some(math::ln(radius))
+}
+
+/// A task at a design, to look at.
+struct Looker<'a> {
+    task: &'a Task,
+    phi: &'a [f64],
+}
+
+impl Looker<'_> {
+    /// Looks at some steps of a trajectory with the linearisation `dynamics`.
+    fn look(&self, trajectory: &Trajectory, dynamics: &Matrices, steps: &[usize]) -> Stability {
+        let time_step: f64 = self.task.time_step.resolve(self.phi);
+        let mut seen: Vec<(f64, usize)> = steps.iter().filter_map(|&t| Some((growth(dynamics, t)?, t))).collect();
+        seen.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut found = Stability {
+            time_step,
+            spectral_radius: seen.first().map_or(f64::NAN, |(growth, _)| math::exp(*growth)),
+            step: seen.first().map_or(0, |&(_, step)| step),
+            numerically_unstable: false,
+            suggested_time_step: None,
+            suggested_substeps: None,
+        };
+        let mut limit = time_step;
+        for (growth, step) in seen.into_iter().filter(|&(growth, _)| growth > SLOW) {
+            let (x, u) = (trajectory.states.vector(step), trajectory.controls.vector(step));
+            let at = Step { looker: self, t: step, x, u };
+            let Some(rate) = at.rate(time_step).filter(|rate| growth > FASTER * rate * time_step + SLOW) else {
+                continue;
+            };
+            if !found.numerically_unstable {
+                (found.spectral_radius, found.step, found.numerically_unstable) = (math::exp(growth), step, true);
+            }
+            limit = at.longest(limit, rate).unwrap_or(limit);
+        }
+        if limit < time_step {
+            let suggested = two_digits(MARGIN * limit);
+            let substeps = |now: usize| (now as f64 * time_step / suggested).ceil() as usize;
+            found.suggested_time_step = Some(suggested);
+            found.suggested_substeps =
+                self.task.system.substeps().map(substeps).filter(|&substeps| substeps <= MOST_SUBSTEPS);
+        }
+        found
+    }
+}
+
+/// A number rounded down to two digits.
+fn two_digits(value: f64) -> f64 {
+    let exponent = math::log10(value).floor() as i32;
+    let digits = (value * 10f64.powi(1 - exponent)).floor();
+    // As it is written, so that no digits of rounding show.
+    format!("{digits}e{}", exponent - 1).parse().unwrap_or(value)
+}
+
+/// One step of a plan.
+struct Step<'a> {
+    looker: &'a Looker<'a>,
+    t: usize,
+    x: &'a [f64],
+    u: &'a [f64],
+}
+
+impl Step<'_> {
+    /// `ln rho(A)` over a time step.
+    fn growth(&self, time_step: f64) -> Option<f64> {
+        let Looker { task, phi } = self.looker;
+        growth(&task.system.dynamics_jacobian_with(self.t, self.x, self.u, phi, time_step)?, 0)
+    }
+
+    /// The rate at which the physics grows, 1/s: the least of any shorter time step, and at least 0.
+    ///
+    /// Over steps of Euler's methods unstable physics grows the slower the longer they are, so the least is no less than
+    /// over the present one; and numerical growth is 0 once the time step is short enough. Large systems are looked at over
+    /// every other time step.
+    fn rate(&self, time_step: f64) -> Option<f64> {
+        let stride = if self.x.len() > LARGE { 2 } else { 1 };
+        let rates = (1..=SHORTER).step_by(stride).map(|power| {
+            let shorter = time_step * 8f64.powi(-power);
+            Some((self.growth(shorter)? / shorter).max(0.0))
+        });
+        rates.collect::<Option<Vec<_>>>()?.into_iter().reduce(f64::min)
+    }
+
+    /// The longest time step of at most `most` that is stable but for the rate of the physics.
+    fn longest(&self, most: f64, rate: f64) -> Option<f64> {
+        let is_stable = |h: f64| self.growth(h).is_some_and(|growth| growth <= FASTER * rate * h + SUGGESTED);
+        if is_stable(most) {
+            return Some(most);
+        }
+        let mut stable = (1..3 * SHORTER).map(|power| most * 0.5f64.powi(power)).find(|&h| is_stable(h))?;
+        let mut unstable = 2.0 * stable;
+        for _ in 0..12 {
+            let middle = 0.5 * (stable + unstable);
+            *(if is_stable(middle) { &mut stable } else { &mut unstable }) = middle;
+        }
+        Some(stable)
+    }
+}

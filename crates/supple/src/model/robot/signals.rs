@@ -1,0 +1,111 @@
+//! What sensors and costs may use beside states: frames, forces and deflections of compliance, power, centre of mass.
+
+use supple_kernels::Scalar;
+use supple_robot::vector::{add, scale};
+use supple_robot::{Kinematics, Measured, Numbers, Pose, Tree};
+
+use super::Robot;
+use super::compliance::Compliance;
+use super::drive::Drive;
+use super::situation::Situation;
+use crate::Point;
+use crate::physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, POWER, Sensed, frame_signals};
+
+impl Robot {
+    /// Of every frame [`FRAME_SIGNALS`]; of every element of compliance its forces and deflections, `NAME.FORCE`; of every
+    /// drive its [`POWER`]; the [`CENTER_OF_MASS`].
+    pub(super) fn signal_names(&self) -> Vec<String> {
+        let frames = self.frame_names().into_iter();
+        let frames = frames.flat_map(|frame| FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}")));
+        let of_compliance = self.compliance.iter().flat_map(|element| {
+            let own = element.kind.signals().into_iter().chain(element.kind.deflections());
+            own.map(|signal| format!("{}.{signal}", element.name))
+        });
+        let powers = self.drives.iter().map(|drive| format!("{POWER}{}", self.drive_name(drive)));
+        frames.chain(of_compliance).chain(powers).chain(CENTER_OF_MASS.map(str::to_owned)).collect()
+    }
+
+    /// The signals, in the order of their names.
+    pub(super) fn signal_values<S: Scalar>(&self, at: &Point<S>) -> Vec<S> {
+        let now = Situation::of(self, at);
+        let mut values = Vec::new();
+        for frame in 0..self.frame_names().len() {
+            let (_, pose, twist) = now.frame(frame);
+            values.extend(pose.position);
+            values.extend(pose.rotation.concat());
+            values.extend(pose.rotate(twist.linear));
+            values.extend(pose.rotate(twist.angular));
+        }
+        for element in &self.compliance {
+            let own = now.seen_by(element);
+            values.extend(element.kind.measure(&own));
+            values.extend(element.kind.deflect(&own));
+        }
+        let (_, positions) = self.positions();
+        for (drive, &u) in self.drives.iter().zip(at.u) {
+            let place = self.driven(drive);
+            let rate = at.x[positions + place];
+            values.push(drive.force(at, u, at.x[place], rate) * rate);
+        }
+        values.extend(center_of_mass(&now));
+        values
+    }
+
+    /// The name of a drive: that of its joint or actuator.
+    pub(super) fn drive_name(&self, drive: &Drive) -> String {
+        let actuator = self.actuator_of(drive).map(|actuator| actuator.name.clone());
+        actuator.unwrap_or_else(|| self.tree.joints()[drive.dof].clone())
+    }
+
+    /// Elastic joints, and the elements that make them elastic.
+    pub(super) fn elastic_joints(&self) -> Vec<(String, String)> {
+        let elements = |dof: usize| self.compliance.iter().filter(move |element| element.kind.is_motor_of(dof));
+        let joints = self.tree.joints().iter().enumerate();
+        joints.flat_map(|(dof, joint)| elements(dof).map(|element| (joint.clone(), element.name.clone()))).collect()
+    }
+
+    /// Sensors of the robot's file.
+    pub(super) fn sensors_of_file(&self) -> Vec<FileSensor> {
+        let joint = |index: usize| self.robot.joints[index].name.clone();
+        let supported = self.robot.sensors.iter().map(|sensor| {
+            let measures = match sensor.measures {
+                Measured::JointPosition(index) => Sensed::JointPosition(joint(index)),
+                Measured::JointVelocity(index) => Sensed::JointVelocity(joint(index)),
+                Measured::JointTorque(index) => Sensed::JointTorque(joint(index)),
+                Measured::FramePosition(frame) => Sensed::FramePosition { first: frame_signals(frame) },
+                Measured::FrameOrientation(frame) => {
+                    let reference = self.at_reference(frame).rotation;
+                    Sensed::FrameOrientation { first: frame_signals(frame), reference }
+                }
+            };
+            FileSensor { name: sensor.name.clone(), measures }
+        });
+        let others = self.robot.omitted.iter().filter(|omitted| omitted.what == "sensor").map(|omitted| FileSensor {
+            name: omitted.name.clone(),
+            measures: Sensed::Nothing { line: omitted.line, why: omitted.why.clone() },
+        });
+        supported.chain(others).collect()
+    }
+
+    /// The frame with this number where all joints are at their references, the initial state of the file.
+    fn at_reference(&self, frame: usize) -> Pose {
+        let (robot, tree): (_, &Tree) = (&*self.robot, &self.tree);
+        let q: Vec<f64> = tree.joint_indices().iter().map(|&joint| robot.joints[joint].reference).collect();
+        let kinematics = Kinematics::of(tree, &Numbers::of(robot, [0.0; 3]), &q, &vec![0.0; q.len()]);
+        let (link, pose) = match frame.checked_sub(robot.links.len()) {
+            None => (frame, Pose::IDENTITY),
+            Some(other) => (robot.frames[other].link, robot.frames[other].pose),
+        };
+        kinematics.poses()[link].compose(&pose)
+    }
+}
+
+/// The centre of mass of all links in the world, m.
+fn center_of_mass<S: Scalar>(now: &Situation<S>) -> [S; 3] {
+    let (mut mass, mut moment) = (S::zero(), [S::zero(); 3]);
+    for (link, pose) in now.numbers.links.iter().zip(now.kinematics.poses()) {
+        mass += link.mass;
+        moment = add(moment, scale(link.mass, pose.apply(link.center)));
+    }
+    scale(mass.recip(), moment)
+}

@@ -1,0 +1,80 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
+use crate::Value;
+use crate::channels::Channel;
+use crate::parameters::Parameters;
+use crate::physics::Point;
+
+/// The normal force of a contact, N; with a smoothing `1/2 (sqrt(F^2 + smoothing^2) + F)`, which never pulls.
+#[derive(Clone, Debug)]
+pub struct ContactForce {
+    signal: usize,
+    smoothing: Option<Value>,
+}
+
+/// The normal force of a contact, N.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Name of the contact, in models that name theirs.
+    contact: Option<String>,
+    /// Force gamma over which pulling is cut off, N; where left out, the force is as it is.
+    smoothing: Option<Value>,
+}
+
+impl ContactForce {
+    /// The force that is the model's signal at a place.
+    pub fn new(signal: usize) -> Self {
+        Self { signal, smoothing: None }
+    }
+
+    /// The same, with pulling cut off over a force, N.
+    #[must_use]
+    pub fn with_smoothing(self, smoothing: Value) -> Self {
+        Self { smoothing: Some(smoothing), ..self }
+    }
+}
+
+impl QuantityFile for ContactForce {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        let signal = vocabulary.contact_signal(file.contact.as_deref(), "contact_force")?;
+        Ok(Self { signal, smoothing: file.smoothing })
+    }
+}
+
+impl Measurable for ContactForce {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        vec![vocabulary.contact_channel(self.signal, "normal force", "N")]
+    }
+
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        let force = known.signals[self.signal];
+        out[0] = self.smoothing.map_or(force, |smoothing| force.smooth_positive_part(at.value(smoothing)));
+    }
+
+    fn needs_target(&self) -> bool {
+        true
+    }
+
+    fn signal_of(&self, _: usize) -> Option<usize> {
+        Some(self.signal)
+    }
+
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        let Some(smoothing) = self.smoothing else { return Ok(()) };
+        match parameters.least(smoothing) {
+            Some(least) if least < 0.0 => {
+                Err(("smoothing", format!("must be at least 0 N; {}", smoothing.found(least))))
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,67 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use crate::channels::Channel;
+use crate::physics::Point;
+
+/// Controls, in their units.
+#[derive(Clone, Debug)]
+pub struct Control {
+    selected: Vec<usize>,
+}
+
+/// Controls, in their units.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Names of the controls; all where left out.
+    select: Option<Vec<String>>,
+}
+
+impl Control {
+    /// All of so many controls.
+    pub fn all(controls: usize) -> Self {
+        Self { selected: (0..controls).collect() }
+    }
+}
+
+impl QuantityFile for Control {
+    type File = File;
+    const OF_CONTROL: bool = true;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        let Some(select) = file.select else { return Ok(Self::all(vocabulary.controls())) };
+        if select.is_empty() {
+            return Err(Unfit::new("select", "name at least one"));
+        }
+        let names: Vec<&str> = vocabulary.channels.controls.iter().map(|channel| channel.name.as_str()).collect();
+        let find = |name: &String| {
+            let place = names.iter().position(|other| other == name);
+            place.ok_or_else(|| Unfit::unknown("select", &format!("the model has no control `{name}`"), name, &names))
+        };
+        Ok(Self { selected: select.iter().map(find).collect::<Result<_, _>>()? })
+    }
+}
+
+impl Measurable for Control {
+    fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        self.selected.iter().map(|&place| vocabulary.channels.controls[place].clone()).collect()
+    }
+
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {
+        pick(at.u, &self.selected, out);
+    }
+
+    fn needs_signals(&self) -> bool {
+        false
+    }
+
+    fn depends_on_control(&self) -> bool {
+        Self::OF_CONTROL
+    }
+}

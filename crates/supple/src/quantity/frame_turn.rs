@@ -1,0 +1,65 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+use supple_robot::{Pose, turn};
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary};
+use crate::channels::Channel;
+use crate::physics::Point;
+
+/// Turn of a frame from a reference orientation in the world, rad: half the skew part of `R_reference' R`, the sine of
+/// the angle along the axis.
+#[derive(Clone, Debug)]
+pub struct FrameTurn {
+    /// Place of the frame's x among the model's signals; y, z and the rotation matrix by rows follow.
+    first: usize,
+    /// A rotation matrix by rows.
+    reference: [[f64; 3]; 3],
+}
+
+/// Turn of a frame from a reference orientation in the world, rad.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Name of the frame or link.
+    frame: String,
+    /// Roll, pitch and yaw of the orientation from which turns are measured, rad; the closer to the frame's the better.
+    #[serde(default, alias = "rpy")]
+    reference: [f64; 3],
+}
+
+impl FrameTurn {
+    /// The turn of a frame, given the place of its first signal, from an orientation, a rotation matrix by rows.
+    pub fn new(first: usize, reference: [[f64; 3]; 3]) -> Self {
+        Self { first, reference }
+    }
+
+    /// The turn, given the model's signals.
+    pub(super) fn turn<S: Scalar>(&self, signals: &[S]) -> [S; 3] {
+        let own = &signals[self.first + 3..self.first + 12];
+        let rotation = [0, 1, 2].map(|i| [own[3 * i], own[1 + 3 * i], own[2 + 3 * i]]);
+        turn(&rotation, &self.reference.map(|row| row.map(S::constant)))
+    }
+}
+
+impl QuantityFile for FrameTurn {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        Ok(Self::new(vocabulary.frame(&file.frame)?, Pose::from_rpy([0.0; 3], file.reference).rotation))
+    }
+}
+
+impl Measurable for FrameTurn {
+    fn len(&self) -> usize {
+        3
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        let name = vocabulary.frame_of(self.first);
+        ["x", "y", "z"].map(|axis| Channel::new(format!("turn of {name} about {axis}"), "rad")).to_vec()
+    }
+
+    fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        out.copy_from_slice(&self.turn(known.signals));
+    }
+}

@@ -1,0 +1,67 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use crate::channels::Channel;
+use crate::physics::Point;
+
+/// Torques or forces through the springs of elastic joints, N m or N.
+#[derive(Clone, Debug)]
+pub struct JointTorque {
+    /// Places among the model's signals.
+    selected: Vec<usize>,
+}
+
+/// Torques or forces through elastic joints, N m or N.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Names of the joints, each of which must be an elastic joint; all elastic joints where left out.
+    select: Option<Vec<String>>,
+}
+
+impl JointTorque {
+    /// The torques through elastic joints.
+    pub(super) fn of(joints: &[String], vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        let place = |joint: &String| {
+            let Some(element) = vocabulary.motor_of(joint) else {
+                let message = format!("the torque of joint `{joint}` cannot be measured: it is no elastic joint");
+                let help = "add compliance of kind \"elastic_joint\" to it".to_owned();
+                return Err(Unfit { help: Some(help), ..Unfit::new("select", message) });
+            };
+            Ok(vocabulary.coupling(element, Some(vec!["torque".to_owned()]), false)?[0])
+        };
+        Ok(Self { selected: joints.iter().map(place).collect::<Result<_, _>>()? })
+    }
+}
+
+impl QuantityFile for JointTorque {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        let elastic = || vocabulary.motors.iter().map(|(joint, _)| joint.clone()).collect();
+        let select = file.select.unwrap_or_else(elastic);
+        if select.is_empty() && vocabulary.motors.is_empty() {
+            return Err(Unfit::new("kind", "the model has no elastic joints"));
+        }
+        Self::of(&vocabulary.selected_joints(Some(select))?, vocabulary)
+    }
+}
+
+impl Measurable for JointTorque {
+    fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        let channel = |&place: &usize| {
+            let element = vocabulary.signal_name(place).strip_suffix(".torque").unwrap_or_default();
+            Channel::new(format!("torque of {element}"), vocabulary.torque_unit(element))
+        };
+        self.selected.iter().map(channel).collect()
+    }
+
+    fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        pick(known.signals, &self.selected, out);
+    }
+}

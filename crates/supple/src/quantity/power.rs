@@ -1,0 +1,62 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use crate::channels::Channel;
+use crate::physics::{POWER, Point};
+
+/// Mechanical power of drives, W: the torque or force of each times the velocity of what it drives. It depends on the
+/// control.
+#[derive(Clone, Debug)]
+pub struct Power {
+    /// Places among the model's signals.
+    selected: Vec<usize>,
+}
+
+/// Mechanical power of drives, W.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Names of joints with plain drives and of actuators; all where left out.
+    select: Option<Vec<String>>,
+}
+
+impl QuantityFile for Power {
+    type File = File;
+    const OF_CONTROL: bool = true;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        let drives = &vocabulary.drives;
+        if drives.is_empty() {
+            return Err(Unfit::new("kind", "the model has no drives of joints"));
+        }
+        let select = file.select.unwrap_or_else(|| drives.clone());
+        if select.is_empty() {
+            return Err(Unfit::new("select", "name at least one drive"));
+        }
+        if let Some(name) = select.iter().find(|name| !drives.contains(name)) {
+            return Err(Unfit::unknown("select", &format!("the robot has no drive `{name}`"), name, drives));
+        }
+        let names: Vec<String> = select.iter().map(|name| format!("{POWER}{name}")).collect();
+        Ok(Self { selected: vocabulary.signals_of(&names)? })
+    }
+}
+
+impl Measurable for Power {
+    fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        let name = |&place: &usize| vocabulary.signal_name(place).strip_prefix(POWER).unwrap_or_default();
+        self.selected.iter().map(|place| Channel::new(format!("power of {}", name(place)), "W")).collect()
+    }
+
+    fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        pick(known.signals, &self.selected, out);
+    }
+
+    fn depends_on_control(&self) -> bool {
+        Self::OF_CONTROL
+    }
+}

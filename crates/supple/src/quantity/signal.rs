@@ -1,0 +1,66 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::{Known, Measurable, QuantityFile, Unfit, Vocabulary, pick};
+use crate::channels::Channel;
+use crate::physics::{POWER, Point};
+
+/// Signals of the model: what it computes beside its states.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    selected: Vec<usize>,
+    depends_on_control: bool,
+}
+
+/// Signals of the model.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// Names of the signals.
+    select: Vec<String>,
+}
+
+impl Signal {
+    /// The signals at these places.
+    pub fn new(selected: impl Into<Vec<usize>>) -> Self {
+        Self { selected: selected.into(), depends_on_control: false }
+    }
+}
+
+impl QuantityFile for Signal {
+    type File = File;
+
+    fn build(file: File, vocabulary: &Vocabulary) -> Result<Self, Unfit> {
+        if file.select.is_empty() {
+            return Err(Unfit::new("select", "name at least one"));
+        }
+        let selected = vocabulary.signals_of(&file.select)?;
+        let of_drive = |name: &String| {
+            name.strip_prefix(POWER).is_some_and(|drive| vocabulary.drives.iter().any(|other| other == drive))
+        };
+        let depends_on_control = file.select.iter().any(of_drive);
+        Ok(Self { selected, depends_on_control })
+    }
+}
+
+impl Measurable for Signal {
+    fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        self.selected.iter().map(|&place| Channel::new(vocabulary.signal_name(place), "")).collect()
+    }
+
+    fn evaluate<S: Scalar>(&self, _: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        pick(known.signals, &self.selected, out);
+    }
+
+    fn depends_on_control(&self) -> bool {
+        self.depends_on_control
+    }
+
+    fn signal_of(&self, entry: usize) -> Option<usize> {
+        self.selected.get(entry).copied()
+    }
+}

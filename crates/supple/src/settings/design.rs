@@ -1,0 +1,170 @@
+use serde::{Deserialize, Serialize};
+
+use super::InformationWeights;
+
+/// How a design is searched for.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DesignSettings {
+    /// The optimiser.
+    pub method: Method,
+    /// Which gradient it follows.
+    pub gradient: GradientKind,
+    /// What is minimised: the information needed, used or measured, or a sum of them with weights.
+    pub information: InformationWeights,
+    /// How many starts: the parameters' initial values, then seeded random ones.
+    pub starts: usize,
+    /// Seed of random starts, branch searches and roll-outs.
+    pub seed: u64,
+    /// Closed-loop roll-outs at the first design and at the best one, which the search itself does not use; 0 for none,
+    /// [`Problem::rollouts`](crate::Problem::rollouts) where it is not given.
+    pub rollouts: Option<usize>,
+    /// Evaluations at most, per start and round.
+    pub max_evaluations: usize,
+    /// Relative change of information at which the search stops.
+    pub tolerance: f64,
+    /// How far above its bound an expected cost may end, relative to the bound.
+    pub feasibility: f64,
+    /// Attempts per search for other local minima of the nominal problem (contact bounces); 0 stays on the branch of
+    /// the first plan.
+    pub branch_attempts: usize,
+    /// Rounds of optimiser and branch search at most.
+    pub rounds: usize,
+    /// Combinations of the entries of catalogues that are designed at most: all of them where there are no more, and a search
+    /// among neighbours where there are.
+    pub max_combinations: usize,
+    /// The barrier's weight beta.
+    pub barrier_weight: f64,
+    /// The barrier's margin gamma, in units of cost.
+    pub barrier_margin: f64,
+    /// The sum of the parameters' prices may be at most this; above 0.
+    pub budget: Option<f64>,
+    /// Nats that a unit of price counts as: what is minimised is the information plus this times the sum of prices.
+    pub price_weight: f64,
+}
+
+/// Roll-outs of one result at most.
+pub const MOST_ROLLOUTS: usize = 10_000_000;
+
+/// Roll-outs with which results end where nothing else is said, but for large robots.
+pub const ROLLOUTS: usize = 256;
+
+impl Default for DesignSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            gradient: GradientKind::default(),
+            information: InformationWeights::default(),
+            starts: 4,
+            seed: 0,
+            rollouts: None,
+            max_evaluations: 200,
+            tolerance: 1e-9,
+            feasibility: 1e-6,
+            branch_attempts: 48,
+            rounds: 6,
+            max_combinations: 500,
+            barrier_weight: 1e4,
+            barrier_margin: 0.01,
+            budget: None,
+            price_weight: 0.0,
+        }
+    }
+}
+
+impl DesignSettings {
+    /// What is wrong with the settings: the key, and what is valid.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let counts = [
+            ("starts", self.starts),
+            ("max_evaluations", self.max_evaluations),
+            ("rounds", self.rounds),
+            ("max_combinations", self.max_combinations),
+        ];
+        if let Some((key, _)) = counts.into_iter().find(|&(_, count)| count == 0) {
+            return Err((key, "must be at least 1; found 0".into()));
+        }
+        let memory = [
+            ("starts", self.starts),
+            ("branch_attempts", self.branch_attempts),
+            ("max_combinations", self.max_combinations),
+        ];
+        if let Some((key, found)) = memory.into_iter().find(|&(_, count)| count > 10_000) {
+            return Err((key, format!("must be at most 10000; found {found}")));
+        }
+        if let Some(rollouts) = self.rollouts.filter(|&rollouts| rollouts > MOST_ROLLOUTS) {
+            return Err(("rollouts", format!("must be at most {MOST_ROLLOUTS}; found {rollouts}")));
+        }
+        if !self.information.are_valid() {
+            let found = self.information;
+            return Err(("information", format!("weights must be at least 0, and one of them above; found {found}")));
+        }
+        if self.information != InformationWeights::MEASURED
+            && (self.gradient == GradientKind::Frozen || self.method == Method::Barrier)
+        {
+            let message = format!(
+                "`{}` needs the gradient `total`, and the method `sqp` or `cobyla`: the paper's know what is measured only",
+                self.information
+            );
+            return Err(("information", message));
+        }
+        let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
+        if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
+            return Err((key, format!("must be between 0 and 1; found {found}")));
+        }
+        if !(self.price_weight >= 0.0 && self.price_weight.is_finite()) {
+            return Err(("price_weight", format!("must be at least 0; found {}", self.price_weight)));
+        }
+        if let Some(found) = self.budget.filter(|budget| !(*budget > 0.0 && budget.is_finite())) {
+            return Err(("budget", format!("must be above 0; found {found}")));
+        }
+        let positive = [("barrier_weight", self.barrier_weight), ("barrier_margin", self.barrier_margin)];
+        match positive.into_iter().find(|&(_, value)| !(value > 0.0 && value.is_finite())) {
+            Some((key, found)) => Err((key, format!("must be above 0; found {found}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// An optimiser.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Sequential quadratic programming (SLSQP).
+    #[default]
+    Sqp,
+    /// Linear approximations without gradients (COBYLA), for objectives with kinks and jumps.
+    Cobyla,
+    /// The paper's barrier descent, its signs mended (theory, equation D.4).
+    Barrier,
+}
+
+/// A gradient to optimise with.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientKind {
+    /// Everything moves with the design: the true gradient.
+    #[default]
+    Total,
+    /// Trajectory, gains and value of information held fixed, as in the paper; of the cost, only the belief's part.
+    Frozen,
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Sqp => "sqp",
+            Self::Cobyla => "cobyla",
+            Self::Barrier => "barrier",
+        })
+    }
+}
+
+impl std::fmt::Display for GradientKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Total => "total",
+            Self::Frozen => "frozen",
+        })
+    }
+}

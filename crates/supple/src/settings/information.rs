@@ -1,0 +1,174 @@
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// How much each kind of information counts in what a design minimises.
+///
+/// Written as one of `"needed"`, `"used"` and `"measured"`, or as a table of weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InformationWeights {
+    /// Of the least that any sensors and any controller need at the cost limit.
+    pub needed: f64,
+    /// Of what reaches the controls, `DI(x -> u)`.
+    pub used: f64,
+    /// Of what the measurements give, `DI(x -> y)`.
+    pub measured: f64,
+}
+
+/// The kinds by name, in the order in which searches go on.
+const KINDS: [(&str, InformationWeights); 3] = [
+    ("needed", InformationWeights::NEEDED),
+    ("used", InformationWeights::USED),
+    ("measured", InformationWeights::MEASURED),
+];
+
+impl Default for InformationWeights {
+    fn default() -> Self {
+        Self::MEASURED
+    }
+}
+
+impl InformationWeights {
+    /// The least that any sensors and any controller need.
+    pub const NEEDED: Self = Self { needed: 1.0, used: 0.0, measured: 0.0 };
+    /// What reaches the controls.
+    pub const USED: Self = Self { needed: 0.0, used: 1.0, measured: 0.0 };
+    /// What the measurements give.
+    pub const MEASURED: Self = Self { needed: 0.0, used: 0.0, measured: 1.0 };
+
+    /// Whether weights make a sum to minimise: finite, none negative, not all 0.
+    pub fn are_valid(&self) -> bool {
+        let all = [self.needed, self.used, self.measured];
+        all.iter().all(|weight| weight.is_finite() && *weight >= 0.0) && all.iter().any(|&weight| weight > 0.0)
+    }
+
+    /// Where nothing is left to minimise: the next kind. None after what is measured.
+    pub(crate) fn next(self) -> Option<Self> {
+        match self {
+            _ if self.measured > 0.0 => None,
+            _ if self.used > 0.0 => Some(Self::MEASURED),
+            _ => Some(Self::USED),
+        }
+    }
+
+    /// The name of the kind that a search is after, where it is one of them alone.
+    pub fn kind(&self) -> Option<&'static str> {
+        KINDS.iter().find(|(_, weights)| weights == self).map(|&(name, _)| name)
+    }
+
+    /// The kind of a name.
+    pub fn of_kind(name: &str) -> Option<Self> {
+        KINDS.iter().find(|(other, _)| *other == name).map(|&(_, weights)| weights)
+    }
+}
+
+impl fmt::Display for InformationWeights {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(kind) = self.kind() {
+            return f.write_str(kind);
+        }
+        let parts = [(self.needed, "needed"), (self.used, "used"), (self.measured, "measured")];
+        let parts = parts.into_iter().filter(|(weight, _)| *weight != 0.0);
+        let parts: Vec<String> = parts.map(|(weight, name)| format!("{weight} {name}")).collect();
+        f.write_str(&parts.join(" + "))
+    }
+}
+
+impl Serialize for InformationWeights {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if let Some(kind) = self.kind() {
+            return serializer.serialize_str(kind);
+        }
+        let mut table = serializer.serialize_struct("InformationWeights", 3)?;
+        table.serialize_field("needed", &self.needed)?;
+        table.serialize_field("used", &self.used)?;
+        table.serialize_field("measured", &self.measured)?;
+        table.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for InformationWeights {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Written)
+    }
+}
+
+struct Written;
+
+#[derive(Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+#[derive(Default)]
+struct Table {
+    needed: f64,
+    used: f64,
+    measured: f64,
+}
+
+impl<'de> Visitor<'de> for Written {
+    type Value = InformationWeights;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("`needed`, `used`, `measured`, or a table of their weights")
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
+        let names = &["needed", "used", "measured"];
+        InformationWeights::of_kind(name).ok_or_else(|| E::unknown_variant(name, names))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        let Table { needed, used, measured } = Table::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(InformationWeights { needed, used, measured })
+    }
+}
+
+impl JsonSchema for InformationWeights {
+    fn schema_name() -> Cow<'static, str> {
+        "InformationWeights".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<Table>();
+        json_schema!({ "anyOf": [{ "type": "string", "enum": ["needed", "used", "measured"] }, table] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<InformationWeights, String> {
+        #[derive(Deserialize)]
+        struct Top {
+            information: InformationWeights,
+        }
+        toml::from_str::<Top>(&format!("information = {text}")).map(|top| top.information).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn they_are_written_as_a_name_or_as_a_table() {
+        assert_eq!(read("\"used\""), Ok(InformationWeights { needed: 0.0, used: 1.0, measured: 0.0 }));
+        let both = read("{ needed = 1.0, measured = 0.01 }").unwrap();
+        assert_eq!(both.to_string(), "1 needed + 0.01 measured");
+        assert!(read("\"wanted\"").unwrap_err().contains("`needed`, `used`, `measured`"));
+        assert!(read("{ wanted = 1.0 }").unwrap_err().contains("wanted"));
+        for weights in [both, InformationWeights::MEASURED] {
+            let text = serde_json::to_string(&weights).unwrap();
+            assert_eq!(serde_json::from_str::<InformationWeights>(&text).unwrap(), weights);
+        }
+    }
+
+    #[test]
+    fn searches_go_on_to_what_is_used_and_then_to_what_is_measured() {
+        let needed = InformationWeights::of_kind("needed").unwrap();
+        let used = needed.next().unwrap();
+        assert_eq!(used.kind(), Some("used"));
+        assert_eq!(used.next(), Some(InformationWeights::MEASURED));
+        assert_eq!(InformationWeights::MEASURED.next(), None);
+    }
+}

@@ -1,0 +1,243 @@
+use serde::{Deserialize, Serialize};
+
+use supple_lqg::Regularisation;
+
+/// How plans are searched for.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlanSettings {
+    /// How the reference trajectory and its feedback are chosen. `mode` is the same key, as older files have it.
+    #[serde(alias = "mode")]
+    pub plan: PlanMode,
+    /// With `plan = "risk"`: sigma, 1 over the unit of cost. Above 0 costs above the mean weigh more (averse to risk), below 0
+    /// less (seeking it); at 0 the plan is the nominal one.
+    pub risk_sensitivity: f64,
+    /// Settings of belief-space plans.
+    pub belief: BeliefSettings,
+    /// Settings of the sampled mode.
+    pub sampled: SampledSettings,
+    /// Iterations at most. Raise it when a plan ends as `max_iterations` while its cost still falls.
+    pub max_iterations: usize,
+    /// How long the planning of one task at one design may take, s; no limit by default. A plan that is stopped is not
+    /// converged. Where the limit strikes depends on the machine.
+    pub time_limit: Option<f64>,
+    /// The plan is converged when the largest `|l_u + B' lambda|` is at most this, relative to 1 plus the largest
+    /// `|l_u|`; or, where rounding allows no further step, at most a thousand times this.
+    pub tolerance: f64,
+    /// Whether to use second derivatives of the dynamics close to an optimum, for quadratic convergence. Turn it off to
+    /// see plain iLQG, which converges linearly and may end in another local minimum.
+    pub newton: bool,
+    /// What the regularisation acts on.
+    pub regularisation: RegularisationKind,
+    /// Halvings of the step at most, in one line search.
+    pub max_halvings: usize,
+    /// The least share of the predicted decrease that a step must give.
+    pub sufficient_decrease: f64,
+}
+
+impl Default for PlanSettings {
+    fn default() -> Self {
+        Self {
+            plan: PlanMode::default(),
+            risk_sensitivity: 0.0,
+            belief: BeliefSettings::default(),
+            sampled: SampledSettings::default(),
+            max_iterations: 1000,
+            time_limit: None,
+            tolerance: 1e-12,
+            newton: true,
+            regularisation: RegularisationKind::default(),
+            max_halvings: 8,
+            sufficient_decrease: 1e-4,
+        }
+    }
+}
+
+/// How the reference trajectory and its feedback are chosen.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanMode {
+    /// Without noise, by line search, to a tight tolerance: information and cost are smooth in the design.
+    #[default]
+    Nominal,
+    /// As in the paper: an average of runs with noise and a filter in the loop.
+    Sampled,
+    /// The least expected cost, so that a plan seeks information where that pays.
+    Belief,
+    /// The least exponential of the cost: a law that is averse to risk or seeks it.
+    Risk,
+}
+
+impl PlanMode {
+    /// Its name in task files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nominal => "nominal",
+            Self::Sampled => "sampled",
+            Self::Belief => "belief",
+            Self::Risk => "risk",
+        }
+    }
+
+    /// Whether total gradients exist: where plans minimise a cost by their trajectory.
+    pub fn has_total_gradient(self) -> bool {
+        matches!(self, Self::Nominal | Self::Belief)
+    }
+}
+
+impl std::fmt::Display for PlanMode {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What the regularisation acts on (theory, equation P.2d).
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RegularisationKind {
+    /// The control's curvature: steps stay close to the last controls.
+    #[default]
+    Control,
+    /// The cost-to-go's curvature: steps stay close to the last states (Tassa et al. 2012).
+    State,
+}
+
+impl RegularisationKind {
+    /// Terms of strength `mu`.
+    pub(crate) fn of(self, mu: f64) -> Regularisation {
+        match self {
+            Self::Control => Regularisation { control: mu, state: 0.0 },
+            Self::State => Regularisation { control: 0.0, state: mu },
+        }
+    }
+}
+
+/// Settings of the sampled mode.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SampledSettings {
+    /// Iterations at most.
+    pub iterations: usize,
+    /// The share alpha by which a run moves the reference, in (0, 1].
+    pub averaging: f64,
+    /// Converged when a run moves the controls by less than this, relative to their size.
+    pub tolerance: f64,
+    /// Seed of the runs' noise.
+    pub seed: u64,
+}
+
+impl Default for SampledSettings {
+    fn default() -> Self {
+        Self { iterations: 300, averaging: 0.1, tolerance: 1e-4, seed: 0 }
+    }
+}
+
+/// Settings of belief-space plans.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BeliefSettings {
+    /// Searches, of which the plan of least expected cost is kept: the first from the nominal plan, the others from
+    /// guesses that wander around it. Raise it where information is to be had far from the nominal plan.
+    pub starts: usize,
+    /// How far guesses wander, relative to the root mean square of each control.
+    pub spread: f64,
+    /// Seed of the guesses.
+    pub seed: u64,
+}
+
+impl Default for BeliefSettings {
+    fn default() -> Self {
+        Self { starts: 1, spread: 1.0, seed: 0 }
+    }
+}
+
+impl PlanSettings {
+    /// What is wrong with the settings: the key, and what is valid.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.max_iterations == 0 {
+            return Err(("max_iterations", "must be at least 1; found 0".into()));
+        }
+        if let Some(limit) = self.time_limit.filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
+            return Err((
+                "time_limit",
+                format!("must be above 0 s and finite; leave it out for no limit; found {limit}"),
+            ));
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));
+        }
+        if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
+            return Err((
+                "sufficient_decrease",
+                format!("must be between 0 and 1; found {}", self.sufficient_decrease),
+            ));
+        }
+        if !self.risk_sensitivity.is_finite() {
+            return Err(("risk_sensitivity", format!("must be finite; found {}", self.risk_sensitivity)));
+        }
+        if self.risk_sensitivity != 0.0 && self.plan != PlanMode::Risk {
+            let message = format!(
+                "is of use with plan = \"risk\" only, and the plan is \"{}\"; set plan = \"risk\", or leave it out",
+                self.plan.name()
+            );
+            return Err(("risk_sensitivity", message));
+        }
+        if self.belief.starts == 0 {
+            return Err(("belief", "starts must be at least 1; found 0".into()));
+        }
+        if !(self.belief.spread > 0.0 && self.belief.spread.is_finite()) {
+            return Err(("belief", format!("spread must be above 0; found {}", self.belief.spread)));
+        }
+        let SampledSettings { iterations, averaging, tolerance, .. } = self.sampled;
+        if iterations == 0 {
+            return Err(("sampled", "iterations must be at least 1; found 0".into()));
+        }
+        if !(averaging > 0.0 && averaging <= 1.0) {
+            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {averaging}")));
+        }
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            return Err(("sampled", format!("tolerance must be between 0 and 1; found {tolerance}")));
+        }
+        Ok(())
+    }
+}
+
+/// How planning ended.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanStatus {
+    /// The trajectory is stationary to the tolerance, of what the plan minimises. In sampled mode: runs hardly move the reference any more, which is
+    /// far from stationary.
+    Converged,
+    /// The iterations were used up.
+    #[default]
+    MaxIterations,
+    /// No step along the search direction lowered the cost.
+    LineSearchStalled,
+    /// Over tens of iterations the cost hardly fell, far from stationary.
+    SlowProgress,
+    /// The time limit was reached.
+    TimeLimit,
+    /// The control's curvature stays indefinite, however much it is regularised.
+    Indefinite,
+}
+
+impl PlanStatus {
+    /// Whether the plan may be used for results.
+    pub fn is_converged(self) -> bool {
+        self == Self::Converged
+    }
+}
+
+impl std::fmt::Display for PlanStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Converged => "converged",
+            Self::MaxIterations => "max_iterations",
+            Self::LineSearchStalled => "line_search_stalled",
+            Self::SlowProgress => "slow_progress",
+            Self::TimeLimit => "time_limit",
+            Self::Indefinite => "indefinite",
+        })
+    }
+}

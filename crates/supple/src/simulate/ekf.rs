@@ -1,0 +1,143 @@
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::{Belief, Dimensions, Innovation, Knots, Noise, correct_each, predict_each};
+
+use crate::Error;
+use crate::noise::{VaryingNoise, VaryingVariance};
+use crate::system::{Points, System, Times};
+
+/// Extended Kalman filters of a batch of samples in step with one another; each linearises at its own estimate.
+///
+/// Matrices and vectors are indexed by sample.
+#[derive(Clone, Debug)]
+pub struct FilterBatch {
+    /// Estimates `mu`, length n.
+    pub means: Matrices,
+    /// Covariances, in the corrected and predicted matrices of a belief.
+    pub belief: Belief,
+    knots: Knots,
+    /// What the last measurements said about the filters.
+    pub innovations: Vec<Innovation>,
+    /// Measurements to expect, length p.
+    expected: Matrices,
+    /// States a step on, length n.
+    next: Matrices,
+    /// Controls where they do not matter.
+    idle: Matrices,
+    /// `V` at the estimates, p x p, where it varies with the state.
+    variances: Matrices,
+}
+
+/// What a filter needs to know of the world.
+#[derive(Clone, Copy)]
+pub struct ExtendedKalman<'a> {
+    /// The system.
+    pub system: &'a dyn System,
+    /// All parameters.
+    pub phi: &'a [f64],
+    /// The noise, but for what varies with the state.
+    pub noise: &'a Noise,
+    /// What varies with the state: at the estimate before the measurement, which a filter linearises at too.
+    pub varying: &'a [VaryingVariance],
+}
+
+impl FilterBatch {
+    /// Room for `count` samples.
+    pub fn new(dimensions: Dimensions, count: usize) -> Self {
+        Self {
+            means: Matrices::vectors(count, dimensions.states),
+            belief: Belief::zeros(dimensions.states, dimensions.measurements, count - 1),
+            knots: Knots::zeros(dimensions, count),
+            innovations: vec![Innovation::default(); count],
+            expected: Matrices::vectors(count, dimensions.measurements),
+            next: Matrices::vectors(count, dimensions.states),
+            idle: Matrices::vectors(count, dimensions.controls),
+            variances: Matrices::zeros(count, dimensions.measurements, dimensions.measurements),
+        }
+    }
+
+    /// How many samples there are.
+    pub fn count(&self) -> usize {
+        self.means.count()
+    }
+
+    /// Sets all filters to the first state's mean and covariance.
+    pub fn start(&mut self, mean: &[f64], noise: &Noise) {
+        (0..self.count()).for_each(|sample| self.start_one(sample, mean, noise));
+    }
+
+    /// Sets the filter of one sample to the first state's mean and covariance.
+    pub fn start_one(&mut self, sample: usize, mean: &[f64], noise: &Noise) {
+        self.means.vector_mut(sample).copy_from_slice(mean);
+        self.belief.predicted.at_mut(sample).copy_from_slice(noise.initial.at(0));
+    }
+}
+
+impl ExtendedKalman<'_> {
+    /// Takes in measurements of step `t`, one per sample.
+    ///
+    /// # Errors
+    /// Where an innovation covariance is not positive definite; the step is that of the sample.
+    pub fn correct(
+        &self,
+        t: usize,
+        measured: &Matrices,
+        batch: &mut FilterBatch,
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
+        let FilterBatch { means, belief, knots, innovations, expected, idle, variances, .. } = batch;
+        let count = means.count();
+        let at = Points { states: means, controls: idle, stages: count, has_end: false, times: Times::At(t) };
+        let picks = self.system.picks().filter(|_| self.noise.measurements_are_independent());
+        if picks.is_none() {
+            self.system.measurement_jacobians(at, self.phi, &mut knots.measurement, scratch);
+        }
+        let shared = self.noise.measurement.at(t);
+        let each = if self.varying.is_empty() { None } else { Some(self.vary((t, means), variances)) };
+        correct_each(knots, picks, (shared, each), belief)?;
+        if let Some(picks) = picks {
+            for (sample, said) in innovations.iter_mut().enumerate() {
+                *said = belief.take_in(sample, picks, measured.vector(sample), means.vector_mut(sample));
+            }
+            return Ok(());
+        }
+        self.system.observe_all(at, self.phi, expected, scratch);
+        for (sample, said) in innovations.iter_mut().enumerate() {
+            let innovation = expected.vector_mut(sample);
+            innovation.iter_mut().zip(measured.vector(sample)).for_each(|(expected, y)| *expected = y - *expected);
+            let mean = means.vector_mut(sample);
+            let gain = belief.gain_transposed.at(sample);
+            let stride = belief.gain_transposed.stride();
+            for (k, innovation) in innovation.iter().enumerate() {
+                for (mean, gain) in mean.iter_mut().zip(&gain[k * stride..]) {
+                    *mean += gain * innovation;
+                }
+            }
+            let (factor, stride) = (belief.innovation_factor.at(sample), belief.innovation_factor.stride());
+            *said = Innovation::of(innovation, factor, stride);
+        }
+        Ok(())
+    }
+
+    /// `V` of each sample at its estimate.
+    fn vary<'v>(&self, (t, means): (usize, &Matrices), variances: &'v mut Matrices) -> &'v Matrices {
+        for sample in 0..means.count() {
+            variances.at_mut(sample).copy_from_slice(self.noise.measurement.at(t));
+        }
+        for varying in self.varying {
+            let varying = VaryingNoise::of(varying, self.phi);
+            (0..means.count()).for_each(|sample| varying.add(means.vector(sample), variances, sample));
+        }
+        variances
+    }
+
+    /// Moves all filters on from step `t` under their controls.
+    pub fn predict(&self, t: usize, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) {
+        let FilterBatch { means, belief, knots, next, .. } = batch;
+        let count = means.count();
+        let at = Points { states: means, controls, stages: count, has_end: false, times: Times::At(t) };
+        self.system.dynamics_jacobians(at, self.phi, &mut knots.dynamics, scratch);
+        predict_each(knots, self.noise.process.at(t), belief);
+        self.system.step_all(at, self.phi, next, scratch);
+        means.copy_from(next);
+    }
+}
