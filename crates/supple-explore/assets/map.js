@@ -28,6 +28,7 @@
       element(id).replaceChildren(...usable.map(([knob, n]) => make("option", { value: n, selected: n === first[axis] }, knob.name)));
     });
     basis = "";
+    map.path = [];
     ask();
   }
 
@@ -51,7 +52,7 @@
       return;
     }
     basis = key();
-    Object.assign(map, { axes: [x, y], grid: new Map(), done: [0, 0], path: [] });
+    Object.assign(map, { axes: [x, y], grid: new Map(), done: [0, 0] });
     element("map-note").dataset.done = "false";
     map.id = E.link.ask("map", { values: D.values, axes: [x, y], prices: element("map-of").value === "price" });
     draw();
