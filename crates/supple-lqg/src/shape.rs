@@ -49,26 +49,3 @@ impl Shape {
         padded(self.p)
     }
 }
-
-/// Calls `$run` with a [`Shape`]: with sizes known to the compiler where they are among those listed, which unrolls
-/// the loops over short rows, and with run-time sizes otherwise. The code is the same.
-macro_rules! with_shape {
-    ($shape:expr, |$name:ident| $run:expr) => {{
-        let shape: $crate::shape::Shape = $shape;
-        match (shape.n, shape.m, shape.p) {
-            (5, 1, 2) => {
-                let $name = $crate::shape::Shape { n: 5, m: 1, p: 2 };
-                $run
-            }
-            (16, 7, 14) => {
-                let $name = $crate::shape::Shape { n: 16, m: 7, p: 14 };
-                $run
-            }
-            _ => {
-                let $name = shape;
-                $run
-            }
-        }
-    }};
-}
-pub(crate) use with_shape;

@@ -11,7 +11,7 @@ use self::box_qp::{BoxQp, Gains};
 use self::quadratic::{Products, quadratic};
 use crate::carried::Carried;
 use crate::knots::Dimensions;
-use crate::shape::{Shape, with_shape};
+use crate::shape::Shape;
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
 #[derive(Clone, Debug)]
@@ -142,7 +142,7 @@ impl Job for Sweep<'_> {
             // Said once more, so that the compiler leaves limits out.
             let lq = Lq { limits: None, ..lq };
             policy.clamped.fill(false);
-            with_shape!(shape, |shape| sweep::<L>(shape, lq, policy))
+            sweep::<L>(shape, lq, policy)
         };
     }
 }
