@@ -21,7 +21,7 @@ pub struct LimitViolation {
 }
 
 /// How far outside a value may be, relative to 1 plus the limit: a plan that is held at a limit rounds.
-const TOLERANCE: f64 = 1e-9;
+pub(crate) const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// The limits that a trajectory violates, in their order; the upper and the lower side of one limit count as two.
 pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitViolation> {
@@ -39,7 +39,7 @@ pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitVi
 /// How numbers over time leave the range between two limits, either of which may be infinite: above, then below.
 pub(crate) fn violations(name: &str, [lower, upper]: [f64; 2], values: &[f64]) -> Vec<LimitViolation> {
     let side = |(bound, sign): (f64, f64)| {
-        let tolerance = TOLERANCE * (1.0 + bound.abs());
+        let tolerance = LIMIT_TOLERANCE * (1.0 + bound.abs());
         let outside = |&(_, value): &(usize, f64)| bound.is_finite() && sign * (value - bound) > tolerance;
         let all = || values.iter().copied().enumerate().filter(outside);
         let further =

@@ -10,7 +10,7 @@ use crate::quantity::{self, Measurable, Quantity, Unfit, Vocabulary};
 use crate::value::OneOrMore;
 
 /// The keys of a limit beside those of its quantity.
-const KEYS: &[&str] = &["lower", "upper"];
+const KEYS: &[&str] = &["lower", "upper", "enforce"];
 
 /// What a limit has beside its quantity.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -20,6 +20,9 @@ struct LimitFile {
     lower: Option<OneOrMore>,
     /// The most that it may be, one number for all entries or one each, in its units; none where left out.
     upper: Option<OneOrMore>,
+    /// Whether plans keep the limit, and not only results tell where they do not.
+    #[serde(default)]
+    enforce: bool,
 }
 
 /// The quantities that a task follows: its limits, then its curves.
@@ -64,7 +67,7 @@ impl Reader<'_> {
         let quantity = self.quantity(KEYS)?;
         let (_, table) = self.document.table_with_kind(self.at, Quantity::NAMES)?;
         let file = LimitFile::deserialize(table.only(KEYS));
-        let LimitFile { lower, upper } = file.map_err(|error| self.document.read_error(self.at, error))?;
+        let LimitFile { lower, upper, enforce } = file.map_err(|error| self.document.read_error(self.at, error))?;
         if lower.is_none() && upper.is_none() {
             return Err(self.error("upper", "is missing: a limit has a `lower` or an `upper` end, or both"));
         }
@@ -81,7 +84,7 @@ impl Reader<'_> {
                 return Err(self.error("lower", message));
             }
         }
-        Ok(Followed { quantity, limits: Some(limits) })
+        Ok(Followed { quantity, limits: Some(limits), enforced: enforce })
     }
 }
 

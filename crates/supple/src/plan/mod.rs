@@ -1,22 +1,24 @@
 //! Planning: the reference trajectory and the feedback of partially observed iLQG (method: docs/theory/plan.md).
 
 mod approach;
+mod augmented;
 mod bounds;
 mod costates;
 mod nominal;
 mod risk;
 mod rollout;
 mod search;
+mod within_limits;
 
 pub use crate::problem::NominalProblem;
 pub use crate::settings::{BeliefSettings, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};
 pub(crate) use approach::{approach, has_to_approach};
 pub use bounds::bounds_of;
 pub(crate) use costates::sweep_costates;
-pub(crate) use nominal::search;
 pub use nominal::{Plan, PlanWorkspace, VALID_STATIONARITY, plan};
 pub(crate) use nominal::{finish, linearise, start, sweep};
 pub(crate) use risk::plan_risk;
 pub(crate) use rollout::rollout_within;
 pub use rollout::{rollout, simulate_controls};
 pub(crate) use search::Patience;
+pub(crate) use within_limits::search;

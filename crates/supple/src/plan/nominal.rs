@@ -48,6 +48,9 @@ pub struct Plan {
     pub regularised: usize,
     /// The objective of a cheaper plan that did not converge and was not kept, where there was one.
     pub passed_over: Option<f64>,
+    /// Multipliers of the limits that it keeps, N + 1 vectors of length q, in the order of
+    /// [`Constraints::ends`](crate::Constraints::ends): the cost of a unit of each. Empty where there are no such limits.
+    pub multipliers: Matrices,
 }
 
 impl Plan {
@@ -68,7 +71,13 @@ impl Plan {
             steepest: (0, 0),
             regularised: 0,
             passed_over: None,
+            multipliers: Matrices::vectors(0, 0),
         }
+    }
+
+    /// Whether it would cost less, were it not for limits that it keeps.
+    pub fn is_at_limits(&self) -> bool {
+        self.multipliers.as_slice().iter().any(|multiplier| *multiplier > 0.0)
     }
 }
 
@@ -102,8 +111,8 @@ const MOST_MU: f64 = 1e12;
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
 /// Starts from the first state and the controls in `plan.trajectory`, and leaves the whole plan in `plan`. Bounds are
-/// left out of the search at first, unless the controls are within them and at some, as those of an earlier plan are.
-/// Allocates nothing once workspace and scratch have been used.
+/// left out of the search at first, unless the controls are within them and at some, as those of an earlier plan are. Limits
+/// of the system that plans keep are kept. Allocates nothing once workspace and scratch have been used, but for such limits.
 ///
 /// # Errors
 /// Where the first guess already leads to a cost or derivative that is not finite.
@@ -114,14 +123,14 @@ pub fn plan(
     work: &mut PlanWorkspace,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    search(problem, (settings, Patience::Full), plan, work, scratch)
+    super::search(problem, (settings, Patience::Full), plan, work, scratch)
 }
 
-/// As [`plan`], with less patience.
+/// As [`plan`], with less patience, and without limits but the bounds of the controls.
 ///
 /// # Errors
 /// As those of [`plan`].
-pub(crate) fn search(
+pub(super) fn search_free(
     problem: NominalProblem,
     (settings, patience): (&PlanSettings, Patience),
     plan: &mut Plan,

@@ -152,6 +152,11 @@ impl Default for BeliefSettings {
 }
 
 impl PlanSettings {
+    /// The same with another tolerance.
+    pub(crate) fn to_tolerance(&self, tolerance: f64) -> Self {
+        Self { tolerance, ..self.clone() }
+    }
+
     /// What is wrong with the settings: the key, and what is valid.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         if self.max_iterations == 0 {
@@ -220,6 +225,8 @@ pub enum PlanStatus {
     TimeLimit,
     /// The control's curvature stays indefinite, however much it is regularised.
     Indefinite,
+    /// Limits that plans are to keep are exceeded, whatever that costs.
+    LimitsExceeded,
 }
 
 impl PlanStatus {
@@ -238,6 +245,7 @@ impl std::fmt::Display for PlanStatus {
             Self::SlowProgress => "slow_progress",
             Self::TimeLimit => "time_limit",
             Self::Indefinite => "indefinite",
+            Self::LimitsExceeded => "limits_exceeded",
         })
     }
 }

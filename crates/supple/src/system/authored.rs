@@ -3,10 +3,11 @@ use std::sync::OnceLock;
 use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::{Dual, Matrices, Scratch};
 
+use super::kept::Kept;
 use super::programs::Recorder;
 use super::trace::{residuals, values};
 use super::wide::Along;
-use super::{Curvature, Points, System, Variation, make_convex};
+use super::{Constraints, Curvature, Points, System, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::Cost;
 use crate::followed::{self, Followed, FollowedNumber};
@@ -25,6 +26,8 @@ pub struct Authored<M> {
     model: M,
     costs: Vec<Cost>,
     followed: Vec<Followed>,
+    /// Limits that plans keep; none where there are none.
+    pub(super) kept: Option<Kept>,
     /// Names of the model, by which numbers that are followed are called.
     vocabulary: OnceLock<Vocabulary>,
     time_step: Value,
@@ -64,17 +67,17 @@ impl<M: Model> Authored<M> {
     /// A model with the costs of a task, its time step in s, and how many parameters there are.
     pub fn new(model: M, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Self {
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
-        let (followed, vocabulary) = (Vec::new(), OnceLock::new());
-        Self { model, costs, followed, vocabulary, time_step, parameters, size, programs, widened }
+        let (followed, kept, vocabulary) = (Vec::new(), None, OnceLock::new());
+        Self { model, costs, followed, kept, vocabulary, time_step, parameters, size, programs, widened }
     }
 
     /// The same with quantities that are followed along plans.
     #[must_use]
     pub fn following(self, followed: Vec<Followed>) -> Self {
-        Self { followed, ..self }
+        Self { kept: Kept::of(&followed), followed, ..self }
     }
 
-    fn recorder(&self) -> Recorder<'_, M> {
+    pub(super) fn recorder(&self) -> Recorder<'_, M> {
         let Self { model, costs, time_step, parameters, .. } = self;
         Recorder { model, costs, time_step: *time_step, parameters: *parameters }
     }
@@ -112,13 +115,13 @@ impl<M: Model> Authored<M> {
 }
 
 /// The stages and the end of a batch.
-fn parts(at: &Points) -> [(bool, Batch); 2] {
+pub(super) fn parts(at: &Points) -> [(bool, Batch); 2] {
     let end = Batch { first: at.stages, count: usize::from(at.has_end) };
     [(false, Batch { first: 0, count: at.stages }), (true, end)]
 }
 
 /// What is read at the points themselves.
-fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
+pub(super) fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
     [at.states.into(), at.controls.into()]
 }
 
@@ -181,7 +184,7 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn depends_on(&self, parameters: usize) -> Vec<bool> {
-        let mut dependencies = self.recorder().dependencies();
+        let mut dependencies = self.recorder().dependencies(self.kept.as_ref().map(|kept| &kept.ends));
         dependencies.resize(parameters, false);
         dependencies
     }
@@ -245,6 +248,10 @@ impl<M: Model> System for Authored<M> {
             of_costs.chain(self.followed.iter().map(|followed| &followed.quantity)).collect();
         let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
         values(&self.model, &quantities, &at).concat()
+    }
+
+    fn constraints(&self) -> Option<&dyn Constraints> {
+        self.kept.is_some().then_some(self as &dyn Constraints)
     }
 
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {

@@ -15,18 +15,22 @@ use supple_lqg::{Dimensions, KnotAdjoints};
 mod arrays;
 mod authored;
 mod batch;
+mod constraints;
 mod convex;
 mod hold;
+mod kept;
 mod programs;
 mod roll_out;
 mod sequence;
 mod trace;
 mod wide;
 
+pub use crate::followed::LimitEnd;
 pub use crate::trajectory::{Points, Times};
 pub use arrays::Arrays;
 pub use authored::Authored;
 pub use batch::Variation;
+pub use constraints::{Constraints, ExcessVariation};
 pub use convex::make_convex;
 pub(crate) use hold::holding_controls;
 pub use roll_out::RollOut;
@@ -136,6 +140,11 @@ pub trait System: Send + Sync {
     /// These numbers at a point, in the same order; those that depend on the control mean nothing at the end.
     fn follow(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Vec<f64> {
         Vec::new()
+    }
+
+    /// The limits that plans keep; none where there are none.
+    fn constraints(&self) -> Option<&dyn Constraints> {
+        None
     }
 
     /// `f(x, u)` at every stage, vectors of length n.

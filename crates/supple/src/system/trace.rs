@@ -148,6 +148,11 @@ impl<'a, M: Model> Trace<'a, M> {
         y
     }
 
+    /// The numbers of every quantity.
+    pub fn values(&self, quantities: &[&Quantity]) -> Vec<Vec<Node>> {
+        values(self.model, quantities, &self.point(&[]))
+    }
+
     /// The residual of every cost.
     pub fn residuals(&self, costs: &[Cost]) -> Vec<Vec<Node>> {
         residuals(self.model, costs, &self.point(&[]))

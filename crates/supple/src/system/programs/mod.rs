@@ -4,9 +4,11 @@ use supple_kernels::graph::{Node, Target, depends, record, vjp};
 
 use super::trace::{Dynamics, Trace};
 use crate::cost::Cost;
+use crate::followed::Ends;
 use crate::{Model, Value};
 
 mod along;
+mod constraints;
 mod contraction;
 mod curvature;
 mod jacobians;
@@ -14,6 +16,7 @@ mod parameters;
 mod values;
 
 pub(super) use along::TOGETHER;
+pub(super) use constraints::excess_source;
 
 /// A model with its costs, to be recorded.
 #[derive(Clone, Copy)]
@@ -32,12 +35,13 @@ impl<M: Model> Recorder<'_, M> {
         Trace::new(self.model, self.time_step, self.parameters, last)
     }
 
-    /// Which parameters any function depends on.
-    pub fn dependencies(&self) -> Vec<bool> {
+    /// Which parameters any function depends on, limits that plans keep among them.
+    pub fn dependencies(&self, ends: Option<&Ends>) -> Vec<bool> {
         record(|| {
             let trace = self.trace(false);
             let Dynamics { next, residual, .. } = trace.dynamics();
             let mut all = [next, residual, trace.measurement()].concat();
+            all.extend(ends.map_or_else(Vec::new, |ends| self.excess(&trace, ends, false)));
             all.extend([trace.cost(self.costs, false), self.trace(true).cost(self.costs, true)]);
             trace.phi.iter().map(|&parameter| depends(&all, parameter)).collect()
         })

@@ -1,0 +1,173 @@
+use supple_kernels::{Matrices, Scratch};
+
+use crate::system::{Constraints, Curvature, Points, RollOut, System, Variation};
+use crate::trajectory::Trajectory;
+use supple_lqg::{Dimensions, KnotAdjoints};
+
+/// A system whose cost has what limits add to it (theory, equations P.8 and P.9).
+pub(super) struct Augmented<'a> {
+    pub system: &'a dyn System,
+    pub limits: &'a dyn Constraints,
+    /// Multipliers `mu` of the excesses, vectors of length q of all steps and the end.
+    pub multipliers: &'a Matrices,
+    /// Penalties `rho`, q of them; none for the Lagrangian, with the curvature of the cost alone.
+    pub penalties: Option<&'a [f64]>,
+}
+
+/// What the augmented Lagrangian adds for an excess: `(max(0, mu + rho e)^2 - mu^2) / (2 rho)`.
+fn penalty(multiplier: f64, rho: f64, excess: f64) -> f64 {
+    if excess == f64::NEG_INFINITY {
+        return 0.0;
+    }
+    let slope = (multiplier + rho * excess).max(0.0);
+    (slope - multiplier) * (slope + multiplier) / (2.0 * rho)
+}
+
+impl Augmented<'_> {
+    /// The excesses at all points.
+    pub fn excesses(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
+        let mut excesses = Matrices::vectors(at.count(), self.multipliers.cols());
+        self.limits.excesses(at, phi, &mut excesses, scratch);
+        excesses
+    }
+
+    /// What limits add to the cost of a trajectory.
+    fn penalties_of(&self, trajectory: &Trajectory, phi: &[f64], scratch: &mut Scratch) -> f64 {
+        let Some(penalties) = self.penalties else { return 0.0 };
+        let excesses = self.excesses(trajectory.points(), phi, scratch);
+        (0..excesses.count())
+            .flat_map(|t| excesses.vector(t).iter().zip(self.multipliers.vector(t)).zip(penalties))
+            .map(|((&excess, &multiplier), &rho)| penalty(multiplier, rho, excess))
+            .sum()
+    }
+
+    /// The slopes of what limits add by each excess: multipliers of the Lagrangian whose gradient that of the augmented one is.
+    pub fn slopes(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
+        let mut slopes = self.multipliers.clone();
+        if let Some(penalties) = self.penalties {
+            let excesses = self.excesses(at, phi, scratch);
+            for i in 0..at.count() {
+                let parts = excesses.vector(i).iter().zip(penalties);
+                for (slope, (&excess, &rho)) in slopes.vector_mut(i).iter_mut().zip(parts) {
+                    *slope = (*slope + rho * excess).max(0.0);
+                }
+            }
+        }
+        slopes
+    }
+}
+
+/// All but roll-outs and the derivatives of the cost is as without limits. It plans all steps from step 0 on.
+impl System for Augmented<'_> {
+    fn dimensions(&self) -> Dimensions {
+        self.system.dimensions()
+    }
+
+    fn state_names(&self) -> Vec<String> {
+        self.system.state_names()
+    }
+
+    fn depends_on(&self, parameters: usize) -> Vec<bool> {
+        self.system.depends_on(parameters)
+    }
+
+    fn step(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]) {
+        self.system.step(t, x, u, phi, next);
+    }
+
+    fn observe(&self, t: usize, x: &[f64], phi: &[f64], y: &mut [f64]) {
+        self.system.observe(t, x, phi, y);
+    }
+
+    fn stage_cost(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64 {
+        self.system.stage_cost(t, x, u, phi, scratch)
+    }
+
+    fn final_cost(&self, x: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64 {
+        self.system.final_cost(x, phi, scratch)
+    }
+
+    fn roll_out(&self, law: RollOut, phi: &[f64], out: &mut Trajectory, scratch: &mut Scratch) -> f64 {
+        let cost = self.system.roll_out(law, phi, out, scratch);
+        if cost.is_finite() { cost + self.penalties_of(out, phi, scratch) } else { cost }
+    }
+
+    fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        self.system.dynamics_jacobians(at, phi, out, scratch);
+    }
+
+    fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        self.system.measurement_jacobians(at, phi, out, scratch);
+    }
+
+    fn cost_quadratics(
+        &self,
+        at: Points,
+        phi: &[f64],
+        curvature: Curvature,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        // Limits add to entries that the system itself leaves 0.
+        out.clear();
+        self.system.cost_quadratics(at, phi, curvature, out, scratch);
+        let slopes = self.slopes(at, phi, scratch);
+        if slopes.as_slice().iter().all(|slope| *slope == 0.0) {
+            return;
+        }
+        let joint = self.dimensions().joint();
+        let mut jacobians = Matrices::zeros(at.count(), slopes.cols(), joint);
+        self.limits.excess_jacobians(at, phi, &mut jacobians, scratch);
+        let stride = out.stride();
+        for i in 0..at.count() {
+            for (row, &slope) in slopes.vector(i).iter().enumerate().filter(|(_, slope)| **slope > 0.0) {
+                let gradient = &jacobians.at(i)[row * jacobians.stride()..][..joint];
+                let rho = self.penalties.map_or(0.0, |penalties| penalties[row]);
+                for (entry, to) in gradient.iter().zip(out.at_mut(i).chunks_exact_mut(stride)) {
+                    to[joint] += slope * entry;
+                    if rho * entry != 0.0 {
+                        to.iter_mut().zip(gradient).for_each(|(to, other)| *to += rho * entry * other);
+                    }
+                }
+            }
+        }
+        if curvature == Curvature::Exact && self.penalties.is_some() {
+            self.limits.add_excess_curvature(at, phi, &slopes, out, scratch);
+        }
+    }
+
+    fn add_dynamics_curvature(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        self.system.add_dynamics_curvature(at, phi, costates, out, scratch);
+    }
+
+    fn contract(
+        &self,
+        at: Points,
+        phi: &[f64],
+        adjoints: &KnotAdjoints,
+        joint: &mut Matrices,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        self.system.contract(at, phi, adjoints, joint, parameters, scratch);
+    }
+
+    fn add_parameter_gradient(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        variation: Option<Variation>,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        self.system.add_parameter_gradient(at, phi, costates, variation, parameters, scratch);
+    }
+}

@@ -1,0 +1,110 @@
+//! Excesses of the limits that plans keep, and their derivatives.
+
+use supple_kernels::graph::{Node, Program, record, tangent, vjp};
+use supple_kernels::padded;
+
+use super::{Outputs, Recorder, add, set, sum, vector, weigh};
+use crate::Model;
+use crate::followed::{Ends, LimitEnd};
+use crate::quantity::{Measurable, Quantity};
+use crate::system::trace::{Trace, entries, jacobian};
+
+/// Numbers of the sources that these programs read beside state and control.
+pub(in crate::system) mod excess_source {
+    pub const MULTIPLIERS: usize = 2;
+    pub const VARIATION: usize = 3;
+    pub const MULTIPLIER_VARIATION: usize = 4;
+}
+
+impl<M: Model> Recorder<'_, M> {
+    /// The excess of every end at a point; 0 at the end of a plan where a number depends on the control.
+    fn excess(&self, trace: &Trace<M>, ends: &Ends, last: bool) -> Vec<Node> {
+        let quantities: Vec<&Quantity> = ends.followed.iter().map(|followed| &followed.quantity).collect();
+        let values = trace.values(&quantities);
+        let of_end = |end: &LimitEnd| {
+            let quantity = quantities[end.limit];
+            if last && quantity.depends_on_control() {
+                return Node::zero();
+            }
+            let value = values[end.limit][end.entry];
+            let bound: Node = ends.bound(end).resolve(&trace.phi);
+            if end.upper { value - bound } else { bound - value }
+        };
+        ends.list.iter().map(of_end).collect()
+    }
+
+    /// `e`
+    pub fn excesses(&self, ends: &Ends, last: bool) -> Program {
+        record(|| Program::compile(&vector(&self.excess(&self.trace(last), ends, last))))
+    }
+
+    /// `e_z`
+    pub fn excess_jacobian(&self, ends: &Ends, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let mut outputs = Outputs::new();
+            let stride = padded(trace.z.len());
+            for (i, row) in jacobian(&self.excess(&trace, ends, last), &trace.z).into_iter().enumerate() {
+                for (j, entry) in row.into_iter().enumerate() {
+                    set(&mut outputs, entry, i * stride + j);
+                }
+            }
+            Program::compile(&outputs)
+        })
+    }
+
+    /// `(mu' e)_zz`, added.
+    pub fn excess_curvature(&self, ends: &Ends, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let excess = self.excess(&trace, ends, last);
+            let multipliers = entries(excess_source::MULTIPLIERS, excess.len());
+            let gradient = vjp(&weigh(&excess, &multipliers).collect::<Vec<_>>(), &trace.z);
+            let stride = padded(trace.z.len() + 1);
+            let mut outputs = Outputs::new();
+            for (a, row) in jacobian(&gradient, &trace.z).into_iter().enumerate() {
+                for (b, entry) in row.into_iter().enumerate() {
+                    add(&mut outputs, entry, a * stride + b);
+                }
+            }
+            Program::compile(&outputs)
+        })
+    }
+
+    /// `mu' e_phi`
+    pub fn excess_parameter_gradient(&self, ends: &Ends, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let excess = self.excess(&trace, ends, last);
+            let multipliers = entries(excess_source::MULTIPLIERS, excess.len());
+            sums(by_parameters(&trace, &weigh(&excess, &multipliers).collect::<Vec<_>>()))
+        })
+    }
+
+    /// `dz' (mu' e)_{z phi} + dmu' e_phi`
+    pub fn excess_parameter_gradient_along(&self, ends: &Ends, last: bool) -> Program {
+        record(|| {
+            let trace = self.trace(last);
+            let excess = self.excess(&trace, ends, last);
+            let multipliers = entries(excess_source::MULTIPLIERS, excess.len());
+            let moved = entries(excess_source::MULTIPLIER_VARIATION, excess.len());
+            let dz = entries(excess_source::VARIATION, trace.z.len());
+            let rates = tangent(&excess, &weigh(&trace.z, &dz).collect::<Vec<_>>());
+            let weighed: Vec<_> = weigh(&rates, &multipliers).chain(weigh(&excess, &moved)).collect();
+            sums(by_parameters(&trace, &weighed))
+        })
+    }
+}
+
+/// The gradient of a weighted sum by the parameters, the variables of the point held fixed.
+fn by_parameters<M: Model>(trace: &Trace<M>, weighed: &[(Node, Node)]) -> Vec<Node> {
+    vjp(weighed, &[trace.z.clone(), trace.phi.clone()].concat()).split_off(trace.z.len())
+}
+
+fn sums(gradient: Vec<Node>) -> Program {
+    let mut outputs = Outputs::new();
+    for (i, entry) in gradient.into_iter().enumerate() {
+        sum(&mut outputs, entry, i);
+    }
+    Program::compile(&outputs)
+}
