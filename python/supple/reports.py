@@ -18,6 +18,7 @@ __all__ = [
     "FrozenGradient",
     "GradientReport",
     "InformationReport",
+    "LimitReached",
     "LimitViolation",
     "MeasurementReport",
     "MonteCarlo",
@@ -194,8 +195,29 @@ class Stability(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class LimitReached(Record):
+    """A limit that a plan keeps and is held at.
+
+    Attributes:
+        name: The limited quantity.
+        limit: The limit, in its unit.
+        upper: Whether it is an upper limit.
+        step: The first step at which the plan is held there.
+        steps: Number of steps at which it is.
+        price: Decrease of the nominal cost per unit by which the limit is wider.
+    """
+
+    name: str
+    limit: float
+    upper: bool
+    step: int
+    steps: int
+    price: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class LimitViolation(Record):
-    """A limit of the model that a plan violates.
+    """A limit that a plan violates.
 
     Attributes:
         name: The limited quantity.
@@ -348,14 +370,15 @@ class TaskReport(Record):
     Attributes:
         name: Its name.
         status: How its plan ended: ``converged``, ``max_iterations``, ``line_search_stalled``, ``slow_progress``,
-            ``time_limit`` or ``indefinite``.
+            ``time_limit``, ``indefinite`` or ``limits_exceeded``.
         iterations: Iterations of its plan, from the initial guess that led to it.
         stationarity: The largest derivative of the Hamiltonian with respect to a control.
         relative_stationarity: The same, relative to 1 plus the largest ``|l_u|``.
         regularised_iterations: Iterations that had to raise the regularisation.
         belief_repairs: Number of repairs of rounding errors in the belief.
         branches: Number of different local minima of the plan encountered, if they were searched for.
-        limits_violated: Limits of the model that its plan violates.
+        limits_violated: Limits that its plan violates.
+        limits_reached: Limits that its plan keeps and is held at (``enforce`` in a task file).
         contacts: The contacts along its plan: every contact of the model by name; empty if the model has none or does not
             report them.
         warnings: Reasons not to trust its numbers: a cost asks for a force from a contact that the plan never makes. Empty if
@@ -379,6 +402,7 @@ class TaskReport(Record):
     belief_repairs: int
     branches: int | None
     limits_violated: list[LimitViolation]
+    limits_reached: list[LimitReached]
     contacts: dict[str, ContactReport]
     warnings: list[str]
     stability: Stability

@@ -7,7 +7,7 @@ use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::partials::Partials;
 use crate::riccati::Policy;
-use crate::shape::Shape;
+use crate::shape::{Shape, with_shape};
 
 /// Weights of the parts of the expected cost that depend on the Riccati recursion.
 #[derive(Clone, Copy, Debug, Default)]
@@ -76,7 +76,7 @@ struct Sweep<'a> {
 impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.sweep::<L>(Shape::of(self.knots.dimensions));
+        with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
     }
 }
 

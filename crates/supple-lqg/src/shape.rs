@@ -1,4 +1,4 @@
-use supple_kernels::padded;
+use supple_kernels::{LANES, padded};
 
 use crate::knots::Dimensions;
 
@@ -11,12 +11,51 @@ pub(crate) struct Shape {
     pub m: usize,
     /// Length of the measurement.
     pub p: usize,
+    /// The stride of all rows, where it is known to the compiler.
+    row: Option<usize>,
 }
+
+/// Calls `$run` with a [`Shape`] of given sizes: with strides known to the compiler where every row is as short as rows can
+/// be, which unrolls the loops over rows of small systems, and with run-time strides otherwise. The code is the same.
+macro_rules! with_shape {
+    ($shape:expr, |$name:ident| $run:expr) => {{
+        let shape: $crate::shape::Shape = $shape;
+        if shape.is_small() {
+            let $name = shape.small_rows();
+            $run
+        } else {
+            let $name = shape;
+            $run
+        }
+    }};
+}
+pub(crate) use with_shape;
 
 impl Shape {
     #[inline(always)]
     pub fn of(dimensions: Dimensions) -> Self {
-        Self { n: dimensions.states, m: dimensions.controls, p: dimensions.measurements }
+        Self::new(dimensions.states, dimensions.controls, dimensions.measurements)
+    }
+
+    #[inline(always)]
+    pub fn new(n: usize, m: usize, p: usize) -> Self {
+        Self { n, m, p, row: None }
+    }
+
+    /// Whether no row is longer than the shortest stride.
+    pub fn is_small(self) -> bool {
+        self.n + self.m < LANES && self.p <= LANES
+    }
+
+    /// The same of a small system, its strides known.
+    #[inline(always)]
+    pub fn small_rows(self) -> Self {
+        Self { row: Some(LANES), ..self }
+    }
+
+    #[inline(always)]
+    fn stride(self, len: usize) -> usize {
+        self.row.unwrap_or_else(|| padded(len))
     }
 
     /// Length of `z = (x, u)`.
@@ -28,24 +67,30 @@ impl Shape {
     /// Stride of rows of length n.
     #[inline(always)]
     pub fn narrow(self) -> usize {
-        padded(self.n)
+        self.stride(self.n)
     }
 
     /// Stride of rows of length n + m.
     #[inline(always)]
     pub fn wide(self) -> usize {
-        padded(self.n + self.m)
+        self.stride(self.n + self.m)
     }
 
     /// Stride of rows of length n + m + 1.
     #[inline(always)]
     pub fn full(self) -> usize {
-        padded(self.n + self.m + 1)
+        self.stride(self.n + self.m + 1)
+    }
+
+    /// Stride of rows of length m.
+    #[inline(always)]
+    pub fn of_controls(self) -> usize {
+        self.stride(self.m)
     }
 
     /// Stride of rows of length p.
     #[inline(always)]
     pub fn small(self) -> usize {
-        padded(self.p)
+        self.stride(self.p)
     }
 }

@@ -23,6 +23,7 @@ pub fn planned(status: PlanStatus) -> &'static str {
         PlanStatus::LineSearchStalled => "stalled: no step lowered its cost",
         PlanStatus::SlowProgress => "progressed too slowly: its cost hardly decreases any more",
         PlanStatus::TimeLimit => "reached its time limit",
+        PlanStatus::LimitsExceeded => "does not keep its limits",
         PlanStatus::Indefinite => "failed: the curvature of the cost in the control stays indefinite",
     }
 }

@@ -23,6 +23,13 @@ impl CostParts {
     pub fn expected(&self) -> f64 {
         self.nominal + self.belief + self.process + self.initial
     }
+
+    /// By how much noise as a whole lowers the cost, where that is more than rounding explains: a sign that the cost is not
+    /// convex along the plan, so that its expansion to second order says nothing.
+    pub fn lowered(&self) -> Option<f64> {
+        let noise = self.belief + self.process + self.initial;
+        (noise < -1e-9 * (1.0 + self.nominal.abs())).then_some(-noise)
+    }
 }
 
 /// The expected cost of a plan under a belief and its noise.

@@ -38,9 +38,9 @@ impl Followed {
 }
 
 /// An end of a limit that plans keep: the most or the least that a number may be.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LimitEnd {
-    /// Which limit of the task it belongs to, counted from 0.
+#[derive(Clone, Debug)]
+pub(crate) struct LimitEnd {
+    /// Which of the limits that plans keep it belongs to.
     pub limit: usize,
     /// Which number of the limit's quantity.
     pub entry: usize,

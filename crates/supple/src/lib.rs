@@ -54,8 +54,8 @@ pub use elsewhere::{Elsewhere, Other, Runs};
 pub use error::Error;
 pub use evaluation::{
     ContactCurve, ControlInformation, ControllerReport, CostCurve, CostReport, EvaluateOptions, Evaluation,
-    FrozenReport, GradientReport, InformationReport, MeasurementReport, NeededInformation, Objective, QuantityCurve,
-    TaskEvaluation, TotalReport, TrajectoryReport, Trust, Verdict, number_warnings, plan_warnings,
+    FrozenReport, GradientReport, InformationReport, LimitReached, MeasurementReport, NeededInformation, Objective,
+    QuantityCurve, TaskEvaluation, TotalReport, TrajectoryReport, Trust, Verdict, number_warnings, plan_warnings,
 };
 pub use feasibility::{FEASIBILITY, meets, violation};
 pub use growth::stability;

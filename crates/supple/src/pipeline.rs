@@ -16,7 +16,7 @@ use crate::gradient::{
     total_gradient,
 };
 use crate::plan::{
-    Patience, Plan, PlanMode, PlanSettings, PlanWorkspace, approach, has_to_approach, plan_risk, search,
+    Patience, Plan, PlanMode, PlanSettings, PlanStatus, PlanWorkspace, approach, has_to_approach, plan_risk, search,
 };
 use crate::problem::Task;
 use crate::sampled_plan::plan_sampled;
@@ -156,6 +156,13 @@ impl TaskState {
 
     fn plan_in_mode(&mut self, (task, phi): (&Task, &[f64]), how: (&PlanSettings, Patience)) -> Result<(), Error> {
         let settings = how.0;
+        if settings.plan != PlanMode::Nominal && task.system.constraints().is_some() {
+            return Err(Error::Planning {
+                plan: settings.plan.name(),
+                problem: "keeps no limits of quantities".to_owned(),
+                advice: "leave out `enforce` in `[[tasks.limits]]`, or use plan = \"nominal\"",
+            });
+        }
         match settings.plan {
             PlanMode::Nominal => search(task.nominal(phi), how, &mut self.plan, &mut self.plan_work, &mut self.scratch),
             PlanMode::Sampled => {
@@ -187,6 +194,9 @@ impl TaskState {
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
+        if self.cost.lowered().is_some() && self.plan.status.is_converged() {
+            self.plan.status = PlanStatus::Indefinite;
+        }
         Ok(())
     }
 

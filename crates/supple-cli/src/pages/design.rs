@@ -8,7 +8,7 @@ use supple::{Evaluation, TaskEvaluation};
 use supple_study::design::DesignReport;
 use supple_study::{About, AboutTask};
 
-use super::evaluation::{excess, limit_lines, minima, prices};
+use super::evaluation::{excess, limit_lines, minima, prices, reached_lines};
 use super::next;
 use crate::tables::{align_right, heading, number, percent, table};
 use crate::{catalogue, contacts, informations, split, trust};
@@ -88,6 +88,9 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
     }
     for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
         let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
+    }
+    for task in optimum.tasks.iter().filter(|task| !task.limits_reached.is_empty()) {
+        let _ = writeln!(page, "The plan of {} is held at limits:\n{}", task.name, reached_lines(task));
     }
     page.push_str(&contacts::warnings(optimum));
     let _ = writeln!(page, "{}", verdict(about, report));

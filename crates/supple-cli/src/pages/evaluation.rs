@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple::{Evaluation, LimitViolation, TaskEvaluation};
+use supple::{Evaluation, LimitReached, LimitViolation, TaskEvaluation};
 use supple_study::About;
 use supple_study::design::DesignReport;
 
@@ -66,6 +66,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
         if !task.limits_violated.is_empty() {
             let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
         }
+        if !task.limits_reached.is_empty() {
+            let _ = writeln!(page, "  is held at limits:\n{}", reached_lines(task));
+        }
         if task.stability.numerically_unstable {
             let _ = writeln!(page, "  {}\n", task.stability);
         }
@@ -121,6 +124,16 @@ pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
         format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), number(*limit))
     };
     task.limits_violated.iter().map(line).collect()
+}
+
+/// A line for each limit that the plan of a task is held at.
+pub(super) fn reached_lines(task: &TaskEvaluation) -> String {
+    let line = |LimitReached { name, limit, upper, step, steps, price }: &LimitReached| {
+        let side = if *upper { "at most" } else { "at least" };
+        let steps = if *steps == 1 { format!("step {step}") } else { format!("{steps} steps from {step}") };
+        format!("    {name} {side} {} ({steps}); +1 lowers the cost by {}\n", number(*limit), number(*price))
+    };
+    task.limits_reached.iter().map(line).collect()
 }
 
 /// How far a cost is above its bound, also relative to a bound that is not 0.

@@ -1,6 +1,7 @@
 //! What to try next: one line at the end of a page.
 
 use supple::design::DesignStatus;
+use supple::plan::PlanStatus;
 use supple::{Evaluation, LimitViolation, TaskEvaluation};
 use supple_study::About;
 use supple_study::design::DesignReport;
@@ -85,6 +86,11 @@ fn plan(at: &Evaluation) -> Option<String> {
 
 fn of_plan(task: &TaskEvaluation) -> Option<String> {
     let name = &task.name;
+    if task.status == PlanStatus::LimitsExceeded {
+        return Some(format!(
+            "wider limits, more time or stronger drives: no plan of {name} was found that keeps its limits with `enforce`"
+        ));
+    }
     if !task.status.is_converged() {
         return Some(format!(
             "the plan of {name} ended as {}: more `max_iterations` in [planning], or an `initial_control` nearer to it",
@@ -113,7 +119,11 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     }
     let limit = task.limits_violated.first()?;
     let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
-    Some(format!("more time for {name}, or a greater weight of its motion: the plan exceeds the {}{more}", limit.name))
+    Some(format!(
+        "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
+         {}{more}",
+        limit.name
+    ))
 }
 
 /// Parameters that are at one of their bounds.

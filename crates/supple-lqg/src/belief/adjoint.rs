@@ -7,7 +7,7 @@ use crate::dense::{cholesky, dense};
 use crate::knots::KnotAdjoints;
 use crate::knots::Knots;
 use crate::noise::Noise;
-use crate::shape::Shape;
+use crate::shape::{Shape, with_shape};
 
 /// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,7 +78,7 @@ struct Sweep<'a> {
 impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        self.sweep::<L>(Shape::of(self.knots.dimensions));
+        with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
     }
 }
 

@@ -7,7 +7,7 @@ use crate::carried::Carried;
 use crate::dense::{Dense, dense};
 use crate::knots::Knots;
 use crate::noise::Noise;
-use crate::shape::Shape;
+use crate::shape::{Shape, with_shape};
 
 /// What is known of the state along a trajectory.
 #[derive(Clone, Debug)]
@@ -120,7 +120,7 @@ impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { knots, noise, belief, result } = self;
-        *result = sweep::<L>(Shape::of(knots.dimensions), knots, noise, belief);
+        with_shape!(Shape::of(knots.dimensions), |shape| *result = sweep::<L>(shape, knots, noise, belief));
     }
 }
 

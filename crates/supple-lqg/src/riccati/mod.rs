@@ -11,7 +11,7 @@ use self::box_qp::{BoxQp, Gains};
 use self::quadratic::{Products, quadratic};
 use crate::carried::Carried;
 use crate::knots::Dimensions;
-use crate::shape::Shape;
+use crate::shape::{Shape, with_shape};
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
 #[derive(Clone, Debug)]
@@ -135,14 +135,14 @@ impl Job for Sweep<'_> {
     fn run<L: Lanes>(self) {
         let Self { lq, policy, result } = self;
         let n = lq.dynamics.rows();
-        let shape = Shape { n, m: lq.dynamics.cols() - n, p: policy.measurements };
+        let shape = Shape::new(n, lq.dynamics.cols() - n, policy.measurements);
         *result = if lq.limits.is_some() {
-            sweep::<L>(shape, lq, policy)
+            with_shape!(shape, |shape| sweep::<L>(shape, lq, policy))
         } else {
             // Said once more, so that the compiler leaves limits out.
             let lq = Lq { limits: None, ..lq };
             policy.clamped.fill(false);
-            sweep::<L>(shape, lq, policy)
+            with_shape!(shape, |shape| sweep::<L>(shape, lq, policy))
         };
     }
 }
@@ -181,7 +181,7 @@ fn sweep<L: Lanes>(shape: Shape, lq: Lq, policy: &mut Policy) -> Result<Decrease
 #[inline(always)]
 fn minimise<L: Lanes>(shape: Shape, t: usize, policy: &mut Policy) -> Result<Decrease, ()> {
     let Shape { n, m, .. } = shape;
-    let (joint, narrow, wide, small) = (shape.joint(), shape.narrow(), shape.full(), padded(m));
+    let (joint, narrow, wide, small) = (shape.joint(), shape.narrow(), shape.full(), shape.of_controls());
     let Policy { feedback, feedforward, curvature, slope, value_of_information, q, factor, .. } = policy;
     let (q, factor) = (q.at(0), factor.at_mut(0));
     let (y, k) = (feedback.at_mut(t), &mut feedforward.at_mut(t)[..m]);

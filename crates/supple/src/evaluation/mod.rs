@@ -18,6 +18,7 @@ use supple_lqg::recursion_radius;
 mod assemble;
 mod controller;
 mod curves;
+mod reached;
 mod report;
 mod sensing;
 mod trouble;
@@ -27,6 +28,8 @@ use assemble::{add_needed, cost_report, information_report, trajectory_report};
 pub use controller::ControllerReport;
 use curves::quantity_violations;
 pub use curves::{ContactCurve, CostCurve, QuantityCurve};
+pub use reached::LimitReached;
+use reached::limits_reached;
 pub use report::*;
 pub use sensing::MeasurementReport;
 pub use trouble::{number_warnings, plan_warnings};
@@ -156,6 +159,7 @@ fn evaluate_task(
             quantity_violations(task, phi, &state.plan.trajectory),
         ]
         .concat(),
+        limits_reached: limits_reached(task, phi, &state.plan),
         warnings: [
             plan_warnings(task, phi, &state.plan),
             contact_warnings(task, phi, &contacts),

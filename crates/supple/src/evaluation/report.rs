@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::controller::ControllerReport;
 use super::curves::{ContactCurve, CostCurve, QuantityCurve};
+use super::reached::LimitReached;
 use super::sensing::MeasurementReport;
 use super::trust::Trust;
 use crate::contacts::ContactReport;
@@ -95,8 +96,11 @@ pub struct TaskEvaluation {
     /// Different local minima of the plan seen, where they were searched for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branches: Option<usize>,
-    /// Limits of the model that its plan violates.
+    /// Limits that its plan violates.
     pub limits_violated: Vec<LimitViolation>,
+    /// Limits that its plan keeps and is held at.
+    #[serde(default)]
+    pub limits_reached: Vec<LimitReached>,
     /// What its plan touches: every contact of the model; empty in results of versions that did not report contacts.
     #[serde(default)]
     pub contacts: Vec<ContactReport>,

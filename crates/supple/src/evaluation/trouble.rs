@@ -32,6 +32,13 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
         ("expected cost", cost.expected()),
     ];
     let broken = numbers.into_iter().find(|(_, value)| !value.is_finite());
+    let lowered = cost.lowered().map(|part| {
+        format!(
+            "task `{}`: noise would lower the cost, by {part:.3e}: the cost is not convex along the plan, so expected cost \
+             and information are not valid. Limits that plans keep can lead there; so can weights below 0",
+            task.name
+        )
+    });
     let mut warnings: Vec<String> = broken
         .map(|(what, value)| {
             format!(
@@ -41,6 +48,7 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
             )
         })
         .into_iter()
+        .chain(lowered)
         .collect();
     if let Some(sampled) = sampled.filter(|sampled| sampled.diverged > 0) {
         warnings.push(format!(

@@ -1,6 +1,7 @@
 //! Gradients of directed information and expected cost by adjoints (theory, section G).
 
 mod frozen;
+mod kept;
 mod slope;
 mod total;
 

@@ -1,8 +1,9 @@
 use supple_kernels::{Matrices, Scratch};
 
+use super::kept::vary_within_limits;
 use crate::noise::NoiseModel;
 use crate::plan::Plan;
-use crate::system::{System, Variation};
+use crate::system::{Constraints, ExcessVariation, System, Variation};
 use crate::{Error, Value};
 use supple_lqg::Dimensions;
 use supple_lqg::KnotAdjoints;
@@ -57,8 +58,8 @@ pub struct GradientWorkspace {
     lagrangian: Matrices,
     known: bool,
     riccati: RiccatiAdjoint,
-    policy: Policy,
-    variation: Matrices,
+    pub(super) policy: Policy,
+    pub(super) variation: Matrices,
     pub(crate) costates: Matrices,
 }
 
@@ -97,6 +98,9 @@ impl GradientWorkspace {
             }
             let at = plan.trajectory.points();
             system.add_dynamics_curvature(at, phi, &plan.costates, &mut self.lagrangian, scratch);
+            if let Some(limits) = task.limits() {
+                limits.add_excess_curvature(at, phi, &plan.multipliers, &mut self.lagrangian, scratch);
+            }
             self.known = true;
         }
         self.hessian.copy_from(&self.lagrangian);
@@ -122,14 +126,22 @@ pub struct TotalGradient<'a> {
     pub noise: &'a Noise,
 }
 
-impl TotalGradient<'_> {
+impl<'a> TotalGradient<'a> {
+    /// The limits that the plan is at; none where it is at none.
+    fn limits(&self) -> Option<&'a dyn Constraints> {
+        self.system.constraints().filter(|_| self.plan.is_at_limits())
+    }
+
     /// The gradient of the nominal cost, by the envelope theorem (theory, equation G.2):
-    /// `sum l_phi + lambda_{t+1}' f_phi + lambda_0' dx_0/dphi`.
+    /// `sum l_phi + lambda_{t+1}' f_phi + mu_t' e_phi + lambda_0' dx_0/dphi`.
     pub fn nominal(&self, scratch: &mut Scratch, out: &mut Vec<f64>) {
         out.clear();
         out.resize(self.phi.len(), 0.0);
         let (at, costates) = (self.plan.trajectory.points(), &self.plan.costates);
         self.system.add_parameter_gradient(at, self.phi, costates, None, out, scratch);
+        if let Some(limits) = self.limits() {
+            limits.add_excess_parameter_gradient(at, self.phi, &self.plan.multipliers, None, out, scratch);
+        }
         add_initial_state((self.initial_state, self.phi), costates.vector(0), out);
     }
 }
@@ -149,7 +161,8 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 ///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
 ///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
 ///
-/// Controls that the plan holds at a bound do not move (theory, equation P.7c).
+/// Controls that the plan holds at a bound do not move (theory, equation P.7c), and limits that it is at stay met (theory,
+/// equation G.11).
 ///
 /// The cost does not grow with the number of parameters but for the derivative evaluations. `work` keeps what is the same
 /// for every functional of a plan, until it is told to [forget](GradientWorkspace::forget) it.
@@ -169,11 +182,17 @@ pub fn total_gradient(
     out.resize(phi.len(), 0.0);
     work.start_hessian(task, scratch);
     add_functional(task, functional, work, scratch, out);
-    let regularisation = Regularisation::default();
-    let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
-    solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
-        .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
-    solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
+    if let Some(limits) = task.limits() {
+        let multipliers = &vary_within_limits(task, limits, work, scratch)?;
+        let moved = Some(ExcessVariation { joint: &work.variation, multipliers });
+        limits.add_excess_parameter_gradient(at, phi, &plan.multipliers, moved, out, scratch);
+    } else {
+        let regularisation = Regularisation::default();
+        let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
+        solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
+            .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
+        solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
+    }
     let variation = Variation { joint: &work.variation, costates: &work.costates };
     system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);
     add_initial_state((initial_state, phi), work.costates.vector(0), out);

@@ -2,7 +2,8 @@
 
 use supple_kernels::{Matrices, Scratch};
 
-use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within, search};
+use super::nominal::search_free;
+use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within};
 use crate::contacts::ContactState;
 use crate::problem::Task;
 use crate::system::System;
@@ -51,7 +52,7 @@ pub(crate) fn approach(
             follow(problem, kept, found, work, scratch);
         }
         let settings = if friction.is_last() { settings } else { &loose };
-        let planned = search(problem, (settings, patience), found, work, scratch).is_ok();
+        let planned = search_free(problem, (settings, patience), found, work, scratch).is_ok();
         iterations += found.iterations;
         if !(planned && found.status.is_converged()) && friction.go_back() {
             continue;

@@ -4,7 +4,7 @@ use crate::system::{Constraints, Curvature, Points, RollOut, System, Variation};
 use crate::trajectory::Trajectory;
 use supple_lqg::{Dimensions, KnotAdjoints};
 
-/// A system whose cost has what limits add to it (theory, equations P.8 and P.9).
+/// A system whose cost has what limits add to it (theory, equations P.20 to P.22).
 pub(super) struct Augmented<'a> {
     pub system: &'a dyn System,
     pub limits: &'a dyn Constraints,

@@ -1,14 +1,14 @@
-//! Plans that keep limits of quantities, by the method of multipliers (theory, equations P.8 and P.9).
+//! Plans that keep limits of quantities, by the method of multipliers (theory, equations P.20 to P.22).
 
 use supple_kernels::{Matrices, Scratch};
 
 use super::augmented::Augmented;
-use super::nominal::{finish, search_free, start};
+use super::nominal::{finish, search_free};
 use super::search::{Patience, Search};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
 use crate::Error;
 use crate::limits::LIMIT_TOLERANCE;
-use crate::system::{Constraints, RollOut, System};
+use crate::system::{Constraints, Curvature, RollOut, System};
 
 /// Rounds at most.
 const MOST_ROUNDS: usize = 60;
@@ -20,6 +20,8 @@ const ENOUGH: f64 = 0.2;
 const GROWTH: f64 = 10.0;
 /// How often penalties grow at most: beyond that, rounding hides what else the cost asks for.
 const MOST_GROWTHS: usize = 9;
+/// How far a guess may be from all limits to count as one that is at some, in shares of the limit.
+const NEAR: f64 = 0.05;
 /// The part of a limit's tolerance that plans are taken to.
 const SHARE: f64 = 0.3;
 
@@ -41,21 +43,22 @@ pub(crate) fn search(
     let ends = limits.ends().len();
     // Limits of an earlier plan wrote entries that the cost itself leaves 0.
     plan.knots.cost.clear();
-    let is_known = patience.is_close() && plan.multipliers.cols() == ends && plan.is_at_limits();
-    if !is_known || start(problem, plan, scratch).is_err() {
-        plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, ends);
-        search_free(problem, (settings, patience), plan, work, scratch)?;
-        if patience == Patience::Little && !plan.status.is_converged() {
-            return Ok(());
-        }
+    plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, ends);
+    let guess = plan.trajectory.controls.clone();
+    search_free(problem, (settings, patience), plan, work, scratch)?;
+    if patience == Patience::Little && !plan.status.is_converged() {
+        return Ok(());
     }
-    Rounds::new(problem, limits, plan, scratch).run(settings, plan, work, scratch)
+    Rounds::new(problem, limits, plan, scratch).run((settings, &guess), plan, work, scratch)
 }
 
 /// The search's state between rounds.
 struct Rounds<'a> {
     problem: NominalProblem<'a>,
     limits: &'a dyn Constraints,
+    bounds: Vec<f64>,
+    /// The cost of the plan without limits.
+    cost: f64,
     /// How far beyond each end a number may be.
     tolerances: Vec<f64>,
     penalties: Vec<f64>,
@@ -68,23 +71,24 @@ impl<'a> Rounds<'a> {
     fn new(problem: NominalProblem<'a>, limits: &'a dyn Constraints, plan: &Plan, scratch: &mut Scratch) -> Self {
         let bounds = limits.bounds(problem.phi);
         let tolerances = bounds.iter().map(|bound| SHARE * LIMIT_TOLERANCE * (1.0 + bound.abs())).collect();
-        let mut rounds = Self { problem, limits, tolerances, penalties: Vec::new(), iterations: 0, regularised: 0 };
-        rounds.penalties = rounds.first_penalties(plan, &bounds, scratch);
+        let cost = plan.nominal_cost.abs().max(f64::MIN_POSITIVE.sqrt());
+        let mut rounds =
+            Self { problem, limits, bounds, cost, tolerances, penalties: Vec::new(), iterations: 0, regularised: 0 };
+        rounds.penalties = rounds.first_penalties(plan, scratch);
         (rounds.iterations, rounds.regularised) = (plan.iterations, plan.regularised);
         rounds
     }
 
-    /// Penalties under which each end's excess in the plan without limits, or a hundredth of its bound, costs about what the
-    /// whole plan does.
-    fn first_penalties(&self, plan: &Plan, bounds: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+    /// Penalties under which each end's excess along the trajectory, or a tenth of its bound, costs twice what the plan
+    /// without limits does.
+    fn first_penalties(&self, plan: &Plan, scratch: &mut Scratch) -> Vec<f64> {
         let excesses = self.excesses(plan, scratch);
-        let cost = plan.nominal_cost.abs().max(f64::MIN_POSITIVE.sqrt());
         let of_end = |(end, bound): (usize, &f64)| {
             let beyond = |t: usize| excesses.vector(t)[end].max(0.0).powi(2);
-            let size = (0..excesses.count()).map(beyond).sum::<f64>().max((0.01 * bound).powi(2));
-            2.0 * cost / if size > 0.0 { size } else { 1.0 }
+            let size = (0..excesses.count()).map(beyond).sum::<f64>().max((0.1 * bound).powi(2));
+            2.0 * self.cost / if size > 0.0 { size } else { 1.0 }
         };
-        bounds.iter().enumerate().map(of_end).collect()
+        self.bounds.iter().enumerate().map(of_end).collect()
     }
 
     fn excesses(&self, plan: &Plan, scratch: &mut Scratch) -> Matrices {
@@ -110,15 +114,16 @@ impl<'a> Rounds<'a> {
 
     fn run(
         mut self,
-        settings: &PlanSettings,
+        (settings, guess): (&PlanSettings, &Matrices),
         plan: &mut Plan,
         work: &mut PlanWorkspace,
         scratch: &mut Scratch,
     ) -> Result<(), Error> {
         let mut missed = self.missed(plan, scratch);
-        if missed <= 1.0 && !plan.is_at_limits() {
+        if missed <= 1.0 {
             return Ok(());
         }
+        self.start_from_better(guess, plan, scratch);
         let (mut tolerance, mut growths) = (FIRST_TOLERANCE, 0);
         let mut status = PlanStatus::LimitsExceeded;
         for _ in 0..MOST_ROUNDS {
@@ -143,6 +148,35 @@ impl<'a> Rounds<'a> {
         self.finish(plan, status, scratch)
     }
 
+    /// Starts from the guess where it is at a limit and its augmented Lagrangian is less than that of the plan without limits,
+    /// as it is for plans of problems that differ little; then with penalties that keep it where it is.
+    fn start_from_better(&mut self, guess: &Matrices, plan: &mut Plan, scratch: &mut Scratch) {
+        let system = self.augmented(&plan.multipliers);
+        let free = system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
+        let found = plan.trajectory.controls.clone();
+        plan.trajectory.controls.copy_from(guess);
+        if let Some(bounds) = self.problem.bounds {
+            bounds.clamp_all(&mut plan.trajectory.controls);
+        }
+        let given = system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
+        if given.is_nan() || given >= free || !self.is_at_limits(plan, scratch) {
+            plan.trajectory.controls = found;
+        } else {
+            self.penalties = self.first_penalties(plan, scratch);
+        }
+    }
+
+    /// Whether any number along a trajectory is about at an end of its limits, or beyond.
+    fn is_at_limits(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
+        let excesses = self.excesses(plan, scratch);
+        let about = |(excess, bound): (&f64, &f64)| *excess >= -NEAR * bound.abs();
+        (0..excesses.count()).any(|t| excesses.vector(t).iter().zip(&self.bounds).any(about))
+    }
+
+    fn augmented<'b>(&'b self, multipliers: &'b Matrices) -> Augmented<'b> {
+        Augmented { system: self.problem.system, limits: self.limits, multipliers, penalties: Some(&self.penalties) }
+    }
+
     /// One round: the least of the augmented Lagrangian, and the multipliers that its slopes are.
     fn round(
         &mut self,
@@ -152,12 +186,7 @@ impl<'a> Rounds<'a> {
         scratch: &mut Scratch,
     ) -> PlanStatus {
         let multipliers = plan.multipliers.clone();
-        let system = Augmented {
-            system: self.problem.system,
-            limits: self.limits,
-            multipliers: &multipliers,
-            penalties: Some(&self.penalties),
-        };
+        let system = self.augmented(&multipliers);
         let problem = NominalProblem { system: &system, ..self.problem };
         let phi = problem.phi;
         plan.nominal_cost = system.roll_out(RollOut::Controls, phi, &mut plan.trajectory, scratch);
@@ -180,6 +209,10 @@ impl<'a> Rounds<'a> {
         let system = Augmented { system: problem.system, limits, multipliers: &multipliers, penalties: None };
         let status = if status.is_converged() && !kept { PlanStatus::LimitsExceeded } else { status };
         let finished = finish(NominalProblem { system: &system, ..problem }, plan, status, scratch);
+        // The knots are those of the cost itself.
+        plan.knots.cost.clear();
+        let (at, phi) = (plan.trajectory.points(), problem.phi);
+        problem.system.cost_quadratics(at, phi, Curvature::Exact, &mut plan.knots.cost, scratch);
         plan.multipliers = multipliers;
         finished
     }

@@ -77,6 +77,10 @@ impl<M: Model> Authored<M> {
         Self { kept: Kept::of(&followed), followed, ..self }
     }
 
+    pub(super) fn vocabulary(&self) -> &Vocabulary {
+        self.vocabulary.get_or_init(|| Vocabulary::of(&self.model))
+    }
+
     pub(super) fn recorder(&self) -> Recorder<'_, M> {
         let Self { model, costs, time_step, parameters, .. } = self;
         Recorder { model, costs, time_step: *time_step, parameters: *parameters }
@@ -238,8 +242,7 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn followed(&self, phi: &[f64]) -> Vec<FollowedNumber> {
-        let vocabulary = self.vocabulary.get_or_init(|| Vocabulary::of(&self.model));
-        followed::numbers(&self.costs, &self.followed, vocabulary, phi)
+        followed::numbers(&self.costs, &self.followed, self.vocabulary(), phi)
     }
 
     fn follow(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Vec<f64> {

@@ -1,7 +1,16 @@
 use supple_kernels::{Matrices, Scratch};
 
 use super::Points;
-use crate::followed::LimitEnd;
+use crate::Channel;
+
+/// An end of a limit that plans keep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptEnd {
+    /// What is limited.
+    pub channel: Channel,
+    /// Whether it is the most that the number may be, and otherwise the least.
+    pub upper: bool,
+}
 
 /// Limits of a task that its plans keep: `e(x, u) <= 0` at every step, with one excess `e` for each end of a limit.
 ///
@@ -9,7 +18,7 @@ use crate::followed::LimitEnd;
 /// given. Where an end does not hold, its excess is minus infinity. `z = (x, u)`; matrices are those of [`Matrices`].
 pub trait Constraints: Send + Sync {
     /// The ends, q of them, in the order of excesses.
-    fn ends(&self) -> Vec<LimitEnd>;
+    fn ends(&self) -> Vec<KeptEnd>;
 
     /// The bounds of the ends at `phi`, q of them, in the units of their numbers.
     fn bounds(&self, phi: &[f64]) -> Vec<f64>;

@@ -1,13 +1,14 @@
 use std::sync::OnceLock;
 
-use supple_kernels::graph::{Batch, Program, Source};
+use supple_kernels::graph::{Program, Source};
 use supple_kernels::{Matrices, Scratch};
 
 use super::authored::{Authored, at_points, parts};
 use super::programs::{Recorder, excess_source};
-use super::{Constraints, ExcessVariation, Points};
-use crate::Model;
+use super::{Constraints, ExcessVariation, KeptEnd, Points};
 use crate::followed::{Ends, Followed, LimitEnd};
+use crate::quantity::Measurable;
+use crate::{Channel, Model};
 
 /// The limits that plans of a task keep, and the programs of their excesses: of a stage, and of the end.
 #[derive(Debug)]
@@ -54,8 +55,12 @@ impl<M: Model> Authored<M> {
 
 /// Only systems that have limits to keep give themselves as [`Constraints`].
 impl<M: Model> Constraints for Authored<M> {
-    fn ends(&self) -> Vec<LimitEnd> {
-        self.kept.as_ref().map_or_else(Vec::new, |kept| kept.ends.list.clone())
+    fn ends(&self) -> Vec<KeptEnd> {
+        let Some(Kept { ends, .. }) = &self.kept else { return Vec::new() };
+        let of_limit = |limit: &Followed| limit.quantity.channels(self.vocabulary());
+        let channels: Vec<Vec<Channel>> = ends.followed.iter().map(of_limit).collect();
+        let of_end = |end: &LimitEnd| KeptEnd { channel: channels[end.limit][end.entry].clone(), upper: end.upper };
+        ends.list.iter().map(of_end).collect()
     }
 
     fn bounds(&self, phi: &[f64]) -> Vec<f64> {

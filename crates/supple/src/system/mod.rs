@@ -25,12 +25,11 @@ mod sequence;
 mod trace;
 mod wide;
 
-pub use crate::followed::LimitEnd;
 pub use crate::trajectory::{Points, Times};
 pub use arrays::Arrays;
 pub use authored::Authored;
 pub use batch::Variation;
-pub use constraints::{Constraints, ExcessVariation};
+pub use constraints::{Constraints, ExcessVariation, KeptEnd};
 pub use convex::make_convex;
 pub(crate) use hold::holding_controls;
 pub use roll_out::RollOut;

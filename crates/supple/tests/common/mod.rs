@@ -44,3 +44,10 @@ pub fn controls(values: &[f64]) -> Matrices {
     }
     controls
 }
+
+/// A shipped task with lines after those of its last task.
+pub fn shipped_with(name: &str, lines: &str) -> Problem {
+    let path = repository("tasks").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    Problem::parse(&format!("{text}\n{lines}"), path.to_str().unwrap()).unwrap_or_else(|error| panic!("{error}"))
+}

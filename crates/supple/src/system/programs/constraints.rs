@@ -1,5 +1,6 @@
 //! Excesses of the limits that plans keep, and their derivatives.
 
+use supple_kernels::Scalar;
 use supple_kernels::graph::{Node, Program, record, tangent, vjp};
 use supple_kernels::padded;
 
@@ -18,7 +19,7 @@ pub(in crate::system) mod excess_source {
 
 impl<M: Model> Recorder<'_, M> {
     /// The excess of every end at a point; 0 at the end of a plan where a number depends on the control.
-    fn excess(&self, trace: &Trace<M>, ends: &Ends, last: bool) -> Vec<Node> {
+    pub(super) fn excess(&self, trace: &Trace<M>, ends: &Ends, last: bool) -> Vec<Node> {
         let quantities: Vec<&Quantity> = ends.followed.iter().map(|followed| &followed.quantity).collect();
         let values = trace.values(&quantities);
         let of_end = |end: &LimitEnd| {

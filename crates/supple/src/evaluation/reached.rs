@@ -1,0 +1,35 @@
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Plan;
+use crate::problem::Task;
+
+/// A limit that a plan keeps and is held at: without it, another plan would cost less.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct LimitReached {
+    /// What is limited.
+    pub name: String,
+    /// The limit, in its unit.
+    pub limit: f64,
+    /// Whether it is the most that the number may be, and otherwise the least.
+    pub upper: bool,
+    /// The first step at which the plan is held there.
+    pub step: usize,
+    /// At how many steps it is.
+    pub steps: usize,
+    /// How much the nominal cost falls with each unit by which the limit is wider: the sum of its multipliers.
+    pub price: f64,
+}
+
+/// The limits that a plan is held at, in their order.
+pub(super) fn limits_reached(task: &Task, phi: &[f64], plan: &Plan) -> Vec<LimitReached> {
+    let Some(limits) = task.system.constraints().filter(|_| plan.is_at_limits()) else { return Vec::new() };
+    let ends = limits.ends().into_iter().zip(limits.bounds(phi)).enumerate();
+    let reached = ends.filter_map(|(index, (end, limit))| {
+        let prices = (0..plan.multipliers.count()).map(|step| (step, plan.multipliers.vector(step)[index]));
+        let held: Vec<(usize, f64)> = prices.filter(|(_, price)| *price > 0.0).collect();
+        let (name, (upper, steps)) = (end.channel.name, (end.upper, held.len()));
+        let price = held.iter().map(|(_, price)| price).sum();
+        held.first().map(|&(step, _)| LimitReached { name, limit, upper, step, steps, price })
+    });
+    reached.collect()
+}

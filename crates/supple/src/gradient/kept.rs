@@ -1,0 +1,136 @@
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::{Lq, Regularisation, solve_limited, solve_lq};
+
+use super::total::{GradientWorkspace, TotalGradient};
+use crate::Error;
+use crate::system::Constraints;
+
+/// Penalties of the first round, in the curvature of the cost, what they grow by, and how often at most.
+const FIRST_PENALTY: f64 = 1e2;
+const GROWTH: f64 = 30.0;
+const MOST_GROWTHS: usize = 8;
+/// Rounds at most.
+const MOST_ROUNDS: usize = 60;
+/// By how much a round is to lower what is left.
+const ENOUGH: f64 = 0.1;
+/// How far limits may be from standing still, in how far the trajectory moves: aimed at, and at most.
+const AIM: f64 = 1e-13;
+const MOST: f64 = 1e-7;
+
+/// A limit that a plan is at: at which point, and the gradient of its excess.
+struct Active {
+    point: usize,
+    end: usize,
+    gradient: Vec<f64>,
+    penalty: f64,
+}
+
+/// The variation of trajectory and costates by the linear terms in `work.hessian`, and of the multipliers, where excesses that
+/// have multipliers stay as they are (theory, equation G.11): the LQ problem with `e_z dz = 0` there, by the method of
+/// multipliers. Leaves the variation in `work`.
+///
+/// # Errors
+/// Where the trajectory is no strict local optimum within its limits.
+pub(super) fn vary_within_limits(
+    task: &TotalGradient,
+    limits: &dyn Constraints,
+    work: &mut GradientWorkspace,
+    scratch: &mut Scratch,
+) -> Result<Matrices, Error> {
+    let &TotalGradient { system, phi, plan, .. } = task;
+    let (points, ends) = (plan.multipliers.count(), plan.multipliers.cols());
+    let joint = system.dimensions().joint();
+    let mut jacobians = Matrices::zeros(points, ends, joint);
+    limits.excess_jacobians(plan.trajectory.points(), phi, &mut jacobians, scratch);
+    let curvature = largest_curvature(&work.hessian);
+    let mut active = active(&plan.multipliers, &jacobians, curvature);
+    let given = work.hessian.clone();
+    let mut moved = Matrices::vectors(points, ends);
+    let (mut left, mut growths) = (f64::INFINITY, 0);
+    for _ in 0..MOST_ROUNDS {
+        work.hessian.copy_from(&given);
+        active.iter().for_each(|active| active.add_to(&mut work.hessian, moved.vector(active.point)[active.end]));
+        let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
+        let lq = Lq { dynamics, cost, regularisation: Regularisation::default(), limits };
+        let solved = solve_limited(lq, &mut work.policy);
+        if let Err(step) = solved {
+            // Where the cost falls across a limit, only a penalty makes the sum convex.
+            if growths == MOST_GROWTHS {
+                let what = "the Hessian of the nominal problem within its limits";
+                return Err(Error::NotPositiveDefinite { what, step });
+            }
+        } else {
+            solve_lq(dynamics, &work.policy, &mut work.variation, &mut work.costates);
+            let size = work.variation.as_slice().iter().fold(f64::MIN_POSITIVE, |size, entry| size.max(entry.abs()));
+            let mut most: f64 = 0.0;
+            for active in &active {
+                let excess = active.excess(&work.variation);
+                moved.vector_mut(active.point)[active.end] += active.penalty * excess;
+                most = most.max(excess.abs() / active.norm() / size);
+            }
+            let before = std::mem::replace(&mut left, most);
+            if left <= AIM || growths == MOST_GROWTHS && left > 0.5 * before {
+                break;
+            }
+            if left <= ENOUGH * before {
+                continue;
+            }
+        }
+        if growths < MOST_GROWTHS {
+            growths += 1;
+            active.iter_mut().for_each(|active| active.penalty *= GROWTH);
+        }
+    }
+    if left <= MOST {
+        Ok(moved)
+    } else {
+        let step = active.first().map_or(0, |active| active.point);
+        Err(Error::NotPositiveDefinite { what: "the Hessian of the nominal problem within its limits", step })
+    }
+}
+
+/// The limits that have multipliers.
+fn active(multipliers: &Matrices, jacobians: &Matrices, curvature: f64) -> Vec<Active> {
+    let joint = jacobians.cols();
+    let mut active = Vec::new();
+    for point in 0..multipliers.count() {
+        for (end, _) in multipliers.vector(point).iter().enumerate().filter(|(_, multiplier)| **multiplier > 0.0) {
+            let gradient = jacobians.at(point)[end * jacobians.stride()..][..joint].to_vec();
+            let mut active_end = Active { point, end, gradient, penalty: 0.0 };
+            let norm = active_end.norm();
+            if norm > 0.0 {
+                active_end.penalty = FIRST_PENALTY * curvature / (norm * norm);
+                active.push(active_end);
+            }
+        }
+    }
+    active
+}
+
+/// The largest entry on any diagonal of `[H | h]`.
+fn largest_curvature(hessian: &Matrices) -> f64 {
+    let diagonal = (0..hessian.count()).flat_map(|t| (0..hessian.rows()).map(move |i| hessian.get(t, i, i).abs()));
+    diagonal.fold(f64::MIN_POSITIVE, f64::max)
+}
+
+impl Active {
+    fn norm(&self) -> f64 {
+        self.gradient.iter().map(|entry| entry * entry).sum::<f64>().sqrt()
+    }
+
+    /// `e_z dz`
+    fn excess(&self, variation: &Matrices) -> f64 {
+        self.gradient.iter().zip(variation.vector(self.point)).map(|(entry, dz)| entry * dz).sum()
+    }
+
+    /// Adds `dmu e_z + rho e_z' e_z dz` to `[H | h]`.
+    fn add_to(&self, hessian: &mut Matrices, multiplier: f64) {
+        let (joint, stride) = (hessian.rows(), hessian.stride());
+        for (entry, row) in self.gradient.iter().zip(hessian.at_mut(self.point).chunks_exact_mut(stride)) {
+            row[joint] += multiplier * entry;
+            if *entry != 0.0 {
+                row.iter_mut().zip(&self.gradient).for_each(|(to, other)| *to += self.penalty * entry * other);
+            }
+        }
+    }
+}
