@@ -194,7 +194,7 @@ impl TaskState {
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
-        if self.cost.lowered().is_some() && self.plan.status.is_converged() {
+        if self.plan.is_at_limits() && self.cost.lowered().is_some() && self.plan.status.is_converged() {
             self.plan.status = PlanStatus::Indefinite;
         }
         Ok(())

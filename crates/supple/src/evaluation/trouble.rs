@@ -32,10 +32,10 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
         ("expected cost", cost.expected()),
     ];
     let broken = numbers.into_iter().find(|(_, value)| !value.is_finite());
-    let lowered = cost.lowered().map(|part| {
+    let lowered = cost.lowered().filter(|_| state.plan.is_at_limits()).map(|part| {
         format!(
             "task `{}`: noise would lower the cost, by {part:.3e}: the cost is not convex along the plan, so expected cost \
-             and information are not valid. Limits that plans keep can lead there; so can weights below 0",
+             and information are not valid. Widen the limits that the plan is held at, or weaken what pulls against them",
             task.name
         )
     });
