@@ -3,10 +3,13 @@
 mod kinds;
 mod pattern;
 mod reader;
+mod registry;
 
 pub(crate) use kinds::{DEVIATION, merged, one_of, plain, variances, with_deviation, with_noise_key};
 pub(crate) use pattern::matches;
-pub(crate) use reader::{ReadError, Reader};
+pub(crate) use reader::{ReadError, Reader, Variant};
+pub use registry::NoKeys;
+pub(crate) use registry::Registry;
 pub use supple_files::FileError;
 
 use std::ops::Range;

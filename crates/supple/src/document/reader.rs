@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use serde::de::value::StrDeserializer;
+use serde::de::value::{MapDeserializer, StrDeserializer};
 use serde::de::{
     self, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
 };
@@ -149,6 +149,23 @@ impl<'a> Reader<'a> {
         matches!(self.value.get_ref(), DeValue::Table(table) if table.contains_key(key))
     }
 
+    /// The value as one of several names, alone or with settings; whether it is one of them is not checked.
+    pub fn variant(self, names: &[&str]) -> Result<Variant<'a>, ReadError> {
+        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(names)));
+        let table = match self.value.get_ref() {
+            DeValue::String(name) => return Ok(Variant { name, span: None, settings: None }),
+            DeValue::Table(table) => table,
+            _ => return Err(wrong(&name_of(self.unexpected()))),
+        };
+        let mut entries = self.entries(table).entries;
+        match (entries.next(), entries.next()) {
+            (Some((key, settings)), None) => {
+                Ok(Variant { name: key.get_ref(), span: Some(key.span()), settings: Some(Reader::new(settings)) })
+            }
+            _ => Err(wrong(&format!("a table with {} keys", table.len()))),
+        }
+    }
+
     fn unexpected(&self) -> Unexpected<'a> {
         match self.value.get_ref() {
             DeValue::String(text) => Unexpected::Str(text),
@@ -254,19 +271,9 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ReadError> {
-        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(variants)));
-        let table = match self.value.get_ref() {
-            DeValue::String(name) => return visitor.visit_enum(Variant { name, span: None, settings: None }),
-            DeValue::Table(table) => table,
-            _ => return Err(wrong(&name_of(self.unexpected()))),
-        };
-        let mut entries = self.entries(table).entries;
-        let (Some((key, settings)), None) = (entries.next(), entries.next()) else {
-            return Err(wrong(&format!("a table with {} keys", table.len())));
-        };
-        let name = key.get_ref();
-        let variant = Variant { name, span: Some(key.span()), settings: Some(Reader::new(settings)) };
-        visitor.visit_enum(variant).map_err(|error| error.within(&as_key(name), settings.span()))
+        let variant = self.variant(variants)?;
+        let (name, settings) = (variant.name, variant.settings);
+        visitor.visit_enum(variant).map_err(|error| within_settings(error, name, settings))
     }
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
@@ -327,7 +334,7 @@ impl<'de> MapAccess<'de> for Table<'_> {
 }
 
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
-struct Variant<'a> {
+pub(crate) struct Variant<'a> {
     name: &'a str,
     /// Bytes of the name, where it is a key.
     span: Option<Range<usize>>,
@@ -346,7 +353,34 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
     }
 }
 
+/// An error in the settings of a name, seen from the value that has both.
+fn within_settings(error: ReadError, name: &str, settings: Option<Reader>) -> ReadError {
+    match settings {
+        Some(settings) => error.within(&as_key(name), settings.value.span()),
+        None => error,
+    }
+}
+
 impl<'a> Variant<'a> {
+    /// The name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// The name is none of `valid`.
+    pub fn unknown(self, valid: &[&str]) -> ReadError {
+        let found = self.name;
+        let error = ReadError::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        let error = ReadError { help: nearest(found, valid), span: self.span, ..error };
+        within_settings(error, found, self.settings)
+    }
+
+    /// Its settings as a struct; none are needed for one without keys.
+    pub fn read<T: for<'de> de::Deserialize<'de>>(self) -> Result<T, ReadError> {
+        let (name, settings) = (self.name, self.settings);
+        T::deserialize(Settings(self)).map_err(|error| within_settings(error, name, settings))
+    }
+
     fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
         let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
         let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
@@ -374,5 +408,34 @@ impl<'de> VariantAccess<'de> for Variant<'_> {
 
     fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
         self.settings(keys)?.deserialize_struct("", keys, visitor)
+    }
+}
+
+/// The settings of a name, for a struct.
+struct Settings<'a>(Variant<'a>);
+
+impl<'de> Deserializer<'de> for Settings<'_> {
+    type Error = ReadError;
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        if keys.is_empty() {
+            self.0.unit_variant()?;
+            return visitor.visit_map(MapDeserializer::<_, ReadError>::new(std::iter::empty::<(&str, &str)>()));
+        }
+        self.0.settings(keys)?.deserialize_struct(name, keys, visitor)
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.0.settings(&[])?.deserialize_any(visitor)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
     }
 }

@@ -1,6 +1,6 @@
 //! `[catalogue]`: sensors that a robot may have or not, in the task file or in a table of comma-separated values.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -12,16 +12,17 @@ use toml::de::DeValue;
 use super::csv_table::CsvTable;
 use crate::Channel;
 use crate::document::{DEVIATION, Document, Place, with_deviation};
-use crate::model::{AnyModel, Entry, Equipment};
+use crate::model::{AnyModel, Entry, Equipment, Source};
 use crate::parameters::Parameters;
 use crate::problem::CatalogueSensor;
-use crate::quantity::{Noise, Quantity, Vocabulary, read_sensor, sensor_schemas};
+use crate::quantity::{Context, Kinds, Noise, Vocabulary, read_sensor, sensor_schemas};
 use crate::value::{OneOrMore, Value};
 
 /// Which sensors of a catalogue a problem is read with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WithSensors {
     /// Those that the file says are chosen: what a robot has.
+    #[default]
     Chosen,
     /// All of them: what it may have.
     All,
@@ -77,12 +78,15 @@ pub(super) struct SumFile {
 }
 
 /// The schema of each kind of sensor, by name.
-pub(super) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+pub(super) fn schemas(
+    kinds: &Kinds,
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
     let own = [
         ("measurement", with_deviation(NamedFile::json_schema(generator))),
         ("sum", with_deviation(SumFile::json_schema(generator))),
     ];
-    own.into_iter().chain(sensor_schemas(generator)).collect()
+    own.into_iter().chain(sensor_schemas(kinds, generator)).collect()
 }
 
 /// What a catalogue is and which files it is in.
@@ -90,12 +94,12 @@ pub(super) type Read = (Option<Vec<CatalogueSensor>>, Vec<PathBuf>);
 
 /// Reads `[catalogue]` where there is one, and gives the model the sensors that it says.
 pub(super) fn equip(
-    document: &Document,
-    parameters: &Parameters,
-    folder: &Path,
+    source: &Source,
     model: Box<dyn AnyModel>,
     which: WithSensors,
 ) -> Result<(Box<dyn AnyModel>, Read), FileError> {
+    let &Source { document, parameters, folder, .. } = source;
+    let kinds = &source.kinds.quantities;
     let at = ["catalogue".into()];
     if document.get(&at).is_none() {
         return Ok((model, (None, Vec::new())));
@@ -103,7 +107,7 @@ pub(super) fn equip(
     let file: CatalogueFile = document.read(&at)?;
     let place = ["catalogue".into(), "sensors".into()];
     let Some(DeValue::String(name)) = document.get(&place).map(|value| value.get_ref()) else {
-        let building = Building { document, top: document, at: place.to_vec(), parameters, which };
+        let building = Building { document, top: document, at: place.to_vec(), parameters, kinds, which };
         let (model, sensors) = building.build(&file, model)?;
         return Ok((model, (Some(sensors), Vec::new())));
     };
@@ -112,7 +116,7 @@ pub(super) fn equip(
     let text = read_text(&path).map_err(|error| document.error_of_file(&place, error))?;
     let lines = as_toml(&text, &shown)?;
     let table = Document::parse(&lines, &shown)?;
-    let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, which };
+    let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, kinds, which };
     let (model, sensors) = building.build(&file, model)?;
     Ok((model, (Some(sensors), vec![path])))
 }
@@ -165,6 +169,7 @@ struct Building<'a> {
     /// Where they are in it.
     at: Vec<Place<'a>>,
     parameters: &'a Parameters,
+    kinds: &'a Kinds,
     which: WithSensors,
 }
 
@@ -234,7 +239,7 @@ impl Building<'_> {
     /// What every sensor has, and its kind.
     fn common(&self, index: usize, before: &[CatalogueSensor]) -> Result<(CommonFile, String), FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
-        let kinds: Vec<&str> = OWN_KINDS.iter().chain(Quantity::NAMES).copied().collect();
+        let kinds: Vec<&str> = OWN_KINDS.into_iter().chain(self.kinds.names()).collect();
         let (kind, _) = self.document.table_with_kind(&at, &kinds)?;
         if !kinds.contains(&kind) {
             return Err(self.document.unknown_kind(&at, kind, &kinds));
@@ -264,7 +269,8 @@ impl Building<'_> {
         let (_, table) = self.document.table_with_kind(&at, &[])?;
         let table = table.beside(&["name", "price"]);
         if !OWN_KINDS.contains(&kind) {
-            let sensor = read_sensor((kind, table), (self.document, &at), (vocabulary, self.parameters))?;
+            let context = Context { kinds: self.kinds, vocabulary, parameters: self.parameters };
+            let sensor = read_sensor((kind, table), (self.document, &at), &context)?;
             let quantity = Arc::new(sensor.quantity);
             let entries = sensor.channels.into_iter().zip(sensor.variances).enumerate();
             let entry = |(entry, (channel, variance))| (Entry::Of(quantity.clone(), entry), channel, variance);

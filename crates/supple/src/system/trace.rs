@@ -2,7 +2,7 @@ use supple_kernels::graph::{Node, vjp};
 use supple_kernels::{Ldl, Scalar};
 
 use crate::cost::Cost;
-use crate::quantity::{Known, Measurable, Quantity};
+use crate::quantity::{Known, Quantity};
 use crate::{Model, Point, Value};
 
 /// Numbers of the sources that programs read.
@@ -146,6 +146,11 @@ impl<'a, M: Model> Trace<'a, M> {
         let mut y = vec![Node::zero(); self.model.dimensions().measurements];
         self.model.observe(&self.point(&[]), &mut y);
         y
+    }
+
+    /// Where the landmarks are.
+    pub fn landmarks(&self) -> Vec<[Node; 3]> {
+        self.model.landmarks(&self.point(&[]))
     }
 
     /// The residual of every cost.
