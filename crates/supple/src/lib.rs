@@ -79,3 +79,7 @@ pub use supple_robot as robot;
 pub use touching::{contact_reports, contact_warnings, misses_contact};
 pub use trajectory::Trajectory;
 pub use value::{Value, is_name, with_names};
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Readme;

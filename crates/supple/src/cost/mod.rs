@@ -17,8 +17,8 @@ mod square;
 
 pub use crate::document::NoKeys;
 pub use absolute::Absolute;
-pub use norm::{Norm, NormFile, NormKind};
 pub(crate) use norm::Norms;
+pub use norm::{Norm, NormFile, NormKind};
 pub use square::Quadratic;
 
 /// The weights of a residual's entries in a stage or in the final cost.

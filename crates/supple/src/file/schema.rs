@@ -5,10 +5,10 @@ use super::candidates::{self, CatalogueFile};
 use super::followed;
 use super::parameters::ParameterFile;
 use super::tasks::TaskFile;
-use crate::document::{one_of, plain};
-use crate::settings::{DesignSettings, PlanSettings};
 use crate::cost;
+use crate::document::{one_of, plain};
 use crate::model::Kinds;
+use crate::settings::{DesignSettings, PlanSettings};
 
 /// The JSON schema of task files that name the kinds of the library.
 pub fn json_schema() -> Json {

@@ -82,12 +82,7 @@ pub(crate) trait ModelFile: Model + Clone {
     }
 
     /// More of the schema than [`ModelFile::File`] says.
-    fn complete_schema(
-        _schema: &mut serde_json::Value,
-        _generator: &mut schemars::SchemaGenerator,
-        _kinds: &Kinds,
-    ) {
-    }
+    fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator, _kinds: &Kinds) {}
 }
 
 /// A model all of whose table serde reads.

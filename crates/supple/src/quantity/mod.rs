@@ -36,6 +36,7 @@ mod state;
 mod state_and_control;
 mod vocabulary;
 
+pub use crate::document::NoKeys;
 pub use any::Quantity;
 pub use center_of_mass::CenterOfMass;
 pub use clearance::Clearance;
@@ -52,7 +53,6 @@ pub use joint_acceleration::JointAcceleration;
 pub use joint_position::JointPosition;
 pub use joint_torque::JointTorque;
 pub use joint_velocity::JointVelocity;
-pub use crate::document::NoKeys;
 pub use kinds::QuantityFile;
 pub(crate) use kinds::{Context, Kinds};
 pub use penetration::Penetration;

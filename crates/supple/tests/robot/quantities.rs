@@ -56,7 +56,8 @@ fn every_quantity_is_a_cost_a_limit_and_a_curve() {
         assert!(weighed.is_empty() || weighed.iter().zip(&shown).all(|(a, b)| a.values == b.values), "{kind}");
         seen.push(kind);
     }
-    let missing: Vec<_> = Kinds::default().quantities().into_iter().filter(|kind| !seen.iter().any(|seen| seen == *kind)).collect();
+    let missing: Vec<_> =
+        Kinds::default().quantities().into_iter().filter(|kind| !seen.iter().any(|seen| seen == *kind)).collect();
     assert!(missing.is_empty(), "no example of {missing:?}");
 }
 

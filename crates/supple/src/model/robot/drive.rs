@@ -11,8 +11,8 @@ use super::Robot;
 use super::compliance::{Element, find};
 use super::file::Build;
 use crate::document::Place;
-use crate::quantity::Unfit;
 use crate::model::Limit;
+use crate::quantity::Unfit;
 use crate::{Channel, Point, Value};
 
 /// A drive: one control.

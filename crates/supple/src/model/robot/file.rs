@@ -15,8 +15,8 @@ use super::numbers::{FrameNumbers, Override};
 use super::{Integrator, Robot};
 use crate::Value;
 use crate::document::{Document, Place};
-use crate::parameters::Parameters;
 use crate::model::{Kinds, Source};
+use crate::parameters::Parameters;
 use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
 
 /// `[model]` of kind `robot`. Compliance and sensors are read by kind.
@@ -350,7 +350,8 @@ impl Build<'_> {
         for (name, JointFile { damping, friction, armature, stiffness, rest, offset, length_scale }) in joints {
             let keys = ["joints".into(), Place::Key(&name)];
             let joint = find("", "joint", &name, &joint_names);
-            let joint = joint.map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
+            let joint =
+                joint.map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
             let change = Override::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale };
             self.check_override(&keys, &change)?;
             overrides.push(change);

@@ -43,8 +43,8 @@ pub use compliance::{BesideJoint, Compliance, ComplianceFile, Drawn, Names, Resi
 use compliance::{CONTACT_FORCE, Element, Native};
 use drive::Drive;
 use integrator::{Integrator, widened};
-use numbers::{FrameNumbers, Override};
 use native::{Part, run};
+use numbers::{FrameNumbers, Override};
 use situation::Situation;
 pub use situation::{Forces, Own};
 
@@ -471,11 +471,7 @@ impl ModelFile for Robot {
         self.motor_states()
     }
 
-    fn complete_schema(
-        schema: &mut serde_json::Value,
-        generator: &mut schemars::SchemaGenerator,
-        kinds: &Kinds,
-    ) {
+    fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator, kinds: &Kinds) {
         schema::complete(schema, generator, kinds);
     }
 }

@@ -159,7 +159,8 @@ impl Robot {
     pub(super) fn mark<S: Native>(&self, at: &Point<S>) -> Vec<[S; 3]> {
         let now = Situation::of(self, at);
         let points = self.tracked().into_iter().map(|frame| now.pose(frame).position);
-        let walls = self.compliance.iter().filter_map(|element| Some(element.kind.over::<S>().wall(&now.seen_by(element))?.1));
+        let walls =
+            self.compliance.iter().filter_map(|element| Some(element.kind.over::<S>().wall(&now.seen_by(element))?.1));
         points.chain(walls).collect()
     }
 }

@@ -4,9 +4,9 @@ use supple_robot::{Pose, PoseGoal, Reach, Reached, inverse_kinematics};
 
 use super::Robot;
 use super::compliance::find;
-use crate::quantity::Unfit;
 use crate::Point;
 use crate::model::{PoseFile, Start};
+use crate::quantity::Unfit;
 
 impl Robot {
     /// The first state, but for what the task says of single states: positions and velocities of the degrees of

@@ -36,8 +36,13 @@ impl Names<'_> {
 }
 
 /// The place of a name in a list.
-pub(in crate::model::robot) fn find(key: &'static str, what: &str, name: &str, list: &[String]) -> Result<usize, Unfit> {
-    list.iter().position(|other| other == name).ok_or_else(|| {
-        Unfit::unknown(key, &format!("the robot has no {what} `{name}`"), name, list)
-    })
+pub(in crate::model::robot) fn find(
+    key: &'static str,
+    what: &str,
+    name: &str,
+    list: &[String],
+) -> Result<usize, Unfit> {
+    list.iter()
+        .position(|other| other == name)
+        .ok_or_else(|| Unfit::unknown(key, &format!("the robot has no {what} `{name}`"), name, list))
 }
