@@ -16,7 +16,8 @@ fn value<'a>(package: &'a toml::Table, workspace: &'a toml::Table, key: &str) ->
 
 #[test]
 fn every_crate_says_what_it_is() -> Result<(), Box<dyn Error>> {
-    let table = |path: &Path| -> Result<toml::Table, Box<dyn Error>> { Ok(toml::from_str(&fs::read_to_string(path)?)?) };
+    let table =
+        |path: &Path| -> Result<toml::Table, Box<dyn Error>> { Ok(toml::from_str(&fs::read_to_string(path)?)?) };
     let root = table(&Path::new(CRATES).join("../Cargo.toml"))?;
     let workspace = root["workspace"]["package"].as_table().ok_or("no table")?;
     let mut seen = 0;

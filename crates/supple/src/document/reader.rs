@@ -11,6 +11,7 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::cells::Cell;
 use crate::value::as_key;
 use supple_files::{nearest, quoted};
 
@@ -29,7 +30,7 @@ pub(crate) struct ReadError {
 
 impl ReadError {
     /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
-    fn within(mut self, place: &str, span: Range<usize>) -> Self {
+    pub(super) fn within(mut self, place: &str, span: Range<usize>) -> Self {
         self.path = join(place, &self.path);
         self.span.get_or_insert(span);
         self
@@ -121,11 +122,31 @@ pub(crate) struct Reader<'a> {
     only: Option<&'static [&'static str]>,
     /// A key of the table that is read as another one.
     renamed: Option<(&'static str, &'static str)>,
+    /// Whether texts are cells of a table, which may stand for numbers and lists.
+    of_cells: bool,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { value, apart: [&[]; 3], only: None, renamed: None }
+        Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false }
+    }
+
+    /// The same with texts that are cells of a table, which may stand for numbers and lists.
+    pub fn of_cells(self) -> Self {
+        Self { of_cells: true, ..self }
+    }
+
+    /// A reader of a value inside of this one.
+    fn inside<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+        Reader { of_cells: self.of_cells, ..Reader::new(value) }
+    }
+
+    /// The value as a cell; none where it is no text of a table.
+    fn cell(&self) -> Option<Cell<'_>> {
+        match self.value.get_ref() {
+            DeValue::String(text) if self.of_cells => Some(Cell { text, span: self.value.span() }),
+            _ => None,
+        }
     }
 
     /// Leaves out keys of the table that are read apart, up to three times; what is unknown is told with these among the
@@ -160,7 +181,7 @@ impl<'a> Reader<'a> {
         let mut entries = self.entries(table).entries;
         match (entries.next(), entries.next()) {
             (Some((key, settings)), None) => {
-                Ok(Variant { name: key.get_ref(), span: Some(key.span()), settings: Some(Reader::new(settings)) })
+                Ok(Variant { name: key.get_ref(), span: Some(key.span()), settings: Some(self.inside(settings)) })
             }
             _ => Err(wrong(&format!("a table with {} keys", table.len()))),
         }
@@ -204,7 +225,7 @@ impl<'a> Reader<'a> {
         };
         let mut entries: Vec<_> = table.iter().filter(|(key, _)| is_read(key.get_ref())).collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        Table { entries: entries.into_iter(), value: None, renamed: self.renamed }
+        Table { entries: entries.into_iter(), value: None, renamed: self.renamed, of: *self }
     }
 }
 
@@ -212,6 +233,9 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     type Error = ReadError;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        if let Some(cell) = self.cell() {
+            return cell.read_any(visitor);
+        }
         let too_large = |number: &str| Err(ReadError::custom(format_args!("is too large a number: {number}")));
         match self.value.get_ref() {
             DeValue::String(text) => visitor.visit_str(text),
@@ -227,9 +251,9 @@ impl<'de> Deserializer<'de> for Reader<'_> {
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             DeValue::Datetime(_) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
             DeValue::Array(list) => {
-                let mut entries = List(list.iter().enumerate());
+                let mut entries = List { entries: list.iter().enumerate(), of: self };
                 let value = visitor.visit_seq(&mut entries)?;
-                match entries.0.len() {
+                match entries.entries.len() {
                     0 => Ok(value),
                     rest => {
                         let valid = list.len() - rest;
@@ -243,6 +267,35 @@ impl<'de> Deserializer<'de> for Reader<'_> {
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         visitor.visit_some(self)
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell() {
+            Some(cell) => visitor.visit_str(cell.text),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell().and_then(|cell| cell.text.parse().ok()) {
+            Some(value) => visitor.visit_bool(value),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell() {
+            Some(cell) => cell.read_list(visitor),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.deserialize_seq(visitor)
     }
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, ReadError> {
@@ -281,25 +334,27 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     }
 
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct map identifier
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf unit unit_struct tuple_struct map identifier
     }
 }
 
 /// The entries of a list that are still to read.
-struct List<'a>(std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>);
+struct List<'a> {
+    entries: std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>,
+    of: Reader<'a>,
+}
 
 impl<'de> SeqAccess<'de> for List<'_> {
     type Error = ReadError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ReadError> {
-        let Some((index, value)) = self.0.next() else { return Ok(None) };
-        let read = seed.deserialize(Reader::new(value)).map(Some);
+        let Some((index, value)) = self.entries.next() else { return Ok(None) };
+        let read = seed.deserialize(self.of.inside(value)).map(Some);
         read.map_err(|error| error.within(&format!("[{index}]"), value.span()))
     }
 
     fn size_hint(&self) -> Option<usize> {
-        Some(self.0.len())
+        Some(self.entries.len())
     }
 }
 
@@ -312,6 +367,7 @@ struct Table<'a> {
     value: Option<Entry<'a>>,
     /// A key that is read as another one.
     renamed: Option<(&'static str, &'static str)>,
+    of: Reader<'a>,
 }
 
 impl<'de> MapAccess<'de> for Table<'_> {
@@ -328,7 +384,7 @@ impl<'de> MapAccess<'de> for Table<'_> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ReadError> {
         let Some((key, value)) = self.value else { return Err(ReadError::custom("a value was read before its key")) };
-        let read = seed.deserialize(Reader::new(value));
+        let read = seed.deserialize(self.of.inside(value));
         read.map_err(|error| error.within(&as_key(key.get_ref()), value.span()))
     }
 }
