@@ -168,3 +168,7 @@ pub fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     let rest = names.len().saturating_sub(MOST);
     if rest == 0 { shown.join(", ") } else { format!("{} and {rest} more", shown.join(", ")) }
 }
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Readme;

@@ -39,3 +39,7 @@ pub use ldl::Ldl;
 pub use matrices::{Matrices, padded};
 pub use scalar::Scalar;
 pub use scratch::Scratch;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Readme;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use supple_kernels::graph::{Batch, Node, Program, Source, Target, depends, record, tangent, vjp};
+use supple_kernels::graph::{Batch, Function, Node, Program, Source, Target, call, depends, record, tangent, vjp};
 use supple_kernels::{Dual, Level, Matrices, Scalar, Scratch, padded};
 
 /// What expressions are evaluated over; a node can be hidden, which must not show in results.
@@ -460,5 +460,61 @@ fn threads_do_not_change_a_bit() {
     assert_eq!(alone.get(9_000, 0, 0), 0.0);
     for threads in [2, 3, 7] {
         assert!(run(threads, 3, 8_997) == alone, "{threads} threads");
+    }
+}
+
+/// `a b + 3`, `sin(a)` where `b > 0` and else `tanh(a)`, and 7.
+struct Objects;
+
+fn formulas<S: Scalar>(inputs: &[&[S]], outputs: &mut [S]) {
+    let (a, b) = (inputs[0][0], inputs[1][1]);
+    outputs.copy_from_slice(&[a.mul_add(b, S::constant(3.0)), b.select(a.sin(), a.tanh()), S::constant(7.0)]);
+}
+
+impl Function for Objects {
+    fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]) {
+        formulas(inputs, outputs);
+    }
+    fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]) {
+        formulas(inputs, outputs);
+    }
+}
+
+#[test]
+fn functions_that_are_objects_have_the_same_values_with_every_scalar() {
+    for b in [-0.5, 0.5] {
+        let (mut called, mut expected) = ([0.0; 3], [0.0; 3]);
+        call(&Objects, &[&[0.3], &[0.0, b]], &mut called);
+        formulas(&[&[0.3], &[0.0, b]], &mut expected);
+        assert_eq!(called, expected);
+
+        // Dual numbers replay what nodes record, also where they are made of nodes themselves.
+        let a = Dual::<f64, 1>::variable(0.3, 0);
+        let rest = [0.0, b].map(Dual::fixed);
+        let (mut called, mut expected) = ([a; 3], [a; 3]);
+        call(&Objects, &[&[a], &rest], &mut called);
+        formulas(&[&[a], &rest], &mut expected);
+        for (called, expected) in called.iter().zip(expected) {
+            assert_eq!((called.value, called.tangents), (expected.value, expected.tangents));
+        }
+        record(|| {
+            let a = Dual::<Node, 1>::variable(Node::entry(0, 0), 0);
+            let rest = [0.0, b].map(|value| Dual::fixed(Node::constant(value)));
+            let (mut called, mut expected) = ([a; 3], [a; 3]);
+            call(&Objects, &[&[a], &rest], &mut called);
+            formulas(&[&[a], &rest], &mut expected);
+            for (called, expected) in called.iter().zip(expected) {
+                assert_eq!((called.value, called.tangents), (expected.value, expected.tangents));
+            }
+        });
+
+        // Recording is that of the function itself: the same nodes.
+        record(|| {
+            let (a, b) = (Node::entry(0, 0), Node::constant(b));
+            let (mut called, mut expected) = ([a; 3], [a; 3]);
+            call(&Objects, &[&[a], &[b, b]], &mut called);
+            formulas(&[&[a], &[b, b]], &mut expected);
+            assert_eq!(called, expected);
+        });
     }
 }

@@ -39,3 +39,7 @@ pub use write::{Written, mjcf};
 pub mod vector {
     pub use crate::pose::{add, cross, dot, scale, sub};
 }
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Readme;

@@ -3,7 +3,7 @@
 use crate::Value;
 use crate::channels::Channel;
 use crate::cost::Cost;
-use crate::quantity::{Measurable, Quantity, Vocabulary};
+use crate::quantity::{Quantity, Vocabulary};
 
 /// A quantity that is followed.
 #[derive(Clone, Debug)]

@@ -63,7 +63,9 @@ pub use knots::Linearise;
 pub use lenient::or_nan;
 pub use limits::{LimitViolation, limits_violated};
 pub use linearisation::{Linearisation, Rows};
-pub use model::{Instruction, Linear, Recorded, RecordedParts, Tape, TapeError, TapeParts, TwoMass};
+pub use model::{
+    Instruction, Kinds, Linear, PlainFile, Recorded, RecordedParts, Tape, TapeError, TapeParts, TwoMass, coupling,
+};
 pub use parameters::{Named, Price, PriceReport};
 pub use physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, Model, OwnCost, POWER, Point, Sensed, frame_signals};
 pub use plan::VALID_STATIONARITY;
@@ -73,6 +75,11 @@ pub use stability::Stability;
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch, halt, math};
 pub use supple_lqg as lqg;
 pub use supple_lqg::Dimensions;
+pub use supple_robot as robot;
 pub use touching::{contact_reports, contact_warnings, misses_contact};
 pub use trajectory::Trajectory;
 pub use value::{Value, is_name, with_names};
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Readme;

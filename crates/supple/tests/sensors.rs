@@ -539,6 +539,7 @@ sensors = "sensors.csv"
     let error = read(&table.replace("wrist_spring", "wrist_sprung"), WithSensors::Chosen).err().unwrap();
     assert!(error.file.ends_with("sensors.csv"), "{error}");
     assert_eq!((error.line, error.help.as_deref()), (5, Some("did you mean `wrist_spring`?")), "{error}");
+    assert_eq!((error.key.as_str(), error.column), ("sensors[1].coupling", 26), "{error}");
     let error = read(&table.replace("pad, 1e-6; 1e-6; 1e-4", "pad, 1e-6; 1e-6"), WithSensors::Chosen).err().unwrap();
     assert_eq!(error.line, 6, "{error}");
     let error = read(&table.replace("1e-6, 400", "400"), WithSensors::Chosen).err().unwrap();
@@ -551,6 +552,65 @@ sensors = "sensors.csv"
     let error = Problem::parse_with(&file, &name, WithSensors::Chosen).err().unwrap();
     assert!(error.file == name && error.key == "catalogue.sensors" && error.line > 0, "{error}");
     assert!(error.message.contains("sensors.csv: cannot be read"), "{error}");
+}
+
+/// The two masses with a table of sensors.
+fn with_table(table: &str) -> Result<Problem, supple::FileError> {
+    let path = common::repository("tasks/two_mass.toml");
+    let text = std::fs::read_to_string(&path).unwrap() + "\n[catalogue]\nsensors = \"sensors.csv\"\n";
+    let table = (path.with_file_name("sensors.csv").display().to_string(), table.to_owned());
+    supple_files::with_texts([table], || Problem::parse_with(&text, path.to_str().unwrap(), WithSensors::All))
+}
+
+#[test]
+fn cells_stand_for_what_is_asked_for() {
+    let table = "name, kind, select, C, variance, price\n\
+        7, state, x2; xw, , 1e-5; wall_variance, 3\n\
+        \"gap, wide\", sum, , 0; 0; k1; 0; -1, 1e-4, 1.5\n\
+        1e3, signal, contact_force, , 2, \n";
+    let problem = with_table(table).unwrap();
+    let phi = problem.parameters.initial();
+    let sensors = problem.catalogue.as_ref().unwrap().iter();
+    let sensors: Vec<_> = sensors.map(|sensor| (sensor.name.as_str(), sensor.rows.len(), sensor.price)).collect();
+    assert_eq!(sensors, [("7", 2, 3.0), ("gap, wide", 1, 1.5), ("1e3", 1, 0.0)]);
+    let mut noise = supple::noise::Noise::zeros(5, 6);
+    problem.tasks[0].noise.resolve(&phi, &mut noise).unwrap();
+    let variances: Vec<f64> = (2..6).map(|i| noise.measurement.get(0, i, i)).collect();
+    assert_eq!(variances, [1e-5, 1e-4, 1e-4, 2.0]);
+    let mut y = [0.0; 6];
+    problem.tasks[0].system.observe(0, &[0.0, 0.0, 0.2, 0.0, 0.3], &phi, &mut y);
+    assert_eq!([y[2], y[3]], [0.2, 0.3]);
+    assert!((y[4] - (phi[0] * 0.2 - 0.3)).abs() < 1e-12, "the factor of x2 is the parameter k1: {}", y[4]);
+
+    let wrong = |from: &str, to: &str| {
+        let error = with_table(&table.replace(from, to)).err().unwrap();
+        assert!(error.file.ends_with("sensors.csv"), "{error}");
+        format!("{}:{}: {}: {}", error.line, error.column, error.key, error.message)
+    };
+    let found = [
+        wrong("k1", "k9"),
+        wrong("x2; xw", "x2; xv"),
+        wrong("wall_variance", "-1"),
+        wrong("1.5", "cheap"),
+        wrong("-1, 1e-4", "-1; 0, 1e-4"),
+        wrong("signal, contact_force", "signul, contact_force"),
+        wrong("2, \n", ", 5\n"),
+        wrong("state, x2; xw, ", "state, x2; xw, 1"),
+    ];
+    let kinds = supple::Kinds::default().quantities().join("`, `");
+    let expected = [
+        "3:29: sensors[1].C[0][2]: parameter `k9` is not declared: add a table [parameters.k9], or use one of `k1`, `k2`, \
+         `wall_variance`"
+            .to_owned(),
+        "2:11: sensors[0].select: the model has no state `xv`: it has `x1`, `v1`, `x2`, `v2`, `xw`".to_owned(),
+        "2:21: sensors[0].variance: must be above 0, as every sensor has some noise; found -1".to_owned(),
+        "3:47: sensors[1].price: must be a number; found \"cheap\"".to_owned(),
+        "3:23: sensors[1].C: must have one factor per state: 5; found 6".to_owned(),
+        format!("4:6: sensors[2].kind: must be one of `measurement`, `sum`, `{kinds}`; found `signul`"),
+        "4:1: sensors[2].variance: is missing".to_owned(),
+        "2:19: sensors[0].C: unknown key `C`; valid are `select`, `name`, `price`, `variance`, `deviation`".to_owned(),
+    ];
+    assert_eq!(found, expected);
 }
 
 #[test]

@@ -9,12 +9,14 @@
 //! with 0 and quotients of 0 are 0 whatever the other factor is.
 
 mod derive;
+mod function;
 mod node;
 mod program;
 mod run;
 mod schedule;
 
 pub use derive::{depends, tangent, vjp};
+pub use function::{Function, call};
 pub use node::{Node, record};
 pub use program::{Program, Target};
 pub use run::{Batch, Source};

@@ -1,29 +1,25 @@
 //! Costs: `l(x, u) = sum of terms`, each a weight times a norm of a quantity's distance from its targets.
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use supple_kernels::Scalar;
 
 use crate::document::{Document, FileError, Place, ReadError, Reader, merged};
 use crate::parameters::Parameters;
-use crate::quantity::{self, Measurable, Quantity, Unfit, Vocabulary};
+use crate::quantity::{Context, Kinds, Quantity, StateAndControl, Unfit};
 use crate::value::OneOrMore;
 use crate::{Point, Value};
 
+mod absolute;
+mod norm;
 mod quadratic;
+mod square;
 
-/// How the residual `r` becomes a number.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Norm {
-    /// `r^2`
-    #[default]
-    Quadratic,
-    /// `sqrt(r^2 + s^2) - s`: about `|r|` beyond `s`
-    Absolute {
-        /// `s`, in the residual's unit, above 0.
-        smoothing: Value,
-    },
-}
+pub use crate::document::NoKeys;
+pub use absolute::Absolute;
+pub(crate) use norm::Norms;
+pub use norm::{Norm, NormFile, NormKind};
+pub use square::Quadratic;
 
 /// The weights of a residual's entries in a stage or in the final cost.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +92,7 @@ impl Cost {
         let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight };
         Self {
             targets: vec![Value::Number(0.0); quantity.len()],
-            norm: Norm::Quadratic,
+            norm: Quadratic.into(),
             stage: Weights::Equal(weight),
             last: Weights::Equal(last),
             quantity,
@@ -112,8 +108,8 @@ impl Cost {
 
     /// The same with another norm.
     #[must_use]
-    pub fn with_norm(self, norm: Norm) -> Self {
-        Self { norm, ..self }
+    pub fn with_norm(self, norm: impl Into<Norm>) -> Self {
+        Self { norm: norm.into(), ..self }
     }
 
     /// The same with one weight for all entries at the end.
@@ -124,9 +120,9 @@ impl Cost {
 
     /// The name of its kind, as files write it.
     pub fn name(&self) -> &'static str {
-        match (&self.quantity, &self.stage) {
-            (Quantity::StateAndControl(_), Weights::Matrix(_)) => quadratic::NAME,
-            (quantity, _) => quantity.name(),
+        match (self.quantity.as_kind::<StateAndControl>(), &self.stage) {
+            (Some(_), Weights::Matrix(_)) => quadratic::NAME,
+            _ => self.quantity.name(),
         }
     }
 
@@ -156,11 +152,7 @@ impl Cost {
                 return Err((key, format!("must be at least 0; {}", weight.found(least))));
             }
         }
-        if let Norm::Absolute { smoothing } = self.norm
-            && let Some(least) = parameters.least(smoothing).filter(|&least| least <= 0.0)
-        {
-            return Err(("norm", format!("its smoothing must be above 0; {}", smoothing.found(least))));
-        }
+        self.norm.check(parameters).map_err(|message| ("norm", message))?;
         quadratic::check(self, parameters)
     }
 
@@ -175,21 +167,14 @@ impl Cost {
     /// The cost of a residual.
     pub fn of_residual<S: Scalar>(&self, r: &[S], phi: &[S], last: bool) -> S {
         let mut sum = S::zero();
-        match (self.weights(last), self.norm) {
-            (Weights::Equal(weight), Norm::Quadratic) => {
-                for &r in r {
-                    sum = r.mul_add(r, sum);
+        match self.weights(last) {
+            Weights::Equal(weight) => {
+                for value in self.norm.values(r, phi) {
+                    sum += value;
                 }
                 weight.resolve(phi) * sum
             }
-            (Weights::Equal(weight), Norm::Absolute { smoothing }) => {
-                let s: S = smoothing.resolve(phi);
-                for &r in r {
-                    sum += r.mul_add(r, s * s).sqrt() - s;
-                }
-                weight.resolve(phi) * sum
-            }
-            (Weights::Matrix(rows), _) => {
+            Weights::Matrix(rows) => {
                 for (row, &left) in rows.iter().zip(r) {
                     for (&weight, &right) in row.iter().zip(r) {
                         if !weight.is_zero() {
@@ -220,15 +205,17 @@ struct File {
     weight: Value,
     /// Weight in the final cost; as `weight` where left out. Of what depends on the control there is none.
     final_weight: Option<Value>,
-    /// How the distance becomes a cost.
+    /// How the distance becomes a cost, by kind.
     #[serde(default)]
-    norm: Norm,
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    norm: IgnoredAny,
 }
 
 impl File {
-    fn cost(self, quantity: Quantity) -> Result<Cost, Unfit> {
+    fn cost(self, quantity: Quantity, norm: Norm) -> Result<Cost, Unfit> {
         let len = quantity.len();
-        let cost = Cost::new(quantity, self.weight).with_norm(self.norm);
+        let cost = Cost::new(quantity, self.weight).with_norm(norm);
         let cost = match self.target.map(|targets| targets.0) {
             None if cost.quantity.needs_target() => return Err(Unfit::new("target", "is missing")),
             None => cost,
@@ -252,8 +239,8 @@ impl File {
 }
 
 /// The names of all kinds of cost, as files write them: all quantities, and `quadratic`.
-pub fn kinds() -> Vec<&'static str> {
-    let mut kinds: Vec<_> = Quantity::NAMES.iter().copied().chain([quadratic::NAME]).collect();
+pub(crate) fn kinds(quantities: &Kinds) -> Vec<&'static str> {
+    let mut kinds: Vec<_> = quantities.names().into_iter().chain([quadratic::NAME]).collect();
     kinds.sort_unstable();
     kinds
 }
@@ -265,38 +252,51 @@ pub fn kinds() -> Vec<&'static str> {
 pub(crate) fn read(
     (kind, table): (&str, Reader),
     (document, at): (&Document, &[Place]),
-    (vocabulary, parameters): (&Vocabulary, &Parameters),
+    context: &Context,
+    norms: &Norms,
 ) -> Result<Cost, FileError> {
-    let kinds = kinds();
+    let kinds = kinds(context.kinds);
     if !kinds.contains(&kind) {
         return Err(document.unknown_kind(at, kind, &kinds));
     }
     let wrong = |error: ReadError| document.read_error(at, error);
     let cost = if kind == quadratic::NAME {
-        quadratic::File::deserialize(table).map_err(wrong)?.cost(vocabulary)
+        quadratic::File::deserialize(table).map_err(wrong)?.cost(context.vocabulary)
     } else {
         let keys = if kind == "frame_pose" { KEYS_OF_POSES } else { KEYS };
-        let quantity = quantity::read((kind, table.beside(keys)), (document, at), (vocabulary, parameters))?;
-        File::deserialize(table.only(keys)).map_err(wrong)?.cost(quantity)
+        let quantity = context.read((kind, table.beside(keys)), (document, at))?;
+        let file = File::deserialize(table.only(keys)).map_err(wrong)?;
+        let norm: Vec<Place> = at.iter().copied().chain(["norm".into()]).collect();
+        file.cost(quantity, norms.read(document, &norm)?)
     };
     let cost = cost.map_err(|unfit| unfit.at(document, at))?;
-    cost.check(parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
+    cost.check(context.parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
     Ok(cost)
 }
 
 /// The schema of each kind's table, by name.
-pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
-    let common = <File as schemars::JsonSchema>::json_schema(generator);
+pub(crate) fn schemas(
+    quantities: &Kinds,
+    norms: &Norms,
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
+    let mut common = <File as schemars::JsonSchema>::json_schema(generator);
+    let norm = norms.schema(generator);
+    let add = |common: &mut schemars::Schema, remove: Option<&str>| {
+        let properties = common.ensure_object().get_mut("properties").and_then(|keys| keys.as_object_mut());
+        if let Some(properties) = properties {
+            properties.insert("norm".to_owned(), norm.clone());
+            remove.map(|key| properties.remove(key));
+        }
+    };
     let mut of_control = common.clone();
-    if let Some(properties) = of_control.ensure_object().get_mut("properties").and_then(|keys| keys.as_object_mut()) {
-        properties.remove("final_weight");
-    }
-    let of_quantities = quantity::schemas(generator).into_iter();
+    add(&mut common, None);
+    add(&mut of_control, Some("final_weight"));
     let with_keys = |(kind, own)| {
-        let keys = if quantity::is_of_control(kind) { &of_control } else { &common };
+        let keys = if quantities.is_of_control(kind) { &of_control } else { &common };
         (kind, merged(own, keys))
     };
-    let mut all: Vec<_> = of_quantities.map(with_keys).collect();
+    let mut all: Vec<_> = quantities.schemas(generator).into_iter().map(with_keys).collect();
     all.push((quadratic::NAME, <quadratic::File as schemars::JsonSchema>::json_schema(generator)));
     all
 }

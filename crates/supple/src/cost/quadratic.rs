@@ -7,7 +7,7 @@ use super::{Cost, Weights};
 use crate::Value;
 use crate::noise::{Covariance, semidefinite_factor};
 use crate::parameters::Parameters;
-use crate::quantity::{Measurable, Quantity, StateAndControl, Unfit, Vocabulary};
+use crate::quantity::{Measurable, StateAndControl, Unfit, Vocabulary};
 
 /// Its name in files.
 pub const NAME: &str = "quadratic";
@@ -80,8 +80,8 @@ fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
 
 /// What is wrong with the weights of such a cost, given the parameters' bounds: the key, and what is valid.
 pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-    let (Quantity::StateAndControl(all), Weights::Matrix(stage), Weights::Matrix(last)) =
-        (&cost.quantity, &cost.stage, &cost.last)
+    let (Some(all), Weights::Matrix(stage), Weights::Matrix(last)) =
+        (cost.quantity.as_kind::<StateAndControl>(), &cost.stage, &cost.last)
     else {
         return Ok(());
     };

@@ -1,12 +1,16 @@
 //! TOML documents whose errors name file, line and key.
 
+mod cells;
 mod kinds;
 mod pattern;
 mod reader;
+mod registry;
 
 pub(crate) use kinds::{DEVIATION, merged, one_of, plain, variances, with_deviation, with_noise_key};
 pub(crate) use pattern::matches;
-pub(crate) use reader::{ReadError, Reader};
+pub(crate) use reader::{ReadError, Reader, Variant};
+pub use registry::NoKeys;
+pub(crate) use registry::Registry;
 pub use supple_files::FileError;
 
 use std::ops::Range;
@@ -45,6 +49,8 @@ pub struct Document<'a> {
     name: &'a str,
     text: &'a str,
     root: Spanned<DeValue<'a>>,
+    /// Whether its texts are cells, which may stand for numbers and lists.
+    of_cells: bool,
 }
 
 impl<'a> Document<'a> {
@@ -54,7 +60,10 @@ impl<'a> Document<'a> {
     /// Where it is not TOML.
     pub fn parse(text: &'a str, name: &'a str) -> Result<Self, FileError> {
         match DeTable::parse(text) {
-            Ok(table) => Ok(Self { name, text, root: Spanned::new(0..0, DeValue::Table(table.into_inner())) }),
+            Ok(table) => {
+                let root = Spanned::new(0..0, DeValue::Table(table.into_inner()));
+                Ok(Self { name, text, root, of_cells: false })
+            }
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
                 match (error.message().trim(), text.get(span.clone())) {
@@ -66,6 +75,18 @@ impl<'a> Document<'a> {
                 }
             }
         }
+    }
+
+    /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number, or a
+    /// list with `;` between its entries.
+    pub(crate) fn of_cells(name: &'a str, text: &'a str, root: DeTable<'a>) -> Self {
+        Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true }
+    }
+
+    /// Reads a value of this document.
+    pub(crate) fn reader<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+        let reader = Reader::new(value);
+        if self.of_cells { reader.of_cells() } else { reader }
     }
 
     /// The value at a place.
@@ -83,7 +104,7 @@ impl<'a> Document<'a> {
     /// Where it is missing or is not what is asked for.
     pub fn read<T: DeserializeOwned>(&self, at: &[Place]) -> Result<T, FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
-        T::deserialize(Reader::new(value)).map_err(|error| self.read_error(at, error))
+        T::deserialize(self.reader(value)).map_err(|error| self.read_error(at, error))
     }
 
     /// The key `kind` of the table at a place, and what reads the rest of that table.
@@ -95,7 +116,7 @@ impl<'a> Document<'a> {
         let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
         let wrong = |what: &str| Err(self.error(&at_kind, format!("{what} one of {}", quoted(kinds))));
         match table.get("kind").map(Spanned::get_ref) {
-            Some(DeValue::String(kind)) => Ok((kind, Reader::new(value).beside(&["kind"]))),
+            Some(DeValue::String(kind)) => Ok((kind, self.reader(value).beside(&["kind"]))),
             Some(_) => wrong("must be"),
             None => wrong("is missing: it must be"),
         }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use serde::de::value::StrDeserializer;
+use serde::de::value::{MapDeserializer, StrDeserializer};
 use serde::de::{
     self, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
 };
@@ -11,6 +11,7 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::cells::Cell;
 use crate::value::as_key;
 use supple_files::{nearest, quoted};
 
@@ -29,7 +30,7 @@ pub(crate) struct ReadError {
 
 impl ReadError {
     /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
-    fn within(mut self, place: &str, span: Range<usize>) -> Self {
+    pub(super) fn within(mut self, place: &str, span: Range<usize>) -> Self {
         self.path = join(place, &self.path);
         self.span.get_or_insert(span);
         self
@@ -121,11 +122,31 @@ pub(crate) struct Reader<'a> {
     only: Option<&'static [&'static str]>,
     /// A key of the table that is read as another one.
     renamed: Option<(&'static str, &'static str)>,
+    /// Whether texts are cells of a table, which may stand for numbers and lists.
+    of_cells: bool,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { value, apart: [&[]; 3], only: None, renamed: None }
+        Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false }
+    }
+
+    /// The same with texts that are cells of a table, which may stand for numbers and lists.
+    pub fn of_cells(self) -> Self {
+        Self { of_cells: true, ..self }
+    }
+
+    /// A reader of a value inside of this one.
+    fn inside<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+        Reader { of_cells: self.of_cells, ..Reader::new(value) }
+    }
+
+    /// The value as a cell; none where it is no text of a table.
+    fn cell(&self) -> Option<Cell<'_>> {
+        match self.value.get_ref() {
+            DeValue::String(text) if self.of_cells => Some(Cell { text, span: self.value.span() }),
+            _ => None,
+        }
     }
 
     /// Leaves out keys of the table that are read apart, up to three times; what is unknown is told with these among the
@@ -147,6 +168,23 @@ impl<'a> Reader<'a> {
     /// Whether it is a table with a key.
     pub fn has(&self, key: &str) -> bool {
         matches!(self.value.get_ref(), DeValue::Table(table) if table.contains_key(key))
+    }
+
+    /// The value as one of several names, alone or with settings; whether it is one of them is not checked.
+    pub fn variant(self, names: &[&str]) -> Result<Variant<'a>, ReadError> {
+        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(names)));
+        let table = match self.value.get_ref() {
+            DeValue::String(name) => return Ok(Variant { name, span: None, settings: None }),
+            DeValue::Table(table) => table,
+            _ => return Err(wrong(&name_of(self.unexpected()))),
+        };
+        let mut entries = self.entries(table).entries;
+        match (entries.next(), entries.next()) {
+            (Some((key, settings)), None) => {
+                Ok(Variant { name: key.get_ref(), span: Some(key.span()), settings: Some(self.inside(settings)) })
+            }
+            _ => Err(wrong(&format!("a table with {} keys", table.len()))),
+        }
     }
 
     fn unexpected(&self) -> Unexpected<'a> {
@@ -187,7 +225,7 @@ impl<'a> Reader<'a> {
         };
         let mut entries: Vec<_> = table.iter().filter(|(key, _)| is_read(key.get_ref())).collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        Table { entries: entries.into_iter(), value: None, renamed: self.renamed }
+        Table { entries: entries.into_iter(), value: None, renamed: self.renamed, of: *self }
     }
 }
 
@@ -195,6 +233,9 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     type Error = ReadError;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        if let Some(cell) = self.cell() {
+            return cell.read_any(visitor);
+        }
         let too_large = |number: &str| Err(ReadError::custom(format_args!("is too large a number: {number}")));
         match self.value.get_ref() {
             DeValue::String(text) => visitor.visit_str(text),
@@ -210,9 +251,9 @@ impl<'de> Deserializer<'de> for Reader<'_> {
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             DeValue::Datetime(_) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
             DeValue::Array(list) => {
-                let mut entries = List(list.iter().enumerate());
+                let mut entries = List { entries: list.iter().enumerate(), of: self };
                 let value = visitor.visit_seq(&mut entries)?;
-                match entries.0.len() {
+                match entries.entries.len() {
                     0 => Ok(value),
                     rest => {
                         let valid = list.len() - rest;
@@ -226,6 +267,35 @@ impl<'de> Deserializer<'de> for Reader<'_> {
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         visitor.visit_some(self)
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell() {
+            Some(cell) => visitor.visit_str(cell.text),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell().and_then(|cell| cell.text.parse().ok()) {
+            Some(value) => visitor.visit_bool(value),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell() {
+            Some(cell) => cell.read_list(visitor),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.deserialize_seq(visitor)
     }
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, ReadError> {
@@ -254,19 +324,9 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ReadError> {
-        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(variants)));
-        let table = match self.value.get_ref() {
-            DeValue::String(name) => return visitor.visit_enum(Variant { name, span: None, settings: None }),
-            DeValue::Table(table) => table,
-            _ => return Err(wrong(&name_of(self.unexpected()))),
-        };
-        let mut entries = self.entries(table).entries;
-        let (Some((key, settings)), None) = (entries.next(), entries.next()) else {
-            return Err(wrong(&format!("a table with {} keys", table.len())));
-        };
-        let name = key.get_ref();
-        let variant = Variant { name, span: Some(key.span()), settings: Some(Reader::new(settings)) };
-        visitor.visit_enum(variant).map_err(|error| error.within(&as_key(name), settings.span()))
+        let variant = self.variant(variants)?;
+        let (name, settings) = (variant.name, variant.settings);
+        visitor.visit_enum(variant).map_err(|error| within_settings(error, name, settings))
     }
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
@@ -274,25 +334,27 @@ impl<'de> Deserializer<'de> for Reader<'_> {
     }
 
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct map identifier
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf unit unit_struct tuple_struct map identifier
     }
 }
 
 /// The entries of a list that are still to read.
-struct List<'a>(std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>);
+struct List<'a> {
+    entries: std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>,
+    of: Reader<'a>,
+}
 
 impl<'de> SeqAccess<'de> for List<'_> {
     type Error = ReadError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ReadError> {
-        let Some((index, value)) = self.0.next() else { return Ok(None) };
-        let read = seed.deserialize(Reader::new(value)).map(Some);
+        let Some((index, value)) = self.entries.next() else { return Ok(None) };
+        let read = seed.deserialize(self.of.inside(value)).map(Some);
         read.map_err(|error| error.within(&format!("[{index}]"), value.span()))
     }
 
     fn size_hint(&self) -> Option<usize> {
-        Some(self.0.len())
+        Some(self.entries.len())
     }
 }
 
@@ -305,6 +367,7 @@ struct Table<'a> {
     value: Option<Entry<'a>>,
     /// A key that is read as another one.
     renamed: Option<(&'static str, &'static str)>,
+    of: Reader<'a>,
 }
 
 impl<'de> MapAccess<'de> for Table<'_> {
@@ -321,13 +384,13 @@ impl<'de> MapAccess<'de> for Table<'_> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ReadError> {
         let Some((key, value)) = self.value else { return Err(ReadError::custom("a value was read before its key")) };
-        let read = seed.deserialize(Reader::new(value));
+        let read = seed.deserialize(self.of.inside(value));
         read.map_err(|error| error.within(&as_key(key.get_ref()), value.span()))
     }
 }
 
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
-struct Variant<'a> {
+pub(crate) struct Variant<'a> {
     name: &'a str,
     /// Bytes of the name, where it is a key.
     span: Option<Range<usize>>,
@@ -346,7 +409,34 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
     }
 }
 
+/// An error in the settings of a name, seen from the value that has both.
+fn within_settings(error: ReadError, name: &str, settings: Option<Reader>) -> ReadError {
+    match settings {
+        Some(settings) => error.within(&as_key(name), settings.value.span()),
+        None => error,
+    }
+}
+
 impl<'a> Variant<'a> {
+    /// The name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// The name is none of `valid`.
+    pub fn unknown(self, valid: &[&str]) -> ReadError {
+        let found = self.name;
+        let error = ReadError::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        let error = ReadError { help: nearest(found, valid), span: self.span, ..error };
+        within_settings(error, found, self.settings)
+    }
+
+    /// Its settings as a struct; none are needed for one without keys.
+    pub fn read<T: for<'de> de::Deserialize<'de>>(self) -> Result<T, ReadError> {
+        let (name, settings) = (self.name, self.settings);
+        T::deserialize(Settings(self)).map_err(|error| within_settings(error, name, settings))
+    }
+
     fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
         let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
         let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
@@ -374,5 +464,34 @@ impl<'de> VariantAccess<'de> for Variant<'_> {
 
     fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
         self.settings(keys)?.deserialize_struct("", keys, visitor)
+    }
+}
+
+/// The settings of a name, for a struct.
+struct Settings<'a>(Variant<'a>);
+
+impl<'de> Deserializer<'de> for Settings<'_> {
+    type Error = ReadError;
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        if keys.is_empty() {
+            self.0.unit_variant()?;
+            return visitor.visit_map(MapDeserializer::<_, ReadError>::new(std::iter::empty::<(&str, &str)>()));
+        }
+        self.0.settings(keys)?.deserialize_struct(name, keys, visitor)
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.0.settings(&[])?.deserialize_any(visitor)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
     }
 }

@@ -1,27 +1,29 @@
 //! `[catalogue]`: sensors that a robot may have or not, in the task file or in a table of comma-separated values.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use supple_files::{FileError, nearest, quoted, read_text};
-use toml::de::DeValue;
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
 
-use super::csv_table::CsvTable;
+use super::csv_table::{CsvRow, CsvTable};
 use crate::Channel;
-use crate::document::{DEVIATION, Document, Place, with_deviation};
-use crate::model::{AnyModel, Entry, Equipment};
+use crate::document::{Document, Place, with_deviation};
+use crate::model::{AnyModel, Entry, Equipment, Source};
 use crate::parameters::Parameters;
 use crate::problem::CatalogueSensor;
-use crate::quantity::{Noise, Quantity, Vocabulary, read_sensor, sensor_schemas};
+use crate::quantity::{Context, Kinds, Noise, Vocabulary, read_sensor, sensor_schemas};
 use crate::value::{OneOrMore, Value};
 
 /// Which sensors of a catalogue a problem is read with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WithSensors {
     /// Those that the file says are chosen: what a robot has.
+    #[default]
     Chosen,
     /// All of them: what it may have.
     All,
@@ -48,9 +50,10 @@ struct CommonFile {
     name: String,
     #[serde(default)]
     price: f64,
-    #[serde(flatten)]
-    _rest: std::collections::BTreeMap<String, IgnoredAny>,
 }
+
+/// Its keys.
+const COMMON: &[&str] = &["name", "price"];
 
 /// Kinds of sensors beside those that measure a quantity.
 const OWN_KINDS: [&str; 2] = ["measurement", "sum"];
@@ -77,12 +80,15 @@ pub(super) struct SumFile {
 }
 
 /// The schema of each kind of sensor, by name.
-pub(super) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+pub(super) fn schemas(
+    kinds: &Kinds,
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
     let own = [
         ("measurement", with_deviation(NamedFile::json_schema(generator))),
         ("sum", with_deviation(SumFile::json_schema(generator))),
     ];
-    own.into_iter().chain(sensor_schemas(generator)).collect()
+    own.into_iter().chain(sensor_schemas(kinds, generator)).collect()
 }
 
 /// What a catalogue is and which files it is in.
@@ -90,12 +96,12 @@ pub(super) type Read = (Option<Vec<CatalogueSensor>>, Vec<PathBuf>);
 
 /// Reads `[catalogue]` where there is one, and gives the model the sensors that it says.
 pub(super) fn equip(
-    document: &Document,
-    parameters: &Parameters,
-    folder: &Path,
+    source: &Source,
     model: Box<dyn AnyModel>,
     which: WithSensors,
 ) -> Result<(Box<dyn AnyModel>, Read), FileError> {
+    let &Source { document, parameters, folder, .. } = source;
+    let kinds = &source.kinds.quantities;
     let at = ["catalogue".into()];
     if document.get(&at).is_none() {
         return Ok((model, (None, Vec::new())));
@@ -103,57 +109,35 @@ pub(super) fn equip(
     let file: CatalogueFile = document.read(&at)?;
     let place = ["catalogue".into(), "sensors".into()];
     let Some(DeValue::String(name)) = document.get(&place).map(|value| value.get_ref()) else {
-        let building = Building { document, top: document, at: place.to_vec(), parameters, which };
+        let building = Building { document, top: document, at: place.to_vec(), parameters, kinds, which };
         let (model, sensors) = building.build(&file, model)?;
         return Ok((model, (Some(sensors), Vec::new())));
     };
     let path = folder.join(name.as_ref());
     let shown = path.display().to_string();
     let text = read_text(&path).map_err(|error| document.error_of_file(&place, error))?;
-    let lines = as_toml(&text, &shown)?;
-    let table = Document::parse(&lines, &shown)?;
-    let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, which };
+    let table = CsvTable::parse(&text, &shown)?;
+    let table = as_document(&table);
+    let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, kinds, which };
     let (model, sensors) = building.build(&file, model)?;
     Ok((model, (Some(sensors), vec![path])))
 }
 
-/// A table of comma-separated values as TOML whose lines are those of the table: one sensor on each, its columns being
-/// keys, `;` between the entries of lists, empty cells left out.
-fn as_toml(text: &str, name: &str) -> Result<String, FileError> {
-    let table = CsvTable::parse(text, name)?;
-    let mut toml = String::from("sensors = [");
-    let mut line = 1;
-    for row in &table.rows {
-        let here = table.line(row);
-        toml.push_str(&"\n".repeat(here - line));
-        line = here;
-        let cells = table.header.cells.iter().zip(&row.cells).filter(|(_, cell)| !cell.is_empty());
-        let cells: Vec<String> =
-            cells.map(|(key, cell)| format!("{} = {}", crate::value::as_key(key), cell_as_toml(key, cell))).collect();
-        toml.push_str(&format!("{{ {} }}, ", cells.join(", ")));
-    }
-    toml.push(']');
-    Ok(toml)
-}
-
-/// One cell: numbers where the key has numbers, lists where it has lists.
-fn cell_as_toml(key: &str, cell: &str) -> String {
-    let is_number = matches!(key, "price" | "variance" | DEVIATION | "C" | "reference" | "lever" | "smoothing");
-    let one = |word: &str| match word.parse::<f64>() {
-        // What is not finite is so in TOML too, whose readers refuse it.
-        Ok(number) if is_number => format!("{number:?}").to_lowercase(),
-        _ => serde_json::Value::from(word).to_string(),
+/// A table of comma-separated values as a list `sensors` of tables, whose keys are the columns; empty cells are left out.
+fn as_document<'a>(table: &'a CsvTable<'a>) -> Document<'a> {
+    let one = |row: &'a CsvRow| {
+        let mut sensor = DeTable::new();
+        let cells = table.header.cells.iter().zip(row.cells.iter().zip(table.spans(row)));
+        for (column, (cell, span)) in cells.filter(|(_, (cell, _))| !cell.is_empty()) {
+            let value = Spanned::new(span.clone(), DeValue::String(cell.into()));
+            sensor.insert(Spanned::new(span, column.into()), value);
+        }
+        Spanned::new(row.span.clone(), DeValue::Table(sensor))
     };
-    let list = |cell: &str| {
-        let words = cell.split(';').map(str::trim).filter(|word| !word.is_empty());
-        format!("[{}]", words.map(one).collect::<Vec<_>>().join(", "))
-    };
-    match key {
-        "C" => format!("[{}]", list(cell)),
-        "select" | "reference" | "axes" => list(cell),
-        "variance" | DEVIATION if cell.contains(';') => list(cell),
-        _ => one(cell),
-    }
+    let sensors: DeArray = table.rows.iter().map(one).collect();
+    let mut root = DeTable::new();
+    root.insert(Spanned::new(0..0, "sensors".into()), Spanned::new(0..0, DeValue::Array(sensors)));
+    Document::of_cells(table.name, table.text, root)
 }
 
 /// Reads the sensors of a catalogue.
@@ -165,6 +149,7 @@ struct Building<'a> {
     /// Where they are in it.
     at: Vec<Place<'a>>,
     parameters: &'a Parameters,
+    kinds: &'a Kinds,
     which: WithSensors,
 }
 
@@ -234,12 +219,13 @@ impl Building<'_> {
     /// What every sensor has, and its kind.
     fn common(&self, index: usize, before: &[CatalogueSensor]) -> Result<(CommonFile, String), FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
-        let kinds: Vec<&str> = OWN_KINDS.iter().chain(Quantity::NAMES).copied().collect();
-        let (kind, _) = self.document.table_with_kind(&at, &kinds)?;
+        let kinds: Vec<&str> = OWN_KINDS.into_iter().chain(self.kinds.names()).collect();
+        let (kind, table) = self.document.table_with_kind(&at, &kinds)?;
         if !kinds.contains(&kind) {
             return Err(self.document.unknown_kind(&at, kind, &kinds));
         }
-        let common: CommonFile = self.document.read(&at)?;
+        let common = CommonFile::deserialize(table.only(COMMON));
+        let common = common.map_err(|error| self.document.read_error(&at, error))?;
         if common.name.is_empty() {
             return Err(self.error(index, "name", "must not be empty"));
         }
@@ -262,9 +248,10 @@ impl Building<'_> {
     ) -> Result<Vec<(Entry, Channel, Value)>, FileError> {
         let at: Vec<Place> = self.at.iter().copied().chain([index.into()]).collect();
         let (_, table) = self.document.table_with_kind(&at, &[])?;
-        let table = table.beside(&["name", "price"]);
+        let table = table.beside(COMMON);
         if !OWN_KINDS.contains(&kind) {
-            let sensor = read_sensor((kind, table), (self.document, &at), (vocabulary, self.parameters))?;
+            let context = Context { kinds: self.kinds, vocabulary, parameters: self.parameters };
+            let sensor = read_sensor((kind, table), (self.document, &at), &context)?;
             let quantity = Arc::new(sensor.quantity);
             let entries = sensor.channels.into_iter().zip(sensor.variances).enumerate();
             let entry = |(entry, (channel, variance))| (Entry::Of(quantity.clone(), entry), channel, variance);

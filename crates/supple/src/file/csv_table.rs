@@ -4,8 +4,8 @@ use supple_files::FileError;
 
 /// A table of comma-separated values. Lines that begin with `#` and empty ones are none of it.
 pub(super) struct CsvTable<'a> {
-    name: &'a str,
-    text: &'a str,
+    pub name: &'a str,
+    pub text: &'a str,
     /// The names of its columns, each once.
     pub header: CsvRow,
     /// Rows with as many cells as the header.
@@ -60,9 +60,19 @@ impl<'a> CsvTable<'a> {
         FileError::at(self.name, self.text, row.span.clone(), String::new(), message)
     }
 
-    /// The number of a row's line, from 1.
-    pub fn line(&self, row: &CsvRow) -> usize {
-        self.text[..row.span.start].matches('\n').count() + 1
+    /// The bytes of each cell of a row; those of the whole row where the file has the cell in other words, as with quotes
+    /// in it.
+    pub fn spans(&self, row: &CsvRow) -> Vec<Range<usize>> {
+        let mut from = row.span.start;
+        let span = |cell: &str| match self.text.get(from..row.span.end).and_then(|rest| rest.find(cell)) {
+            Some(before) => {
+                let start = from + before;
+                from = start + cell.len();
+                start..from
+            }
+            None => row.span.clone(),
+        };
+        row.cells.iter().map(span).collect()
     }
 }
 

@@ -12,6 +12,7 @@ use crate::model::{AnyModel, PoseFile, Start};
 use crate::parameters::Parameters;
 use crate::physics::locked_message;
 use crate::problem::Task;
+use crate::quantity::Unfit;
 use crate::{Limit, Limited, Value};
 
 /// By how much limits may be missed, relative to them: rounding of a file's digits.
@@ -152,8 +153,8 @@ impl FirstState<'_> {
         let phi = self.parameters.initial();
         let known: Vec<Option<f64>> = given.iter().map(|value| value.map(|value| value.resolve(&phi))).collect();
         let start = Start { key: key.as_deref(), pose: pose.as_ref(), given: &known, phi: &phi };
-        let first = self.model.first_state(&start).map_err(|(name, message, help)| {
-            let keys: &[Place] = match name {
+        let first = self.model.first_state(&start).map_err(|Unfit { key, message, help }| {
+            let keys: &[Place] = match key {
                 "key" => &["key".into()],
                 "" => &["pose".into()],
                 name => &["pose".into(), name.into()],

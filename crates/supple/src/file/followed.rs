@@ -5,8 +5,7 @@ use serde::Deserialize;
 use crate::Value;
 use crate::document::{Document, FileError, Place, merged};
 use crate::followed::Followed;
-use crate::parameters::Parameters;
-use crate::quantity::{self, Measurable, Quantity, Unfit, Vocabulary};
+use crate::quantity::{Context, Kinds, Quantity, Unfit};
 use crate::value::OneOrMore;
 
 /// The keys of a limit beside those of its quantity.
@@ -26,16 +25,13 @@ struct LimitFile {
 }
 
 /// The quantities that a task follows: its limits, then its curves.
-pub(super) fn read(
-    (document, task): (&Document, usize),
-    (vocabulary, parameters): (&Vocabulary, &Parameters),
-) -> Result<Vec<Followed>, FileError> {
+pub(super) fn read((document, task): (&Document, usize), context: &Context) -> Result<Vec<Followed>, FileError> {
     let mut followed = Vec::new();
     for key in ["limits", "curves"] {
         let list = ["tasks".into(), task.into(), key.into()];
         for index in 0..document.tables(&list)? {
             let at: Vec<Place> = list.iter().copied().chain([index.into()]).collect();
-            let reader = Reader { document, at: &at, vocabulary, parameters };
+            let reader = Reader { document, at: &at, context };
             followed.push(if key == "limits" { reader.limit()? } else { reader.curve()? });
         }
     }
@@ -45,8 +41,7 @@ pub(super) fn read(
 struct Reader<'a> {
     document: &'a Document<'a>,
     at: &'a [Place<'a>],
-    vocabulary: &'a Vocabulary,
-    parameters: &'a Parameters,
+    context: &'a Context<'a>,
 }
 
 impl Reader<'_> {
@@ -55,8 +50,8 @@ impl Reader<'_> {
     }
 
     fn quantity(&self, beside: &'static [&'static str]) -> Result<Quantity, FileError> {
-        let (kind, table) = self.document.table_with_kind(self.at, Quantity::NAMES)?;
-        quantity::read((kind, table.beside(beside)), (self.document, self.at), (self.vocabulary, self.parameters))
+        let (kind, table) = self.document.table_with_kind(self.at, &self.context.kinds.names())?;
+        self.context.read((kind, table.beside(beside)), (self.document, self.at))
     }
 
     fn curve(&self) -> Result<Followed, FileError> {
@@ -65,7 +60,7 @@ impl Reader<'_> {
 
     fn limit(&self) -> Result<Followed, FileError> {
         let quantity = self.quantity(KEYS)?;
-        let (_, table) = self.document.table_with_kind(self.at, Quantity::NAMES)?;
+        let (_, table) = self.document.table_with_kind(self.at, &self.context.kinds.names())?;
         let file = LimitFile::deserialize(table.only(KEYS));
         let LimitFile { lower, upper, enforce } = file.map_err(|error| self.document.read_error(self.at, error))?;
         if lower.is_none() && upper.is_none() {
@@ -76,7 +71,7 @@ impl Reader<'_> {
             given.each(quantity.len()).map_err(|message| self.error(key, message))
         };
         let limits = [side("lower", lower, f64::NEG_INFINITY)?, side("upper", upper, f64::INFINITY)?];
-        let phi = self.parameters.initial();
+        let phi = self.context.parameters.initial();
         for (lower, upper) in limits[0].iter().zip(&limits[1]) {
             let [least, most] = [lower, upper].map(|value| value.resolve::<f64>(&phi));
             if least > most {
@@ -90,10 +85,11 @@ impl Reader<'_> {
 
 /// The schema of each kind's table, of limits or of curves, by name.
 pub(super) fn schemas(
+    kinds: &Kinds,
     generator: &mut schemars::SchemaGenerator,
     limits: bool,
 ) -> Vec<(&'static str, schemars::Schema)> {
     let common = <LimitFile as schemars::JsonSchema>::json_schema(generator);
-    let of_quantities = quantity::schemas(generator).into_iter();
+    let of_quantities = kinds.schemas(generator).into_iter();
     of_quantities.map(|(kind, own)| (kind, if limits { merged(own, &common) } else { own })).collect()
 }

@@ -23,8 +23,7 @@ pub use supple_files::read_text;
 pub use crate::document::{Document, FileError, Place};
 pub use crate::problem::CatalogueSensor;
 
-use crate::model::{self, AnyModel, ModelFile};
-use crate::parameters::Parameters;
+use crate::model::{Kinds, ModelFile, Robot, Source};
 use crate::problem::Problem;
 use crate::settings::{DesignSettings, PlanSettings};
 use crate::value::with_names;
@@ -48,14 +47,43 @@ struct Top {
     design: DesignSettings,
 }
 
+/// How a task file is read.
+#[derive(Clone, Debug, Default)]
+pub struct ReadOptions {
+    /// The kinds that it may name; default: those of the library.
+    pub kinds: Kinds,
+    /// The sensors of its catalogue that the robot has; default: those that the file says are chosen.
+    pub sensors: WithSensors,
+}
+
+impl From<Kinds> for ReadOptions {
+    fn from(kinds: Kinds) -> Self {
+        Self { kinds, ..Self::default() }
+    }
+}
+
+impl From<WithSensors> for ReadOptions {
+    fn from(sensors: WithSensors) -> Self {
+        Self { sensors, ..Self::default() }
+    }
+}
+
 impl Problem {
     /// Reads a problem from a task file.
     ///
     /// # Errors
     /// Where the file cannot be read, or anything in it is wrong.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
+        Self::load_with(path, ReadOptions::default())
+    }
+
+    /// The same with more kinds, or other sensors of the catalogue.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, or anything in it is wrong.
+    pub fn load_with(path: impl AsRef<Path>, options: impl Into<ReadOptions>) -> Result<Self, FileError> {
         let path = path.as_ref();
-        Self::parse(&read_text(path)?, &path.display().to_string())
+        Self::parse_with(&read_text(path)?, &path.display().to_string(), options)
     }
 
     /// Reads a problem from the text of a task file; `name` stands for the file in errors.
@@ -63,14 +91,15 @@ impl Problem {
     /// # Errors
     /// Where anything in it is wrong.
     pub fn parse(source: &str, name: &str) -> Result<Self, FileError> {
-        Self::parse_with(source, name, WithSensors::Chosen)
+        Self::parse_with(source, name, ReadOptions::default())
     }
 
-    /// The same with the given sensors of the catalogue.
+    /// The same with more kinds, or other sensors of the catalogue.
     ///
     /// # Errors
     /// Where anything in it is wrong.
-    pub fn parse_with(source: &str, name: &str, sensors: WithSensors) -> Result<Self, FileError> {
+    pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> Result<Self, FileError> {
+        let ReadOptions { kinds, sensors } = options.into();
         let document = Document::parse(source, name)?;
         let top: Top = document.read(&[])?;
         top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
@@ -84,9 +113,9 @@ impl Problem {
             return Err(document.error(&["design".into(), key.into()], message));
         }
         let (read, used) = with_names(&parameters.names(), || {
-            let model = read_model(&document, &parameters, folder)?;
-            let (model, (catalogue, tables)) = candidates::equip(&document, &parameters, folder, model, sensors)?;
-            let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters)?;
+            let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
+            let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
+            let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
             let files: Vec<_> = model.files().into_iter().chain(tables).collect();
             let warnings = [model.warnings(), of_tasks.clone()].concat();
             Ok((tasks, files, (warnings, [model.every_warning(), of_tasks].concat()), catalogue))
@@ -115,20 +144,15 @@ impl Problem {
 pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileError> {
     let document = Document::parse(source, name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    let (kind, _) = document.table_with_kind(&["model".into()], model::KINDS)?;
+    let kinds = Kinds::default();
+    let (kind, _) = document.table_with_kind(&["model".into()], &kinds.models())?;
     if kind != "robot" {
         let message = format!("must be `robot` here; found `{kind}`");
         return Err(document.error(&["model".into(), "kind".into()], message));
     }
     let parameters = parameters::read(&document, folder, &mut Vec::new())?;
-    let read = || <model::Robot as ModelFile>::read(&document, &parameters, folder);
+    let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
+    let read = || <Robot as ModelFile>::read(&source);
     let robot = with_names(&parameters.names(), read).0?;
     Ok(robot.described(&parameters.initial()))
-}
-
-/// Reads `[model]`: its `kind` decides the rest.
-fn read_model(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Box<dyn AnyModel>, FileError> {
-    let at = ["model".into()];
-    let (kind, _) = document.table_with_kind(&at, model::KINDS)?;
-    model::read(kind, document, parameters, folder).ok_or_else(|| document.unknown_kind(&at, kind, model::KINDS))?
 }

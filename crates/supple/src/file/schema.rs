@@ -5,22 +5,34 @@ use super::candidates::{self, CatalogueFile};
 use super::followed;
 use super::parameters::ParameterFile;
 use super::tasks::TaskFile;
+use crate::cost;
 use crate::document::{one_of, plain};
+use crate::model::Kinds;
 use crate::settings::{DesignSettings, PlanSettings};
-use crate::{cost, model};
 
-/// The JSON schema of task files.
+/// The JSON schema of task files that name the kinds of the library.
 pub fn json_schema() -> Json {
+    Kinds::default().json_schema()
+}
+
+impl Kinds {
+    /// The JSON schema of task files that name these kinds.
+    pub fn json_schema(&self) -> Json {
+        schema_of(self)
+    }
+}
+
+fn schema_of(kinds: &Kinds) -> Json {
     let mut generator = SchemaGenerator::default();
-    let models = one_of(model::schemas(&mut generator));
-    let costs = one_of(plain(cost::schemas(&mut generator)));
+    let models = one_of(kinds.model_schemas(&mut generator));
+    let costs = one_of(plain(cost::schemas(&kinds.quantities, &kinds.norms, &mut generator)));
     let parameter = generator.subschema_for::<ParameterFile>();
     let planning = generator.subschema_for::<PlanSettings>();
     let design = generator.subschema_for::<DesignSettings>();
-    let catalogue = catalogue(&mut generator);
+    let catalogue = catalogue(kinds, &mut generator);
     let _ = generator.subschema_for::<TaskFile>();
-    let limits = one_of(plain(followed::schemas(&mut generator, true)));
-    let curves = one_of(plain(followed::schemas(&mut generator, false)));
+    let limits = one_of(plain(followed::schemas(&kinds.quantities, &mut generator, true)));
+    let curves = one_of(plain(followed::schemas(&kinds.quantities, &mut generator, false)));
     let mut definitions = generator.take_definitions(true);
     if let Some(task) = definitions.get_mut("TaskFile") {
         task["properties"]["costs"] = json!({
@@ -63,9 +75,9 @@ pub fn json_schema() -> Json {
 }
 
 /// Of `[catalogue]`.
-fn catalogue(generator: &mut SchemaGenerator) -> Json {
+fn catalogue(kinds: &Kinds, generator: &mut SchemaGenerator) -> Json {
     let mut schema = <CatalogueFile as schemars::JsonSchema>::json_schema(generator).to_value();
-    let mut sensors = one_of(plain(candidates::schemas(generator)));
+    let mut sensors = one_of(plain(candidates::schemas(&kinds.quantities, generator)));
     for table in sensors["oneOf"].as_array_mut().into_iter().flatten() {
         table["properties"]["name"] =
             json!({ "type": "string", "minLength": 1, "description": "Its name, unlike that of any other" });

@@ -13,12 +13,12 @@ use super::varying;
 use crate::Value;
 use crate::cost::{self, Cost};
 use crate::document::{Document, Place};
-use crate::model::AnyModel;
+use crate::model::{AnyModel, Kinds};
 use crate::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, semidefinite_factor};
 use crate::parameters::Parameters;
 use crate::plan::bounds_of;
 use crate::problem::{Task, most_steps};
-use crate::quantity::Vocabulary;
+use crate::quantity::Context;
 use supple_lqg::Dimensions;
 
 /// One of `[[tasks]]`. Its costs are read by kind.
@@ -121,6 +121,7 @@ pub(super) fn read(
     document: &Document,
     model: &dyn AnyModel,
     parameters: &Parameters,
+    kinds: &Kinds,
 ) -> Result<(Vec<Task>, Vec<String>), FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
@@ -129,7 +130,7 @@ pub(super) fn read(
     };
     let mut tasks: Vec<Task> = Vec::with_capacity(count);
     for index in 0..count {
-        let task = Reader { document, index, parameters }.read(model)?;
+        let task = Reader { document, index, parameters, kinds }.read(model)?;
         if tasks.iter().any(|other| other.name == task.name) {
             let at = ["tasks".into(), index.into(), "name".into()];
             return Err(document.error(&at, format!("`{}` names two tasks", task.name)));
@@ -145,6 +146,7 @@ struct Reader<'a> {
     document: &'a Document<'a>,
     index: usize,
     parameters: &'a Parameters,
+    kinds: &'a Kinds,
 }
 
 impl Reader<'_> {
@@ -179,12 +181,14 @@ impl Reader<'_> {
             return Err(self.error(&["bound".into()], message));
         }
         let vocabulary = model.vocabulary();
-        let followed = followed::read((self.document, self.index), (&vocabulary, self.parameters))?;
+        let quantities = &self.kinds.quantities;
+        let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
+        let followed = followed::read((self.document, self.index), &context)?;
         let states = &vocabulary.states;
         let first = FirstState { document: self.document, index: self.index, parameters: self.parameters, model };
         let initial_state = first.read(file.initial_state)?;
         let mut noise = self.noise(file.noise, model, states)?;
-        let mut costs = self.costs(&vocabulary)?;
+        let mut costs = self.costs(&context)?;
         if file.per == Per::Second {
             noise.per_second(file.time_step);
             for (number, cost) in costs.iter_mut().enumerate() {
@@ -250,17 +254,17 @@ impl Reader<'_> {
         }
     }
 
-    fn costs(&self, vocabulary: &Vocabulary) -> Result<Vec<Cost>, FileError> {
+    fn costs(&self, context: &Context) -> Result<Vec<Cost>, FileError> {
         let at = ["tasks".into(), self.index.into(), "costs".into()];
         let count = match self.document.get(&at).map(|value| value.get_ref()) {
             Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
             _ => return Err(self.error(&["costs".into()], "must be a list of one or more tables: [[tasks.costs]]")),
         };
-        let kinds = cost::kinds();
+        let kinds = cost::kinds(context.kinds);
         let read = |number: usize| {
             let at = ["tasks".into(), self.index.into(), "costs".into(), number.into()];
             let table = self.document.table_with_kind(&at, &kinds)?;
-            cost::read(table, (self.document, &at), (vocabulary, self.parameters))
+            cost::read(table, (self.document, &at), context, &self.kinds.norms)
         };
         (0..count).map(read).collect()
     }

@@ -10,7 +10,7 @@ use crate::contacts::{Contact, ContactState};
 use crate::cost::Cost;
 use crate::followed::Followed;
 use crate::noise::Covariance;
-use crate::quantity::{Known, Measurable, Quantity, Vocabulary};
+use crate::quantity::{Known, Quantity, Unfit, Vocabulary};
 use crate::scene::Picture;
 use crate::system::{Authored, System};
 use supple_lqg::Dimensions;
@@ -245,7 +245,7 @@ impl<M: ModelFile> AnyModel for Equipped<M> {
     fn starts_by_itself(&self) -> bool {
         self.model.starts_by_itself()
     }
-    fn first_state(&self, start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit> {
         ModelFile::first_state(&self.model, start)
     }
     fn followers(&self) -> Vec<(usize, usize)> {

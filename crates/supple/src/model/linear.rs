@@ -49,6 +49,8 @@ impl Model for Linear {
 }
 
 impl PlainFile for Linear {
+    const NAME: &'static str = "linear";
+
     fn check(&self, _: &Parameters) -> Result<(), (&'static str, String)> {
         let n = self.A.len();
         let wrong = |rows: &[Vec<Value>], cols: usize| rows.iter().position(|row| row.len() != cols);

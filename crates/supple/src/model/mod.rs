@@ -1,6 +1,6 @@
 //! The kinds of model that task files name, and how they are read.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use supple_lqg::Dimensions;
 
@@ -9,14 +9,16 @@ use serde::Deserialize;
 use crate::Value;
 use crate::channels::{Channel, Channels, Limit};
 use crate::cost::Cost;
-use crate::document::{Document, FileError};
+use crate::document::FileError;
 use crate::followed::Followed;
 use crate::parameters::Parameters;
 use crate::physics::{FileSensor, Model, OwnCost, Point};
-use crate::quantity::Vocabulary;
+use crate::quantity::{Unfit, Vocabulary};
 use crate::system::{Authored, System};
 
+pub mod coupling;
 mod equipped;
+mod kinds;
 mod linear;
 mod recorded;
 mod robot;
@@ -25,19 +27,24 @@ mod two_mass;
 
 use equipped::Equipped;
 pub(crate) use equipped::{Entry, Equipment};
+pub use kinds::Kinds;
+pub(crate) use kinds::Source;
 pub use linear::Linear;
 pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
-pub use robot::Robot;
+pub(crate) use robot::Robot;
 pub(crate) use start::{PoseFile, Start};
 pub use two_mass::TwoMass;
 
 /// How a model is read from a task file.
 pub(crate) trait ModelFile: Model + Clone {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
     /// The keys of `[model]`, but for `kind`.
     type File: schemars::JsonSchema;
 
-    /// Reads `[model]`; files that it names are looked for in `folder`.
-    fn read(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Self, FileError>;
+    /// Reads `[model]`.
+    fn read(source: &Source) -> Result<Self, FileError>;
 
     /// Variances of the measurements, where the model knows them.
     fn variances(&self) -> Option<Vec<Value>> {
@@ -64,9 +71,8 @@ pub(crate) trait ModelFile: Model + Clone {
         false
     }
 
-    /// The first state where nothing is said of single states, or what does not fit: the key, what is valid, and
-    /// advice.
-    fn first_state(&self, _start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+    /// The first state where nothing is said of single states, or what does not fit.
+    fn first_state(&self, _start: &Start) -> Result<Vec<f64>, Unfit> {
         Ok(vec![0.0; self.dimensions().states])
     }
 
@@ -76,23 +82,33 @@ pub(crate) trait ModelFile: Model + Clone {
     }
 
     /// More of the schema than [`ModelFile::File`] says.
-    fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator) {}
+    fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator, _kinds: &Kinds) {}
 }
 
 /// A model all of whose table serde reads.
-pub(crate) trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
-    /// What is wrong with its numbers or shapes, given the parameters' bounds: the key, and what is valid.
+pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
+    /// What is wrong with its numbers or shapes, given the parameters' bounds.
+    ///
+    /// # Errors
+    /// The key, and what is valid.
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
 }
 
 impl<M: PlainFile> ModelFile for M {
+    const NAME: &'static str = <M as PlainFile>::NAME;
+
     type File = M;
 
-    fn read(document: &Document, parameters: &Parameters, _: &Path) -> Result<Self, FileError> {
-        let at = ["model".into()];
-        let (_, table) = document.table_with_kind(&at, KINDS)?;
+    fn read(source: &Source) -> Result<Self, FileError> {
+        let (at, document) = (["model".into()], source.document);
+        let (_, table) = document.table_with_kind(&at, &source.kinds.models())?;
         let model = Self::deserialize(table).map_err(|error| document.read_error(&at, error))?;
-        model.check(parameters).map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
+        model
+            .check(source.parameters)
+            .map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
         Ok(model)
     }
 }
@@ -105,7 +121,7 @@ pub(crate) trait AnyModel {
     fn warnings(&self) -> Vec<String>;
     fn every_warning(&self) -> Vec<String>;
     fn starts_by_itself(&self) -> bool;
-    fn first_state(&self, start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)>;
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit>;
     fn followers(&self) -> Vec<(usize, usize)>;
     fn vocabulary(&self) -> Vocabulary;
     fn channels(&self) -> Channels;
@@ -137,7 +153,7 @@ impl<M: ModelFile> AnyModel for M {
     fn starts_by_itself(&self) -> bool {
         ModelFile::starts_by_itself(self)
     }
-    fn first_state(&self, start: &Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit> {
         ModelFile::first_state(self, start)
     }
     fn followers(&self) -> Vec<(usize, usize)> {
@@ -160,43 +176,4 @@ impl<M: ModelFile> AnyModel for M {
     fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel> {
         Box::new(Equipped { model: *self, equipment })
     }
-}
-
-/// The table of all kinds of model: name in the file, type.
-macro_rules! model_kinds {
-    ($($name:literal => $kind:ty,)*) => {
-        /// The names of all kinds, as files write them.
-        pub(crate) const KINDS: &[&str] = &[$($name),*];
-
-        /// Reads `[model]` as the kind `kind`; `None` where there is no such kind.
-        pub(crate) fn read(
-            kind: &str,
-            document: &Document,
-            parameters: &Parameters,
-            folder: &Path,
-        ) -> Option<Result<Box<dyn AnyModel>, FileError>> {
-            match kind {
-                $($name => Some(
-                    <$kind as ModelFile>::read(document, parameters, folder)
-                        .map(|model| Box::new(model) as Box<dyn AnyModel>),
-                ),)*
-                _ => None,
-            }
-        }
-
-        /// The schema of each kind's table, by name.
-        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, serde_json::Value)> {
-            vec![$(($name, {
-                let mut schema = <<$kind as ModelFile>::File as schemars::JsonSchema>::json_schema(generator).to_value();
-                <$kind as ModelFile>::complete_schema(&mut schema, generator);
-                schema
-            }),)*]
-        }
-    };
-}
-
-model_kinds! {
-    "linear" => Linear,
-    "robot" => Robot,
-    "two_mass" => TwoMass,
 }

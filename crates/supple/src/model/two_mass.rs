@@ -157,6 +157,8 @@ impl Model for TwoMass {
 type Rule<'a> = (&'static str, &'a [Value], &'static str, fn(f64) -> bool);
 
 impl PlainFile for TwoMass {
+    const NAME: &'static str = "two_mass";
+
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         let rules: [Rule; 4] = [
             ("mass", &self.mass, "must be above 0 kg", |least| least > 0.0),

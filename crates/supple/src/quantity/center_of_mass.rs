@@ -17,7 +17,7 @@ pub struct CenterOfMass {
 /// The centre of mass of all links in the world, m.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Which coordinates of the world count; all where left out.
     axes: Option<Vec<Axis>>,
 }
@@ -34,6 +34,8 @@ impl QuantityFile for CenterOfMass {
 }
 
 impl Measurable for CenterOfMass {
+    const NAME: &'static str = "center_of_mass";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -21,6 +21,8 @@ impl QuantityFile for Clearance {
 }
 
 impl Measurable for Clearance {
+    const NAME: &'static str = "clearance";
+
     fn len(&self) -> usize {
         1
     }

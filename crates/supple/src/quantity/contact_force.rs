@@ -17,7 +17,7 @@ pub struct ContactForce {
 /// The normal force of a contact, N.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the contact, in models that name theirs.
     contact: Option<String>,
     /// Force gamma over which pulling is cut off, N; where left out, the force is as it is.
@@ -47,6 +47,8 @@ impl QuantityFile for ContactForce {
 }
 
 impl Measurable for ContactForce {
+    const NAME: &'static str = "contact_force";
+
     fn len(&self) -> usize {
         1
     }

@@ -14,7 +14,7 @@ pub struct Control {
 /// Controls, in their units.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the controls; all where left out.
     select: Option<Vec<String>>,
 }
@@ -45,6 +45,8 @@ impl QuantityFile for Control {
 }
 
 impl Measurable for Control {
+    const NAME: &'static str = "control";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

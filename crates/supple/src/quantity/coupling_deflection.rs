@@ -27,6 +27,8 @@ impl QuantityFile for CouplingDeflection {
 }
 
 impl Measurable for CouplingDeflection {
+    const NAME: &'static str = "coupling_deflection";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -14,7 +14,7 @@ pub struct CouplingForce {
 /// Forces or torques in an element of compliance, N and N m; or its deflections, m and rad.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the element of compliance.
     coupling: String,
     /// Which of its forces or deflections; all where left out.
@@ -42,6 +42,8 @@ impl QuantityFile for CouplingForce {
 }
 
 impl Measurable for CouplingForce {
+    const NAME: &'static str = "coupling_force";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -16,7 +16,7 @@ pub struct FramePoint {
 /// The origin of a frame in the world, m.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the frame or link.
     frame: String,
     /// Which coordinates of the world count; all where left out.
@@ -26,7 +26,7 @@ pub(crate) struct File {
 /// A coordinate of the world.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Axis {
+pub enum Axis {
     X,
     Y,
     Z,
@@ -66,6 +66,8 @@ impl QuantityFile for FramePoint {
 }
 
 impl Measurable for FramePoint {
+    const NAME: &'static str = "frame_point";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

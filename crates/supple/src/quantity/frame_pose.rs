@@ -18,7 +18,7 @@ pub struct FramePose {
 /// Position of a frame in the world, m, and its turn from a reference orientation, rad.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the frame or link.
     frame: String,
     /// Roll, pitch and yaw of the orientation from which turns are measured, rad; the closer to the frame's the better.
@@ -39,6 +39,8 @@ impl QuantityFile for FramePose {
 }
 
 impl Measurable for FramePose {
+    const NAME: &'static str = "frame_pose";
+
     fn len(&self) -> usize {
         6
     }

@@ -19,7 +19,7 @@ pub struct FrameTurn {
 /// Turn of a frame from a reference orientation in the world, rad.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the frame or link.
     frame: String,
     /// Roll, pitch and yaw of the orientation from which turns are measured, rad; the closer to the frame's the better.
@@ -50,6 +50,8 @@ impl QuantityFile for FrameTurn {
 }
 
 impl Measurable for FrameTurn {
+    const NAME: &'static str = "frame_turn";
+
     fn len(&self) -> usize {
         3
     }

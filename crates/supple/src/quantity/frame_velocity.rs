@@ -17,7 +17,7 @@ pub struct FrameVelocity {
 /// Velocity of a frame's origin, m/s, and angular velocity of the frame, rad/s, in the axes of the world.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the frame or link.
     frame: String,
     /// Which of `vx`, `vy`, `vz`, `wx`, `wy` and `wz`; all where left out.
@@ -43,6 +43,8 @@ impl QuantityFile for FrameVelocity {
 }
 
 impl Measurable for FrameVelocity {
+    const NAME: &'static str = "frame_velocity";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -15,7 +15,7 @@ pub struct FromFile {
 /// What sensors of the robot's file measure.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the sensors.
     select: Vec<String>,
 }
@@ -56,8 +56,10 @@ fn sensor(name: &str, vocabulary: &Vocabulary) -> Result<Quantity, Unfit> {
 }
 
 impl Measurable for FromFile {
+    const NAME: &'static str = "file";
+
     fn len(&self) -> usize {
-        self.sensors.iter().map(Measurable::len).sum()
+        self.sensors.iter().map(Quantity::len).sum()
     }
 
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {

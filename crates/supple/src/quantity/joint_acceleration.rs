@@ -18,7 +18,7 @@ pub struct JointAcceleration {
 /// Accelerations of joints, rad/s^2 or m/s^2.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the joints; all that move where left out.
     select: Option<Vec<String>>,
 }
@@ -43,6 +43,8 @@ impl QuantityFile for JointAcceleration {
 }
 
 impl Measurable for JointAcceleration {
+    const NAME: &'static str = "joint_acceleration";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -15,7 +15,7 @@ pub struct JointPosition {
 /// Positions or velocities of joints.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the joints; all that move where left out.
     select: Option<Vec<String>>,
     /// Which side of an elastic joint is meant.
@@ -26,7 +26,7 @@ pub(crate) struct File {
 /// A side of an elastic joint.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Side {
+pub enum Side {
     /// The link that the joint moves.
     #[default]
     Link,
@@ -74,6 +74,8 @@ impl QuantityFile for JointPosition {
 }
 
 impl Measurable for JointPosition {
+    const NAME: &'static str = "joint_position";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

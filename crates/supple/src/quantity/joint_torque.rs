@@ -15,7 +15,7 @@ pub struct JointTorque {
 /// Torques or forces through elastic joints, N m or N.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the joints, each of which must be an elastic joint; all elastic joints where left out.
     select: Option<Vec<String>>,
 }
@@ -49,6 +49,8 @@ impl QuantityFile for JointTorque {
 }
 
 impl Measurable for JointTorque {
+    const NAME: &'static str = "joint_torque";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -28,6 +28,8 @@ impl QuantityFile for JointVelocity {
 }
 
 impl Measurable for JointVelocity {
+    const NAME: &'static str = "joint_velocity";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

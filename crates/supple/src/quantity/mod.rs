@@ -1,15 +1,17 @@
 //! Quantities: numbers of a robot that sensors measure, costs weigh, limits bound and curves show.
 //!
-//! A new kind is one file, and one line in the table at the end of this file.
+//! A new kind is one file, and one line in the list at the end of this file; that of another crate is added to
+//! [`Kinds`](crate::Kinds).
 
-use serde::Deserialize;
+use std::fmt::Debug;
+
 use supple_kernels::Scalar;
 
 use crate::channels::Channel;
-use crate::document::{Document, FileError, Place, ReadError, Reader};
 use crate::parameters::Parameters;
 use crate::physics::Point;
 
+mod any;
 mod center_of_mass;
 mod clearance;
 mod contact_force;
@@ -25,6 +27,7 @@ mod joint_acceleration;
 mod joint_position;
 mod joint_torque;
 mod joint_velocity;
+mod kinds;
 mod penetration;
 mod power;
 mod sensor;
@@ -33,6 +36,8 @@ mod state;
 mod state_and_control;
 mod vocabulary;
 
+pub use crate::document::NoKeys;
+pub use any::Quantity;
 pub use center_of_mass::CenterOfMass;
 pub use clearance::Clearance;
 pub use contact_force::ContactForce;
@@ -48,6 +53,8 @@ pub use joint_acceleration::JointAcceleration;
 pub use joint_position::JointPosition;
 pub use joint_torque::JointTorque;
 pub use joint_velocity::JointVelocity;
+pub use kinds::QuantityFile;
+pub(crate) use kinds::{Context, Kinds};
 pub use penetration::Penetration;
 pub use power::Power;
 pub(crate) use sensor::{Noise, Sensor, read_sensor, sensor_schemas};
@@ -71,7 +78,33 @@ impl<S> Known<'_, S> {
 }
 
 /// What a kind of quantity defines: its numbers.
-pub trait Measurable {
+///
+/// ```
+/// use supple::quantity::{Known, Measurable, Vocabulary};
+/// use supple::{Channel, Point, Scalar};
+///
+/// /// How fast a body moves whose velocity is two states.
+/// #[derive(Debug)]
+/// struct Speed { velocity: [usize; 2] }
+///
+/// impl Measurable for Speed {
+///     const NAME: &'static str = "speed";
+///     fn len(&self) -> usize {
+///         1
+///     }
+///     fn channels(&self, _: &Vocabulary) -> Vec<Channel> {
+///         vec![Channel::new("speed", "m/s")]
+///     }
+///     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {
+///         let [vx, vy] = self.velocity.map(|place| at.x[place]);
+///         out[0] = (vx.square() + vy.square() + 1e-6).sqrt();
+///     }
+/// }
+/// ```
+pub trait Measurable: Debug + Send + Sync + 'static {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
     /// How many numbers it has.
     fn len(&self) -> usize;
 
@@ -130,40 +163,6 @@ pub trait Measurable {
     }
 }
 
-/// How a kind of quantity is read from a task file.
-pub(crate) trait QuantityFile: Sized {
-    /// The keys of its table, but for `kind` and those of what it is used for.
-    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
-
-    /// Whether all of this kind depend on the control.
-    const OF_CONTROL: bool = false;
-
-    /// The quantity, or what does not fit the model.
-    fn build(file: Self::File, vocabulary: &Vocabulary) -> Result<Self, Unfit>;
-}
-
-/// Reads the quantity of kind `kind` from its own keys of a table at a place.
-///
-/// # Errors
-/// Where there is no such kind, or the table is wrong or does not fit the model.
-pub(crate) fn read(
-    (kind, table): (&str, Reader),
-    (document, at): (&Document, &[Place]),
-    (vocabulary, parameters): (&Vocabulary, &Parameters),
-) -> Result<Quantity, FileError> {
-    let quantity = build(kind, table, vocabulary)
-        .ok_or_else(|| document.unknown_kind(at, kind, Quantity::NAMES))?
-        .map_err(|error| document.read_error(at, error))?
-        .map_err(|unfit| unfit.at(document, at))?;
-    quantity.check(parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
-    Ok(quantity)
-}
-
-/// A quantity without keys of its own.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct NoKeys {}
-
 /// Selected entries of a vector.
 fn pick<S: Copy>(from: &[S], places: &[usize], out: &mut [S]) {
     for (out, &place) in out.iter_mut().zip(places) {
@@ -171,130 +170,30 @@ fn pick<S: Copy>(from: &[S], places: &[usize], out: &mut [S]) {
     }
 }
 
-/// The table of all kinds of quantity: name in the file, type.
-macro_rules! quantity_kinds {
-    ($($(#[$doc:meta])* $name:literal => $kind:ident,)*) => {
-        /// A quantity, by kind.
-        #[derive(Clone, Debug)]
-        #[non_exhaustive]
-        pub enum Quantity {
-            $($(#[$doc])* $kind($kind),)*
-        }
-
-        $(impl From<$kind> for Quantity {
-            fn from(kind: $kind) -> Self {
-                Self::$kind(kind)
-            }
-        })*
-
-        impl Measurable for Quantity {
-            fn len(&self) -> usize {
-                match self { $(Self::$kind(kind) => kind.len(),)* }
-            }
-            fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
-                match self { $(Self::$kind(kind) => kind.channels(vocabulary),)* }
-            }
-            fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
-                match self { $(Self::$kind(kind) => kind.evaluate(at, known, out),)* }
-            }
-            fn depends_on_control(&self) -> bool {
-                match self { $(Self::$kind(kind) => kind.depends_on_control(),)* }
-            }
-            fn needs_signals(&self) -> bool {
-                match self { $(Self::$kind(kind) => kind.needs_signals(),)* }
-            }
-            fn needs_next(&self) -> bool {
-                match self { $(Self::$kind(kind) => kind.needs_next(),)* }
-            }
-            fn least_targets(&self) -> usize {
-                match self { $(Self::$kind(kind) => kind.least_targets(),)* }
-            }
-            fn needs_target(&self) -> bool {
-                match self { $(Self::$kind(kind) => kind.needs_target(),)* }
-            }
-            fn signal_of(&self, entry: usize) -> Option<usize> {
-                match self { $(Self::$kind(kind) => kind.signal_of(entry),)* }
-            }
-            fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
-                match self { $(Self::$kind(kind) => kind.check(parameters),)* }
-            }
-        }
-
-        impl Quantity {
-            /// The names of all kinds, as files write them.
-            pub const NAMES: &[&str] = &[$($name),*];
-
-            /// The name of its kind.
-            pub fn name(&self) -> &'static str {
-                match self { $(Self::$kind(_) => $name,)* }
-            }
-        }
-
-        /// The quantity of kind `kind`, from its own keys of a table; `None` where there is no such kind.
-        fn build(
-            kind: &str,
-            table: Reader,
-            vocabulary: &Vocabulary,
-        ) -> Option<Result<Result<Quantity, Unfit>, ReadError>> {
-            match kind {
-                $($name => Some(<$kind as QuantityFile>::File::deserialize(table).map(|file| {
-                    $kind::build(file, vocabulary).map(Quantity::$kind)
-                })),)*
-                _ => None,
-            }
-        }
-
-        /// Whether all quantities of a kind depend on the control.
-        pub(crate) fn is_of_control(kind: &str) -> bool {
-            match kind { $($name => <$kind as QuantityFile>::OF_CONTROL,)* _ => false }
-        }
-
-        /// The schema of each kind's own keys, by name.
-        pub(crate) fn schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
-            vec![$(($name, <<$kind as QuantityFile>::File as schemars::JsonSchema>::json_schema(generator)),)*]
-        }
-    };
-}
-
-quantity_kinds! {
-    /// The centre of mass of a robot.
-    "center_of_mass" => CenterOfMass,
-    /// Distance between a contact's body and its wall.
-    "clearance" => Clearance,
-    /// Normal force of a contact.
-    "contact_force" => ContactForce,
-    /// Controls.
-    "control" => Control,
-    /// How far compliance is from rest.
-    "coupling_deflection" => CouplingDeflection,
-    /// Forces in compliance.
-    "coupling_force" => CouplingForce,
-    /// What sensors of the robot's file measure.
-    "file" => FromFile,
-    /// Position of a frame's origin.
-    "frame_point" => FramePoint,
-    /// Position and orientation of a frame.
-    "frame_pose" => FramePose,
-    /// Orientation of a frame.
-    "frame_turn" => FrameTurn,
-    /// Velocity of a frame.
-    "frame_velocity" => FrameVelocity,
-    /// Accelerations of joints.
-    "joint_acceleration" => JointAcceleration,
-    /// Positions of joints, or of motors of elastic joints.
-    "joint_position" => JointPosition,
-    /// Torques through elastic joints.
-    "joint_torque" => JointTorque,
-    /// Velocities of joints, or of motors of elastic joints.
-    "joint_velocity" => JointVelocity,
-    /// Signed depth of a contact.
-    "penetration" => Penetration,
-    /// Mechanical power of drives.
-    "power" => Power,
-    /// Signals of the model.
-    "signal" => Signal,
-    /// States.
-    "state" => State,
-    /// State and control stacked.
-    "state_and_control" => StateAndControl,
+impl Default for Kinds {
+    /// The kinds of the library.
+    fn default() -> Self {
+        let mut kinds = Self::none();
+        kinds.add::<CenterOfMass>();
+        kinds.add::<Clearance>();
+        kinds.add::<ContactForce>();
+        kinds.add::<Control>();
+        kinds.add::<CouplingDeflection>();
+        kinds.add::<CouplingForce>();
+        kinds.add::<FromFile>();
+        kinds.add::<FramePoint>();
+        kinds.add::<FramePose>();
+        kinds.add::<FrameTurn>();
+        kinds.add::<FrameVelocity>();
+        kinds.add::<JointAcceleration>();
+        kinds.add::<JointPosition>();
+        kinds.add::<JointTorque>();
+        kinds.add::<JointVelocity>();
+        kinds.add::<Penetration>();
+        kinds.add::<Power>();
+        kinds.add::<Signal>();
+        kinds.add::<State>();
+        kinds.add::<StateAndControl>();
+        kinds
+    }
 }

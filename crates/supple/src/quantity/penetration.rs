@@ -14,7 +14,7 @@ pub struct Penetration {
 /// A contact's signed depth or clearance, m.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the contact, in models that name theirs.
     contact: Option<String>,
 }
@@ -42,6 +42,8 @@ impl QuantityFile for Penetration {
 }
 
 impl Measurable for Penetration {
+    const NAME: &'static str = "penetration";
+
     fn len(&self) -> usize {
         1
     }

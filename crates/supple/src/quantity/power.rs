@@ -16,7 +16,7 @@ pub struct Power {
 /// Mechanical power of drives, W.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of joints with plain drives and of actuators; all where left out.
     select: Option<Vec<String>>,
 }
@@ -43,6 +43,8 @@ impl QuantityFile for Power {
 }
 
 impl Measurable for Power {
+    const NAME: &'static str = "power";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use supple_files::FileError;
 
-use super::{Measurable, Quantity, Unfit, Vocabulary, is_of_control, read, schemas};
+use super::{Context, Kinds, Quantity, Unfit};
 use crate::Value;
 use crate::channels::Channel;
 use crate::document::{DEVIATION, Document, Place, Reader, merged, variances, with_deviation, with_noise_key};
@@ -72,11 +72,11 @@ impl<'a> Noise<'a> {
 pub(crate) fn read_sensor(
     (kind, table): (&str, Reader),
     (document, at): (&Document, &[Place]),
-    (vocabulary, parameters): (&Vocabulary, &Parameters),
+    context: &Context,
 ) -> Result<Sensor, FileError> {
     let unfit = |key: &'static str, message: &str| Unfit::new(key, message).at(document, at);
     let (noise, keys_of_noise) = Noise::of(table, (document, at))?;
-    let quantity = read((kind, table.beside(KEYS)), (document, at), (vocabulary, parameters))?;
+    let quantity = context.read((kind, table.beside(KEYS)), (document, at))?;
     if quantity.depends_on_control() {
         let why = "cannot be measured: it depends on the control, which is chosen after measuring";
         return Err(unfit("kind", &format!("`{kind}` {why}")));
@@ -85,13 +85,16 @@ pub(crate) fn read_sensor(
         return Err(unfit("select", "name at least one"));
     }
     let file = File::deserialize(keys_of_noise.only(KEYS)).map_err(|error| document.read_error(at, error))?;
-    let variances = noise.variances(file.variance, quantity.len(), parameters)?;
-    Ok(Sensor { channels: quantity.channels(vocabulary), quantity, variances })
+    let variances = noise.variances(file.variance, quantity.len(), context.parameters)?;
+    Ok(Sensor { channels: quantity.channels(context.vocabulary), quantity, variances })
 }
 
 /// The schema of each kind's table, by name.
-pub(crate) fn sensor_schemas(generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+pub(crate) fn sensor_schemas(
+    kinds: &Kinds,
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
     let common = <File as schemars::JsonSchema>::json_schema(generator);
-    let all = schemas(generator).into_iter().filter(|(kind, _)| !is_of_control(kind));
+    let all = kinds.schemas(generator).into_iter().filter(|(kind, _)| !kinds.is_of_control(kind));
     all.map(|(kind, own)| (kind, with_deviation(merged(own, &common)))).collect()
 }

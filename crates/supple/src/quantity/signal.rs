@@ -15,7 +15,7 @@ pub struct Signal {
 /// Signals of the model.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the signals.
     select: Vec<String>,
 }
@@ -44,6 +44,8 @@ impl QuantityFile for Signal {
 }
 
 impl Measurable for Signal {
+    const NAME: &'static str = "signal";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

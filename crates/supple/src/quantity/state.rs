@@ -14,7 +14,7 @@ pub struct State {
 /// States, in their units.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Names of the states.
     select: Vec<String>,
 }
@@ -39,6 +39,8 @@ impl QuantityFile for State {
 }
 
 impl Measurable for State {
+    const NAME: &'static str = "state";
+
     fn len(&self) -> usize {
         self.selected.len()
     }

@@ -33,6 +33,8 @@ impl QuantityFile for StateAndControl {
 }
 
 impl Measurable for StateAndControl {
+    const NAME: &'static str = "state_and_control";
+
     fn len(&self) -> usize {
         self.states + self.controls
     }

@@ -49,6 +49,12 @@ impl Unfit {
         Self { key, message: message.into(), help: None }
     }
 
+    /// The same with advice.
+    #[must_use]
+    pub fn with_help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+
     /// The error of a file that has the table at a place.
     pub(crate) fn at(self, document: &Document, at: &[Place]) -> FileError {
         let at: Vec<Place> = at.iter().copied().chain([self.key.into()]).collect();
@@ -56,7 +62,7 @@ impl Unfit {
     }
 
     /// A name that is none of `valid`: `what` says so. With the nearest of them as advice.
-    pub(crate) fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
+    pub fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
         let message = format!("{what}: {}", owned(valid));
         Self { key, message, help: nearest(name, valid) }
     }

@@ -1,7 +1,7 @@
 use std::sync::OnceLock;
 
 use supple_kernels::graph::{Batch, Program, Source};
-use supple_kernels::{Dual, Matrices, Scratch};
+use supple_kernels::{Matrices, Scratch};
 
 use super::kept::Kept;
 use super::programs::Recorder;
@@ -55,6 +55,8 @@ struct Programs {
     responses: OnceLock<Program>,
     curvature_along: OnceLock<Program>,
     affine_in_controls: OnceLock<bool>,
+    /// How landmarks move with the states.
+    landmarks: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
     contract_cost: [OnceLock<Program>; 2],
@@ -101,22 +103,6 @@ impl<M: Model> Authored<M> {
 /// Up to how many unknowns of a step one program finds all second derivatives of the dynamics; it grows with the third power
 /// of their number.
 const MOST_UNKNOWNS: usize = 16;
-
-/// By how many states landmarks are differentiated at once.
-const DIRECTIONS: usize = 8;
-
-impl<M: Model> Authored<M> {
-    /// The model's landmarks with their derivatives by the states from number `first` on.
-    fn landmarks_along(&self, at: &Point<f64>, first: usize) -> Vec<[Dual<f64, DIRECTIONS>; 3]> {
-        let fixed = |list: &[f64]| -> Vec<_> { list.iter().map(|&entry| Dual::fixed(entry)).collect() };
-        let (mut x, u, phi) = (fixed(at.x), fixed(at.u), fixed(at.phi));
-        for (direction, entry) in x.iter_mut().skip(first).take(DIRECTIONS).enumerate() {
-            *entry = Dual::variable(entry.value, direction);
-        }
-        let time_step = Dual::fixed(at.time_step);
-        self.model.landmarks(&Point { x: &x, u: &u, phi: &phi, time_step, w: &[] })
-    }
-}
 
 /// The stages and the end of a batch.
 pub(super) fn parts(at: &Points) -> [(bool, Batch); 2] {
@@ -175,15 +161,13 @@ impl<M: Model> System for Authored<M> {
         let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
         let picture = self.model.picture(&at)?;
         let positions = self.model.landmarks(&at);
-        let mut jacobians = vec![[(); 3].map(|()| vec![0.0; x.len()]); positions.len()];
-        for first in (0..x.len()).step_by(DIRECTIONS) {
-            for (moved, jacobian) in self.landmarks_along(&at, first).iter().zip(&mut jacobians) {
-                for (entry, row) in moved.iter().zip(jacobian) {
-                    let own = &mut row[first..];
-                    own.iter_mut().zip(entry.tangents).for_each(|(to, tangent)| *to = tangent);
-                }
-            }
+        let mut entries = vec![0.0; 3 * positions.len() * x.len()];
+        if !entries.is_empty() {
+            let program = self.program(&self.programs.landmarks, |r| r.landmarks());
+            program.run_single(&[x, u], phi, &mut [&mut entries]);
         }
+        let row = |place: usize, axis: usize| entries[(3 * place + axis) * x.len()..][..x.len()].to_vec();
+        let jacobians = (0..positions.len()).map(|place| [0, 1, 2].map(|axis| row(place, axis))).collect();
         Some(Seen { picture, positions, jacobians })
     }
 

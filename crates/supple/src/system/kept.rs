@@ -7,7 +7,7 @@ use super::authored::{Authored, at_points, parts};
 use super::programs::{Recorder, excess_source};
 use super::{Constraints, ExcessVariation, KeptEnd, Points};
 use crate::followed::{Ends, Followed, LimitEnd};
-use crate::quantity::Measurable;
+
 use crate::{Channel, Model};
 
 /// The limits that plans of a task keep, and the programs of their excesses: of a stage, and of the end.

@@ -2,7 +2,7 @@ use supple_kernels::graph::{Node, vjp};
 use supple_kernels::{Ldl, Scalar};
 
 use crate::cost::Cost;
-use crate::quantity::{Known, Measurable, Quantity};
+use crate::quantity::{Known, Quantity};
 use crate::{Model, Point, Value};
 
 /// Numbers of the sources that programs read.
@@ -151,6 +151,11 @@ impl<'a, M: Model> Trace<'a, M> {
     /// The numbers of every quantity.
     pub fn values(&self, quantities: &[&Quantity]) -> Vec<Vec<Node>> {
         values(self.model, quantities, &self.point(&[]))
+    }
+
+    /// Where the landmarks are.
+    pub fn landmarks(&self) -> Vec<[Node; 3]> {
+        self.model.landmarks(&self.point(&[]))
     }
 
     /// The residual of every cost.

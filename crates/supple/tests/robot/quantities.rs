@@ -1,7 +1,7 @@
 //! Quantities: every kind is a cost, a limit and a curve, and a sensor where it does not depend on the control; and the
 //! numbers are those of mechanics.
 
-use supple::quantity::Quantity;
+use supple::Kinds;
 use supple::{EvaluateOptions, Evaluation, Problem, QuantityCurve};
 
 use crate::arm::{Description, arm, compliance, sensor};
@@ -56,7 +56,8 @@ fn every_quantity_is_a_cost_a_limit_and_a_curve() {
         assert!(weighed.is_empty() || weighed.iter().zip(&shown).all(|(a, b)| a.values == b.values), "{kind}");
         seen.push(kind);
     }
-    let missing: Vec<_> = Quantity::NAMES.iter().filter(|kind| !seen.iter().any(|seen| seen == **kind)).collect();
+    let missing: Vec<_> =
+        Kinds::default().quantities().into_iter().filter(|kind| !seen.iter().any(|seen| seen == *kind)).collect();
     assert!(missing.is_empty(), "no example of {missing:?}");
 }
 

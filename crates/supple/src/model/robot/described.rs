@@ -36,9 +36,10 @@ impl Robot {
         }
         for element in &self.compliance {
             match element.kind.beside_joint() {
-                Some((dof, numbers)) => {
-                    let [stiffness, rest, damping] = numbers.map(|value| at.value(value));
-                    let joint = &mut robot.joints[self.tree.joint_indices()[dof]];
+                Some(spring) => {
+                    let [stiffness, rest, damping] =
+                        [spring.stiffness, spring.rest, spring.damping].map(|value| at.value(value));
+                    let joint = &mut robot.joints[self.tree.joint_indices()[spring.dof]];
                     let sum = joint.stiffness + stiffness;
                     if sum > 0.0 {
                         joint.rest = (joint.stiffness * joint.rest + stiffness * rest) / sum;

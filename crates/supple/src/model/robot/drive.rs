@@ -12,6 +12,7 @@ use super::compliance::{Element, find};
 use super::file::Build;
 use crate::document::Place;
 use crate::model::Limit;
+use crate::quantity::Unfit;
 use crate::{Channel, Point, Value};
 
 /// A drive: one control.
@@ -197,7 +198,7 @@ impl Build<'_> {
             let is_actuator = actuators.iter().any(|actuator| actuator.name == name);
             if !is_actuator {
                 find("", "moving joint", &name, &self.joints)
-                    .map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
+                    .map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
             }
             let what = if is_actuator { "actuator" } else { "joint" };
             let message = format!("{what} `{name}` is not actuated: actuated are {}", supple_files::quoted(&names));

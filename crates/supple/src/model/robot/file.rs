@@ -1,5 +1,5 @@
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -7,7 +7,7 @@ use serde::de::IgnoredAny;
 use supple_files::FileError;
 use supple_robot::{LoadOptions, Tree, load};
 
-use super::compliance::{self, Compliance, Element, Names, Unfit, find};
+use super::compliance::{Element, Names, Rule, find};
 use super::drive::DriveFile;
 use super::insert::{InsertFile, Inserted, insert};
 use super::locked::Locked;
@@ -15,8 +15,9 @@ use super::numbers::{FrameNumbers, Override};
 use super::{Integrator, Robot};
 use crate::Value;
 use crate::document::{Document, Place};
+use crate::model::{Kinds, Source};
 use crate::parameters::Parameters;
-use crate::quantity::{Quantity, Sensor, Vocabulary, read_sensor};
+use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
 
 /// `[model]` of kind `robot`. Compliance and sensors are read by kind.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -144,6 +145,7 @@ const MOST_WORK: usize = 150_000;
 pub(super) struct Build<'a> {
     document: &'a Document<'a>,
     parameters: &'a Parameters,
+    kinds: &'a Kinds,
     /// The robot's file.
     path: PathBuf,
     pub robot: supple_robot::Robot,
@@ -172,8 +174,9 @@ fn too_large(joints: usize) -> Option<String> {
     })
 }
 
-/// Reads `[model]` of kind `robot`; `folder` is that of the task file.
-pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Robot, FileError> {
+/// Reads `[model]` of kind `robot`.
+pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
+    let &Source { document, parameters, folder, kinds } = source;
     let at = ["model".into()];
     let (_, table) = document.table_with_kind(&at, &["robot"])?;
     let file = File::deserialize(table).map_err(|error| document.read_error(&at, error))?;
@@ -201,7 +204,7 @@ pub(super) fn read(document: &Document, parameters: &Parameters, folder: &Path) 
     }
     let links = robot.links.iter().map(|link| link.name.clone());
     let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
-    Build { document, parameters, path, robot, tree, joints, frames, locked, locked_names, inserted }.build(file)
+    Build { document, parameters, kinds, path, robot, tree, joints, frames, locked, locked_names, inserted }.build(file)
 }
 
 impl Build<'_> {
@@ -210,7 +213,7 @@ impl Build<'_> {
         self.document.error(&at, message)
     }
 
-    pub(super) fn unfit(&self, keys: &[Place], (key, message, help): Unfit) -> FileError {
+    pub(super) fn unfit(&self, keys: &[Place], Unfit { key, message, help }: Unfit) -> FileError {
         let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
         FileError { help, ..self.error(&keys, message) }
     }
@@ -338,7 +341,7 @@ impl Build<'_> {
         for (name, LinkFile { mass, inertia_scale, center }) in links {
             let keys = ["links".into(), Place::Key(&name)];
             let link = find("", "link", &name, &link_names);
-            let link = link.map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
+            let link = link.map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
             let change = Override::Link { link, mass, inertia_scale, center };
             self.check_override(&keys, &change)?;
             overrides.push(change);
@@ -347,7 +350,8 @@ impl Build<'_> {
         for (name, JointFile { damping, friction, armature, stiffness, rest, offset, length_scale }) in joints {
             let keys = ["joints".into(), Place::Key(&name)];
             let joint = find("", "joint", &name, &joint_names);
-            let joint = joint.map_err(|(_, message, help)| FileError { help, ..self.error(&keys, message) })?;
+            let joint =
+                joint.map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
             let change = Override::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale };
             self.check_override(&keys, &change)?;
             overrides.push(change);
@@ -372,16 +376,18 @@ impl Build<'_> {
         for index in 0..self.document.tables(&at)? {
             let keys = ["compliance".into(), index.into()];
             let at = ["model".into(), "compliance".into(), index.into()];
-            let (kind, table) = self.document.table_with_kind(&at, compliance::KINDS)?;
+            let valid = self.kinds.couplings.names();
+            let (kind, table) = self.document.table_with_kind(&at, &valid)?;
             let name = self.document.text_of(&at, "name")?;
             if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
                 return Err(self.error(&[keys[0], keys[1], "name".into()], format!("`{name}` is taken already")));
             }
-            let read = compliance::read(kind, table.beside(&["name"]), &self.names())
-                .ok_or_else(|| self.document.unknown_kind(&at, kind, compliance::KINDS))?
+            let unknown = || self.document.unknown_kind(&at, kind, &valid);
+            let build = self.kinds.couplings.get(kind).ok_or_else(unknown)?;
+            let read = build(table.beside(&["name"]), &self.names())
                 .map_err(|error| self.document.read_error(&at, error))?
                 .map_err(|unfit| self.unfit(&keys, unfit))?;
-            for (key, value, least, more) in read.rules() {
+            for Rule { key, value, least, more } in read.rules() {
                 self.check(&[keys[0], keys[1], key.into()], value, least, more)?;
             }
             if let Some(dof) = (0..self.joints.len()).find(|&dof| read.is_motor_of(dof))
@@ -405,11 +411,12 @@ impl Build<'_> {
             let what = if missing { "is missing" } else { "must be a list of one or more tables: [[model.sensors]]" };
             return Err(self.error(&["sensors".into()], what));
         }
-        let vocabulary = Vocabulary::of(robot);
+        let (vocabulary, quantities) = (Vocabulary::of(robot), &self.kinds.quantities);
+        let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
         let read = |index: usize| {
             let at = ["model".into(), "sensors".into(), index.into()];
-            let table = self.document.table_with_kind(&at, Quantity::NAMES)?;
-            read_sensor(table, (self.document, &at), (&vocabulary, self.parameters))
+            let table = self.document.table_with_kind(&at, &quantities.names())?;
+            read_sensor(table, (self.document, &at), &context)
         };
         (0..count).map(read).collect()
     }

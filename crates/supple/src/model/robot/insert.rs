@@ -4,7 +4,7 @@ use serde::Deserialize;
 use supple_files::{FileError, nearest, owned, quoted};
 use supple_robot::{Inertia, InsertedAxis, Pose};
 
-use super::compliance::{Element, Kind, find};
+use super::compliance::{Element, Spring, find};
 use super::file::Build;
 use super::numbers::Override;
 use crate::Value;
@@ -215,7 +215,7 @@ impl Build<'_> {
             let numbers = inserted.stiffness.iter().zip(&inserted.damping);
             inserted.joints.iter().zip(numbers).filter_map(|(joint, (&stiffness, &damping))| {
                 let dof = self.joints.iter().position(|other| other == joint)?;
-                let kind = Kind::spring(dof, stiffness, damping);
+                let kind = Spring::new(dof, stiffness, damping).into();
                 Some(Element { name: joint.clone(), kind, coordinate: 0, constant: 0 })
             })
         });

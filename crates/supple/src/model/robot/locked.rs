@@ -140,6 +140,6 @@ fn joint_of(robot: &supple_robot::Robot, tree: &Tree, name: &str) -> Result<usiz
             return Err((message, Some(format!("write `{leader}` in its place"))));
         }
     }
-    let dof = find("", "moving joint", name, tree.joints()).map_err(|(_, message, help)| (message, help))?;
+    let dof = find("", "moving joint", name, tree.joints()).map_err(|unfit| (unfit.message, unfit.help))?;
     Ok(tree.joint_indices()[dof])
 }

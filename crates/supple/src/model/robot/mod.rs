@@ -6,20 +6,19 @@
 //! picture.rs: what it looks like
 //! ```
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use supple_kernels::{Ldl, Scalar};
 use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
-use super::{Channel, Channels, Limit, Model, ModelFile, Point};
+use super::{Channel, Channels, Kinds, Limit, Model, ModelFile, Point, Source};
 
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
-use crate::document::{Document, FileError};
-use crate::parameters::Parameters;
+use crate::document::FileError;
 use crate::physics::FileSensor;
-use crate::quantity::{Known, Measurable, Sensor};
+use crate::quantity::{Known, Sensor, Unfit};
 use crate::scene::Picture;
 use supple_lqg::Dimensions;
 
@@ -30,6 +29,7 @@ mod file;
 mod insert;
 mod integrator;
 mod locked;
+mod native;
 mod numbers;
 mod picture;
 mod rigid;
@@ -38,11 +38,15 @@ mod signals;
 mod situation;
 mod start;
 
-use compliance::{CONTACT_FORCE, Compliance, Element, Resistance};
+pub(crate) use compliance::Couplings;
+pub use compliance::{BesideJoint, Compliance, ComplianceFile, Drawn, Names, Resistance, Rule};
+use compliance::{CONTACT_FORCE, Element, Native};
 use drive::Drive;
 use integrator::{Integrator, widened};
+use native::{Part, run};
 use numbers::{FrameNumbers, Override};
-use situation::{Forces, Situation};
+use situation::Situation;
+pub use situation::{Forces, Own};
 
 /// A robot of rigid bodies, its drives, compliance and sensors.
 ///
@@ -114,7 +118,7 @@ impl Robot {
     }
 
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
-    fn forces<S: Scalar>(&self, now: &Situation<S>) -> Forces<S> {
+    fn forces<S: Native>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
         let (_, positions) = self.positions();
         let smoothing = self.friction_speed(at);
@@ -133,7 +137,7 @@ impl Robot {
             forces.generalised[place] += drive.force(at, u, position, rate);
         }
         for element in &self.compliance {
-            element.kind.apply(&now.seen_by(element), &mut forces);
+            element.kind.over::<S>().apply(&now.seen_by(element), &mut forces);
         }
         forces
     }
@@ -152,7 +156,7 @@ impl Robot {
     }
 
     /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
-    fn inertia<S: Scalar>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
+    fn inertia<S: Native>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
         let (dofs, positions) = self.positions();
         let mut mass = mass_matrix(&self.tree, &now.numbers, &now.kinematics);
         for row in &mut mass {
@@ -160,7 +164,7 @@ impl Robot {
         }
         mass.resize(positions, vec![S::zero(); positions]);
         for element in &self.compliance {
-            for (i, inertia) in element.kind.inertias(now.at).into_iter().enumerate() {
+            for (i, inertia) in element.kind.over::<S>().inertias(now.at).into_iter().enumerate() {
                 let place = dofs + element.coordinate + i;
                 mass[place][place] += inertia;
             }
@@ -175,7 +179,7 @@ impl Robot {
     }
 
     /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
-    fn resist<S: Scalar>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
+    fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
         let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
@@ -189,7 +193,7 @@ impl Robot {
             }
         }
         for element in &self.compliance {
-            for Resistance { block, rows } in element.kind.resistance(&now.seen_by(element)) {
+            for Resistance { block, rows } in element.kind.over::<S>().resistance(&now.seen_by(element)) {
                 let block: Vec<Vec<S>> =
                     block.iter().map(|row| row.iter().map(|&entry| lead * entry).collect()).collect();
                 for i in 0..positions {
@@ -222,13 +226,13 @@ impl Robot {
     }
 
     /// `M a - forces`: 0 at the accelerations.
-    fn unbalanced<S: Scalar>(&self, now: &Situation<S>, a: &[S]) -> Vec<S> {
+    fn unbalanced<S: Native>(&self, now: &Situation<S>, a: &[S]) -> Vec<S> {
         let (dofs, positions) = self.positions();
         let forces = self.forces(now);
         let mut needed = inverse_dynamics(&self.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
         needed.resize(positions, S::zero());
         for element in &self.compliance {
-            for (i, inertia) in element.kind.inertias(now.at).into_iter().enumerate() {
+            for (i, inertia) in element.kind.over::<S>().inertias(now.at).into_iter().enumerate() {
                 let place = dofs + element.coordinate + i;
                 needed[place] += inertia * a[place];
             }
@@ -237,6 +241,21 @@ impl Robot {
             needed[place] += rotor * a[place];
         }
         needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
+    }
+
+    /// The next state after all sub-steps, each with accelerations of its own.
+    fn substep<S: Native>(&self, at: &Point<S>, next: &mut [S]) {
+        let dt = at.time_step / self.substeps as f64;
+        let mut x = at.x.to_vec();
+        for _ in 0..self.substeps {
+            let at = Point { x: &x, time_step: dt, ..*at };
+            let zero = vec![S::zero(); self.positions().1];
+            let now = Situation::stepping(self, &at, &zero);
+            let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
+            let a: Vec<S> = a.into_iter().map(|a| -a).collect();
+            self.integrate(&x, &a, dt, next);
+            x.copy_from_slice(next);
+        }
     }
 
     /// One step of Euler over `dt` from the state `x`, given the accelerations.
@@ -267,13 +286,13 @@ impl Model for Robot {
 
     fn balance<S: Scalar>(&self, at: &Point<S>, residual: &mut [S]) {
         if !residual.is_empty() {
-            residual.copy_from_slice(&self.unbalanced(&Situation::stepping(self, at, at.w), at.w));
+            run(self, Part::Balance, at, residual);
         }
     }
 
     fn mass<S: Scalar>(&self, at: &Point<S>, matrix: &mut [S]) {
         if !matrix.is_empty() {
-            matrix.copy_from_slice(&self.inertia(&Situation::stepping(self, at, at.w)).concat());
+            run(self, Part::Mass, at, matrix);
         }
     }
 
@@ -281,22 +300,16 @@ impl Model for Robot {
         if self.substeps == 1 {
             return self.integrate(at.x, at.w, at.time_step, next);
         }
-        let dt = at.time_step / self.substeps as f64;
-        let mut x = at.x.to_vec();
-        for _ in 0..self.substeps {
-            let at = Point { x: &x, time_step: dt, ..*at };
-            let zero = vec![S::zero(); self.positions().1];
-            let now = Situation::stepping(self, &at, &zero);
-            let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
-            let a: Vec<S> = a.into_iter().map(|a| -a).collect();
-            self.integrate(&x, &a, dt, next);
-            x.copy_from_slice(next);
-        }
+        run(self, Part::Substeps, at, next);
     }
 
     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
         let needed = self.sensors.iter().any(|sensor| sensor.quantity.needs_signals());
-        let signals = if needed { self.signal_values(at) } else { Vec::new() };
+        let mut signals = Vec::new();
+        if needed {
+            signals.resize(self.signal_names().len(), S::zero());
+            self.signal(at, &mut signals);
+        }
         let known = Known { signals: &signals, next: &[] };
         let mut rest = y;
         for sensor in &self.sensors {
@@ -311,7 +324,7 @@ impl Model for Robot {
     }
 
     fn signal<S: Scalar>(&self, at: &Point<S>, out: &mut [S]) {
-        out.copy_from_slice(&self.signal_values(at));
+        run(self, Part::Signals, at, out);
     }
 
     fn frame_names(&self) -> Vec<String> {
@@ -415,15 +428,19 @@ impl Model for Robot {
     }
 
     fn landmarks<S: Scalar>(&self, at: &Point<S>) -> Vec<[S; 3]> {
-        self.mark(at)
+        let mut entries = vec![S::zero(); 3 * self.landmark_count()];
+        run(self, Part::Landmarks, at, &mut entries);
+        entries.chunks_exact(3).map(|place| [place[0], place[1], place[2]]).collect()
     }
 }
 
 impl ModelFile for Robot {
+    const NAME: &'static str = "robot";
+
     type File = file::File;
 
-    fn read(document: &Document, parameters: &Parameters, folder: &Path) -> Result<Self, FileError> {
-        file::read(document, parameters, folder)
+    fn read(source: &Source) -> Result<Self, FileError> {
+        file::read(source)
     }
 
     fn variances(&self) -> Option<Vec<Value>> {
@@ -446,7 +463,7 @@ impl ModelFile for Robot {
         true
     }
 
-    fn first_state(&self, start: &super::Start) -> Result<Vec<f64>, (&'static str, String, Option<String>)> {
+    fn first_state(&self, start: &super::Start) -> Result<Vec<f64>, Unfit> {
         Robot::first_state(self, start)
     }
 
@@ -454,7 +471,7 @@ impl ModelFile for Robot {
         self.motor_states()
     }
 
-    fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator) {
-        schema::complete(schema, generator);
+    fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator, kinds: &Kinds) {
+        schema::complete(schema, generator, kinds);
     }
 }

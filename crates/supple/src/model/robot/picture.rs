@@ -1,10 +1,9 @@
 //! What a robot looks like: its meshes, and the line skeleton that stands for links without them.
 
-use supple_kernels::Scalar;
 use supple_robot::vector::{add, dot, scale, sub};
 use supple_robot::{Joint, JointKind, JointNumbers, Numbers};
 
-use super::compliance::{Compliance, Drawn, Element};
+use super::compliance::{Drawn, Element, Native};
 use super::situation::Situation;
 use super::{Point, Robot};
 use crate::scene::{
@@ -139,7 +138,7 @@ impl Robot {
         let points = points.map(|frame| Landmark { name: names[frame].to_owned(), kind: LandmarkKind::Point });
         let wall = |element: &Element| {
             let own = now.seen_by(element);
-            let (normal, _) = element.kind.wall(&own)?;
+            let (normal, _) = element.kind.over::<f64>().wall(&own)?;
             let touch = element.kind.draw(&own).to;
             Some(Landmark { name: element.name.clone(), kind: LandmarkKind::Wall { normal, touch } })
         };
@@ -151,11 +150,17 @@ impl Robot {
         }
     }
 
+    /// How many landmarks there are.
+    pub(super) fn landmark_count(&self) -> usize {
+        self.tracked().len() + self.compliance.iter().filter(|element| element.kind.has_wall()).count()
+    }
+
     /// Where the landmarks are.
-    pub(super) fn mark<S: Scalar>(&self, at: &Point<S>) -> Vec<[S; 3]> {
+    pub(super) fn mark<S: Native>(&self, at: &Point<S>) -> Vec<[S; 3]> {
         let now = Situation::of(self, at);
         let points = self.tracked().into_iter().map(|frame| now.pose(frame).position);
-        let walls = self.compliance.iter().filter_map(|element| Some(element.kind.wall(&now.seen_by(element))?.1));
+        let walls =
+            self.compliance.iter().filter_map(|element| Some(element.kind.over::<S>().wall(&now.seen_by(element))?.1));
         points.chain(walls).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Elements of compliance that could do nothing, as nothing moves where they act.
 
 use super::Robot;
-use super::compliance::{Compliance, Element};
+use super::compliance::Element;
 
 impl Robot {
     /// What is wrong with an element that acts between frames which cannot move against one another, or on one that

@@ -5,7 +5,7 @@ use supple_robot::vector::{add, scale};
 use supple_robot::{Kinematics, Measured, Numbers, Pose, Tree};
 
 use super::Robot;
-use super::compliance::Compliance;
+use super::compliance::Native;
 use super::drive::Drive;
 use super::situation::Situation;
 use crate::Point;
@@ -26,7 +26,7 @@ impl Robot {
     }
 
     /// The signals, in the order of their names.
-    pub(super) fn signal_values<S: Scalar>(&self, at: &Point<S>) -> Vec<S> {
+    pub(super) fn signal_values<S: Native>(&self, at: &Point<S>) -> Vec<S> {
         let now = Situation::of(self, at);
         let mut values = Vec::new();
         for frame in 0..self.frame_names().len() {
@@ -38,8 +38,8 @@ impl Robot {
         }
         for element in &self.compliance {
             let own = now.seen_by(element);
-            values.extend(element.kind.measure(&own));
-            values.extend(element.kind.deflect(&own));
+            values.extend(element.kind.over::<S>().measure(&own));
+            values.extend(element.kind.over::<S>().deflect(&own));
         }
         let (_, positions) = self.positions();
         for (drive, &u) in self.drives.iter().zip(at.u) {

@@ -2,10 +2,10 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
 use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, point_jacobian};
 
-use super::compliance::{Compliance, Element};
+use super::compliance::Element;
 use super::numbers::Place;
 use super::{Integrator, Robot};
-use crate::Point;
+use crate::{Point, Value};
 
 /// Where everything is and how it moves.
 pub(super) struct Situation<'a, S> {
@@ -26,23 +26,30 @@ struct Ahead<S> {
     lead: S,
 }
 
-/// A situation as an element of compliance sees it.
-pub(super) struct Own<'a, S> {
-    pub now: &'a Situation<'a, S>,
+/// Where everything is and how it moves, as an element of compliance sees it.
+pub struct Own<'a, S> {
+    now: &'a Situation<'a, S>,
     element: &'a Element,
 }
 
 /// Forces of drives, compliance and joints.
-pub(super) struct Forces<S> {
+#[derive(Debug)]
+pub struct Forces<S> {
     /// On the degrees of freedom and on what compliance adds, N m or N.
-    pub generalised: Vec<S>,
+    pub(super) generalised: Vec<S>,
     /// On links, about the link's origin in its axes.
-    pub wrenches: Vec<(usize, Wrench<S>)>,
+    pub(super) wrenches: Vec<(usize, Wrench<S>)>,
 }
 
 impl<S: Scalar> Forces<S> {
-    /// Adds a wrench on what a frame is fixed to, given about the frame's origin in its axes.
-    pub fn add(&mut self, place: &Place<S>, wrench: Wrench<S>) {
+    /// Adds an effort on a position: of a degree of freedom, or of what compliance adds, N m or N.
+    pub fn on_position(&mut self, place: usize, effort: S) {
+        self.generalised[place] += effort;
+    }
+
+    /// Adds a wrench on what a frame is fixed to, given about the frame's origin in its axes, N m and N.
+    pub fn on_frame(&mut self, own: &Own<S>, frame: usize, wrench: Wrench<S>) {
+        let place = own.now.robot.place(frame, own.now.at);
         let force = place.pose.rotate(wrench.force);
         let torque = add(place.pose.rotate(wrench.torque), cross(place.pose.position, force));
         self.wrenches.push((place.link, Wrench { torque, force }));
@@ -166,6 +173,53 @@ impl Situation<'_, f64> {
 }
 
 impl<S: Scalar> Own<'_, S> {
+    /// State, control and parameters.
+    pub fn at(&self) -> &Point<'_, S> {
+        self.now.at
+    }
+
+    /// A value of the task file at these parameters.
+    pub fn value(&self, value: Value) -> S {
+        self.now.at.value(value)
+    }
+
+    /// All positions, rad or m: of the degrees of freedom, then of what compliance adds.
+    pub fn positions(&self) -> &[S] {
+        self.now.positions()
+    }
+
+    /// The rates of all positions that forces which resist motion are linear in: the velocities, or those at the end of
+    /// an implicit step.
+    pub fn rates(&self) -> &[S] {
+        self.now.rates()
+    }
+
+    /// How far ahead such forces take positions, s: a spring's force is that at `x + lead x'`.
+    pub fn lead(&self) -> S {
+        self.now.lead()
+    }
+
+    /// The frame with this number, in the world.
+    pub fn pose(&self, frame: usize) -> Pose<S> {
+        self.now.pose(frame)
+    }
+
+    /// The velocity of a frame in its own axes.
+    pub fn velocity(&self, frame: usize) -> Twist<S> {
+        self.now.frame(frame).2
+    }
+
+    /// The velocity of a frame in its own axes at the [rates](Self::rates) of forces that resist motion.
+    pub fn frame_rates(&self, frame: usize) -> Twist<S> {
+        self.now.frame_rates(frame)
+    }
+
+    /// How a point of the world moves with what a frame is fixed to, in the axes of the world, for a unit of each degree of
+    /// freedom's velocity.
+    pub fn point_motions(&self, frame: usize, point: [S; 3]) -> Vec<Twist<S>> {
+        self.now.point_motions(frame, point)
+    }
+
     /// Place among all positions of the first coordinate that the element adds.
     pub fn place(&self) -> usize {
         self.now.robot.positions().0 + self.element.coordinate
@@ -174,5 +228,18 @@ impl<S: Scalar> Own<'_, S> {
     /// The first constant that the element adds.
     pub fn constant(&self) -> S {
         self.now.at.x[2 * self.now.robot.positions().1 + self.element.constant]
+    }
+}
+
+impl Own<'_, f64> {
+    /// Where the joint of a degree of freedom is, seen from what carries it, where that which it carries is, and the
+    /// joint's axis; all in the world.
+    pub(super) fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
+        self.now.joint(dof)
+    }
+
+    /// Whether a degree of freedom is a slide.
+    pub(super) fn slides(&self, dof: usize) -> bool {
+        self.now.robot.slides(dof)
     }
 }

@@ -3,9 +3,10 @@
 use supple_robot::{Pose, PoseGoal, Reach, Reached, inverse_kinematics};
 
 use super::Robot;
-use super::compliance::{Unfit, find};
+use super::compliance::find;
 use crate::Point;
 use crate::model::{PoseFile, Start};
+use crate::quantity::Unfit;
 
 impl Robot {
     /// The first state, but for what the task says of single states: positions and velocities of the degrees of
@@ -38,7 +39,7 @@ impl Robot {
             Some(first) => Some(format!("write key = {first:?}")),
             None => Some("only MJCF files have keyframes: name positions of joints, or give a `pose`".into()),
         });
-        ("key", message, help)
+        Unfit { help, ..Unfit::new("key", message) }
     }
 
     /// Positions at which a frame is where it is to be, from those given; joints of which the task says where they are
@@ -50,7 +51,7 @@ impl Robot {
         let place = self.place(frame, &at);
         if self.tree.body_of(place.link).is_none() {
             let message = format!("frame `{}` cannot move: it is fixed to the world", pose.frame);
-            return Err(("frame", message, Some("name a frame that a joint moves".into())));
+            return Err(Unfit::new("frame", message).with_help("name a frame that a joint moves"));
         }
         let given = &start.given[..from.len()];
         let limits: Vec<_> = self.tree.joint_indices().iter().map(|&joint| self.robot.joints[joint].limits).collect();
@@ -89,7 +90,7 @@ impl Robot {
             Some(_) => "move the pose nearer, or leave out `rpy` where any orientation will do",
             None => "move the position nearer to the robot",
         };
-        ("", message, Some(help.to_owned()))
+        Unfit::new("", message).with_help(help)
     }
 
     /// States that are what another state is where the task says nothing of them: those of motors, and those of their

@@ -7,7 +7,7 @@ use supple_kernels::padded;
 use super::{Outputs, Recorder, add, set, sum, vector, weigh};
 use crate::Model;
 use crate::followed::{Ends, LimitEnd};
-use crate::quantity::{Measurable, Quantity};
+use crate::quantity::Quantity;
 use crate::system::trace::{Trace, entries, jacobian};
 
 /// Numbers of the sources that these programs read beside state and control.

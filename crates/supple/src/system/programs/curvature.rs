@@ -5,7 +5,7 @@ use supple_kernels::{Scalar, padded};
 
 use super::{Outputs, Recorder, add, set, weigh};
 use crate::Model;
-use crate::cost::{Norm, Weights};
+use crate::cost::{Cost, Weights};
 use crate::system::Curvature;
 use crate::system::trace::{Linearised, Trace, column, dot, entries, jacobian, source};
 
@@ -54,22 +54,14 @@ impl<M: Model> Recorder<'_, M> {
                     }
                 }
             };
-            match (cost.weights(last), cost.norm) {
-                (Weights::Equal(weight), norm) => {
+            match cost.weights(last) {
+                Weights::Equal(weight) => {
                     let weight: Node = weight.resolve(&trace.phi);
                     for (i, &r) in r.iter().enumerate() {
-                        let curvature = match norm {
-                            Norm::Quadratic => Node::constant(2.0),
-                            Norm::Absolute { smoothing } => {
-                                let s: Node = smoothing.resolve(&trace.phi);
-                                let inverse = r.mul_add(r, s * s).sqrt().recip();
-                                s * s * inverse * inverse * inverse
-                            }
-                        };
-                        add(i, i, weight * curvature);
+                        add(i, i, weight * cost.norm.curvature(r, &trace.phi));
                     }
                 }
-                (Weights::Matrix(weights), _) => {
+                Weights::Matrix(weights) => {
                     for (i, row) in weights.iter().enumerate() {
                         for (j, weight) in row.iter().enumerate() {
                             add(i, j, weight.resolve::<Node>(&trace.phi) * 2.0);
@@ -84,7 +76,9 @@ impl<M: Model> Recorder<'_, M> {
 
     /// Whether the Gauss-Newton curvature is known never to be indefinite.
     pub fn is_convex(&self, last: bool) -> bool {
-        self.model.own_cost(last).is_none_or(|cost| cost.convex)
+        let curved = |weights: &Weights| matches!(weights, Weights::Equal(_)) && !weights.are_zero();
+        let convex = |cost: &Cost| cost.norm.is_convex() || !curved(cost.weights(last));
+        self.model.own_cost(last).is_none_or(|cost| cost.convex) && self.costs.iter().all(convex)
     }
 
     /// Adds the curvature of the model's own norm, of which the residual is the variable.

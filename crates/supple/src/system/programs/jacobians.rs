@@ -25,6 +25,21 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
+    /// The derivatives of the landmarks' places by the states: three rows each.
+    pub fn landmarks(&self) -> Program {
+        record(|| {
+            let trace = self.trace(false);
+            let x = &trace.z[..self.model.dimensions().states];
+            let mut outputs = Outputs::new();
+            for (i, row) in jacobian(&trace.landmarks().concat(), x).into_iter().enumerate() {
+                for (j, entry) in row.into_iter().enumerate() {
+                    set(&mut outputs, entry, i * x.len() + j);
+                }
+            }
+            Program::compile(&outputs)
+        })
+    }
+
     /// `C`
     pub fn measurement_jacobian(&self) -> Program {
         record(|| {

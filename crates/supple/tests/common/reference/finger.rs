@@ -1,5 +1,5 @@
 use proptest::prelude::{Strategy, prop};
-use supple::cost::{Cost, Norm, Weights};
+use supple::cost::{Absolute, Cost, Weights};
 use supple::noise::{Covariance, NoiseModel};
 use supple::quantity::{ContactForce, Control, Penetration, State};
 use supple::system::Authored;
@@ -138,10 +138,10 @@ pub fn costs() -> Vec<Cost> {
             .with_final_weight(named(parameter::ANGLE_WEIGHT)),
         Cost::new(ContactForce::new(0).with_smoothing(smoothing), named(parameter::FORCE_WEIGHT))
             .with_targets([named(parameter::TARGET)])
-            .with_norm(Norm::Absolute { smoothing })
+            .with_norm(Absolute { smoothing })
             .with_final_weight(0.2),
         Cost::new(Penetration::new(1), 0.0).with_targets([0.05]).with_final_weight(1.5),
-        Cost::new(Control::all(2), 0.2).with_norm(Norm::Absolute { smoothing: number(0.5) }),
+        Cost::new(Control::all(2), 0.2).with_norm(Absolute { smoothing: number(0.5) }),
         Cost {
             stage: Weights::Matrix(matrix.clone()),
             last: Weights::Matrix(matrix),

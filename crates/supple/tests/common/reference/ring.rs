@@ -1,4 +1,4 @@
-use supple::cost::{Cost, Norm};
+use supple::cost::{Absolute, Cost};
 use supple::noise::{Covariance, NoiseModel};
 use supple::quantity::{Control, State};
 use supple::system::Authored;
@@ -42,7 +42,7 @@ pub fn task(states: usize, controls: usize, measurements: usize, steps: usize) -
     let costs = vec![
         Cost::new(State::new((0..states).collect::<Vec<_>>()), 1.0)
             .with_targets(targets)
-            .with_norm(Norm::Absolute { smoothing: Value::Number(0.5) })
+            .with_norm(Absolute { smoothing: Value::Number(0.5) })
             .with_final_weight(3.0),
         Cost::new(Control::all(controls), 0.3),
     ];

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use supple::cost::Cost;
-use supple::quantity::{Known, Measurable};
+use supple::quantity::Known;
 use supple::{Instruction, Model, Point, Recorded, RecordedParts, Scalar, Tape, TapeParts};
 
 /// A value of the tape that this thread writes.

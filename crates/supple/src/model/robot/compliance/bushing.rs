@@ -3,9 +3,8 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Names, Resistance, Unfit};
+use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Forces, Names, Own, Resistance, Rule, Unfit};
 use crate::Value;
-use crate::model::robot::situation::{Forces, Own};
 
 /// A spring and damper in six directions between the frames A and C, as Drake's `LinearBushingRollPitchYaw` means it.
 ///
@@ -19,7 +18,7 @@ use crate::model::robot::situation::{Forces, Own};
 ///
 /// and the opposite on A. At a pitch of a right angle the angles have no rates, and the torque no value.
 #[derive(Clone, Debug)]
-pub(crate) struct Bushing {
+pub struct Bushing {
     a: usize,
     c: usize,
     stiffness: [Value; 3],
@@ -31,7 +30,7 @@ pub(crate) struct Bushing {
 /// A spring and damper in six directions between two frames, as Drake's `LinearBushingRollPitchYaw`.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the frame or link A.
     frame_a: String,
     /// Name of the frame or link C.
@@ -75,10 +74,10 @@ fn half<S: Scalar>(r: &[[S; 3]; 3]) -> Pose<S> {
 
 /// `-(k x + d x')` by axis, with `x` where it is at the end of an implicit step.
 fn resist<S: Scalar>(own: &Own<S>, (k, x): ([Value; 3], [S; 3]), (d, rate): ([Value; 3], [S; 3])) -> [S; 3] {
-    let (at, lead) = (own.now.at, own.now.lead());
+    let lead = own.lead();
     let mut out = [S::zero(); 3];
     for i in 0..3 {
-        out[i] = -(at.value(k[i]) * lead.mul_add(rate[i], x[i]) + at.value(d[i]) * rate[i]);
+        out[i] = -(own.value(k[i]) * lead.mul_add(rate[i], x[i]) + own.value(d[i]) * rate[i]);
     }
     out
 }
@@ -100,8 +99,8 @@ fn angles<S: Scalar>(r: &[[S; 3]; 3]) -> ([S; 3], [[S; 3]; 3]) {
 impl Bushing {
     /// Torque and force on C in the axes of A, the force at the middle, and the position of C's origin in A.
     fn load<S: Scalar>(&self, own: &Own<S>) -> (Wrench<S>, [S; 3]) {
-        let (pose_a, pose_c) = (own.now.pose(self.a), own.now.pose(self.c));
-        let (twist_a, twist_c) = (own.now.frame_rates(self.a), own.now.frame_rates(self.c));
+        let (pose_a, pose_c) = (own.pose(self.a), own.pose(self.c));
+        let (twist_a, twist_c) = (own.frame_rates(self.a), own.frame_rates(self.c));
         let relative = pose_a.inverse().compose(&pose_c);
         let p = relative.position;
         // Velocities of C as seen from A, in A.
@@ -123,6 +122,8 @@ impl Bushing {
 }
 
 impl Compliance for Bushing {
+    const NAME: &'static str = "bushing";
+
     fn signals(&self) -> Vec<&'static str> {
         vec!["torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z"]
     }
@@ -137,7 +138,7 @@ impl Compliance for Bushing {
     }
 
     fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        let relative = own.now.pose(self.a).inverse().compose(&own.now.pose(self.c));
+        let relative = own.pose(self.a).inverse().compose(&own.pose(self.c));
         let shift = half(&relative.rotation).unrotate(relative.position);
         let (turns, _) = angles(&relative.rotation);
         [shift, turns].concat()
@@ -145,38 +146,38 @@ impl Compliance for Bushing {
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         let (load, p) = self.load(own);
-        let ((place_a, pose_a, _), (place_c, pose_c, _)) = (own.now.frame(self.a), own.now.frame(self.c));
+        let (pose_a, pose_c) = (own.pose(self.a), own.pose(self.c));
         let lever = cross(scale(S::constant(0.5), p), load.force);
         // On A at its origin: minus torque and force, the force acting half-way to C.
         let torque = add(load.torque, lever);
-        forces.add(&place_a, Wrench { torque: scale(-S::one(), torque), force: scale(-S::one(), load.force) });
+        forces.on_frame(own, self.a, Wrench { torque: scale(-S::one(), torque), force: scale(-S::one(), load.force) });
         // On C at its origin, which is the other half away.
         let relative = pose_a.inverse().compose(&pose_c);
         let torque = relative.unrotate(sub(load.torque, lever));
-        forces.add(&place_c, Wrench { torque, force: relative.unrotate(load.force) });
+        forces.on_frame(own, self.c, Wrench { torque, force: relative.unrotate(load.force) });
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
-        let (pose_a, pose_c) = (own.now.pose(self.a), own.now.pose(self.c));
+        let (pose_a, pose_c) = (own.pose(self.a), own.pose(self.c));
         let relative = pose_a.inverse().compose(&pose_c);
         let between = pose_a.compose(&half(&relative.rotation));
         let (_, n) = angles(&relative.rotation);
         let middle = scale(S::constant(0.5), add(pose_a.position, pose_c.position));
         // How fast A moves against C at the point half-way; which way round does not matter.
-        let motions = own.now.point_motions(self.a, middle).into_iter().zip(own.now.point_motions(self.c, middle));
+        let motions = own.point_motions(self.a, middle).into_iter().zip(own.point_motions(self.c, middle));
         let (shifts, turns): (Vec<_>, Vec<_>) =
             motions.map(|(a, c)| (sub(a.linear, c.linear), sub(a.angular, c.angular))).unzip();
         let axes = [0, 1, 2].map(|axis| between.rotation.map(|row| row[axis]));
         let rates = n.map(|row| pose_a.rotate(row));
         vec![
-            own.resistances((self.stiffness, self.damping), axes, &shifts),
-            own.resistances((self.torsional_stiffness, self.torsional_damping), rates, &turns),
+            own.resistances(self.stiffness, self.damping, axes, &shifts),
+            own.resistances(self.torsional_stiffness, self.torsional_damping, rates, &turns),
         ]
     }
 
     fn draw(&self, own: &Own<f64>) -> Drawn {
         let (load, _) = self.load(own);
-        let (a, c) = (own.now.pose(self.a), own.now.pose(self.c));
+        let (a, c) = (own.pose(self.a), own.pose(self.c));
         let (force, torque) = (a.rotate(load.force), a.rotate(load.torque));
         Drawn { kind: ConnectionKind::Bushing, from: a.position, to: c.position, force, torque }
     }
@@ -185,8 +186,8 @@ impl Compliance for Bushing {
         vec![self.a, self.c]
     }
 
-    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
-        let each = |key: &'static str, values: [Value; 3]| values.map(|value| (key, value, 0.0, false));
+    fn rules(&self) -> Vec<Rule> {
+        let each = |key: &'static str, values: [Value; 3]| values.map(|value| Rule::at_least(key, value, 0.0));
         [
             each("stiffness", self.stiffness),
             each("damping", self.damping),

@@ -3,9 +3,10 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, WallShape, Wrench};
 
-use super::{Compliance, ComplianceFile, ConnectionKind, Drawn, Kind, Names, Resistance, Unfit, find, squares};
+use super::{
+    Compliance, ComplianceFile, ConnectionKind, Drawn, Forces, Names, Own, Resistance, Rule, Unfit, find, squares,
+};
 use crate::model::robot::integrator::widened;
-use crate::model::robot::situation::{Forces, Own};
 use crate::{Point, Value};
 
 /// A point or sphere on a frame against a wall whose place is not known exactly. It adds the wall's place `c` along its
@@ -23,7 +24,7 @@ use crate::{Point, Value};
 /// above `smoothing`, at any speed, and the wall never pulls (Hunt and Crossley 1975). It acts at the point that
 /// touches. A turn does not move that point along the normal, so dissipation needs no more than `v`.
 #[derive(Clone, Debug)]
-pub(crate) struct Contact {
+pub struct Contact {
     frame: usize,
     normal: [f64; 3],
     point: [Value; 3],
@@ -40,7 +41,7 @@ pub(crate) struct Contact {
 /// A point or sphere on a frame against a wall of uncertain place.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the frame or link that the point or the sphere's centre is the origin of.
     frame: String,
     /// Normal of the wall in the world, out of the wall; of any length above 0; required without `geom`.
@@ -72,7 +73,7 @@ pub(crate) struct File {
 
 /// A face of a box, by the direction of its outward normal in the axes of the box.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
-pub(crate) enum Face {
+pub enum Face {
     /// Towards x.
     #[serde(rename = "+x")]
     PlusX,
@@ -112,16 +113,16 @@ impl File {
     fn wall(&self, names: &Names) -> Result<([f64; 3], [Value; 3]), Unfit> {
         let Some(geom) = &self.geom else {
             let missing =
-                || ("normal", "is missing: give the wall's `normal`, or a `geom` of the robot's file".into(), None);
+                || Unfit::new("normal", "is missing: give the wall's `normal`, or a `geom` of the robot's file");
             if self.face.is_some() {
-                return Err(("face", "goes with `geom`, a box of the robot's file".into(), None));
+                return Err(Unfit::new("face", "goes with `geom`, a box of the robot's file"));
             }
             return Ok((self.normal.ok_or_else(missing)?, self.point.unwrap_or_default()));
         };
         for (key, given) in [("normal", self.normal.is_some()), ("point", self.point.is_some())] {
             if given {
-                let help = format!("leave `{key}` out, or `geom`");
-                return Err((key, format!("`geom` gives the wall already: that of `{geom}`"), Some(help)));
+                let unfit = Unfit::new(key, format!("`geom` gives the wall already: that of `{geom}`"));
+                return Err(unfit.with_help(format!("leave `{key}` out, or `geom`")));
             }
         }
         let walls: Vec<String> = names.robot.walls.iter().map(|wall| wall.name.clone()).collect();
@@ -131,13 +132,14 @@ impl File {
             (None, WallShape::Plane) => Face::PlusZ,
             (None, WallShape::Box(_)) => {
                 let message = format!("is missing: `{geom}` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, `-z`");
-                return Err(("face", message, Some("the face that the robot touches, in the axes of the box".into())));
+                let help = "the face that the robot touches, in the axes of the box";
+                return Err(Unfit::new("face", message).with_help(help));
             }
         };
         let (axis, negative) = face.side();
         let (normal, point) = wall
             .face(axis, negative)
-            .ok_or_else(|| ("face", format!("`{geom}` is a plane, whose one face is `+z`"), None))?;
+            .ok_or_else(|| Unfit::new("face", format!("`{geom}` is a plane, whose one face is `+z`")))?;
         Ok((normal, point.map(Value::Number)))
     }
 }
@@ -154,7 +156,7 @@ impl ComplianceFile for Contact {
         let (normal, point) = file.wall(names)?;
         let length = dot(normal, normal).sqrt();
         if !(length > 0.0 && length.is_finite()) {
-            return Err(("normal", format!("must have a length above 0; found {normal:?}"), None));
+            return Err(Unfit::new("normal", format!("must have a length above 0; found {normal:?}")));
         }
         let File { radius, stiffness, dissipation, smoothing, friction, slip, .. } = file;
         let normal = normal.map(|entry| entry / length);
@@ -194,9 +196,9 @@ impl Contact {
 
     /// Depth and forces (theory, equations R.14, R.15 and R.22).
     fn load<S: Scalar>(&self, own: &Own<S>) -> Load<S> {
-        let at = own.now.at;
-        let (_, pose, twist) = own.now.frame(self.frame);
-        let twist_then = own.now.frame_rates(self.frame);
+        let at = own.at();
+        let (pose, twist) = (own.pose(self.frame), own.velocity(self.frame));
+        let twist_then = own.frame_rates(self.frame);
         let normal = self.normal.map(S::constant);
         let [velocity, then] = [twist, twist_then].map(|twist| pose.rotate(twist.linear));
         let (approach, approach_then) = (-dot(normal, velocity), -dot(normal, then));
@@ -207,7 +209,7 @@ impl Contact {
         let pressed = stiffness * depth.rounded_positive_part(smoothing);
         let dissipation: S = at.value(self.dissipation);
         let (rise, damped) = rise(dissipation * approach);
-        let stiff = own.now.lead() * stiffness * tangent(depth, smoothing, -approach * own.now.lead()) * rise;
+        let stiff = own.lead() * stiffness * tangent(depth, smoothing, -approach * own.lead()) * rise;
         let resistance = pressed * dissipation * damped + stiff;
         let force =
             pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
@@ -252,6 +254,8 @@ fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
 }
 
 impl Compliance for Contact {
+    const NAME: &'static str = "contact";
+
     fn constants(&self) -> usize {
         1
     }
@@ -267,36 +271,37 @@ impl Compliance for Contact {
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         let Load { total, .. } = self.load(own);
-        let (place, pose, _) = own.now.frame(self.frame);
+        let pose = own.pose(self.frame);
         let force = pose.unrotate(total);
-        forces.add(&place, Wrench { torque: cross(self.lever(own.now.at, &pose), force), force });
+        let torque = cross(self.lever(own.at(), &pose), force);
+        forces.on_frame(own, self.frame, Wrench { torque, force });
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
         let Load { resistances: [inward, along], .. } = self.load(own);
-        let (pose, normal) = (own.now.pose(self.frame), self.normal.map(S::constant));
+        let (pose, normal) = (own.pose(self.frame), self.normal.map(S::constant));
         if self.friction.is_zero() {
-            let motions = own.now.point_motions(self.frame, pose.position);
+            let motions = own.point_motions(self.frame, pose.position);
             let inwards: Vec<[S; 1]> = motions.iter().map(|motion| [dot(normal, motion.linear)]).collect();
             return vec![own.spread([[inward]], &inwards)];
         }
-        let touch = pose.apply(self.lever(own.now.at, &pose));
+        let touch = pose.apply(self.lever(own.at(), &pose));
         let motions: Vec<[S; 3]> =
-            own.now.point_motions(self.frame, touch).into_iter().map(|motion| motion.linear).collect();
+            own.point_motions(self.frame, touch).into_iter().map(|motion| motion.linear).collect();
         let mut block = squares(&[(inward - along, normal)]);
         (0..3).for_each(|axis| block[axis][axis] += along);
         vec![own.spread(block, &motions)]
     }
 
-    fn widened(&self, length: Value, speed: Value) -> Option<Kind> {
-        Some(Kind::Contact(Self { widening: Some((length, speed)), ..self.clone() }))
+    fn widened(&self, length: Value, speed: Value) -> Option<Self> {
+        Some(Self { widening: Some((length, speed)), ..self.clone() })
     }
 
     /// From the wall to the point that touches it.
     fn draw(&self, own: &Own<f64>) -> Drawn {
         let Load { depth, total: force, .. } = self.load(own);
-        let pose = own.now.pose(self.frame);
-        let to = pose.apply(self.lever(own.now.at, &pose));
+        let pose = own.pose(self.frame);
+        let to = pose.apply(self.lever(own.at(), &pose));
         let from = add(to, scale(depth, self.normal));
         Drawn { kind: ConnectionKind::Contact, from, to, force, torque: [0.0; 3] }
     }
@@ -305,19 +310,23 @@ impl Compliance for Contact {
         vec![self.frame]
     }
 
+    fn has_wall(&self) -> bool {
+        true
+    }
+
     fn wall<S: Scalar>(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
-        let point = self.point.map(|value| own.now.at.value(value));
+        let point = self.point.map(|value| own.value(value));
         Some((self.normal, add(point, scale(own.constant(), self.normal.map(S::constant)))))
     }
 
-    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
+    fn rules(&self) -> Vec<Rule> {
         vec![
-            ("radius", self.radius, 0.0, false),
-            ("stiffness", self.stiffness, 0.0, true),
-            ("dissipation", self.dissipation, 0.0, false),
-            ("smoothing", self.smoothing, 0.0, true),
-            ("friction", self.friction, 0.0, false),
-            ("slip", self.slip, 0.0, true),
+            Rule::at_least("radius", self.radius, 0.0),
+            Rule::above("stiffness", self.stiffness, 0.0),
+            Rule::at_least("dissipation", self.dissipation, 0.0),
+            Rule::above("smoothing", self.smoothing, 0.0),
+            Rule::at_least("friction", self.friction, 0.0),
+            Rule::above("slip", self.slip, 0.0),
         ]
     }
 }

@@ -1,8 +1,7 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Compliance, ComplianceFile, Drawn, Names, Resistance, Unfit};
-use crate::model::robot::situation::{Forces, Own};
+use super::{Compliance, ComplianceFile, Drawn, Forces, Names, Own, Resistance, Rule, Unfit};
 use crate::{Point, Value};
 
 /// A joint that its motor drives through a spring and damper (series elasticity). It adds the motor's position `s` and
@@ -15,8 +14,8 @@ use crate::{Point, Value};
 /// All on the joint's side of the gear: the motor's inertia is the reflected one. The motor's reaction on the link that
 /// carries it is that of a joint with high reduction (Spong 1987).
 #[derive(Clone, Debug)]
-pub(crate) struct ElasticJoint {
-    pub dof: usize,
+pub struct ElasticJoint {
+    dof: usize,
     stiffness: Value,
     damping: Value,
     motor_inertia: Value,
@@ -26,7 +25,7 @@ pub(crate) struct ElasticJoint {
 /// A spring and damper between a motor and its joint.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the joint.
     joint: String,
     /// Stiffness, N m/rad or N/m; at least 0.
@@ -51,6 +50,8 @@ impl ComplianceFile for ElasticJoint {
 }
 
 impl Compliance for ElasticJoint {
+    const NAME: &'static str = "elastic_joint";
+
     fn coordinates(&self) -> usize {
         1
     }
@@ -64,10 +65,9 @@ impl Compliance for ElasticJoint {
     }
 
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        let (now, at) = (own.now, own.now.at);
-        let rate = now.rates()[own.place()] - now.rates()[self.dof];
-        let stretch = now.lead().mul_add(rate, now.positions()[own.place()] - now.q()[self.dof]);
-        vec![at.value(self.stiffness) * stretch + at.value(self.damping) * rate]
+        let rate = own.rates()[own.place()] - own.rates()[self.dof];
+        let stretch = own.lead().mul_add(rate, own.positions()[own.place()] - own.positions()[self.dof]);
+        vec![own.value(self.stiffness) * stretch + own.value(self.damping) * rate]
     }
 
     fn deflections(&self) -> Vec<&'static str> {
@@ -75,14 +75,14 @@ impl Compliance for ElasticJoint {
     }
 
     fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        vec![own.now.positions()[own.place()] - own.now.q()[self.dof]]
+        vec![own.positions()[own.place()] - own.positions()[self.dof]]
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
         let torque = self.measure(own)[0];
-        let rate = own.now.rates()[own.place()];
-        forces.generalised[self.dof] += torque;
-        forces.generalised[own.place()] -= torque + own.now.at.value(self.motor_damping) * rate;
+        let rate = own.rates()[own.place()];
+        forces.on_position(self.dof, torque);
+        forces.on_position(own.place(), -(torque + own.value(self.motor_damping) * rate));
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
@@ -94,12 +94,16 @@ impl Compliance for ElasticJoint {
         Drawn::beside_joint(own, self.dof, self.measure(own)[0])
     }
 
-    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
+    fn motor_of(&self) -> Option<usize> {
+        Some(self.dof)
+    }
+
+    fn rules(&self) -> Vec<Rule> {
         vec![
-            ("stiffness", self.stiffness, 0.0, false),
-            ("damping", self.damping, 0.0, false),
-            ("motor_inertia", self.motor_inertia, 0.0, true),
-            ("motor_damping", self.motor_damping, 0.0, false),
+            Rule::at_least("stiffness", self.stiffness, 0.0),
+            Rule::at_least("damping", self.damping, 0.0),
+            Rule::above("motor_inertia", self.motor_inertia, 0.0),
+            Rule::at_least("motor_damping", self.motor_damping, 0.0),
         ]
     }
 }

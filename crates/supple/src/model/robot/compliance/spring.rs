@@ -1,13 +1,12 @@
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::{Compliance, ComplianceFile, Drawn, Names, Resistance, Unfit};
+use super::{BesideJoint, Compliance, ComplianceFile, Drawn, Forces, Names, Own, Resistance, Rule, Unfit};
 use crate::Value;
-use crate::model::robot::situation::{Forces, Own};
 
 /// A spring and damper beside a joint: `tau = -stiffness (q - rest) - damping v`.
 #[derive(Clone, Debug)]
-pub(crate) struct Spring {
+pub struct Spring {
     dof: usize,
     stiffness: Value,
     rest: Value,
@@ -19,17 +18,12 @@ impl Spring {
     pub fn new(dof: usize, stiffness: Value, damping: Value) -> Self {
         Self { dof, stiffness, rest: Value::default(), damping }
     }
-
-    /// Its degree of freedom, and stiffness, rest position and damping.
-    pub fn numbers(&self) -> (usize, [Value; 3]) {
-        (self.dof, [self.stiffness, self.rest, self.damping])
-    }
 }
 
 /// A spring and damper beside a joint.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct File {
     /// Name of the joint.
     joint: String,
     /// Stiffness, N m/rad or N/m; at least 0.
@@ -52,15 +46,16 @@ impl ComplianceFile for Spring {
 }
 
 impl Compliance for Spring {
+    const NAME: &'static str = "spring";
+
     fn signals(&self) -> Vec<&'static str> {
         vec!["torque"]
     }
 
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        let (now, at) = (own.now, own.now.at);
-        let rate = now.rates()[self.dof];
-        let stretch = now.lead().mul_add(rate, now.q()[self.dof]) - at.value(self.rest);
-        vec![-(at.value(self.stiffness) * stretch + at.value(self.damping) * rate)]
+        let rate = own.rates()[self.dof];
+        let stretch = own.lead().mul_add(rate, own.positions()[self.dof]) - own.value(self.rest);
+        vec![-(own.value(self.stiffness) * stretch + own.value(self.damping) * rate)]
     }
 
     fn deflections(&self) -> Vec<&'static str> {
@@ -68,11 +63,11 @@ impl Compliance for Spring {
     }
 
     fn deflect<S: Scalar>(&self, own: &Own<S>) -> Vec<S> {
-        vec![own.now.q()[self.dof] - own.now.at.value(self.rest)]
+        vec![own.positions()[self.dof] - own.value(self.rest)]
     }
 
     fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>) {
-        forces.generalised[self.dof] += self.measure(own)[0];
+        forces.on_position(self.dof, self.measure(own)[0]);
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
@@ -83,7 +78,12 @@ impl Compliance for Spring {
         Drawn::beside_joint(own, self.dof, self.measure(own)[0])
     }
 
-    fn rules(&self) -> Vec<(&'static str, Value, f64, bool)> {
-        vec![("stiffness", self.stiffness, 0.0, false), ("damping", self.damping, 0.0, false)]
+    fn beside_joint(&self) -> Option<BesideJoint> {
+        let &Self { dof, stiffness, rest, damping } = self;
+        Some(BesideJoint { dof, stiffness, rest, damping })
+    }
+
+    fn rules(&self) -> Vec<Rule> {
+        vec![Rule::at_least("stiffness", self.stiffness, 0.0), Rule::at_least("damping", self.damping, 0.0)]
     }
 }

@@ -1,0 +1,101 @@
+use std::any::Any;
+
+use super::node::{Node, Op, operations, record};
+use crate::Scalar;
+
+/// A function of numbers that its caller knows only as an object.
+///
+/// A generic function cannot be called through an object. Written for plain numbers and for nodes, a function can be
+/// called with every scalar: see [`call`].
+pub trait Function {
+    /// Its outputs at plain numbers.
+    fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]);
+
+    /// The same, recorded.
+    fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]);
+}
+
+/// The outputs of a function with any scalar. Scalars other than `f64` and [`Node`] replay what the function records.
+pub fn call<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [S]) {
+    let called = call_as(inputs, outputs, |inputs, outputs| function.number(inputs, outputs))
+        || call_as(inputs, outputs, |inputs, outputs| function.node(inputs, outputs));
+    if !called {
+        replay(function, inputs, outputs);
+    }
+}
+
+/// A value as one of the type `B`, where that is its type.
+fn same<A: Copy + 'static, B: Copy + 'static>(value: A) -> Option<B> {
+    (&value as &dyn Any).downcast_ref::<B>().copied()
+}
+
+/// Calls a function of the scalar `B` if that is the scalar at hand, and returns whether it is.
+fn call_as<S: Scalar, B: Scalar>(inputs: &[&[S]], outputs: &mut [S], function: impl FnOnce(&[&[B]], &mut [B])) -> bool {
+    if same::<S, B>(S::zero()).is_none() {
+        return false;
+    }
+    let own = |list: &[S]| list.iter().filter_map(|&value| same(value)).collect::<Vec<B>>();
+    let given: Vec<Vec<B>> = inputs.iter().map(|list| own(list)).collect();
+    let given: Vec<&[B]> = given.iter().map(Vec::as_slice).collect();
+    let mut found = own(outputs);
+    function(&given, &mut found);
+    for (output, value) in outputs.iter_mut().zip(found.into_iter().filter_map(same)) {
+        *output = value;
+    }
+    true
+}
+
+/// Records a function and evaluates it with any scalar.
+fn replay<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [S]) {
+    // The operations leave the recording before they are replayed, as the scalar may record too.
+    let (ops, results) = record(|| {
+        let entries = |(source, input): (usize, &&[S])| (0..input.len()).map(|i| Node::entry(source, i)).collect();
+        let nodes: Vec<Vec<Node>> = inputs.iter().enumerate().map(entries).collect();
+        let nodes: Vec<&[Node]> = nodes.iter().map(Vec::as_slice).collect();
+        let mut results = vec![Node::zero(); outputs.len()];
+        function.node(&nodes, &mut results);
+        (operations(<[Op]>::to_vec), results)
+    });
+    let mut needed = vec![false; ops.len()];
+    for result in &results {
+        needed[result.index()] = true;
+    }
+    for (i, op) in ops.iter().enumerate().rev() {
+        if needed[i] {
+            op.operands().for_each(|operand| needed[operand.index()] = true);
+        }
+    }
+    let mut values: Vec<Option<S>> = vec![None; ops.len()];
+    for (i, &op) in ops.iter().enumerate().filter(|&(i, _)| needed[i]) {
+        values[i] = Some(evaluate(op, inputs, |node| values[node.index()].unwrap_or_else(S::zero)));
+    }
+    for (output, result) in outputs.iter_mut().zip(results) {
+        *output = values[result.index()].unwrap_or_else(S::zero);
+    }
+}
+
+/// The value of one operation, given those of its operands.
+fn evaluate<S: Scalar>(op: Op, inputs: &[&[S]], value: impl Fn(Node) -> S) -> S {
+    match op {
+        Op::Constant(bits) => S::constant(f64::from_bits(bits)),
+        Op::Entry { source, offset } => inputs[source as usize][offset as usize],
+        // A function records no parameters: its inputs are entries.
+        Op::Parameter(_) => S::zero(),
+        Op::Add(a, b) => value(a) + value(b),
+        Op::Sub(a, b) => value(a) - value(b),
+        Op::Mul(a, b) => value(a) * value(b),
+        Op::Atan2(y, x) => value(y).atan2(value(x)),
+        Op::Neg(a) => -value(a),
+        Op::Recip(a) => value(a).recip(),
+        Op::Sqrt(a) => value(a).sqrt(),
+        Op::Sin(a) => value(a).sin(),
+        Op::Cos(a) => value(a).cos(),
+        Op::Exp(a) => value(a).exp(),
+        Op::Ln(a) => value(a).ln(),
+        Op::Tanh(a) => value(a).tanh(),
+        Op::ExpM1(a) => value(a).exp_m1(),
+        Op::Ln1p(a) => value(a).ln_1p(),
+        Op::Select(sign, positive, otherwise) => value(sign).select(value(positive), value(otherwise)),
+        Op::Opaque(a, _) => value(a),
+    }
+}

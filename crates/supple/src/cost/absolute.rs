@@ -1,0 +1,50 @@
+use serde::Deserialize;
+use supple_kernels::Scalar;
+use supple_kernels::graph::Node;
+
+use super::{NormFile, NormKind};
+use crate::Value;
+use crate::parameters::Parameters;
+
+/// `sqrt(r^2 + s^2) - s`: about `|r|` beyond `s`
+#[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Absolute {
+    /// `s`, in the residual's unit, above 0.
+    pub smoothing: Value,
+}
+
+impl NormKind for Absolute {
+    const NAME: &'static str = "absolute";
+
+    fn value<S: Scalar>(&self, r: S, phi: &[S]) -> S {
+        let s: S = self.smoothing.resolve(phi);
+        r.mul_add(r, s * s).sqrt() - s
+    }
+
+    /// `s^2 / (r^2 + s^2)^(3/2)`, which unlike differences of large numbers is never negative.
+    fn curvature(&self, r: Node, phi: &[Node]) -> Node {
+        let s: Node = self.smoothing.resolve(phi);
+        let inverse = r.mul_add(r, s * s).sqrt().recip();
+        s * s * inverse * inverse * inverse
+    }
+
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn check(&self, parameters: &Parameters) -> Result<(), String> {
+        match parameters.least(self.smoothing).filter(|&least| least <= 0.0) {
+            Some(least) => Err(format!("its smoothing must be above 0; {}", self.smoothing.found(least))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl NormFile for Absolute {
+    type File = Self;
+
+    fn build(file: Self) -> Self {
+        file
+    }
+}

@@ -1,0 +1,135 @@
+//! Cells of tables: texts that stand for what is asked for.
+
+use std::ops::Range;
+
+use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
+use serde::forward_to_deserialize_any;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::reader::{ReadError, Reader};
+
+/// A cell.
+pub(super) struct Cell<'a> {
+    pub text: &'a str,
+    /// Its bytes in the file.
+    pub span: Range<usize>,
+}
+
+/// What is between the entries of a list.
+const BETWEEN: char = ';';
+
+impl Cell<'_> {
+    /// Reads a list where there is more than one entry, else a number where it is one, else text.
+    pub fn read_any<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        if self.text.contains(BETWEEN) {
+            return self.read_list(visitor);
+        }
+        match (self.text.parse::<i64>(), self.text.parse::<f64>()) {
+            (Ok(number), _) => visitor.visit_i64(number),
+            // What is not finite is for the visitor to judge.
+            (_, Ok(number)) => visitor.visit_f64(number),
+            _ => visitor.visit_str(self.text),
+        }
+    }
+
+    /// Reads a list, also one with a single entry.
+    pub fn read_list<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        let mut start = self.span.start;
+        // Of a text that stands otherwise in the file, as with quotes in it, the parts cannot be told.
+        let is_plain = self.span.len() == self.text.len();
+        let words = self.text.split(BETWEEN).map(|word| {
+            let from = start + word.len() - word.trim_start().len();
+            start += word.len() + BETWEEN.len_utf8();
+            let word = word.trim();
+            let span = if is_plain { from..from + word.len() } else { self.span.clone() };
+            Spanned::new(span, DeValue::String(word.into()))
+        });
+        let words: Vec<_> = words.filter(|word| word.get_ref().as_str() != Some("")).collect();
+        let mut left = Words { words: &words, next: 0 };
+        let value = visitor.visit_seq(&mut left)?;
+        match words.len() - left.next {
+            0 => Ok(value),
+            rest => {
+                let valid = words.len() - rest;
+                Err(ReadError::custom(format_args!("must be a list of {valid}; found {}", words.len())))
+            }
+        }
+    }
+}
+
+/// The entries of a list that are still to read.
+struct Words<'a> {
+    words: &'a [Spanned<DeValue<'a>>],
+    next: usize,
+}
+
+impl<'de> SeqAccess<'de> for Words<'_> {
+    type Error = ReadError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ReadError> {
+        let index = self.next;
+        let Some(word) = self.words.get(index) else { return Ok(None) };
+        let read = seed.deserialize(Entry { of: self }).map(Some);
+        read.map_err(|error| error.within(&format!("[{index}]"), word.span()))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.words.len() - self.next)
+    }
+}
+
+/// The next entry of a list. Where it is a list too it is the only one: all words that are left.
+struct Entry<'a, 'b> {
+    of: &'b mut Words<'a>,
+}
+
+impl<'a> Entry<'a, '_> {
+    fn word(self) -> Result<Reader<'a>, ReadError> {
+        let word = self.of.words.get(self.of.next).ok_or_else(|| ReadError::custom("is missing"))?;
+        self.of.next += 1;
+        Ok(Reader::new(word).of_cells())
+    }
+}
+
+impl<'de> Deserializer<'de> for Entry<'_, '_> {
+    type Error = ReadError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.word()?.deserialize_any(visitor)
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.word()?.deserialize_str(visitor)
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.word()?.deserialize_str(visitor)
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.word()?.deserialize_bool(visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        self.word()?.deserialize_enum(name, variants, visitor)
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_seq(self.of)
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_seq(self.of)
+    }
+
+    forward_to_deserialize_any! {
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf option unit unit_struct newtype_struct
+        tuple_struct map struct identifier ignored_any
+    }
+}

@@ -1,0 +1,48 @@
+use crate::physics::locked_message;
+use crate::quantity::Unfit;
+
+/// What an element refers to by name.
+#[derive(Clone, Copy, Debug)]
+pub struct Names<'a> {
+    /// The degrees of freedom.
+    pub(in crate::model::robot) joints: &'a [String],
+    /// All frames.
+    pub(in crate::model::robot) frames: &'a [String],
+    /// Joints that the task has taken out.
+    pub(in crate::model::robot) locked: &'a [String],
+    /// The robot's file.
+    pub(in crate::model::robot) robot: &'a supple_robot::Robot,
+}
+
+impl Names<'_> {
+    /// The degree of freedom of a joint.
+    ///
+    /// # Errors
+    /// Where the robot has no such joint that moves; `key` is the key that names it.
+    pub fn joint(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        if let Some((message, help)) = locked_message(name, self.locked) {
+            return Err(Unfit { help: Some(help), ..Unfit::new(key, message) });
+        }
+        find(key, "moving joint", name, self.joints)
+    }
+
+    /// The number of a frame.
+    ///
+    /// # Errors
+    /// Where the robot has no such link or frame; `key` is the key that names it.
+    pub fn frame(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        find(key, "link or frame", name, self.frames)
+    }
+}
+
+/// The place of a name in a list.
+pub(in crate::model::robot) fn find(
+    key: &'static str,
+    what: &str,
+    name: &str,
+    list: &[String],
+) -> Result<usize, Unfit> {
+    list.iter()
+        .position(|other| other == name)
+        .ok_or_else(|| Unfit::unknown(key, &format!("the robot has no {what} `{name}`"), name, list))
+}

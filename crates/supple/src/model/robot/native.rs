@@ -1,0 +1,58 @@
+//! The functions of a robot that go through its compliance, whose kinds are not known: over any scalar.
+
+use supple_kernels::Scalar;
+use supple_kernels::graph::{Function, Node, call};
+
+use super::compliance::Native;
+use super::situation::Situation;
+use super::{Point, Robot};
+
+/// One of these functions.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Part {
+    /// The next state, by sub-steps.
+    Substeps,
+    /// What the unknowns are defined by.
+    Balance,
+    /// The mass matrix, by rows.
+    Mass,
+    /// All signals.
+    Signals,
+    /// The places of landmarks, three numbers each.
+    Landmarks,
+}
+
+struct Of<'a> {
+    robot: &'a Robot,
+    part: Part,
+}
+
+/// Evaluates a function of a robot at a point.
+pub(super) fn run<S: Scalar>(robot: &Robot, part: Part, at: &Point<S>, out: &mut [S]) {
+    call(&Of { robot, part }, &[at.x, at.u, at.phi, &[at.time_step], at.w], out);
+}
+
+impl Of<'_> {
+    fn evaluate<S: Native>(&self, inputs: &[&[S]], out: &mut [S]) {
+        let &[x, u, phi, &[time_step], w] = inputs else { return };
+        let (robot, at) = (self.robot, Point { x, u, phi, time_step, w });
+        match self.part {
+            Part::Substeps => robot.substep(&at, out),
+            Part::Balance => {
+                out.copy_from_slice(&robot.unbalanced(&Situation::stepping(robot, &at, at.w), at.w));
+            }
+            Part::Mass => out.copy_from_slice(&robot.inertia(&Situation::stepping(robot, &at, at.w)).concat()),
+            Part::Signals => out.copy_from_slice(&robot.signal_values(&at)),
+            Part::Landmarks => out.copy_from_slice(&robot.mark(&at).concat()),
+        }
+    }
+}
+
+impl Function for Of<'_> {
+    fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]) {
+        self.evaluate(inputs, outputs);
+    }
+    fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]) {
+        self.evaluate(inputs, outputs);
+    }
+}

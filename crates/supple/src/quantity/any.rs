@@ -1,0 +1,179 @@
+//! A quantity of whatever kind.
+
+use std::any::Any;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use supple_kernels::Scalar;
+use supple_kernels::graph::{Function, Node, call};
+
+use super::{Known, Measurable, Vocabulary};
+use crate::channels::Channel;
+use crate::parameters::Parameters;
+use crate::physics::Point;
+
+/// A quantity of any kind: every [`Measurable`] becomes one by `into`.
+#[derive(Clone, Debug)]
+pub struct Quantity(Arc<dyn Kind>);
+
+/// What is asked of a quantity whose kind is not known.
+trait Kind: Any + Debug + Send + Sync {
+    fn name(&self) -> &'static str;
+    fn len(&self) -> usize;
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel>;
+    fn number(&self, at: &Point<f64>, known: &Known<f64>, out: &mut [f64]);
+    fn node(&self, at: &Point<Node>, known: &Known<Node>, out: &mut [Node]);
+    fn depends_on_control(&self) -> bool;
+    fn needs_signals(&self) -> bool;
+    fn needs_next(&self) -> bool;
+    fn least_targets(&self) -> usize;
+    fn needs_target(&self) -> bool;
+    fn signal_of(&self, entry: usize) -> Option<usize>;
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
+}
+
+impl<Q: Measurable> Kind for Q {
+    fn name(&self) -> &'static str {
+        Q::NAME
+    }
+    fn len(&self) -> usize {
+        Measurable::len(self)
+    }
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        Measurable::channels(self, vocabulary)
+    }
+    fn number(&self, at: &Point<f64>, known: &Known<f64>, out: &mut [f64]) {
+        self.evaluate(at, known, out);
+    }
+    fn node(&self, at: &Point<Node>, known: &Known<Node>, out: &mut [Node]) {
+        self.evaluate(at, known, out);
+    }
+    fn depends_on_control(&self) -> bool {
+        Measurable::depends_on_control(self)
+    }
+    fn needs_signals(&self) -> bool {
+        Measurable::needs_signals(self)
+    }
+    fn needs_next(&self) -> bool {
+        Measurable::needs_next(self)
+    }
+    fn least_targets(&self) -> usize {
+        Measurable::least_targets(self)
+    }
+    fn needs_target(&self) -> bool {
+        Measurable::needs_target(self)
+    }
+    fn signal_of(&self, entry: usize) -> Option<usize> {
+        Measurable::signal_of(self, entry)
+    }
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        Measurable::check(self, parameters)
+    }
+}
+
+impl<Q: Measurable> From<Q> for Quantity {
+    fn from(quantity: Q) -> Self {
+        Self(Arc::new(quantity))
+    }
+}
+
+/// The numbers of a quantity as a function of all that it may depend on.
+struct Numbers<'a>(&'a dyn Kind);
+
+/// What the inputs of such a function are.
+fn known<'a, S: Scalar>(inputs: &[&'a [S]]) -> (Point<'a, S>, Known<'a, S>) {
+    let input = |place: usize| inputs.get(place).copied().unwrap_or_default();
+    let time_step = input(3).first().copied().unwrap_or_else(S::zero);
+    let at = Point { x: input(0), u: input(1), phi: input(2), time_step, w: input(4) };
+    (at, Known { signals: input(5), next: input(6) })
+}
+
+impl Function for Numbers<'_> {
+    fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]) {
+        let (at, known) = known(inputs);
+        self.0.number(&at, &known, outputs);
+    }
+    fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]) {
+        let (at, known) = known(inputs);
+        self.0.node(&at, &known, outputs);
+    }
+}
+
+impl Quantity {
+    /// The name of its kind, as files write it.
+    pub fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    /// The quantity as one of a known kind; none where it is of another.
+    pub fn as_kind<Q: Measurable>(&self) -> Option<&Q> {
+        let kind: &dyn Any = &*self.0;
+        kind.downcast_ref()
+    }
+
+    /// How many numbers it has.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether it has no numbers.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Names and units of its numbers, for people.
+    pub fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
+        self.0.channels(vocabulary)
+    }
+
+    /// Its numbers at a point.
+    pub fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]) {
+        let inputs = [at.x, at.u, at.phi, &[at.time_step], at.w, known.signals, known.next];
+        call(&Numbers(&*self.0), &inputs, out);
+    }
+
+    /// The same as a list.
+    pub fn values<S: Scalar>(&self, at: &Point<S>, known: &Known<S>) -> Vec<S> {
+        let mut values = vec![S::zero(); self.len()];
+        self.evaluate(at, known, &mut values);
+        values
+    }
+
+    /// Whether it depends on the control: see [`Measurable::depends_on_control`].
+    pub fn depends_on_control(&self) -> bool {
+        self.0.depends_on_control()
+    }
+
+    /// Whether it depends on the model's signals.
+    pub fn needs_signals(&self) -> bool {
+        self.0.needs_signals()
+    }
+
+    /// Whether it depends on the next state.
+    pub fn needs_next(&self) -> bool {
+        self.0.needs_next()
+    }
+
+    /// How many targets a cost must give where it gives any; the target of all others is 0.
+    pub fn least_targets(&self) -> usize {
+        self.0.least_targets()
+    }
+
+    /// Whether a cost must give a target.
+    pub fn needs_target(&self) -> bool {
+        self.0.needs_target()
+    }
+
+    /// The place among the model's signals of a number that follows one signal.
+    pub fn signal_of(&self, entry: usize) -> Option<usize> {
+        self.0.signal_of(entry)
+    }
+
+    /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
+    ///
+    /// # Errors
+    /// Where something is.
+    pub fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        self.0.check(parameters)
+    }
+}

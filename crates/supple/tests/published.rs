@@ -1,0 +1,47 @@
+//! Every crate that is published says what it is.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+const CRATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// The value of a key of a crate, or of the workspace where the crate leaves it to that.
+fn value<'a>(package: &'a toml::Table, workspace: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    match package.get(key)? {
+        toml::Value::Table(_) => workspace.get(key),
+        value => Some(value),
+    }
+}
+
+#[test]
+fn every_crate_says_what_it_is() -> Result<(), Box<dyn Error>> {
+    let table =
+        |path: &Path| -> Result<toml::Table, Box<dyn Error>> { Ok(toml::from_str(&fs::read_to_string(path)?)?) };
+    let root = table(&Path::new(CRATES).join("../Cargo.toml"))?;
+    let workspace = root["workspace"]["package"].as_table().ok_or("no table")?;
+    let mut seen = 0;
+    for member in fs::read_dir(CRATES)? {
+        let folder = member?.path();
+        let manifest = table(&folder.join("Cargo.toml"))?;
+        let package = manifest["package"].as_table().ok_or("no table")?;
+        if package.get("publish").and_then(toml::Value::as_bool) == Some(false) {
+            continue;
+        }
+        let name = package["name"].as_str().ok_or("no name")?;
+        let text = |key: &str| value(package, workspace, key).and_then(toml::Value::as_str);
+        for key in ["description", "license", "readme", "documentation"] {
+            assert!(text(key).is_some_and(|text| !text.is_empty()), "{name} has no `{key}`");
+        }
+        assert_eq!(text("documentation"), Some(format!("https://docs.rs/{name}").as_str()));
+        for key in ["keywords", "categories"] {
+            let list = value(package, workspace, key).and_then(toml::Value::as_array).map_or(0, Vec::len);
+            assert!((1..=5).contains(&list), "{name} has {list} {key}");
+        }
+        let page = fs::read_to_string(folder.join("README.md")).map_err(|error| format!("{name}: {error}"))?;
+        assert!(page.starts_with(&format!("# {name}\n")), "{name}: its page begins with its name");
+        seen += 1;
+    }
+    assert_eq!(seen, 10);
+    Ok(())
+}
