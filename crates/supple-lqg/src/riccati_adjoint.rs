@@ -76,7 +76,8 @@ struct Sweep<'a> {
 impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.sweep::<L>(Shape::of(self.knots.dimensions));
+        let shape = Shape::of(self.knots.dimensions);
+        self.sweep::<L>(shape);
     }
 }
 
