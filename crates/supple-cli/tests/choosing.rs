@@ -6,7 +6,10 @@ mod common;
 use common::{Folder, repository};
 use toml::Value;
 
-/// The arm of `supple new --model robot`: from its first joint to the flange, m, and all that moves, kg.
+/// The arm of `supple new --model robot`.
+const ARM: &str = include_str!("../templates/arm.urdf");
+
+/// Of this arm: from its first joint to the flange, m, and all that moves, kg.
 const REACH: f64 = 0.1 + 0.36 + 0.3 + 0.08 + 0.08 + 0.05;
 const MASS: f64 = 3.0 + 4.0 + 2.0 + 0.8 + 0.8 + 0.3;
 
@@ -18,7 +21,8 @@ struct Written {
 impl Written {
     fn of(words: &[&str]) -> Self {
         let folder = Folder::new();
-        let run = folder.run(&[&["new", "wrist", "--model", "robot"][..], words].concat());
+        std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+        let run = folder.run(&[&["new", "wrist", "--robot", "arm.urdf"][..], words].concat());
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         let text = std::fs::read_to_string(folder.path("wrist.toml")).unwrap();
         Self { table: toml::from_str(&text).unwrap(), text }

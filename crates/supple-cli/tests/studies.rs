@@ -87,7 +87,7 @@ fn trace_prints_a_page_and_keeps_a_result() {
 fn a_stopped_study_resumes_to_the_same_file() {
     let folder = Folder::new();
     std::fs::copy(repository("tasks/two_mass.toml"), folder.path("task.toml")).unwrap();
-    let words = ["trace", "task.toml", "--starts", "40", "--seed", "2", "--out", "out"];
+    let words = ["trace", "task.toml", "--starts", "10", "--seed", "2", "--out", "out"];
     let page = folder.run(&words);
     assert_eq!(page.code, Some(0), "{page:?}");
     assert!(!folder.path("out/journal.redb").exists(), "a complete study has nothing to resume");
@@ -102,7 +102,7 @@ fn a_stopped_study_resumes_to_the_same_file() {
         assert!(clock.elapsed() < Duration::from_secs(60));
         std::thread::sleep(Duration::from_millis(10));
     }
-    std::thread::sleep(Duration::from_millis(1500));
+    std::thread::sleep(Duration::from_millis(1000));
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     let run = Run::of(&child.wait_with_output().unwrap());
     assert!(run.code == Some(1) && run.stderr.contains("; the same command resumes"), "{run:?}");

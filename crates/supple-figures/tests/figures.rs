@@ -92,7 +92,7 @@ fn motion_shows_poses_and_forces() {
         });
         lengths.fold(0.0, f64::max)
     };
-    assert_eq!(arrow(&motion.panels[6]), 0.0, "it begins apart from the wall");
+    assert!(arrow(&motion.panels[6]) < 1e-2 * size(motion.panels[0].x.range), "it begins apart from the wall");
     assert!(arrow(&motion.panels[11]) > 0.05 * size(motion.panels[0].x.range), "it ends pressing");
     assert!(motion.entries().iter().any(|entry| entry.starts_with("contact force, at most ")), "{:?}", motion.entries());
 

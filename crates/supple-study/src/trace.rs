@@ -106,10 +106,7 @@ pub fn run(
         methods.iter().flat_map(|&method| gradients.iter().map(move |&gradient| (method, gradient))).collect();
     let parts = Parts::open(folder, &identity(task, options))?;
     watch.progress.begin("searches", 0, (kinds.len() * starts) as u64);
-    let search = |&kind: &(Method, GradientKind)| match watch.is_stopped() {
-        true => Ok(Vec::new()),
-        false => searches(task, options, kind, (&parts, watch)),
-    };
+    let search = |&kind: &(Method, GradientKind)| searches(task, options, kind, (&parts, watch));
     let runs = kinds.par_iter().map(search).collect::<Result<Vec<_>, _>>()?.concat();
     if runs.is_empty() {
         return Err(StudyError::Stopped);

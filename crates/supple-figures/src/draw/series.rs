@@ -2,7 +2,6 @@
 
 use super::canvas::{Canvas, Paint};
 use super::contour::{Place, Sheet};
-use super::field;
 use super::scale::Mapping;
 use crate::figure::{Dash, Marker, Series, Shape, Style, Values};
 
@@ -72,11 +71,22 @@ pub fn draw(canvas: &mut Canvas, series: &Series, frame: &Frame) {
         }
         Shape::Outline { x, y } => outline(canvas, frame.places(x, y), style),
         Shape::Arrow { x, y } => arrow(canvas, &frame.places(x, y), style),
-        Shape::Field { grid, levels, map } => field::draw(canvas, frame, (grid, levels, *map)),
+        // Drawn before all others.
+        Shape::Field { .. } => {}
         Shape::Contour { grid, level } => {
             let lines = frame.sheet(grid, |sheet| sheet.lines(*level));
             line(canvas, &lines, style);
         }
+    }
+}
+
+/// The lines and marks of a series, each mark as a line of one place; of areas there are none.
+pub fn lines(series: &Series, frame: &Frame) -> Vec<Vec<Place>> {
+    match &series.shape {
+        Shape::Line { x, y } => vec![frame.places(x, y)],
+        Shape::Points { x, y } => frame.places(x, y).into_iter().map(|place| vec![place]).collect(),
+        Shape::Contour { grid, level } => frame.sheet(grid, |sheet| sheet.lines(*level)),
+        _ => Vec::new(),
     }
 }
 

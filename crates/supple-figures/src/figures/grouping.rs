@@ -24,7 +24,9 @@ pub fn grouped(mut figure: Figure, important: &[String]) -> Figure {
             if series.label.as_ref().is_some_and(|label| rest.contains(&label)) {
                 series.label = Some(REST.to_owned());
                 let width = series.style.width.min(0.6);
-                series.style = Style { colour: Colour::Grey, dash: Dash::Solid, width, ..series.style };
+                // Without a rim, which would set them off from the map below.
+                let style = Style { colour: Colour::Grey, dash: Dash::Solid, rim: false, ..series.style };
+                series.style = Style { width, opacity: 0.7 * style.opacity, ..style };
             }
         }
         // Below those that have names.

@@ -53,7 +53,8 @@ impl Draft<'_> {
             });
             let (joints, efforts): (Vec<&str>, Vec<f64>) =
                 limited.map(|joint| (joint.name.as_str(), joint.limits.effort)).unzip();
-            limit(text, "control", &joints, &efforts, unit);
+            let controls: Vec<String> = joints.iter().map(|joint| format!("tau.{joint}")).collect();
+            limit(text, "control", &controls, &efforts, unit);
         }
     }
 
@@ -79,12 +80,12 @@ impl Draft<'_> {
 }
 
 /// A limit on both sides of 0, where there is anything to limit.
-fn limit(text: &mut String, kind: &str, joints: &[&str], most: &[f64], unit: &str) {
-    if joints.is_empty() {
+fn limit(text: &mut String, kind: &str, select: &[impl AsRef<str>], most: &[f64], unit: &str) {
+    if select.is_empty() {
         return;
     }
     let least: Vec<f64> = most.iter().map(|most| -most).collect();
-    let _ = writeln!(text, "[[tasks.limits]]\nkind = {kind:?}\nselect = {}", names(joints));
+    let _ = writeln!(text, "[[tasks.limits]]\nkind = {kind:?}\nselect = {}", names(select));
     said(text, &format!("lower = {}", list(&least)), &format!("{unit}, of the robot file"));
     let _ = writeln!(text, "upper = {}\n", list(most));
 }
