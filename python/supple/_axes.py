@@ -80,6 +80,16 @@ def _band(ax: Any, content: dict[str, Any], style: dict[str, Any], label: str | 
     ax.fill_between(content["x"], content["low"], content["high"], **_looks(style, label), linewidth=0.0)
 
 
+def _outline(ax: Any, content: dict[str, Any], style: dict[str, Any], label: str | None) -> None:
+    ax.fill(content["x"], content["y"], **_looks(style, label), linewidth=style["width"])
+
+
+def _arrow(ax: Any, content: dict[str, Any], style: dict[str, Any], label: str | None) -> None:
+    (x, tip_x), (y, tip_y) = content["x"], content["y"]
+    looks = {"angles": "xy", "scale_units": "xy", "scale": 1.0, **_looks(style, label)}
+    ax.quiver(x, y, tip_x - x, tip_y - y, **looks)
+
+
 def _bars(ax: Any, content: dict[str, Any], style: dict[str, Any], label: str | None) -> None:
     low, high = np.asarray(content["low"]), np.asarray(content["high"])
     middle = 0.5 * (low + high)
@@ -112,6 +122,8 @@ SHAPES = {
     "points": _points,
     "band": _band,
     "bars": _bars,
+    "outline": _outline,
+    "arrow": _arrow,
     "vertical": _vertical,
     "horizontal": _horizontal,
     "field": _field,

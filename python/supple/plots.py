@@ -122,3 +122,7 @@ class Plots:
     def bound(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
         """The minimum information against the cost limit; requires ``curve=True``."""
         return self._figure("bound", others, task, wide, ax)
+
+    def motion(self, *others: Result, task: str | None = None, wide: bool = True, ax: Any = None) -> Figure:
+        """The robot at six times of its motion, with contact forces."""
+        return self._figure("motion", others, task, wide, ax)

@@ -42,7 +42,7 @@ def test_headings_are_in_order(wide):
 
 
 def drawn(driver):
-    """Title, number of traces, whether they have data, label and number of pictures, of each view of each plot."""
+    """Title, number of traces, whether they have data, label, number of pictures and of legend entries, of each view."""
     draw_all(driver)
     return driver.execute_script("""
       const filled = (value) => Array.isArray(value) || ArrayBuffer.isView(value)
@@ -54,7 +54,8 @@ def drawn(driver):
           if (select) { select.value = String(view); select.dispatchEvent(new Event('change')); }
           const title = figure.querySelector('.title').textContent + ' / ' + (select?.selectedOptions[0].text ?? '');
           out.push([title, canvas.data.length, canvas.data.some((t) => filled(t.z ?? t.y)),
-                    canvas.getAttribute('aria-label'), canvas.querySelectorAll('svg').length]);
+                    canvas.getAttribute('aria-label'), canvas.querySelectorAll('svg').length,
+                    canvas.querySelectorAll('.legend .traces').length]);
         }
         if (select) { select.value = '0'; select.dispatchEvent(new Event('change')); }
       }
@@ -63,7 +64,8 @@ def drawn(driver):
 
 def assert_drawn(driver):
     views = drawn(driver)
-    for title, traces, has_data, label, pictures in views:
+    for title, traces, has_data, label, pictures, entries in views:
+        assert entries <= 8, (title, entries)
         assert traces > 0 and has_data and pictures > 0, title
         assert any(letter.isdigit() for letter in label) and label.endswith("."), (title, label)
     return [title for title, *_ in views]

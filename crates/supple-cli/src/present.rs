@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use supple_study::{Folder, Made, StudyResult};
+use supple_study::{Folder, JOURNAL, Made, StudyError, StudyResult, forget, kept_parts};
 
 use crate::Outcome;
 use crate::arguments::Output;
@@ -21,14 +21,48 @@ pub fn present(result: &StudyResult, made: &Made, output: &Output) -> Result<Out
     print(result, made, folder, output.json)
 }
 
-/// Warns of a study that was stopped; how its command ends then.
-pub fn tell(stopped: Option<String>) -> Outcome {
-    match stopped {
+/// Presents what a study found whose journal keeps its finished parts; `stopped` says how far it is where it was stopped. The
+/// journal of a complete one is removed: its result says it all.
+pub fn present_resumable(
+    result: &StudyResult,
+    made: &Made,
+    output: &Output,
+    stopped: Option<String>,
+) -> Result<Outcome, Failure> {
+    let is_whole = stopped.is_none();
+    let outcome = match stopped {
         Some(text) => {
-            warn(&text);
+            let resumes = if output.out.is_some() { "resumes" } else { "resumes where it has --out" };
+            warn(&format!("{text}; the same command {resumes}"));
             Outcome::Shortfall
         }
         None => Outcome::Success,
+    };
+    let outcome = outcome.and(present(result, made, output)?);
+    if let (true, Some(folder)) = (is_whole, &output.out) {
+        forget(folder)?;
+    }
+    Ok(outcome)
+}
+
+/// What a study found; none where it was stopped before there was a result, but its journal keeps parts to resume from.
+pub fn found_or_kept<T>(found: Result<T, StudyError>, output: &Output) -> Result<Option<T>, Failure> {
+    match (found, &output.out) {
+        (Err(StudyError::Stopped), Some(folder)) => {
+            let parts = kept_parts(folder)?;
+            if parts == 0 {
+                forget(folder)?;
+                return Err(StudyError::Stopped.into());
+            }
+            let (journal, s) = (folder.join(JOURNAL), if parts == 1 { "" } else { "s" });
+            warn(&format!(
+                "stopped before there was a result; {parts} finished part{s} of the study: stored in {}; the same command \
+                 resumes",
+                journal.display()
+            ));
+            Ok(None)
+        }
+        (found, _) => Ok(Some(found?)),
     }
 }
 

@@ -34,6 +34,14 @@ impl Template {
         found.map_or(("", ""), |(_, name, what)| (name, what))
     }
 
+    /// How many joints it takes at least: one to press, and one to move along.
+    pub fn joints(self) -> usize {
+        match self {
+            Self::Press | Self::Reach | Self::Hold => 1,
+            Self::Wipe | Self::Insert | Self::Handle => 2,
+        }
+    }
+
     /// Whether the tool touches a wall.
     pub fn touches(self) -> bool {
         matches!(self, Self::Press | Self::Wipe | Self::Insert | Self::Hold)

@@ -122,11 +122,76 @@ fn pages_end_with_what_to_try_next() {
     assert!(page.lines().last().unwrap().starts_with("Next: "), "{page}");
 }
 
-/// One joint that moves along the wall presses on nothing: the file is written, and what is wrong with it said.
+/// A finger of a gripper that slides, and one that turns; the other joints of the gripper stay where they are.
+const GRIPPER: &str = r#"<robot name="gripper">
+  <link name="palm"/>
+  <link name="slider"><inertial><mass value="0.05"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="slider_tip"/>
+  <link name="hook"><inertial><origin xyz="0 0 0.03"/><mass value="0.05"/><inertia ixx="2e-5" iyy="2e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="hook_tip"/>
+  <joint name="slide" type="prismatic"><parent link="palm"/><child link="slider"/><origin xyz="0 0.02 0.05"/><axis xyz="0 1 0"/><limit lower="0" upper="0.04" effort="20" velocity="0.2"/><dynamics damping="5"/></joint>
+  <joint name="slider_end" type="fixed"><parent link="slider"/><child link="slider_tip"/><origin xyz="0 0 0.04"/></joint>
+  <joint name="turn" type="revolute"><parent link="palm"/><child link="hook"/><origin xyz="0 -0.02 0.05"/><axis xyz="1 0 0"/><limit lower="-0.2" upper="1.4" effort="2" velocity="6"/><dynamics damping="0.05"/></joint>
+  <joint name="hook_end" type="fixed"><parent link="hook"/><child link="hook_tip"/><origin xyz="0 0 0.06"/></joint>
+</robot>"#;
+
+/// Templates that one joint can do run; the others say what would do.
+#[test]
+fn limbs_of_a_single_joint_have_tasks() {
+    let elbow = std::fs::read_to_string(repository("models/elastic_elbow.urdf")).unwrap();
+    for (file, text, frame, joint) in [
+        ("gripper.urdf", GRIPPER, "slider_tip", "slide"),
+        ("gripper.urdf", GRIPPER, "hook_tip", "turn"),
+        ("elbow.urdf", &*elbow, "fingertip", "elbow"),
+    ] {
+        for template in TEMPLATES {
+            let folder = Folder::new();
+            std::fs::write(folder.path(file), text).unwrap();
+            let words = ["--robot", file, "--template", template, "--frame", frame];
+            if ["press", "hold", "reach"].contains(&template) {
+                let (text, found) = written(&folder, "task", &words);
+                assert_good(&text, &found);
+                assert!(text.contains(&format!("\"q.{joint}\" = ")) && !text.contains("pose = "), "{text}");
+                continue;
+            }
+            let run = folder.run(&[&["new", "task"][..], &words].concat());
+            let error = format!("takes 2 joints at least, and `{frame}` is moved by 1; try --template press, hold or reach");
+            assert!(run.error().contains(&error), "{template}: {}", run.stderr);
+            assert!(!folder.path("task.toml").exists());
+        }
+    }
+}
+
+/// Speeds and efforts of the robot file are limits of the task, and the force is a curve.
+#[test]
+fn templates_have_limits_and_curves() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+    let (text, _) = written(&folder, "press", &["--robot", "arm.urdf", "--template", "press"]);
+    let table: toml::Value = toml::from_str(&text).unwrap();
+    let task = &table["tasks"][0];
+    let list = |value: &toml::Value| value.as_array().unwrap().iter().map(|v| v.as_float().unwrap()).collect::<Vec<_>>();
+    let limits = task["limits"].as_array().unwrap();
+    assert_eq!(limits[0]["kind"].as_str(), Some("joint_velocity"));
+    assert_eq!(list(&limits[0]["upper"]), [3.0, 3.0, 3.0, 4.0, 4.0, 4.0]);
+    assert_eq!(list(&limits[0]["lower"]), [-3.0, -3.0, -3.0, -4.0, -4.0, -4.0]);
+    assert_eq!((limits[1]["kind"].as_str(), list(&limits[1]["upper"])[2]), (Some("control"), 60.0));
+    let kinds: Vec<_> = task["curves"].as_array().unwrap().iter().map(|curve| curve["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["contact_force", "frame_point", "coupling_deflection"]);
+    // A limit that is lowered below what the plan does is reported with its name.
+    let lowered = text.replace("upper = [3.0, 3.0, 3.0, 4.0, 4.0, 4.0]", "upper = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]");
+    std::fs::write(folder.path("press.toml"), lowered).unwrap();
+    let run = folder.run(&["evaluate", "press.toml", "--json", "--rollouts", "0"]);
+    let found: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(!found["tasks"][0]["limits_violated"].as_array().unwrap().is_empty(), "{}", run.stdout);
+}
+
+/// One joint that moves along the wall presses on nothing: that is said instead of a file.
 #[test]
 fn a_tool_that_cannot_reach_its_wall_is_told() {
     let folder = Folder::new();
     let robot = repository("models/elastic_elbow.urdf").display().to_string();
-    let run = folder.run(&["new", "task", "--robot", &robot, "--template", "press", "--frame", "fingertip"]);
-    assert!(run.stderr.contains("warning: the plan does not touch the wall"), "{}", run.stderr);
+    let words = ["new", "task", "--robot", &robot, "--template", "press", "--frame", "fingertip", "--wall", "+z"];
+    let run = folder.run(&words);
+    assert!(run.error().contains("do not move the tool towards such a wall: leave --wall out"), "{}", run.stderr);
 }

@@ -3,7 +3,10 @@
 
 mod common;
 
-use common::{Folder, TWO_MASS};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{Folder, Run, TWO_MASS, repository};
 use serde_json::Value;
 
 /// The small task with a variance of the wall to vary.
@@ -77,6 +80,39 @@ fn trace_prints_a_page_and_keeps_a_result() {
     let kept: Value = serde_json::from_str(&std::fs::read_to_string(folder.path("kept/result.json")).unwrap()).unwrap();
     assert_eq!(kept["result"], json);
     assert_eq!(json["runs"].as_array().unwrap().len(), 4);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_stopped_study_resumes_to_the_same_file() {
+    let folder = Folder::new();
+    std::fs::copy(repository("tasks/two_mass.toml"), folder.path("task.toml")).unwrap();
+    let words = ["trace", "task.toml", "--starts", "10", "--seed", "2", "--out", "out"];
+    let page = folder.run(&words);
+    assert_eq!(page.code, Some(0), "{page:?}");
+    assert!(!folder.path("out/journal.redb").exists(), "a complete study has nothing to resume");
+    std::fs::rename(folder.path("out"), folder.path("whole")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_supple"));
+    command.args(words).current_dir(folder.path("")).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap();
+    let (clock, journal) = (Instant::now(), folder.path("out/journal.redb"));
+    // A new journal has its tables alone; it grows with the first searches.
+    let len = || std::fs::metadata(&journal).map_or(0, |about| about.len());
+    while len() == 0 {
+        assert!(clock.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(1000));
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    let run = Run::of(&child.wait_with_output().unwrap());
+    assert!(run.code == Some(1) && run.stderr.contains("; the same command resumes"), "{run:?}");
+    let other = folder.run(&[&words[..5], &["3", "--out", "out"]].concat());
+    assert_eq!(other.error().lines().next(), Some("error: out/journal.redb: belongs to another study of traces; give another --out, or remove the file to start anew"));
+    let again = folder.run(&words);
+    assert_eq!((again.code, &again.stdout), (Some(0), &page.stdout));
+    let [whole, resumed] = ["whole", "out"].map(|name| std::fs::read(folder.path(name).join("result.json")).unwrap());
+    assert!(whole == resumed, "the files differ");
+    assert!(!journal.exists());
 }
 
 #[test]

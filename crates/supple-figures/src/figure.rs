@@ -22,6 +22,19 @@ pub struct Figure {
     pub shared_y: bool,
 }
 
+impl Figure {
+    /// The entries of its legend, in the order in which they first appear.
+    pub fn entries(&self) -> Vec<&str> {
+        let mut entries: Vec<&str> = Vec::new();
+        for label in self.panels.iter().flat_map(|panel| &panel.series).filter_map(|series| series.label.as_deref()) {
+            if !entries.contains(&label) {
+                entries.push(label);
+            }
+        }
+        entries
+    }
+}
+
 /// How panels are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Grid {
@@ -113,6 +126,20 @@ pub enum Shape {
     Horizontal {
         /// Its ordinate.
         y: f64,
+    },
+    /// A closed outline, filled in a light tone.
+    Outline {
+        /// Abscissae of its corners.
+        x: Vec<f64>,
+        /// Their ordinates.
+        y: Vec<f64>,
+    },
+    /// An arrow.
+    Arrow {
+        /// Abscissae of its foot and its tip.
+        x: [f64; 2],
+        /// Their ordinates.
+        y: [f64; 2],
     },
     /// Filled contours with a colour bar.
     Field {
@@ -297,7 +324,8 @@ impl Series {
     /// All finite ordinates and abscissae, for ranges.
     pub(crate) fn ordinates(&self) -> Vec<f64> {
         match &self.shape {
-            Shape::Line { y, .. } | Shape::Points { y, .. } => y.clone(),
+            Shape::Line { y, .. } | Shape::Points { y, .. } | Shape::Outline { y, .. } => y.clone(),
+            Shape::Arrow { y, .. } => y.to_vec(),
             Shape::Band { low, high, .. } | Shape::Bars { low, high, .. } => [low.as_slice(), high].concat(),
             Shape::Horizontal { y } => vec![*y],
             Shape::Vertical { .. } | Shape::Field { .. } | Shape::Contour { .. } => Vec::new(),

@@ -11,5 +11,5 @@ mod words;
 
 pub use error::FigureError;
 pub use figure::Figure;
-pub use figures::{Kind, belief, draw, gains, information, landscape, pareto, robustness};
+pub use figures::{Kind, MOST_ENTRIES, belief, draw, gains, information, landscape, motion, pareto, robustness};
 pub use render::{Format, Width, render};

@@ -68,6 +68,43 @@ fn information_shows_all_measurements_and_each() {
     assert_json_snapshot!("information", summary(&figure(Kind::Information, &[design()])));
 }
 
+/// The robot at six times of start and optimum, to one scale, with the force of the wall where it touches.
+#[test]
+fn motion_shows_poses_and_forces() {
+    let folder = design();
+    let StudyResult::Design(report) = &folder.result else { panic!() };
+    let contacts = &report.optimum.tasks[0].contacts;
+    assert!(contacts[0].touches);
+    let motion = figure(Kind::Motion, std::slice::from_ref(&folder));
+    assert_eq!(motion.panels.len(), 12);
+    assert_eq!((motion.column.columns, motion.page.columns), (3, 6));
+    assert!(motion.panels[0].title.starts_with("start, 0") && motion.panels[11].title.starts_with("optimum, "));
+    let size = |range: [f64; 2]| range[1] - range[0];
+    for panel in &motion.panels {
+        assert!((size(panel.y.range) / size(panel.x.range) - motion.page.aspect).abs() < 1e-9, "a metre is a metre");
+        assert_eq!((&panel.x, &panel.y), (&motion.panels[0].x, &motion.panels[0].y));
+        assert!(panel.series.iter().any(|series| matches!(&series.shape, Shape::Outline { x, .. } if x.len() > 2)));
+    }
+    let arrow = |panel: &Panel| {
+        let lengths = panel.series.iter().filter_map(|series| match series.shape {
+            Shape::Arrow { x, y } => Some((x[1] - x[0]).hypot(y[1] - y[0])),
+            _ => None,
+        });
+        lengths.fold(0.0, f64::max)
+    };
+    assert!(arrow(&motion.panels[6]) < 1e-2 * size(motion.panels[0].x.range), "it begins apart from the wall");
+    assert!(arrow(&motion.panels[11]) > 0.05 * size(motion.panels[0].x.range), "it ends pressing");
+    assert!(motion.entries().iter().any(|entry| entry.starts_with("contact force, at most ")), "{:?}", motion.entries());
+
+    let mut still = folder;
+    let StudyResult::Design(report) = &mut still.result else { panic!() };
+    for evaluation in [&mut report.start, &mut report.optimum] {
+        evaluation.tasks[0].trajectory.as_mut().unwrap().scene = None;
+    }
+    let error = draw(Kind::Motion, &[still], None).unwrap_err().to_string();
+    assert!(error.contains("has no motion to draw"), "{error}");
+}
+
 #[test]
 fn more_than_six_states_are_reduced_to_those_that_move_most() {
     let mut folder = evaluate();

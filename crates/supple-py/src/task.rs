@@ -279,7 +279,7 @@ impl NativeTask {
     ) -> PyResult<Kept> {
         let options = options::robustness(py, &self.task, designs, vary, sizes)?;
         self.study(py, ("robustness", made, options.seed), progress, |task, watch| {
-            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, watch)?)))
+            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, None, watch)?)))
         })
     }
 
@@ -295,7 +295,7 @@ impl NativeTask {
         let (points, starts, seed) = sizes;
         let options = ParetoOptions { points, starts, seed };
         self.study(py, ("pareto", made, seed), progress, |task, watch| {
-            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, watch)?)))
+            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, None, watch)?)))
         })
     }
 
@@ -340,7 +340,7 @@ impl NativeTask {
     ) -> PyResult<Kept> {
         let options: TraceOptions = from_json(py, options)?;
         self.study(py, ("trace", made, options.seed), progress, |task, watch| {
-            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, watch)?)))
+            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, None, watch)?)))
         })
     }
 }

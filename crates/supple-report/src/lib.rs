@@ -7,6 +7,7 @@ pub mod assets;
 mod document;
 mod error;
 mod html;
+mod legend;
 mod numbers;
 mod packed;
 mod part;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::arrays::Arrays;
+use crate::legend;
 
 /// A plot. Its traces are those of plotly.js, but that arrays stand as `{"a": index}` (or as `{"a": index, "add": index,
 /// "times": number}`: one plus a multiple of another), and colours as `@1` to `@7`, `@ink`, `@faint` or `@1/0.2`, the
@@ -65,8 +66,13 @@ impl Plots {
     /// Takes a plot, and gives the place where it will be drawn.
     pub fn add(&mut self, plot: Plot) -> Markup {
         let index = self.plots.len();
-        let Plot { title, alternative, caption, height, traces, layout, choice } = plot;
+        let Plot { title, alternative, mut caption, height, mut traces, layout, choice } = plot;
         let views = choice.as_ref().map(|choice| &choice.views);
+        let others = legend::group(&mut traces, views.map_or(&[], Vec::as_slice));
+        if others > 0 {
+            let named = legend::MOST_ENTRIES - 1;
+            caption = format!("{caption} The legend names {named}; the {others} others are grey, and named where you point.");
+        }
         self.plots.push(json!({
             "title": title, "height": height, "traces": traces, "layout": layout, "views": views,
         }));

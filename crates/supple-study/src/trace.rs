@@ -1,17 +1,20 @@
 //! Traces: the designs that searches visit on their way.
 
-use std::sync::{Mutex, PoisonError};
+use std::fmt::Write;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use supple::Named;
+use supple::{Named, Problem};
 use supple::design::{
     Aim, Control, DesignSettings, DesignStatus, Event, GradientKind, Method, Observer, Searcher, StartSummary,
 };
 use supple::parameters::Parameters;
 
 use crate::design::check_designable;
-use crate::{LoadedTask, Progress, StudyError, Watch};
+use crate::journal::{Identity, Parts};
+use crate::{LoadedTask, StudyError, Watch};
 
 /// What a study of traces does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,29 +85,47 @@ impl TraceRun {
 }
 
 /// Runs every search and keeps what it visits. All methods and gradients begin from the same starts, and all other
-/// settings are those of the task. What was visited until it is told to stop is kept.
+/// settings are those of the task. What was visited until it is told to stop is kept; with a folder, a journal there keeps the
+/// searches that ended, and the same study resumes from it.
 ///
 /// # Errors
 /// Where there is nothing to design, a method or gradient is named twice, or not even one start can be evaluated; where it is
-/// told to stop before any search has visited a design.
-pub fn run(task: &LoadedTask, options: &TraceOptions, watch: Watch) -> Result<Trace, StudyError> {
+/// told to stop before any search has visited a design; where the journal cannot be written, is damaged, or belongs to another
+/// study.
+pub fn run(
+    task: &LoadedTask,
+    options: &TraceOptions,
+    folder: Option<&Path>,
+    watch: Watch,
+) -> Result<Trace, StudyError> {
     let TraceOptions { starts, methods, gradients, .. } = options;
     check_designable(task)?;
     check_list("method", methods)?;
     check_list("gradient", gradients)?;
     let kinds: Vec<(Method, GradientKind)> =
         methods.iter().flat_map(|&method| gradients.iter().map(move |&gradient| (method, gradient))).collect();
+    let parts = Parts::open(folder, &identity(task, options))?;
     watch.progress.begin("searches", 0, (kinds.len() * starts) as u64);
-    let search = |&kind: &(Method, GradientKind)| match watch.is_stopped() {
-        true => Ok(Vec::new()),
-        false => searches(task, options, kind, watch),
-    };
+    let search = |&kind: &(Method, GradientKind)| searches(task, options, kind, (&parts, watch));
     let runs = kinds.par_iter().map(search).collect::<Result<Vec<_>, _>>()?.concat();
     if runs.is_empty() {
         return Err(StudyError::Stopped);
     }
     let ended = runs.iter().filter(|run| run.status != DesignStatus::Stopped).count();
     Ok(Trace { options: options.clone(), runs, stopped: ended < kinds.len() * starts && watch.is_stopped() })
+}
+
+/// What a study of traces is.
+fn identity(task: &LoadedTask, options: &TraceOptions) -> Identity {
+    let TraceOptions { starts, methods, gradients, seed } = options;
+    let mut text = format!("starts {starts}\nseed {seed}\n");
+    for method in methods {
+        let _ = writeln!(text, "method {method}");
+    }
+    for gradient in gradients {
+        let _ = writeln!(text, "gradient {gradient}");
+    }
+    Identity::of("study of traces", task, &text, &[])
 }
 
 fn check_list<T: PartialEq + std::fmt::Display>(what: &str, list: &[T]) -> Result<(), StudyError> {
@@ -122,7 +143,7 @@ fn searches(
     task: &LoadedTask,
     options: &TraceOptions,
     (method, gradient): (Method, GradientKind),
-    watch: Watch,
+    (parts, watch): (&Parts, Watch),
 ) -> Result<Vec<TraceRun>, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     let TraceOptions { starts, seed, .. } = *options;
@@ -130,52 +151,82 @@ fn searches(
     settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
     let recorder = Recorder {
         parameters: &problem.parameters,
-        paths: (0..starts).map(|_| Mutex::<Path>::default()).collect(),
-        progress: watch.progress,
+        paths: (0..starts).map(|_| Mutex::<Visited>::default()).collect(),
     };
     let control = Control { observer: &recorder, stop: watch.stop };
     let searcher = Searcher::new(problem, &settings, Aim::default(), control);
     let search = |start: usize| {
-        let summary = (!watch.is_stopped()).then(|| searcher.search_start(phi, start)).transpose()?;
-        Ok(summary.map(|summary| (start, summary)))
+        let name = format!("{method} {gradient} {start}");
+        let mut found = parts.find::<Search>(&name)?;
+        if found.is_none() && !watch.is_stopped() {
+            let summary = searcher.search_start(phi, start)?;
+            let visited = std::mem::take(&mut *recorder.of(start));
+            let search = Search::new(problem, (method, gradient, start), summary, visited);
+            // What was under way when it was told to stop may be cut short.
+            if !watch.is_stopped() {
+                parts.keep(&name, &search)?;
+            }
+            found = Some(search);
+        }
+        if found.is_some() {
+            watch.progress.advance(1);
+        }
+        Ok(found)
     };
-    let found: Vec<Option<(usize, StartSummary)>> =
-        (0..starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
-    let found: Vec<(usize, StartSummary)> = found.into_iter().flatten().collect();
-    if let [(_, first), ..] = &found[..]
-        && found.iter().all(|(_, summary)| summary.controls.is_empty())
-        && let Some(error) = first.error.clone()
+    let found: Vec<Option<Search>> = (0..starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
+    let found: Vec<Search> = found.into_iter().flatten().collect();
+    if let [first, ..] = &found[..]
+        && found.iter().all(|search| search.is_empty)
+        && let Some(error) = &first.run.error
         && !watch.is_stopped()
     {
-        return Err(error.into());
+        return Err(first.cause.clone().unwrap_or_else(|| supple::Error::Elsewhere(error.clone())).into());
     }
-    let mut paths: Vec<Path> =
-        recorder.paths.into_iter().map(|path| path.into_inner().unwrap_or_else(PoisonError::into_inner)).collect();
-    let run = |(start, summary): (usize, StartSummary)| {
-        let path = std::mem::take(&mut paths[start]);
-        TraceRun {
+    // What was stopped before it saw a design has nothing to show.
+    let begun = |run: &TraceRun| run.status != DesignStatus::Stopped || !run.path.is_empty();
+    Ok(found.into_iter().map(|search| search.run).filter(begun).collect())
+}
+
+/// A search, as the journal keeps it.
+#[derive(Serialize, Deserialize)]
+struct Search {
+    run: TraceRun,
+    /// Whether no design could be evaluated.
+    is_empty: bool,
+    /// The error of the run; only of a search of this process.
+    #[serde(skip)]
+    cause: Option<supple::Error>,
+}
+
+impl Search {
+    fn new(
+        problem: &Problem,
+        (method, gradient, start): (Method, GradientKind, usize),
+        summary: StartSummary,
+        visited: Visited,
+    ) -> Self {
+        let is_empty = summary.controls.is_empty();
+        let run = TraceRun {
             method,
             gradient,
             start,
             status: summary.status,
-            path: path.points,
-            steps: path.steps,
+            path: visited.points,
+            steps: visited.steps,
             end: TracePoint {
                 parameters: Named::new(&problem.parameters, &summary.to),
                 information_nats: summary.information,
                 costs: summary.costs,
             },
             error: summary.error.as_ref().map(ToString::to_string),
-        }
-    };
-    // What was stopped before it saw a design has nothing to show.
-    let begun = |run: &TraceRun| run.status != DesignStatus::Stopped || !run.path.is_empty();
-    Ok(found.into_iter().map(run).filter(begun).collect())
+        };
+        Self { run, is_empty, cause: summary.error }
+    }
 }
 
 /// What a start has visited until now.
 #[derive(Default)]
-struct Path {
+struct Visited {
     points: Vec<TracePoint>,
     steps: Vec<usize>,
     /// Whether the last step may still be taken back.
@@ -185,8 +236,14 @@ struct Path {
 /// Keeps the designs that each start visits.
 struct Recorder<'a> {
     parameters: &'a Parameters,
-    paths: Vec<Mutex<Path>>,
-    progress: &'a dyn Progress,
+    paths: Vec<Mutex<Visited>>,
+}
+
+impl Recorder<'_> {
+    /// What a start has visited.
+    fn of(&self, start: usize) -> MutexGuard<'_, Visited> {
+        self.paths[start].lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Observer for Recorder<'_> {
@@ -198,10 +255,10 @@ impl Observer for Recorder<'_> {
                     information_nats: information,
                     costs: costs.to_vec(),
                 };
-                self.paths[start].lock().unwrap_or_else(PoisonError::into_inner).points.push(point);
+                self.of(start).points.push(point);
             }
             Event::Stepped { start, design, is_trial } => {
-                let mut path = self.paths[start].lock().unwrap_or_else(PoisonError::into_inner);
+                let mut path = self.of(start);
                 let named = Named::new(self.parameters, design);
                 let place = path.points.iter().rposition(|point| point.parameters == named);
                 if let Some(place) = place.filter(|place| path.steps.last() != Some(place)) {
@@ -212,8 +269,10 @@ impl Observer for Recorder<'_> {
                     path.on_trial = is_trial;
                 }
             }
-            Event::StartEnded { .. } => self.progress.advance(1),
-            Event::StartBegan { .. } | Event::SearchingBranches { .. } | Event::Combination { .. } => {}
+            Event::StartBegan { .. }
+            | Event::StartEnded { .. }
+            | Event::SearchingBranches { .. }
+            | Event::Combination { .. } => {}
         }
     }
 }

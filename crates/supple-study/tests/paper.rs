@@ -34,7 +34,7 @@ fn growth_of_cost_with_noise_is_as_shown() {
             rollouts: 2000,
             seed: 0,
         };
-        let study = run(&task, &options, Watch { progress: &Silent, stop: &stop }).unwrap();
+        let study = run(&task, &options, None, Watch { progress: &Silent, stop: &stop }).unwrap();
         for (name, planned_for) in
             [("the task's noise", PlannedFor::Nominal), ("the noise as it is", PlannedFor::Truth)]
         {

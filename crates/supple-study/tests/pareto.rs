@@ -22,7 +22,7 @@ fn load(text: &str) -> LoadedTask {
 
 fn front(task: &LoadedTask, points: usize) -> Result<Pareto, StudyError> {
     let options = ParetoOptions { points, starts: 2, seed: 3 };
-    run(task, &options, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(task, &options, None, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
 }
 
 /// Tightening never lowers information, and no point breaks its bounds.
@@ -144,5 +144,5 @@ fn a_front_needs_bounds_above_zero_and_a_stop_is_heard() {
     assert!(error.contains("the bound of task `press` is 0"), "{error}");
     let options = ParetoOptions { points: 5, starts: 2, seed: 0 };
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
-    assert!(matches!(run(&load(&text), &options, watch), Err(StudyError::Stopped)));
+    assert!(matches!(run(&load(&text), &options, None, watch), Err(StudyError::Stopped)));
 }

@@ -25,7 +25,7 @@ fn study(task: &LoadedTask, designs: &str, vary: &str, rollouts: usize) -> Resul
     let designs = DesignChoice::parse_list(designs, task)?;
     let vary = Axis::parse_as(vary, task, Scale::Log)?;
     let options = RobustnessOptions { designs, vary, rollouts, seed: 11 };
-    run(task, &options, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(task, &options, None, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
 }
 
 /// The cell of the first task.
@@ -164,5 +164,5 @@ fn what_cannot_be_varied_is_an_error() {
     let vary = Axis::parse_as("wall_variance=1e-5:1e-2:8", &task, Scale::Log).unwrap();
     let options = RobustnessOptions { designs, vary, rollouts: 4, seed: 0 };
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
-    assert!(matches!(run(&task, &options, watch), Err(StudyError::Stopped)));
+    assert!(matches!(run(&task, &options, None, watch), Err(StudyError::Stopped)));
 }

@@ -13,7 +13,7 @@ fn load(name: &str) -> LoadedTask {
 }
 
 fn trace(task: &LoadedTask, options: &TraceOptions) -> Result<Trace, StudyError> {
-    run(task, options, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(task, options, None, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
 }
 
 fn options() -> TraceOptions {
@@ -70,5 +70,5 @@ fn what_is_asked_for_twice_or_not_at_all_is_an_error() {
     let none = TraceOptions { gradients: Vec::new(), ..options() };
     assert!(trace(&task, &none).unwrap_err().to_string().contains("no gradient is named"));
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
-    assert!(matches!(run(&task, &options(), watch), Err(StudyError::Stopped)));
+    assert!(matches!(run(&task, &options(), None, watch), Err(StudyError::Stopped)));
 }

@@ -219,6 +219,8 @@ pub enum FigureArgument {
     Information,
     /// Minimum information over the cost limit, with the information of the design itself
     Bound,
+    /// The robot at six times of its motion, with contact forces as arrows
+    Motion,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -5,7 +5,7 @@ use crate::Outcome;
 use crate::arguments::ParetoOptions;
 use crate::failure::Failure;
 use crate::pages::stopped_front;
-use crate::present::{present, tell};
+use crate::present::{found_or_kept, present_resumable};
 use crate::progress::{Stopping, watched};
 
 /// `supple pareto TASK`
@@ -14,10 +14,13 @@ pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
     let ParetoOptions { points, starts, seed, .. } = *options;
     let wanted = supple_study::pareto::ParetoOptions { points, starts, seed };
     options.output.check("pareto")?;
-    let front = watched(Stopping::AtPause, |watch| supple_study::pareto::run(&loaded, &wanted, watch))?;
+    let folder = options.output.out.as_deref();
+    let found = watched(Stopping::AtPause, |watch| supple_study::pareto::run(&loaded, &wanted, folder, watch));
+    let Some(front) = found_or_kept(found, &options.output)? else { return Ok(Outcome::Shortfall) };
     let made = Made::here("pareto", seed, &loaded);
     let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged && point.warnings.is_empty());
     let outcome = if whole { Outcome::Success } else { Outcome::Shortfall };
-    let outcome = outcome.and(tell(stopped_front(&front)));
-    Ok(outcome.and(present(&StudyResult::Pareto(Box::new(front)), &made, &options.output)?))
+    let stopped = stopped_front(&front);
+    let result = StudyResult::Pareto(Box::new(front));
+    Ok(outcome.and(present_resumable(&result, &made, &options.output, stopped)?))
 }

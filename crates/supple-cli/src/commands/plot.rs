@@ -48,6 +48,7 @@ fn kind(argument: FigureArgument) -> Kind {
         FigureArgument::Pareto => Kind::Pareto,
         FigureArgument::Information => Kind::Information,
         FigureArgument::Bound => Kind::Bound,
+        FigureArgument::Motion => Kind::Motion,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::Outcome;
 use crate::arguments::RobustnessOptions;
 use crate::failure::Failure;
 use crate::pages::stopped_robustness;
-use crate::present::{present, tell};
+use crate::present::{found_or_kept, present_resumable};
 use crate::progress::{Stopping, watched};
 
 /// `supple robustness TASK`
@@ -15,13 +15,16 @@ pub fn robustness(options: &RobustnessOptions) -> Result<Outcome, Failure> {
     let loaded = options.task.load()?;
     let wanted = wanted(options, &loaded)?;
     options.output.check("robustness")?;
-    let study = watched(Stopping::Now, |watch| supple_study::robustness::run(&loaded, &wanted, watch))?;
+    let folder = options.output.out.as_deref();
+    let found = watched(Stopping::Now, |watch| supple_study::robustness::run(&loaded, &wanted, folder, watch));
+    let Some(study) = found_or_kept(found, &options.output)? else { return Ok(Outcome::Shortfall) };
     let made = Made::here("robustness", options.seed, &loaded);
     let whole = study.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
         && study.designs.iter().all(|design| design.warnings.is_empty());
     let outcome = if whole { Outcome::Success } else { Outcome::Shortfall };
-    let outcome = outcome.and(tell(stopped_robustness(&study)));
-    Ok(outcome.and(present(&StudyResult::Robustness(Box::new(study)), &made, &options.output)?))
+    let stopped = stopped_robustness(&study);
+    let result = StudyResult::Robustness(Box::new(study));
+    Ok(outcome.and(present_resumable(&result, &made, &options.output, stopped)?))
 }
 
 fn wanted(

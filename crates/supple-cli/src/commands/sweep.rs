@@ -1,7 +1,7 @@
 use std::path::Path;
 
-use supple_study::sweep::{Axis, JOURNAL, Sweep, SweepOptions, TABLE_CSV};
-use supple_study::{Folder, LoadedTask, Made, StudyError, StudyResult, check_writable};
+use supple_study::sweep::{Axis, Sweep, SweepOptions, TABLE_CSV};
+use supple_study::{Folder, JOURNAL, LoadedTask, Made, StudyError, StudyResult, check_writable};
 
 use crate::Outcome;
 use crate::arguments;

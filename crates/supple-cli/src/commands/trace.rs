@@ -4,7 +4,7 @@ use crate::Outcome;
 use crate::arguments::TraceOptions;
 use crate::failure::Failure;
 use crate::pages::stopped_trace;
-use crate::present::{present, tell};
+use crate::present::{found_or_kept, present_resumable};
 use crate::progress::{Stopping, watched};
 
 /// `supple trace TASK`
@@ -17,9 +17,11 @@ pub fn trace(options: &TraceOptions) -> Result<Outcome, Failure> {
         seed: options.seed,
     };
     options.output.check("trace")?;
-    let study = watched(Stopping::AtPause, |watch| supple_study::trace::run(&loaded, &wanted, watch))?;
+    let folder = options.output.out.as_deref();
+    let found = watched(Stopping::AtPause, |watch| supple_study::trace::run(&loaded, &wanted, folder, watch));
+    let Some(study) = found_or_kept(found, &options.output)? else { return Ok(Outcome::Shortfall) };
     let made = Made::here("trace", options.seed, &loaded);
     // How searches ended is what was asked for, so that ends that are no optima are no shortfall.
-    let outcome = tell(stopped_trace(&study));
-    Ok(outcome.and(present(&StudyResult::Trace(Box::new(study)), &made, &options.output)?))
+    let stopped = stopped_trace(&study);
+    present_resumable(&StudyResult::Trace(Box::new(study)), &made, &options.output, stopped)
 }

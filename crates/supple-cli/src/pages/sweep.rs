@@ -2,7 +2,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use supple::plan::PlanStatus;
-use supple_study::sweep::{JOURNAL, MISSES_CONTACT, Sweep, TABLE_CSV, TABLE_JSONL};
+use supple_study::JOURNAL;
+use supple_study::sweep::{MISSES_CONTACT, Sweep, TABLE_CSV, TABLE_JSONL};
 use supple_study::{About, Cell, Column, RESULT};
 
 use crate::tables::{align_right, heading, number, table, title};

@@ -1,7 +1,8 @@
 use std::process::Command;
 use std::time::Duration;
 
-use supple_study::sweep::{JOURNAL, kept_points};
+use supple_study::JOURNAL;
+use supple_study::sweep::kept_points;
 
 use crate::common::{Folder, Run};
 use crate::{GRID, start, sweep, tables, two_mass, wait_for};

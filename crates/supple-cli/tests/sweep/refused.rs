@@ -98,7 +98,7 @@ fn journals_that_are_none_are_named_and_left_alone() {
         std::fs::write(folder.path("out/journal.redb"), bytes).unwrap();
         let run = folder.run(&sweep(&["--grid", "k1=300,600", "--out", "out"]));
         let error = run.error();
-        assert!(error.starts_with("error: out/journal.redb: is damaged, or no journal of a sweep: "), "{error}");
+        assert!(error.starts_with("error: out/journal.redb: is damaged, or no journal of supple: "), "{error}");
         assert!(error.ends_with("; give another --out, or remove the file to start anew"), "{error}");
         assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
         assert_eq!(std::fs::read(folder.path("out/journal.redb")).unwrap(), bytes);

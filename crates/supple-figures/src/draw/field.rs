@@ -22,8 +22,13 @@ fn colour(map: Map, band: usize, bands: usize) -> (String, bool) {
     (format!("#{colour:x}"), light < 130.0)
 }
 
-/// Draws bands, lines between them, and their values.
-pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &[f64], Map)) {
+/// Draws bands, lines between them, and their values where none of the lines and marks of `above` would cover these.
+pub fn draw(
+    canvas: &mut Canvas,
+    frame: &Frame,
+    (grid, levels, map): (&Values, &[f64], Map),
+    above: &[Vec<Place>],
+) {
     let bands = levels.len() + 1;
     let ruler = Ruler::new();
     canvas.rectangle(frame.area, Paint::fill(MISSING));
@@ -33,12 +38,40 @@ pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &
         for (index, level) in levels.iter().enumerate() {
             canvas.path(&sheet.area(*level), true, Paint::fill(&colour(map, index + 1, bands).0));
         }
-        let mut taken = Vec::new();
+        let mut room = Room { area: frame.area, above, taken: Vec::new() };
         for (index, level) in levels.iter().enumerate() {
             let dark = colour(map, index + 1, bands).1;
-            numbered(canvas, &sheet, *level, dark, (&ruler, frame.area, &mut taken));
+            numbered(canvas, &sheet, *level, dark, (&ruler, &mut room));
         }
     });
+}
+
+/// Where numbers have room.
+struct Room<'a> {
+    area: [f64; 4],
+    /// Lines and marks that are drawn above.
+    above: &'a [Vec<Place>],
+    /// Middles of other numbers.
+    taken: Vec<Place>,
+}
+
+impl Room<'_> {
+    /// Whether a number of half a width at a place would be covered, or too near to another one.
+    fn is_free(&self, at: Place, half: f64) -> bool {
+        let near = |line: &Vec<Place>| match line[..] {
+            [mark] => distance(mark, at) < half + 3.0,
+            _ => line.windows(2).any(|ends| beside(at, ends[0], ends[1]) < half + 1.0),
+        };
+        self.taken.iter().all(|other| distance(*other, at) > 2.0 * half + 3.0) && !self.above.iter().any(near)
+    }
+}
+
+/// How far a place is from a line between two others.
+fn beside(at: Place, from: Place, to: Place) -> f64 {
+    let (along, off) = ((to.0 - from.0, to.1 - from.1), (at.0 - from.0, at.1 - from.1));
+    let square = along.0 * along.0 + along.1 * along.1;
+    let share = if square > 0.0 { ((off.0 * along.0 + off.1 * along.1) / square).clamp(0.0, 1.0) } else { 0.0 };
+    distance(at, (from.0 + share * along.0, from.1 + share * along.1))
 }
 
 /// Draws the lines of a level, the longest with its value in a gap.
@@ -47,18 +80,18 @@ fn numbered(
     sheet: &Sheet,
     level: f64,
     dark: bool,
-    (ruler, area, taken): (&Ruler, [f64; 4], &mut Vec<Place>),
+    (ruler, room): (&Ruler, &mut Room),
 ) {
     let colour = if dark { "#ffffff" } else { "#000000" };
     let mut lines = sheet.lines(level);
     let text = words::short(level);
     let half = ruler.width(&text, SMALL - 1.0) / 2.0 + 1.5;
     lines.sort_by(|a, b| length(b).total_cmp(&length(a)));
-    let spot = lines.first().and_then(|line| spot(line, half, area, taken));
+    let spot = lines.first().and_then(|line| spot(line, half, room));
     if let Some(Spot { at: (x, y), angle, from, to }) = spot {
         let line = lines.remove(0);
         lines.extend([line[..=from].to_vec(), line[to..].to_vec()]);
-        taken.push((x, y));
+        room.taken.push((x, y));
         let (sin, cos) = angle.to_radians().sin_cos();
         let down = 0.36 * (SMALL - 1.0);
         canvas.text(&text, (x - down * sin, y + down * cos), SMALL - 1.0, Hold::Middle, angle, colour);
@@ -83,8 +116,9 @@ struct Spot {
     to: usize,
 }
 
-/// The straightest stretch of a line that is long enough, in the panel, and away from other numbers.
-fn spot(line: &[Place], half: f64, [left, top, width, height]: [f64; 4], taken: &[Place]) -> Option<Spot> {
+/// The straightest stretch of a line that is long enough, in the panel, and free of what else is there.
+fn spot(line: &[Place], half: f64, room: &Room) -> Option<Spot> {
+    let [left, top, width, height] = room.area;
     let mut best: Option<(f64, Spot)> = None;
     let middle = length(line) / 2.0;
     let mut along = 0.0;
@@ -107,8 +141,7 @@ fn spot(line: &[Place], half: f64, [left, top, width, height]: [f64; 4], taken: 
             && at.0 < left + width - reach_x
             && at.1 > top + reach_y
             && at.1 < top + height - reach_y;
-        let free = taken.iter().all(|other| distance(*other, at) > 2.0 * half + 3.0);
-        if inside && free {
+        if inside && room.is_free(at, half) {
             let bend = length(&line[from..=to]) / distance(a, b) - 1.0;
             let aside = (along + half - middle).abs() / middle;
             let score = bend + 0.1 * aside;

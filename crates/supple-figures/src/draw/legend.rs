@@ -12,9 +12,6 @@ const GAPS: [f64; 2] = [3.0, 9.0];
 /// Height of a row, pt.
 const ROW: f64 = 10.0;
 
-/// Entries at most: of more, the last one says how many are left out.
-const MOST: usize = 8;
-
 /// The legend of a figure.
 pub struct Legend {
     entries: Vec<Entry>,
@@ -32,9 +29,6 @@ impl Entry {
     /// Length of its sample, pt.
     fn sample(&self) -> f64 {
         let narrow = |series: &Series| matches!(series.shape, Shape::Points { .. } | Shape::Vertical { .. });
-        if self.series.is_empty() {
-            return 0.0;
-        }
         if self.series.iter().all(narrow) { SAMPLE / 2.5 } else { SAMPLE }
     }
 }
@@ -54,10 +48,6 @@ impl Legend {
                     Some(_) => {}
                 }
             }
-        }
-        if entries.len() > MOST {
-            let rest = entries.split_off(MOST - 1).len();
-            entries.push(Entry { label: format!("and {rest} more"), series: Vec::new(), at: (0.0, 0.0) });
         }
         let (mut x, mut row) = (2.0, 0.0);
         for entry in &mut entries {

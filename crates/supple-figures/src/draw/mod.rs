@@ -53,12 +53,16 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, place: &PanelLayout) {
     if field.is_none() {
         axes::grid(canvas, place, &frame);
     }
-    let below = |series: &&Series| matches!(series.shape, Shape::Field { .. });
     let markers = |series: &&Series| matches!(series.shape, Shape::Points { .. });
     canvas.within(place.area, |canvas| {
-        panel.series.iter().filter(below).for_each(|series| series::draw(canvas, series, &frame));
+        let above: Vec<_> = panel.series.iter().flat_map(|series| series::lines(series, &frame)).collect();
+        for series in &panel.series {
+            if let Shape::Field { grid, levels, map } = &series.shape {
+                field::draw(canvas, &frame, (grid, levels, *map), &above);
+            }
+        }
         panel.series.iter().for_each(|series| series::rim(canvas, series, &frame));
-        let lines = panel.series.iter().filter(|series| !below(series) && !markers(series));
+        let lines = panel.series.iter().filter(|series| !markers(series));
         lines.for_each(|series| series::draw(canvas, series, &frame));
     });
     if let Some((levels, map)) = field {

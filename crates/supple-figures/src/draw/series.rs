@@ -2,12 +2,14 @@
 
 use super::canvas::{Canvas, Paint};
 use super::contour::{Place, Sheet};
-use super::field;
 use super::scale::Mapping;
 use crate::figure::{Dash, Marker, Series, Shape, Style, Values};
 
 /// Radius of a marker, pt.
 const RADIUS: f64 = 2.1;
+
+/// Length of the head of an arrow, in widths of its line.
+const HEAD: f64 = 4.0;
 
 /// From data to places in a panel.
 #[derive(Clone, Copy)]
@@ -67,11 +69,24 @@ pub fn draw(canvas: &mut Canvas, series: &Series, frame: &Frame) {
             let y = frame.y.at(*y);
             line(canvas, &[vec![(left, y), (left + width, y)]], style);
         }
-        Shape::Field { grid, levels, map } => field::draw(canvas, frame, (grid, levels, *map)),
+        Shape::Outline { x, y } => outline(canvas, frame.places(x, y), style),
+        Shape::Arrow { x, y } => arrow(canvas, &frame.places(x, y), style),
+        // Drawn before all others.
+        Shape::Field { .. } => {}
         Shape::Contour { grid, level } => {
             let lines = frame.sheet(grid, |sheet| sheet.lines(*level));
             line(canvas, &lines, style);
         }
+    }
+}
+
+/// The lines and marks of a series, each mark as a line of one place; of areas there are none.
+pub fn lines(series: &Series, frame: &Frame) -> Vec<Vec<Place>> {
+    match &series.shape {
+        Shape::Line { x, y } => vec![frame.places(x, y)],
+        Shape::Points { x, y } => frame.places(x, y).into_iter().map(|place| vec![place]).collect(),
+        Shape::Contour { grid, level } => frame.sheet(grid, |sheet| sheet.lines(*level)),
+        _ => Vec::new(),
     }
 }
 
@@ -100,6 +115,11 @@ pub fn sample(canvas: &mut Canvas, series: &Series, [x, y, width, height]: [f64;
         Shape::Points { .. } => markers(canvas, &[middle], style),
         Shape::Bars { .. } => bar(canvas, (middle.0, y + height), (middle.0, y), style),
         Shape::Field { .. } => {}
+        Shape::Outline { .. } => {
+            let corners = [(x, y + 1.0), (x + width, y + 1.0), (x + width, y + height - 1.0), (x, y + height - 1.0)];
+            outline(canvas, corners.to_vec(), style);
+        }
+        Shape::Arrow { .. } => arrow(canvas, &[(x, middle.1), (x + width, middle.1)], style),
         Shape::Vertical { .. } => line(canvas, &[vec![(middle.0, y), (middle.0, y + height)]], style),
         Shape::Line { .. } | Shape::Horizontal { .. } | Shape::Contour { .. } => {
             line(canvas, &[vec![(x, middle.1), (x + width, middle.1)]], style);
@@ -132,6 +152,29 @@ fn band(canvas: &mut Canvas, low: &[Place], high: &[Place], style: &Style) {
     };
     let parts: Vec<Vec<Place>> = all.split(|index| !finite(index)).map(outline).collect();
     canvas.path(&parts, true, Paint { opacity: style.opacity, ..Paint::fill(style.colour.hex()) });
+}
+
+/// A closed outline: a light area with a full rim.
+fn outline(canvas: &mut Canvas, corners: Vec<Place>, style: &Style) {
+    let lines = [corners];
+    canvas.path(&lines, true, Paint { opacity: style.opacity, ..Paint::fill(style.colour.hex()) });
+    canvas.path(&lines, true, Paint::stroke(style.colour.hex(), style.width));
+}
+
+/// A line with a head at its end; of one that is shorter than its head, nothing is seen.
+fn arrow(canvas: &mut Canvas, ends: &[Place], style: &Style) {
+    let [from, tip] = ends else { return };
+    let (x, y) = (tip.0 - from.0, tip.1 - from.1);
+    let length = x.hypot(y);
+    let head = HEAD * style.width;
+    if !(length >= head) {
+        return;
+    }
+    let (x, y) = (x / length * head, y / length * head);
+    let foot = (tip.0 - x, tip.1 - y);
+    let corners = vec![*tip, (foot.0 - 0.4 * y, foot.1 + 0.4 * x), (foot.0 + 0.4 * y, foot.1 - 0.4 * x)];
+    line(canvas, &[vec![*from, foot]], style);
+    canvas.path(&[corners], true, Paint::fill(style.colour.hex()));
 }
 
 fn bar(canvas: &mut Canvas, low: Place, high: Place, style: &Style) {

@@ -3,6 +3,7 @@ use supple::parameters::Scale;
 use supple_study::bound::{BoundStudy, Curve};
 use supple_study::{Folder, StudyResult};
 
+use super::grouping::grouped;
 use super::results::{content, folder_name, lacking};
 use crate::figure::{Axis, Colour, Dash, Figure, Grid, Marker, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
@@ -42,7 +43,8 @@ pub fn bound(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
     let y = Axis::around("directed information per step", "bits", Scale::Linear, &all);
     let least = words::short(first.task.minimum_cost);
     let title = if several { String::new() } else { format!("{}, minimum cost {least}", first.task.name) };
-    Ok(Figure {
+    let important: Vec<String> = shown.iter().map(|one| one.label("minimum")).collect();
+    let figure = Figure {
         name: "bound".into(),
         title: format!("Minimum information required for the task {}, over its expected cost", first.task.name),
         panels: vec![Panel { title, x, y, series }],
@@ -50,7 +52,8 @@ pub fn bound(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
         page: Grid { columns: 1, aspect: 0.42 },
         shared_x: true,
         shared_y: true,
-    })
+    };
+    Ok(grouped(figure, &important))
 }
 
 impl Shown<'_> {

@@ -2,6 +2,7 @@ use supple::TrajectoryReport;
 use supple::parameters::Scale;
 use supple_study::Folder;
 
+use super::grouping::grouped;
 use super::results::designs;
 use crate::figure::{Axis, Figure, Grid, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
@@ -20,7 +21,8 @@ struct Row {
 }
 
 /// Feedback gains and feedforward over time, one column of panels per design: each entry of the gains, or of more than
-/// twelve the norm per state. Entries of one unit share their axes.
+/// twelve the norm per state. Entries of one unit share their axes. Where
+/// there are more than eight lines, the smallest are drawn in grey.
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.
@@ -31,6 +33,7 @@ pub fn gains(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
     let feedforward = rows.len();
     rows.extend(feedforward_rows(&trajectories));
     let columns = shown.len();
+    let important = largest(&rows);
     let mut panels = Vec::new();
     let mut styles = 0;
     for (index, row) in rows.iter().enumerate() {
@@ -56,7 +59,7 @@ pub fn gains(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
         }
         styles += row.names.len();
     }
-    Ok(Figure {
+    let figure = Figure {
         name: "gains".into(),
         title: format!("Feedback gains and feedforward over time of the task {}", shown[0].task.name),
         panels,
@@ -64,7 +67,24 @@ pub fn gains(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureErr
         page: Grid { columns, aspect: if columns == 1 { 0.22 } else { 0.38 } },
         shared_x: true,
         shared_y: true,
-    })
+    };
+    Ok(grouped(figure, &important))
+}
+
+/// The names of the lines: the one of each row that goes farthest, then all others by how far they go beside it.
+fn largest(rows: &[Row]) -> Vec<String> {
+    let mut ranked: Vec<(f64, &String)> = Vec::new();
+    for row in rows {
+        let peak = |line: usize| {
+            let values = row.lines.iter().filter_map(|lines| lines.get(line)).flatten();
+            values.filter(|value| value.is_finite()).fold(0.0, |peak: f64, value| peak.max(value.abs()))
+        };
+        let peaks: Vec<f64> = (0..row.names.len()).map(peak).collect();
+        let most = peaks.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        ranked.extend(peaks.iter().zip(&row.names).map(|(peak, name)| (peak / most, name)));
+    }
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ranked.into_iter().map(|(_, name)| name.clone()).collect()
 }
 
 /// Rows of the feedback: one per unit.

@@ -22,7 +22,7 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
     let bits: Vec<Vec<Series>> = shown.iter().map(|design| bits(design, &channels)).collect();
     let value = |design: &Shown| {
         let y = design.task.cost.value_of_information_per_step.clone();
-        vec![Series::named("value of information", Style::line(Colour::Green), line(design, y))]
+        vec![Series::plain(Style::line(Colour::Green), line(design, y))]
     };
     let value: Vec<Vec<Series>> = shown.iter().map(value).collect();
     let worth: Vec<Vec<Series>> = shown.iter().map(worth).collect();
@@ -32,8 +32,8 @@ pub fn information(folders: &[Folder], task: Option<&str>) -> Result<Figure, Fig
     };
     let rows = [
         (axis("information per step", "bits", Scale::Linear, &bits), bits),
-        (axis("Tr Ξ", "", Scale::Log, &value), value),
-        (axis("cost per step", "", Scale::Linear, &worth), worth),
+        (axis("value of information", "", Scale::Log, &value), value),
+        (axis("cost of estimation error", "", Scale::Linear, &worth), worth),
     ];
     let mut panels = Vec::new();
     for (row, (y, lines)) in rows.into_iter().enumerate() {
@@ -98,5 +98,5 @@ fn bits(design: &Shown, channels: &[String]) -> Vec<Series> {
 fn worth(design: &Shown) -> Vec<Series> {
     let style = Style::line(Colour::Purple);
     let cost = line(design, design.task.cost.belief_per_step.clone());
-    vec![Series::named("cost of estimation error", style, cost)]
+    vec![Series::plain(style, cost)]
 }

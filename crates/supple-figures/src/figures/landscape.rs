@@ -2,6 +2,7 @@ use supple::parameters::Scale;
 use supple_study::sweep::{Axis as SweepAxis, Sweep};
 use supple_study::{Folder, StudyResult};
 
+use super::grouping::grouped;
 use super::overlay::{Spot, Track, tracks};
 use super::results::{NATS, content, lacking, task_index};
 use crate::draw::step;
@@ -72,7 +73,9 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
         }
     };
     let names: Vec<String> = axes.iter().map(|axis| words::name(&axis.parameter)).collect();
-    Ok(Figure {
+    let marks = ["optimum", "initial design", "Pareto front", "end", "start"].map(str::to_owned);
+    let important: Vec<String> = about.bound.map(bound_label).into_iter().chain(marks).collect();
+    let figure = Figure {
         name: "landscape".into(),
         title: format!("Directed information and expected cost of {} over {}", about.name, names.join(" and ")),
         panels,
@@ -80,7 +83,8 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
         page: Grid { columns: 2, aspect: aspect[1] },
         shared_x: false,
         shared_y: false,
-    })
+    };
+    Ok(grouped(figure, &important))
 }
 
 /// Bits and expected cost by row.

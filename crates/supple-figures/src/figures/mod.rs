@@ -3,8 +3,10 @@
 mod belief;
 mod bound;
 mod gains;
+mod grouping;
 mod information;
 mod landscape;
+mod motion;
 mod overlay;
 mod pareto;
 mod results;
@@ -13,8 +15,10 @@ mod robustness;
 pub use belief::belief;
 pub use bound::bound;
 pub use gains::gains;
+pub use grouping::MOST_ENTRIES;
 pub use information::information;
 pub use landscape::landscape;
+pub use motion::motion;
 pub use pareto::pareto;
 pub use robustness::robustness;
 
@@ -39,12 +43,22 @@ pub enum Kind {
     Information,
     /// The least information over the cost to keep.
     Bound,
+    /// The robot at several times, with contact forces.
+    Motion,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 7] =
-        [Self::Landscape, Self::Belief, Self::Gains, Self::Robustness, Self::Pareto, Self::Information, Self::Bound];
+    pub const ALL: [Self; 8] = [
+        Self::Landscape,
+        Self::Belief,
+        Self::Gains,
+        Self::Robustness,
+        Self::Pareto,
+        Self::Information,
+        Self::Bound,
+        Self::Motion,
+    ];
 
     /// Its name, also that of its file.
     pub fn name(self) -> &'static str {
@@ -56,6 +70,7 @@ impl Kind {
             Self::Pareto => "pareto",
             Self::Information => "information",
             Self::Bound => "bound",
+            Self::Motion => "motion",
         }
     }
 }
@@ -73,5 +88,6 @@ pub fn draw(kind: Kind, folders: &[Folder], task: Option<&str>) -> Result<Figure
         Kind::Pareto => pareto(folders, task),
         Kind::Information => information(folders, task),
         Kind::Bound => bound(folders, task),
+        Kind::Motion => motion(folders, task),
     }
 }

@@ -75,6 +75,8 @@ pub fn tracks(folders: &[Folder], task: &str, of_task: bool) -> Result<Vec<Track
             _ => {}
         }
     }
+    // Single designs are drawn last: no path or front covers them.
+    tracks.sort_by_key(|track| track.spots.len() == 1 && !track.ended);
     Ok(tracks)
 }
 

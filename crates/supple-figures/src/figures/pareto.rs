@@ -2,6 +2,7 @@ use supple::parameters::{Parameter, Role, Scale};
 use supple_study::pareto::{Pareto, ParetoPoint};
 use supple_study::{Folder, StudyResult};
 
+use super::grouping::grouped;
 use super::results::{NATS, folder_name, lacking, task_index};
 use crate::figure::{Axis, Colour, Dash, Figure, Grid, Marker, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
@@ -62,7 +63,7 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         }));
     }
     let wide = panels.len().min(3);
-    Ok(Figure {
+    let figure = Figure {
         name: "pareto".into(),
         title: "Least directed information over the limit on the expected cost".into(),
         panels,
@@ -70,7 +71,8 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         page: Grid { columns: wide, aspect: 0.75 },
         shared_x: true,
         shared_y: false,
-    })
+    };
+    Ok(grouped(figure, &[]))
 }
 
 fn axis_of(parameter: &Parameter) -> (String, String, Scale) {

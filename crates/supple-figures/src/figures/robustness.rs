@@ -2,6 +2,7 @@ use supple::parameters::Scale;
 use supple_study::robustness::{PlannedFor, RobustCell, Robustness};
 use supple_study::{Folder, StudyResult};
 
+use super::grouping::grouped;
 use super::results::{content, lacking, of_task, task_index};
 use crate::figure::{Axis, Colour, Dash, Figure, Grid, Marker, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
@@ -44,7 +45,7 @@ pub fn robustness(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figu
         Panel { title: title.into(), x: x.clone(), y: y.clone(), series }
     };
     let panels: Vec<Panel> = planned.iter().zip(series).map(panel).collect();
-    Ok(Figure {
+    let figure = Figure {
         name: "robustness".into(),
         title: format!("Cost in closed loop over {} by design", words::name(&vary.parameter)),
         page: Grid { columns: panels.len(), aspect: 0.6 },
@@ -52,7 +53,8 @@ pub fn robustness(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figu
         column: Grid { columns: 1, aspect: 0.5 },
         shared_x: true,
         shared_y: true,
-    })
+    };
+    Ok(grouped(figure, &[]))
 }
 
 struct View<'a> {

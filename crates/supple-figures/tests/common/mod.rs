@@ -1,4 +1,5 @@
 //! Results to draw, and what snapshots keep of figures.
+#![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::Context;
 use super::series::{Run, line, runs, time, titled};
+use crate::legend::MOST_ENTRIES;
 use crate::arrays::thinned;
 use crate::html::{table, words};
 use crate::numbers::{change, number};
@@ -66,11 +67,12 @@ fn variations(part: &Part, task: usize, runs: &[Run]) -> Markup {
 fn gains(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<Markup> {
     let first = runs.first()?.trajectory;
     let states = first.state_names.len();
+    let order = order(runs);
     let mut traces = Vec::new();
     for (panel, run) in runs.iter().enumerate() {
         let time = time(plots, run, run.trajectory.feedback.len());
-        for (state, name) in first.state_names.iter().enumerate() {
-            let mut trace = line(name, &time, Value::Null, style(state));
+        for (place, name) in order.iter().map(|&state| &first.state_names[state]).enumerate() {
+            let mut trace = line(name, &time, Value::Null, style(place));
             trace["yaxis"] = axis_key("y", panel).into();
             trace["legendgroup"] = name.as_str().into();
             trace["showlegend"] = (panel == 0).into();
@@ -85,7 +87,7 @@ fn gains(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<Ma
     let mut views = Vec::new();
     for (control, name) in first.control_names.iter().enumerate() {
         let unit = first.control_units.get(control).map_or("", String::as_str);
-        views.push(feedback_view(runs, control, (name, unit), plots));
+        views.push(feedback_view(runs, control, (name, unit), &order, plots));
         views.push(forward_view(runs, control, (name, unit), plots));
     }
     debug_assert_eq!(traces.len(), runs.len() * (states + 1));
@@ -106,13 +108,45 @@ fn gains(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<Ma
     )
 }
 
+/// States in the order of the lines: of more than a legend names, those first whose gains go farthest beside the greatest gain
+/// to the same control.
+fn order(runs: &[Run]) -> Vec<usize> {
+    let states = runs.first().map_or(0, |run| run.trajectory.state_names.len());
+    let mut order: Vec<usize> = (0..states).collect();
+    if states <= MOST_ENTRIES {
+        return order;
+    }
+    let mut shares = vec![0.0_f64; states];
+    for run in runs {
+        let controls = run.trajectory.control_names.len();
+        for control in 0..controls {
+            let gains = || run.trajectory.feedback.iter().filter_map(|gains| gains.get(control));
+            let peak = |state: usize| {
+                let of = gains().filter_map(|row| row.get(state)).filter(|gain| gain.is_finite());
+                of.fold(0.0, |peak: f64, gain| peak.max(gain.abs()))
+            };
+            let peaks: Vec<f64> = (0..states).map(peak).collect();
+            let most = peaks.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+            shares.iter_mut().zip(&peaks).for_each(|(share, peak)| *share = share.max(peak / most));
+        }
+    }
+    order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]));
+    order
+}
+
 /// Colour and dashes of a state: 28 different ones.
 fn style(state: usize) -> Value {
     let dash = ["solid", "dash", "dot", "dashdot"][state / 7 % 4];
     json!({ "color": crate::plots::colour(state), "dash": dash, "width": 1.5 })
 }
 
-fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), plots: &mut Plots) -> View {
+fn feedback_view(
+    runs: &[Run],
+    control: usize,
+    (name, unit): (&str, &str),
+    order: &[usize],
+    plots: &mut Plots,
+) -> View {
     let mut view = View { name: format!("Feedback to {name}"), ..Default::default() };
     let mut sizes = Vec::new();
     for (panel, run) in runs.iter().enumerate() {
@@ -121,14 +155,14 @@ fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), plots
         let entry =
             |t: usize, state: usize| gains[t].get(control).and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN);
         let (mut most, mut at) = (f64::NAN, 0);
-        for state in 0..states {
+        for (place, &state) in order.iter().enumerate() {
             let values: Vec<f64> = drawn.iter().map(|&t| entry(t, state)).collect();
             for value in &values {
                 if most.is_nan() || value.abs() > most {
                     (most, at) = (value.abs(), state);
                 }
             }
-            view.traces.push(panel * (states + 1) + state);
+            view.traces.push(panel * (states + 1) + place);
             view.y.push(plots.arrays.curve(&values));
         }
         let state = run.trajectory.state_names.get(at).map_or("", String::as_str);

@@ -1,7 +1,7 @@
-use supple::design::{Aim, Searcher, StartSummary};
+use supple::design::{Aim, StartSummary};
 
 use super::Front;
-use crate::{StudyError, Watch};
+use crate::StudyError;
 
 /// The ends of a front.
 pub(super) struct Ends {
@@ -16,11 +16,6 @@ pub(super) struct Ends {
 }
 
 impl Front<'_> {
-    /// A search with an aim.
-    pub fn searcher(&self, aim: Aim) -> Searcher<'_> {
-        Searcher::new(&self.task.problem, &self.settings, aim, self.control)
-    }
-
     /// The least factor of the bounds that costs meet.
     pub fn factor(&self, summary: &StartSummary) -> f64 {
         let bounds = self.task.problem.tasks.iter().map(|task| task.bound);
@@ -34,21 +29,18 @@ impl Front<'_> {
 
 /// Searches for both ends: the least information without bounds, and the least cost, from all starts and from the
 /// other end.
-pub(super) fn find_ends(front: &Front, watch: Watch) -> Result<Ends, StudyError> {
-    let phi = &front.task.phi;
+pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
     let free = front.searcher(Aim::Information { factor: f64::INFINITY });
     let cheap = front.searcher(Aim::Cost);
-    let (loose, tight) = rayon::join(|| free.search(phi), || cheap.search(phi));
-    let (mut loose, mut tight) = (loose?, tight?);
-    if watch.is_stopped() {
-        return Err(StudyError::Stopped);
-    }
-    let (loose, mut tight) = (loose.starts.swap_remove(loose.best), tight.starts.swap_remove(tight.best));
-    let from_loose = cheap.search_from(&loose.to, &loose.controls, front.settings.starts)?;
+    let (loose, tight) =
+        rayon::join(|| front.best("least information", &free), || front.best("least cost", &cheap));
+    let (loose, mut tight) = (loose?, tight?);
+    let from_loose = || cheap.search_from(&loose.to, &loose.controls, front.settings.starts);
+    let from_loose = front.part("least cost, from the least information", from_loose)?;
     if cheap.rank(&from_loose) < cheap.rank(&tight) {
         tight = from_loose;
     }
-    watch.progress.advance(2);
+    front.watch.progress.advance(2);
     let (loose_factor, tight_factor) = (front.factor(&loose), front.factor(&tight));
     Ok(Ends { loose, loose_factor, tight, tight_factor })
 }

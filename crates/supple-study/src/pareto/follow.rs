@@ -5,7 +5,7 @@ use supple::pipeline::TaskState;
 
 use super::{Ends, Front, at_ends};
 use crate::design::warnings_of;
-use crate::{StudyError, Watch};
+use crate::StudyError;
 
 /// A point of a front.
 pub(super) struct Point {
@@ -25,7 +25,8 @@ const NARROW: f64 = 1e-6;
 
 /// Follows the front from both ends, keeps the better of both at every point, searches anew where neither is an optimum,
 /// and mends what is not monotone. Where it is told to stop: the points found until then, and true.
-pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> Result<(Vec<Point>, bool), StudyError> {
+pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Point>, bool), StudyError> {
+    let watch = front.watch;
     let factors = factors(ends, count);
     let last = factors.len() - 1;
     // Until it is told to stop.
@@ -35,7 +36,8 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> 
             let index = if up { step } else { last - step };
             let before = found.last().unwrap_or(if up { &ends.tight } else { &ends.loose });
             let number = if up { index } else { factors.len() + index };
-            match search(front, before, (factors[index], number), watch) {
+            let name = format!("{} to point {index}", if up { "up" } else { "down" });
+            match search(front, &name, before, (factors[index], number)) {
                 Err(StudyError::Stopped) => break,
                 other => found.push(other?),
             }
@@ -58,11 +60,9 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> 
         };
         // Branches of plans can end between two points, so that no neighbour leads to the optimum.
         if point.status != DesignStatus::Converged && !watch.is_stopped() {
-            let mut anew = searcher.search(&front.task.phi)?;
-            let anew = anew.starts.swap_remove(anew.best);
-            // What was stopped on its way is no point of a front.
-            if !watch.is_stopped() {
-                point = better(anew, point);
+            match front.best(&format!("anew at point {index}"), &searcher) {
+                Err(StudyError::Stopped) => {}
+                anew => point = better(anew?, point),
             }
         }
         points.push((factor, point));
@@ -73,7 +73,7 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize, watch: Watch) -> 
     }
     let stopped = match watch.is_stopped() {
         true => Err(StudyError::Stopped),
-        false => mend(front, &mut points, watch),
+        false => mend(front, &mut points),
     };
     let stopped = match stopped {
         Err(StudyError::Stopped) => true,
@@ -119,22 +119,17 @@ fn tight_end(front: &Front, ends: &Ends) -> Result<StartSummary, StudyError> {
 
 fn search(
     front: &Front,
+    name: &str,
     from: &StartSummary,
     (factor, number): (f64, usize),
-    watch: Watch,
 ) -> Result<StartSummary, StudyError> {
-    if watch.is_stopped() {
-        return Err(StudyError::Stopped);
-    }
     let searcher = front.searcher(Aim::Information { factor });
-    let found = searcher.search_from(&from.to, &from.controls, number)?;
-    // What was stopped on its way is no point of a front.
-    if watch.is_stopped() { Err(StudyError::Stopped) } else { Ok(found) }
+    front.part(name, || searcher.search_from(&from.to, &from.controls, number))
 }
 
 /// Sees that no point needs more information than a tighter one, whose design it could use: searches on from that
 /// design, and takes up the better of what is found and the design itself.
-fn mend(front: &Front, points: &mut [(f64, StartSummary)], watch: Watch) -> Result<(), StudyError> {
+fn mend(front: &Front, points: &mut [(f64, StartSummary)]) -> Result<(), StudyError> {
     let count = points.len();
     for index in 1..count {
         let (tighter, rest) = points.split_at_mut(index);
@@ -148,7 +143,8 @@ fn mend(front: &Front, points: &mut [(f64, StartSummary)], watch: Watch) -> Resu
             continue;
         }
         let number = 2 * count + index;
-        let found = search(front, before, (*factor, number), watch)?;
+        let name = format!("from the tighter design to point {index}");
+        let found = search(front, &name, before, (*factor, number))?;
         *current = if needs_more(&found) { searcher.assess(&before.to, &before.controls)? } else { found };
     }
     Ok(())

@@ -8,12 +8,19 @@ mod ends;
 mod follow;
 mod remarks;
 
+use std::path::Path;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, StartSummary};
+use supple::design::{
+    Aim, Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, Searcher, StartSummary,
+};
 use supple::parameters::Parameters;
 
 use crate::design::check_designable;
+use crate::design::Found;
+use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch, lenient};
 use ends::{Ends, find_ends};
 use follow::{Point, follow};
@@ -88,12 +95,19 @@ const MOST_POINTS: usize = 10_000;
 /// The square root of a point's distance to the tight end, in factors, grows evenly along the front: near that end
 /// information falls as the root of the room that the bounds give. Of three points and more one has the factor 1, where
 /// that lies between the ends. Every point needs no more information than those that are tighter: where a search found
-/// less at a tighter point, that point's design is taken up. Points that were found until it is told to stop are kept.
+/// less at a tighter point, that point's design is taken up. Points that were found until it is told to stop are kept;
+/// with a folder, a journal there keeps the searches that ended, and the same study resumes from it.
 ///
 /// # Errors
 /// Where there are fewer than 2 points or more than 10,000, there is nothing to design, no task has a bound, or a bound is not
-/// above 0; where an end cannot be evaluated; where it is told to stop before both ends are known.
-pub fn run(task: &LoadedTask, options: &ParetoOptions, watch: Watch) -> Result<Pareto, StudyError> {
+/// above 0; where an end cannot be evaluated; where it is told to stop before both ends are known; where the journal cannot be
+/// written, is damaged, or belongs to another study.
+pub fn run(
+    task: &LoadedTask,
+    options: &ParetoOptions,
+    folder: Option<&Path>,
+    watch: Watch,
+) -> Result<Pareto, StudyError> {
     check_designable(task)?;
     let bounds = check_bounds(task)?;
     if options.points < 2 {
@@ -106,11 +120,12 @@ pub fn run(task: &LoadedTask, options: &ParetoOptions, watch: Watch) -> Result<P
         )));
     }
     let settings = settings(task, options)?;
-    let front = Front { task, settings, control: Control { observer: &NoObserver, stop: watch.stop } };
+    let parts = Parts::open(folder, &identity(task, options))?;
+    let front = Front { task, settings, parts, watch };
     // Both ends, each from every start, and both ways along the front.
     watch.progress.begin("searches along the front", 0, (2 + 2 * options.points) as u64);
-    let ends = find_ends(&front, watch)?;
-    let (points, stopped) = follow(&front, &ends, options.points, watch)?;
+    let ends = find_ends(&front)?;
+    let (points, stopped) = follow(&front, &ends, options.points)?;
     let points: Vec<ParetoPoint> = points.iter().map(|point| report(task, point, &bounds)).collect();
     let remarks = remarks::remarks(task, &ends, &points);
     Ok(Pareto { options: options.clone(), bounds, points, remarks, stopped })
@@ -120,7 +135,47 @@ pub fn run(task: &LoadedTask, options: &ParetoOptions, watch: Watch) -> Result<P
 struct Front<'a> {
     task: &'a LoadedTask,
     settings: DesignSettings,
-    control: Control<'a>,
+    parts: Parts,
+    watch: Watch<'a>,
+}
+
+impl Front<'_> {
+    /// A search with an aim.
+    fn searcher(&self, aim: Aim) -> Searcher<'_> {
+        let control = Control { observer: &NoObserver, stop: self.watch.stop };
+        Searcher::new(&self.task.problem, &self.settings, aim, control)
+    }
+
+    /// A search that is a part of the study, by the part's name.
+    ///
+    /// # Errors
+    /// Those of the search and of the journal; where it is told to stop, as what was stopped on its way is no point of a front.
+    fn part(
+        &self,
+        name: &str,
+        search: impl FnOnce() -> Result<StartSummary, supple::Error>,
+    ) -> Result<StartSummary, StudyError> {
+        self.parts.part(name, self.watch, || Ok(Found::of(search()?)))?.summary(&self.task.problem)
+    }
+
+    /// The best of all starts of a search.
+    ///
+    /// # Errors
+    /// As of [`part`](Self::part); where not even one start can be evaluated.
+    fn best(&self, name: &str, searcher: &Searcher) -> Result<StartSummary, StudyError> {
+        let start = |start: usize| {
+            self.part(&format!("{name}, start {start}"), || searcher.search_start(&self.task.phi, start))
+        };
+        let starts = (0..self.settings.starts).into_par_iter().map(start).collect::<Result<_, _>>()?;
+        let mut found = searcher.combine(starts, 0.0)?;
+        Ok(found.starts.swap_remove(found.best))
+    }
+}
+
+/// What a front is.
+fn identity(task: &LoadedTask, options: &ParetoOptions) -> Identity {
+    let ParetoOptions { points, starts, seed } = options;
+    Identity::of("Pareto front", task, &format!("points {points}\nstarts {starts}\nseed {seed}\n"), &[])
 }
 
 /// The tasks' bounds at factor 1; infinite where there is none.

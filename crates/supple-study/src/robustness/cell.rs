@@ -9,7 +9,8 @@ use supple::simulate::{World, sampled_costs};
 
 use super::statistics::{confidence, mean_and_deviation, quantile};
 use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
-use crate::{LoadedTask, Watch};
+use crate::journal::Parts;
+use crate::{LoadedTask, StudyError, Watch};
 
 /// A cell of the study, with the cost of every roll-out where comparisons need them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -26,28 +27,31 @@ const STOPPED: &str = "stopped before it was computed";
 
 /// Rolls out every design in every task, planning and level, in this order of nesting; and how many of them were computed before
 /// it was told to stop.
+///
+/// # Errors
+/// Where the journal cannot be written, or what it holds cannot be read.
 pub(super) fn sample_all(
     task: &LoadedTask,
     planned: &[Planned],
-    options: &RobustnessOptions,
-    (varied, watch): (usize, Watch),
-) -> (Vec<Costs>, usize) {
+    study: (&RobustnessOptions, usize),
+    (parts, watch): (&Parts, Watch),
+) -> Result<(Vec<Costs>, usize), StudyError> {
     let done = AtomicUsize::new(0);
     let sample = |number: usize| {
-        let at = Place::of(number, task, options);
-        if !watch.is_stopped() {
-            let costs = at.costs(task, &planned[at.design], (options, varied));
-            // What was computed while it was told to stop may have been cut off.
-            if !watch.is_stopped() {
+        let at = Place::of(number, task, study.0);
+        let costs = || Ok(at.costs(task, &planned[at.design], study));
+        match parts.part(&format!("cost {number}"), watch, costs) {
+            Err(StudyError::Stopped) => Ok(at.stopped()),
+            other => {
+                let costs = other?;
                 watch.progress.advance(1);
                 done.fetch_add(1, Ordering::Relaxed);
-                return costs;
+                Ok(costs)
             }
         }
-        at.stopped()
     };
-    let costs = (0..cells(task, options)).into_par_iter().map(sample).collect();
-    (costs, done.into_inner())
+    let costs = (0..cells(task, study.0)).into_par_iter().map(sample).collect::<Result<_, StudyError>>()?;
+    Ok((costs, done.into_inner()))
 }
 
 /// How many cells there are.

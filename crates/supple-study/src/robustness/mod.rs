@@ -7,11 +7,15 @@ mod plan;
 mod statistics;
 mod unit;
 
+use std::fmt::Write;
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::design::DesignStatus;
 use supple::parameters::Role;
 
+use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch, lenient};
 pub use cell::Costs;
 use cell::{cells, sample_all};
@@ -169,23 +173,49 @@ pub struct Paired {
 ///
 /// Every design is planned on the cheapest branch of local minima that a search at the nominal parameters finds. What
 /// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is told to stop
-/// are kept.
+/// are kept; with a folder, a journal there keeps them as well, and the same study resumes from it.
 ///
 /// # Errors
 /// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be
-/// planned; where it is told to stop before any cell was computed.
-pub fn run(task: &LoadedTask, options: &RobustnessOptions, watch: Watch) -> Result<Robustness, StudyError> {
+/// planned; where it is told to stop before any cell was computed; where the journal cannot be written, is damaged, or belongs to
+/// another study.
+pub fn run(
+    task: &LoadedTask,
+    options: &RobustnessOptions,
+    folder: Option<&Path>,
+    watch: Watch,
+) -> Result<Robustness, StudyError> {
     let varied = check(task, options)?;
-    let parts = options.designs.len() + cells(task, options);
-    watch.progress.begin("designs and levels", 0, parts as u64);
-    let planned = plan_all(task, &options.designs, watch)?;
-    let (costs, done) = sample_all(task, &planned, options, (varied, watch));
+    let parts = Parts::open(folder, &identity(task, options, varied))?;
+    let total = options.designs.len() + cells(task, options);
+    watch.progress.begin("designs and levels", 0, total as u64);
+    let planned = plan_all(task, &options.designs, &parts, watch)?;
+    let (costs, done) = sample_all(task, &planned, (options, varied), (&parts, watch))?;
     if done == 0 {
         return Err(StudyError::Stopped);
     }
     let designs = planned.iter().map(|planned| planned.design(&task.problem)).collect();
     let stopped = done < costs.len();
     Ok(Robustness { stopped, ..assemble(task, options, varied, designs, costs) })
+}
+
+/// What a study of robustness is.
+fn identity(task: &LoadedTask, options: &RobustnessOptions, varied: usize) -> Identity {
+    let RobustnessOptions { designs, vary, rollouts, seed } = options;
+    let mut text = String::new();
+    for design in designs {
+        let _ = write!(text, "design {}", design.name());
+        if let DesignChoice::Named(_, values) = design {
+            for (name, value) in values {
+                let _ = write!(text, ", {name} = {value:?}");
+            }
+        }
+        text.push('\n');
+    }
+    let _ = writeln!(text, "vary {} = {:?}\nrollouts {rollouts}\nseed {seed}", vary.parameter, vary.values);
+    // The noise that controllers are planned for is not set by the options.
+    let _ = writeln!(text, "planned for {} = {:?}", vary.parameter, task.phi[varied]);
+    Identity::of("study of robustness", task, &text, &[varied])
 }
 
 /// The result of designs and cells, in their order.

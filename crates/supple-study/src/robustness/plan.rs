@@ -1,12 +1,13 @@
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use supple::design::{Control, Design, DesignStatus, NoObserver, design, plan_at};
+use supple::design::{Control, Design, DesignStatus, NoObserver, plan_at};
 use supple::pipeline::TaskState;
 use supple::{Matrices, Named, Problem};
 
 use super::{DesignChoice, RobustDesign};
-use crate::design::{check_designable, warnings_of};
+use crate::design::{Found, best_of, check_designable, run_start, warnings_of};
+use crate::journal::Parts;
 use crate::{LoadedTask, StudyError, Watch};
 
 /// A design with its plans at the nominal parameters.
@@ -43,10 +44,17 @@ impl Planned {
     }
 }
 
-/// Finds and plans all designs.
-pub(super) fn plan_all(task: &LoadedTask, designs: &[DesignChoice], watch: Watch) -> Result<Vec<Planned>, StudyError> {
+/// Finds and plans all designs; the starts of the search for the optimum are parts of the study.
+pub(super) fn plan_all(
+    task: &LoadedTask,
+    designs: &[DesignChoice],
+    parts: &Parts,
+    watch: Watch,
+) -> Result<Vec<Planned>, StudyError> {
+    let wanted = designs.contains(&DesignChoice::Optimum);
+    let optimum = wanted.then(|| search(task, parts, watch)).transpose()?;
     let plan = |choice: &DesignChoice| {
-        let planned = plan_one(task, choice, None, watch.stop)?;
+        let planned = plan_one(task, choice, optimum.as_ref())?;
         watch.progress.advance(1);
         if watch.is_stopped() { Err(StudyError::Stopped) } else { Ok(planned) }
     };
@@ -64,19 +72,36 @@ pub(super) struct Optimum {
 }
 
 impl Optimum {
-    /// The best of a design search.
-    pub fn of(found: &Design) -> Self {
+    /// The best of all starts of the task's design search.
+    ///
+    /// # Errors
+    /// Where the starts are not of this task, none of them could be evaluated, or it is told to stop.
+    pub fn of(task: &LoadedTask, starts: Vec<Found>, stop: &AtomicBool) -> Result<Self, StudyError> {
+        let control = Control { observer: &NoObserver, stop };
+        let found: Design = best_of(task, &task.problem.design, starts, (0.0, control))?;
         let best = found.found();
-        Self { status: found.status, phi: best.to.clone(), controls: best.controls.clone() }
+        Ok(Self { status: found.status, phi: best.to.clone(), controls: best.controls.clone() })
     }
 }
 
-/// Finds and plans one design; the optimum is searched for where it is not known.
+/// Searches for the optimum, from all starts.
+fn search(task: &LoadedTask, parts: &Parts, watch: Watch) -> Result<Optimum, StudyError> {
+    check_designable(task)?;
+    let settings = &task.problem.design;
+    let control = Control { observer: &NoObserver, stop: watch.stop };
+    let start = |start: usize| {
+        parts.part(&format!("optimum, start {start}"), watch, || run_start(task, settings, start, control))
+    };
+    let starts = (0..settings.starts).into_par_iter().map(start).collect::<Result<Vec<Found>, _>>()?;
+    let optimum = Optimum::of(task, starts, watch.stop)?;
+    if watch.is_stopped() { Err(StudyError::Stopped) } else { Ok(optimum) }
+}
+
+/// Plans one design.
 pub(super) fn plan_one(
     task: &LoadedTask,
     choice: &DesignChoice,
     optimum: Option<&Optimum>,
-    stop: &AtomicBool,
 ) -> Result<Planned, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     let mut phi = phi.clone();
@@ -84,10 +109,7 @@ pub(super) fn plan_one(
     match choice {
         DesignChoice::Start => {}
         DesignChoice::Optimum => {
-            check_designable(task)?;
-            let control = Control { observer: &NoObserver, stop };
-            let search = || Ok::<_, StudyError>(Optimum::of(&design(problem, &phi, &problem.design, control)?));
-            let found = optimum.cloned().map_or_else(search, Ok)?;
+            let found = optimum.cloned().ok_or_else(|| StudyError::usage("the optimum is not known"))?;
             status = Some(found.status);
             phi = found.phi;
             controls = Some(found.controls);

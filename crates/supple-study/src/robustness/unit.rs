@@ -2,12 +2,10 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use supple::design::{Control, NoObserver};
-
 use super::cell::{Costs, Place, cells};
 use super::plan::{Optimum, Planned, plan_one};
 use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble, check};
-use crate::design::{Found, best_of};
+use crate::design::{Found, check_designable};
 use crate::{LoadedTask, StudyError};
 
 /// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that it
@@ -29,8 +27,8 @@ impl RobustnessUnits {
         let varied = check(task, options)?;
         let never = AtomicBool::new(false);
         let optimum = if options.designs.contains(&DesignChoice::Optimum) {
-            let control = Control { observer: &NoObserver, stop: &never };
-            Some(Optimum::of(&best_of(task, &task.problem.design, starts, (0.0, control))?))
+            check_designable(task)?;
+            Some(Optimum::of(task, starts, &never)?)
         } else {
             None
         };
@@ -71,7 +69,7 @@ impl RobustnessUnits {
         if let Some(planned) = &planned[design] {
             return Ok(planned.clone());
         }
-        let made = Arc::new(plan_one(task, choice, self.optimum.as_ref(), stop)?);
+        let made = Arc::new(plan_one(task, choice, self.optimum.as_ref())?);
         if stop.load(Ordering::Relaxed) {
             return Err(StudyError::Stopped);
         }

@@ -2,11 +2,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::columns::columns;
-use super::journal::{Identity, Journal, codec};
+use super::journal::{Rows, codec, identity};
 use super::point::Study;
 use super::unit::SweepUnit;
 use super::work::{Done, Started, Store, points_done};
 use super::{Sweep, SweepOptions};
+use crate::journal::Journal;
 use crate::{Column, LoadedTask, StudyError, Table};
 
 /// A sweep whose points are evaluated by others: it gives out units of work, keeps rows in memory or in the journal, and
@@ -34,9 +35,10 @@ impl Collector {
         let (store, started) = match folder {
             None => (Store::Memory(BTreeMap::new()), BTreeMap::new()),
             Some(folder) => {
-                let identity = Identity::of(task, options, &study.grid);
-                let (journal, started) = Journal::open(folder, &study, columns.len(), &identity)?;
-                (Store::Journal(journal), started)
+                let layout = Rows { study: &study, columns: columns.len() };
+                let identity = identity(task, options, &study.grid);
+                let (journal, started) = Journal::open(folder, &layout, &identity)?;
+                (Store::Journal(journal), started.unwrap_or_default())
             }
         };
         Ok(Self { study, columns, store, started, next: 0, out: BTreeSet::new() })

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use self::axis::Axis;
 pub use self::collector::Collector;
 pub use self::columns::{Holds, MISSES_CONTACT};
-pub use self::journal::{JOURNAL, kept_points};
+pub use self::journal::kept_points;
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
 pub use self::unit::{SweepUnit, SweepUnits};

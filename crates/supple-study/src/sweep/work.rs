@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 use supple::halt;
 
 use super::grid::Grid;
-use super::journal::Journal;
+use super::journal;
 use super::point::{Evaluator, Neighbour, Study};
+use crate::journal::Journal;
 use crate::{Cell, StudyError, Watch};
 
 /// A point that is done.
@@ -38,7 +39,7 @@ impl Store {
     pub fn keep(&mut self, grid: &Grid, batch: Vec<Done>) -> Result<(), StudyError> {
         match self {
             Self::Memory(rows) => rows.extend(batch.into_iter().map(|done| (done.point, done.row))),
-            Self::Journal(journal) => journal.keep(grid, &batch)?,
+            Self::Journal(kept) => journal::keep(kept, grid, &batch)?,
         }
         Ok(())
     }
@@ -47,7 +48,7 @@ impl Store {
     pub fn rows(self) -> Result<Vec<Vec<Cell>>, StudyError> {
         match self {
             Self::Memory(rows) => Ok(rows.into_values().collect()),
-            Self::Journal(journal) => journal.rows(),
+            Self::Journal(kept) => journal::rows(&kept),
         }
     }
 }

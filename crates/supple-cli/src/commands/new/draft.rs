@@ -7,7 +7,7 @@ use supple_robot::{LoadOptions, load};
 
 use super::ask::Asked;
 use super::limb::Limb;
-use super::place::starts;
+use super::place::{FEW, starts};
 use super::robot::relative;
 use super::rules::Rules;
 use super::templates::Draft;
@@ -32,10 +32,23 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     let template = asked.template.unwrap_or(Template::Press);
     let limb = Limb::of(&whole, asked.frame.as_deref(), file)?;
+    let (joints, needed) = (limb.joints().len(), template.joints());
+    if joints < needed {
+        let (name, what) = template.words();
+        return Err(Failure::usage(format!(
+            "--template {name}: to {what} takes {needed} joints at least, and `{}` is moved by {joints}; try --template press, \
+             hold or reach, or a --frame that more joints move",
+            limb.frame
+        )));
+    }
     let found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
     if found.is_empty() {
         let what = match asked.at {
             Some(_) => "--at: the tool does not reach this place with the wall before it; move it nearer to the robot",
+            None if joints < FEW => {
+                "the joints of this limb do not move the tool towards such a wall: leave --wall out, or name a --frame that they \
+                 move farther"
+            }
             None => "no posture was found in which the tool faces a wall: name a place, --at, or another --wall",
         };
         return Err(Failure::usage(what.to_owned()));

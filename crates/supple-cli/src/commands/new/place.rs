@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use supple_robot::vector::{cross, dot, scale, sub};
+use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, bias, frame_jacobian, inverse_kinematics};
 
 use super::limb::Limb;
@@ -16,6 +16,11 @@ const TRIED: usize = 24;
 const FAR: f64 = 0.5 * PI;
 /// Share of an effort limit that holding a posture may take.
 const LOADED: f64 = 0.8;
+/// Limbs of fewer joints cannot bring their tool to any place, but to a line or a surface: their tasks give joint positions,
+/// and their tools press in a direction in which they can move.
+pub const FEW: usize = 3;
+/// Square of the share of their motion that joints of such a limb have along a wall's normal at least.
+const FACING: f64 = 0.25;
 
 /// A posture in which a task begins.
 #[derive(Clone, Debug)]
@@ -31,6 +36,8 @@ pub struct Start {
     pub mount: [f64; 3],
     /// The x and y axes of the mount in the world.
     pub along: [[f64; 3]; 2],
+    /// Joint positions, rad or m.
+    pub q: Vec<f64>,
     /// Torques or forces that hold the robot up, N m or N.
     pub held: Vec<f64>,
     /// Force on the wall that the drives can sustain beside that, N; infinite where efforts have no limits.
@@ -42,22 +49,21 @@ pub struct Start {
 /// Postures to begin with, the best first; `upright` leaves out floors.
 pub fn starts(limb: &Limb, wall: Option<[f64; 3]>, at: Option<[f64; 3]>, upright: bool) -> Vec<Start> {
     let search = Search::of(limb);
-    let normals: Vec<[f64; 3]> = match wall {
-        Some(normal) => vec![normal],
-        // Floors, and walls on all sides; no ceilings.
-        None => [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]
-            .into_iter()
-            .filter(|normal| !upright || normal[2] == 0.0)
-            .collect(),
+    // Floors, and walls on all sides; no ceilings.
+    let axes = [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
+    let normals = |q: &[f64]| -> Vec<[f64; 3]> {
+        match wall {
+            Some(normal) => vec![normal],
+            None => axes.into_iter().chain(search.motions(q)).filter(|n| !upright || n[2].abs() < 1e-9).collect(),
+        }
     };
     let mut samples: Vec<(f64, Vec<f64>, [f64; 3])> = Vec::new();
     for index in 0..SAMPLES {
         let q = search.sample(index);
         let (pose, worth) = search.worth(&q);
         let nearness = at.map_or(1.0, |at| (-norm(sub(pose.position, at)) / limb.reach).exp());
-        for normal in &normals {
-            let facing = -dot(pose.rotate(search.push), *normal);
-            samples.push((worth * nearness * (1.1 + facing), q.clone(), *normal));
+        for normal in normals(&q) {
+            samples.push((worth * nearness * search.facing(&q, &pose, normal), q.clone(), normal));
         }
     }
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -142,11 +148,46 @@ impl<'a> Search<'a> {
         (pose, (freedom + 1e-3) * (LOADED - load).max(1e-3) * margin.sqrt().max(1e-3) * above * before)
     }
 
+    /// How the tool moves in the world for each joint that moves by 1, m.
+    fn columns(&self, q: &[f64]) -> Vec<[f64; 3]> {
+        let tree = &self.limb.planning.tree;
+        let kinematics = Kinematics::at_rest(tree, &self.numbers, q);
+        let jacobian = frame_jacobian(tree, &kinematics, self.limb.link, self.limb.pose.position);
+        (0..q.len()).map(|dof| [3, 4, 5].map(|row: usize| jacobian[row][dof])).collect()
+    }
+
+    /// Of a limb of few joints: the directions in which joints move the tool, both ways.
+    fn motions(&self, q: &[f64]) -> Vec<[f64; 3]> {
+        if q.len() >= FEW {
+            return Vec::new();
+        }
+        let moving = self.columns(q).into_iter().filter(|column| norm(*column) > 1e-6 * self.limb.reach);
+        // Four digits, so that small entries of an axis are 0.
+        let unit = |column: [f64; 3]| column.map(|entry| (entry / norm(column) * 1e4).round() / 1e4);
+        moving.map(unit).flat_map(|unit| [unit, scale(-1.0, unit)]).collect()
+    }
+
+    /// How well a tool is placed to press on a wall, from 0: the limb goes on towards the wall, or, where it has few joints,
+    /// they move the tool along the wall's normal.
+    fn facing(&self, q: &[f64], pose: &Pose, normal: [f64; 3]) -> f64 {
+        if q.len() >= FEW {
+            return 1.1 - dot(pose.rotate(self.push), normal);
+        }
+        let columns = self.columns(q);
+        let most = columns.iter().map(|column| norm(*column)).fold(1e-12, f64::max);
+        let along = columns.iter().map(|column| dot(*column, normal).abs()).fold(0.0, f64::max);
+        (along / most).powi(2)
+    }
+
     /// A start near a posture, with the tool before the wall.
     fn start(&self, near: &[f64], normal: [f64; 3], at: Option<[f64; 3]>) -> Option<Start> {
         let limb = self.limb;
         let (pose, _) = self.worth(near);
-        let position = at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach));
+        let few = limb.joints().len() < FEW;
+        let position = match at {
+            None if few => pose.position,
+            at => at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach)),
+        };
         let turn = upright(normal, &pose, self.push);
         let rpy = turn.map(|turn| rpy_of(&turn).map(|angle| (angle * 1e4).round() / 1e4));
         let chosen = rpy.filter(|_| limb.joints().len() >= 6);
@@ -164,12 +205,20 @@ impl<'a> Search<'a> {
         };
         let tree = &limb.planning.tree;
         let reached = inverse_kinematics(tree, &self.numbers, &goal(chosen), &reach);
-        if !reached.is_there() {
+        // A line or a surface seldom leads through a place that somebody names.
+        if !reached.is_there() && !(few && reached.distance < 0.01 * limb.reach) {
             return None;
         }
-        let (pose, worth) = self.worth(&reached.q);
-        let kinematics = Kinematics::at_rest(tree, &self.numbers, &reached.q);
-        let held = bias(tree, &self.numbers, &kinematics, &reached.q, &vec![0.0; reached.q.len()], SMOOTHING);
+        let q: Vec<f64> =
+            if few { reached.q.iter().map(|q| (q * 1e4).round() / 1e4).collect() } else { reached.q.clone() };
+        let (pose, worth) = self.worth(&q);
+        // A wall along which the tool slides and which it never presses on.
+        if few && self.facing(&q, &pose, normal) < FACING {
+            return None;
+        }
+        let position = if few { pose.position } else { position };
+        let kinematics = Kinematics::at_rest(tree, &self.numbers, &q);
+        let held = bias(tree, &self.numbers, &kinematics, &q, &vec![0.0; q.len()], SMOOTHING);
         let jacobian = frame_jacobian(tree, &kinematics, limb.link, limb.pose.position);
         let along_normal: Vec<f64> =
             (0..held.len()).map(|dof| dot([3, 4, 5].map(|row: usize| jacobian[row][dof]), normal).abs()).collect();
@@ -179,7 +228,26 @@ impl<'a> Search<'a> {
         let overloaded = held.iter().zip(&self.efforts).any(|(held, effort)| held.abs() > LOADED * effort);
         let (mount, along) = mounted(&pose, normal);
         let score = if overloaded || sustained <= 0.0 { 1e-3 * worth } else { worth };
-        Some(Start { position, rpy: chosen, normal, mount, along, held, sustained, score })
+        Some(Start { position, rpy: chosen, normal, mount, along, q, held, sustained, score })
+    }
+}
+
+impl Start {
+    /// Where the tool is once it has moved by `travel`, m: along the wall, or, where the limb has few joints, as the one that
+    /// moves it most turns or slides, away from the nearer of its limits.
+    pub fn moved(&self, limb: &Limb, travel: f64) -> [f64; 3] {
+        if self.q.len() >= FEW {
+            return add(self.position, scale(travel, self.along[0]));
+        }
+        let search = Search::of(limb);
+        let lengths: Vec<f64> = search.columns(&self.q).into_iter().map(norm).collect();
+        let most = (0..lengths.len()).fold(0, |most, dof| if lengths[dof] > lengths[most] { dof } else { most });
+        let Limits { lower, upper, .. } = search.limits[most];
+        let by = travel / lengths[most].max(1e-6 * limb.reach);
+        let up = upper - self.q[most] >= self.q[most] - lower;
+        let mut q = self.q.clone();
+        q[most] += if up { by.min(0.9 * (upper - q[most])) } else { -by.min(0.9 * (q[most] - lower)) };
+        search.worth(&q).0.position
     }
 }
 

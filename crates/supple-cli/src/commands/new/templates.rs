@@ -1,5 +1,6 @@
 //! The tasks that are offered for custom robots, as commented text.
 
+mod followed;
 mod numbers;
 mod task;
 mod world;
@@ -64,6 +65,7 @@ impl Draft<'_> {
         self.parameters(&mut text);
         self.task(&mut text);
         self.costs(&mut text);
+        self.followed(&mut text);
         text += "\n[design]                         # more of each finds other local minima, and takes longer\nstarts = 1\nrounds = 2\nbranch_attempts = 6\n";
         text
     }
@@ -79,6 +81,16 @@ impl Draft<'_> {
     /// Joints of the mount: across, across and along the direction that it pushes in.
     fn axes(&self) -> [String; 3] {
         ["x", "y", "z"].map(|axis| format!("{}_{axis}", self.mount_name()))
+    }
+
+    /// Those of them whose stiffness is designed.
+    fn yielding(&self) -> Vec<String> {
+        let [x, y, z] = self.axes();
+        match self.template {
+            Template::Insert => vec![x, y],
+            Template::Reach => vec![x, y, z],
+            _ => vec![z],
+        }
     }
 
     fn head(&self, text: &mut String) {

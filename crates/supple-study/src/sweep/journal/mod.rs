@@ -1,33 +1,20 @@
-//! The journal of a sweep: a file that holds what the sweep is, the rows that are done, and what its segments need to
-//! go on. Every change of it is whole or not there at all, whenever the program or the machine ends.
+//! The journal of a sweep: the rows that are done, and what its segments need to go on.
 
 pub(super) mod codec;
-mod identity;
-mod open;
-mod shield;
-mod trial;
 
-use std::fs::File;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
 
-use redb::{Database, Durability, ReadableDatabase, ReadableTable, TableDefinition};
+use redb::{ReadTransaction, ReadableTable, TableDefinition, WriteTransaction};
+use supple::parameters::Scale;
 
-pub(super) use self::identity::Identity;
-pub use self::open::kept_points;
-use self::shield::shielded;
 use super::grid::Grid;
-use super::work::Done;
-use crate::{Cell, StudyError};
-
-/// The journal in the folder of a sweep.
-pub const JOURNAL: &str = "journal.redb";
-
-/// The version of the layout of journals.
-const FORMAT: &str = "1";
-
-/// `format`, `supple`, `fingerprint`, `identity`.
-const ABOUT: TableDefinition<&str, &str> = TableDefinition::new("about");
+use super::point::Study;
+use super::work::{Done, Started};
+use super::{Axis, SweepOptions};
+use crate::journal::{Identity, Journal, Layout, count, fingerprint};
+use crate::{Cell, LoadedTask, StudyError};
 
 /// Rows by the number of their point, as JSON.
 const ROWS: TableDefinition<u64, &str> = TableDefinition::new("rows");
@@ -35,106 +22,122 @@ const ROWS: TableDefinition<u64, &str> = TableDefinition::new("rows");
 /// By the number of an unfinished segment: its last point that is done, and the plans to continue from.
 const PLANS: TableDefinition<u64, &[u8]> = TableDefinition::new("plans");
 
-/// An open journal.
-pub(super) struct Journal {
-    /// Closed when this is dropped; there until then.
-    database: Option<Database>,
-    path: PathBuf,
-    /// Holds the lock that keeps other processes out.
-    _lock: File,
+/// What the journal of a sweep holds.
+pub(super) struct Rows<'a> {
+    pub study: &'a Study,
+    /// How many columns a row has.
+    pub columns: usize,
 }
 
-impl Journal {
-    /// Keeps points that are done, all of them or none; on return they are on the disk.
-    ///
-    /// # Errors
-    /// Where the disk is full or fails; what was kept before still is.
-    pub fn keep(&self, grid: &Grid, batch: &[Done]) -> Result<(), StudyError> {
-        self.with(|database| {
-            let mut change = database.begin_write()?;
-            change.set_durability(Durability::Immediate)?;
-            {
-                let mut rows = change.open_table(ROWS)?;
-                let mut plans = change.open_table(PLANS)?;
-                for Done { segment, point, row, neighbour } in batch {
-                    rows.insert(*point as u64, &*codec::row_text(row))?;
-                    if point + 1 == grid.segment(*segment).end {
-                        plans.remove(*segment as u64)?;
-                    } else {
-                        plans.insert(*segment as u64, &*codec::plan_bytes(*point, neighbour))?;
-                    }
-                }
+impl Layout for Rows<'_> {
+    /// Where every segment goes on of which something is done.
+    type Done = BTreeMap<usize, Started>;
+
+    fn create(&self, change: &WriteTransaction) -> Result<(), redb::Error> {
+        change.open_table(ROWS)?;
+        change.open_table(PLANS)?;
+        Ok(())
+    }
+
+    fn read(&self, journal: &ReadTransaction) -> Result<Option<Self::Done>, redb::Error> {
+        let Study { grid, problem, .. } = self.study;
+        let (rows, plans) = (journal.open_table(ROWS)?, journal.open_table(PLANS)?);
+        let mut started: BTreeMap<usize, Started> = BTreeMap::new();
+        for entry in rows.iter()? {
+            let (key, row) = entry?;
+            let point = usize::try_from(key.value()).ok().filter(|&point| point < grid.points);
+            let fits = |_: &usize| codec::row(row.value()).is_some_and(|row| row.len() == self.columns);
+            let Some(point) = point.filter(fits) else { return Ok(None) };
+            let segment = grid.segment_of(point);
+            let begin = Started { next: grid.segment(segment).start, neighbour: Vec::new() };
+            let of = started.entry(segment).or_insert(begin);
+            // Points of a segment are done one after the other.
+            if of.next != point {
+                return Ok(None);
             }
-            change.commit()?;
-            Ok(())
-        })
-        .map_err(|error| match error {
-            StudyError::Io { what, error } => {
-                let message =
-                    format!("{error}; what was done before is kept: once this is mended, the same command goes on");
-                StudyError::Io { what, error: std::io::Error::new(error.kind(), message) }
+            of.next += 1;
+        }
+        for (&segment, of) in started.iter_mut().filter(|(segment, of)| of.next < grid.segment(**segment).end) {
+            let kept = plans.get(segment as u64)?.and_then(|bytes| codec::plan(bytes.value(), problem));
+            match kept {
+                Some((point, neighbour)) if point + 1 == of.next => of.neighbour = neighbour,
+                _ => return Ok(None),
             }
-            other => other,
-        })
-    }
-
-    /// All rows, in the order of the points.
-    pub fn rows(&self) -> Result<Vec<Vec<Cell>>, StudyError> {
-        let texts = self.with(|database| {
-            let rows = database.begin_read()?.open_table(ROWS)?;
-            rows.iter()?.map(|entry| Ok(entry?.1.value().to_owned())).collect::<Result<Vec<String>, redb::Error>>()
-        })?;
-        let rows = texts.iter().map(|text| codec::row(text));
-        rows.collect::<Option<_>>().ok_or_else(|| damaged(&self.path, "a row in it cannot be read"))
-    }
-
-    /// Works on the database; errors and panics of it are those of the journal.
-    fn with<T>(&self, work: impl FnOnce(&Database) -> Result<T, redb::Error>) -> Result<T, StudyError> {
-        let Some(database) = &self.database else { return Err(damaged(&self.path, "it is closed")) };
-        match shielded(|| work(database)) {
-            Ok(result) => result.map_err(|error| failed(&self.path, error)),
-            Err(panic) => Err(damaged(&self.path, panic)),
         }
+        Ok(Some(started))
     }
 }
 
-impl Drop for Journal {
-    fn drop(&mut self) {
-        let database = self.database.take();
-        // Where it cannot be closed cleanly, the next one to open it recovers.
-        let _ = shielded(|| drop(database));
-    }
-}
-
-/// A failure of the database as one of the journal.
-fn failed(path: &Path, error: redb::Error) -> StudyError {
-    match error {
-        // What the file says of itself is wrong, or it ends too early.
-        redb::Error::Io(error) if matches!(error.kind(), ErrorKind::InvalidData | ErrorKind::UnexpectedEof) => {
-            damaged(path, error)
+/// Keeps points that are done, all of them or none; on return they are on the disk.
+///
+/// # Errors
+/// Where the disk is full or fails; what was kept before still is.
+pub(super) fn keep(journal: &Journal, grid: &Grid, batch: &[Done]) -> Result<(), StudyError> {
+    journal.keep(|change| {
+        let mut rows = change.open_table(ROWS)?;
+        let mut plans = change.open_table(PLANS)?;
+        for Done { segment, point, row, neighbour } in batch {
+            rows.insert(*point as u64, &*codec::row_text(row))?;
+            if point + 1 == grid.segment(*segment).end {
+                plans.remove(*segment as u64)?;
+            } else {
+                plans.insert(*segment as u64, &*codec::plan_bytes(*point, neighbour))?;
+            }
         }
-        redb::Error::Io(error) => StudyError::io(path, error),
-        redb::Error::PreviousIo => StudyError::io(path, std::io::Error::other("it could not be written before")),
-        redb::Error::DatabaseAlreadyOpen => in_use(path),
-        redb::Error::UpgradeRequired(version) => StudyError::kept(
-            path,
-            format!("is a database of format {version}, which this version of supple does not read; {ADVICE}"),
-        ),
-        redb::Error::Corrupted(what) => damaged(path, what),
-        redb::Error::TableDoesNotExist(table) => damaged(path, format!("it has no table `{table}`")),
-        other => damaged(path, other),
+        Ok(())
+    })
+}
+
+/// All rows, in the order of the points.
+///
+/// # Errors
+/// Where the journal cannot be read.
+pub(super) fn rows(journal: &Journal) -> Result<Vec<Vec<Cell>>, StudyError> {
+    let texts = journal.read(|journal| {
+        let rows = journal.open_table(ROWS)?;
+        rows.iter()?.map(|entry| Ok(entry?.1.value().to_owned())).collect::<Result<Vec<String>, redb::Error>>()
+    })?;
+    let rows = texts.iter().map(|text| codec::row(text));
+    rows.collect::<Option<_>>().ok_or_else(|| journal.damaged("a row in it cannot be read"))
+}
+
+/// How many points of a sweep are kept in its folder, finished or not. Changes nothing.
+///
+/// # Errors
+/// Where there is no journal, or it is in use or damaged.
+pub fn kept_points(folder: &Path) -> Result<u64, StudyError> {
+    count(folder, ROWS)
+}
+
+/// Values of an axis that are written out; of a longer one, its ends and a fingerprint.
+const SHOWN: usize = 64;
+
+/// What a sweep of a task is.
+pub(super) fn identity(task: &LoadedTask, options: &SweepOptions, grid: &Grid) -> Identity {
+    let SweepOptions { axes, rollouts, starts, seed } = options;
+    let mut text = String::new();
+    for axis in axes {
+        let _ = writeln!(text, "grid {}", axis_text(axis));
     }
+    let _ = writeln!(text, "rollouts {rollouts}\nstarts {starts}\nseed {seed}");
+    Identity::of("sweep", task, &text, &grid.indices)
 }
 
-/// What to do with a journal of no use.
-const ADVICE: &str = "give another --out, or remove the file to start anew";
-
-fn damaged(path: &Path, what: impl std::fmt::Display) -> StudyError {
-    StudyError::kept(path, format!("is damaged, or no journal of a sweep: {what}; {ADVICE}"))
-}
-
-fn in_use(path: &Path) -> StudyError {
-    StudyError::kept(path, "is in use by another process; wait until that ends, or give another --out")
+fn axis_text(axis: &Axis) -> String {
+    let Axis { parameter, scale, values, .. } = axis;
+    let scale = match scale {
+        Scale::Linear => "linear",
+        Scale::Log => "logarithmic",
+    };
+    let count = values.len();
+    match &values[..] {
+        [first, .., last] if count > SHOWN => {
+            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+            let fingerprint = fingerprint(&bytes);
+            format!("{parameter} ({scale}): {count} values from {first:?} to {last:?}, fingerprint {fingerprint}")
+        }
+        _ => format!("{parameter} ({scale}): {values:?}"),
+    }
 }
 
 #[cfg(test)]

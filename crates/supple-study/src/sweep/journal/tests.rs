@@ -1,14 +1,16 @@
 #![allow(clippy::unwrap_used)]
 
+use std::fs::File;
 use std::path::PathBuf;
 
 use rand_less::Numbers;
+use redb::Database;
 use tempfile::TempDir;
 
 use super::super::tests::{RUNNING, StopAfter, options, task};
 use super::super::{SweepOptions, run};
 use super::*;
-use crate::LoadedTask;
+use crate::journal::{ABOUT, ADVICE, JOURNAL};
 
 /// Numbers that look random, the same in every run.
 mod rand_less {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, names, plain, said};
+use crate::commands::new::place::FEW;
 use crate::commands::new::rules::{STEPS, digits};
 
 impl Draft<'_> {
@@ -30,9 +31,14 @@ impl Draft<'_> {
         let turned = start.rpy.map_or_else(String::new, |rpy| format!(", rpy = {}", list(&rpy)));
         let _ = write!(
             text,
-            "\n[tasks.initial_state]\npose = {{ frame = {:?}, position = {}{turned} }}   # by inverse kinematics\n",
-            limb.frame,
-            list(&start.position),
+            "\n[tasks.initial_state]\n{}",
+            if limb.joints().len() < FEW {
+                let positions = limb.joints().iter().zip(&start.q);
+                positions.map(|(joint, q)| format!("\"q.{joint}\" = {:?}\n", plain(*q))).collect::<String>()
+            } else {
+                let (frame, position) = (&limb.frame, list(&start.position));
+                format!("pose = {{ frame = {frame:?}, position = {position}{turned} }}   # by inverse kinematics\n")
+            }
         );
         if self.template == Template::Insert {
             said(
@@ -129,8 +135,7 @@ impl Draft<'_> {
                 point(text, add(start.position, into), &self.free_axes(self.side()), 20.0);
             }
             Template::Reach => {
-                let by = scale(rules.travel, start.along[0]);
-                point(text, add(start.position, by), &[0, 1, 2], 50.0);
+                point(text, start.moved(limb, rules.travel), &[0, 1, 2], 50.0);
             }
             Template::Handle => {
                 let _ = writeln!(

@@ -1,17 +1,14 @@
-use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Duration;
 
 use redb::backends::FileBackend;
-use redb::{Builder, Database, ReadableDatabase, ReadableTable, ReadableTableMetadata};
+use redb::{Builder, Database, ReadableDatabase, ReadableTableMetadata, TableDefinition};
 
-use super::super::point::Study;
-use super::super::work::Started;
 use super::shield::shielded;
 use super::trial::Trial;
-use super::{ABOUT, ADVICE, FORMAT, Identity, JOURNAL, Journal, PLANS, ROWS, codec, damaged, failed, in_use};
+use super::{ABOUT, ADVICE, FORMAT, Identity, JOURNAL, Journal, Layout, damaged, failed, fingerprint, in_use};
 use crate::StudyError;
 
 /// A journal until it holds what it must; then it gets its name.
@@ -33,33 +30,32 @@ fn is_no_link(path: &Path) -> Result<(), StudyError> {
 }
 
 impl Journal {
-    /// Opens the journal in a folder, or makes one where there is none: the journal, and how far its segments are.
+    /// Opens the journal in a folder, or makes one where there is none: the journal, and what is done; none where it is new.
     /// Nothing is changed in a journal that cannot be used.
     ///
     /// # Errors
-    /// Where it cannot be read or written, is in use, is damaged, or belongs to another sweep or version.
-    pub fn open(
+    /// Where it cannot be read or written, is in use, is damaged, or belongs to another study or version.
+    pub fn open<L: Layout>(
         folder: &Path,
-        study: &Study,
-        columns: usize,
+        layout: &L,
         identity: &Identity,
-    ) -> Result<(Self, BTreeMap<usize, Started>), StudyError> {
+    ) -> Result<(Self, Option<L::Done>), StudyError> {
         let path = folder.join(JOURNAL);
         is_no_link(&path)?;
         std::fs::create_dir_all(folder).map_err(|error| StudyError::io(folder, error))?;
         match File::options().read(true).write(true).open(&path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => match Self::create(folder, identity)? {
-                Some(journal) => Ok((journal, BTreeMap::new())),
+            Err(error) if error.kind() == ErrorKind::NotFound => match Self::create(folder, layout, identity)? {
+                Some(journal) => Ok((journal, None)),
                 // Another process made it in the meantime.
-                None => Self::open(folder, study, columns, identity),
+                None => Self::open(folder, layout, identity),
             },
             Err(error) => Err(StudyError::io(&path, error)),
-            Ok(file) => Self::resume(&path, file, study, columns, identity),
+            Ok(file) => Self::resume(&path, file, layout, identity).map(|(journal, done)| (journal, Some(done))),
         }
     }
 
     /// Makes a journal; none where there is one when it would get its name.
-    fn create(folder: &Path, identity: &Identity) -> Result<Option<Self>, StudyError> {
+    fn create<L: Layout>(folder: &Path, layout: &L, identity: &Identity) -> Result<Option<Self>, StudyError> {
         let (path, new) = (folder.join(JOURNAL), folder.join(NEW));
         is_no_link(&new)?;
         let io = |error| StudyError::io(&new, error);
@@ -83,9 +79,8 @@ impl Journal {
                 for (key, value) in about {
                     table.insert(key, value)?;
                 }
-                change.open_table(ROWS)?;
-                change.open_table(PLANS)?;
             }
+            layout.create(&change)?;
             Ok(change.commit()?)
         };
         let mut journal = Self::on(&new, file)?;
@@ -97,22 +92,21 @@ impl Journal {
         Ok(Some(journal))
     }
 
-    fn resume(
+    fn resume<L: Layout>(
         path: &Path,
         file: File,
-        study: &Study,
-        columns: usize,
+        layout: &L,
         identity: &Identity,
-    ) -> Result<(Self, BTreeMap<usize, Started>), StudyError> {
+    ) -> Result<(Self, L::Done), StudyError> {
         let io = |error| StudyError::io(path, error);
         lock(&file, path)?;
         if file.metadata().map_err(io)?.len() == 0 {
             return Err(damaged(path, "it is empty"));
         }
         let trial = Trial::new(file.try_clone().map_err(io)?).map_err(io)?;
-        let tried = shielded(|| try_out(path, trial, study, columns, identity));
-        let started = tried.unwrap_or_else(|panic| Err(damaged(path, panic)))?;
-        Ok((Self::on(path, file)?, started))
+        let tried = shielded(|| try_out(path, trial, layout, identity));
+        let done = tried.unwrap_or_else(|panic| Err(damaged(path, panic)))?;
+        Ok((Self::on(path, file)?, done))
     }
 
     /// A journal on a locked file.
@@ -151,24 +145,20 @@ fn lock(file: &File, path: &Path) -> Result<(), StudyError> {
     Err(in_use(path))
 }
 
-/// Reads all of a journal that may be damaged: how far its segments are.
-fn try_out(
-    path: &Path,
-    trial: Trial,
-    study: &Study,
-    columns: usize,
-    identity: &Identity,
-) -> Result<BTreeMap<usize, Started>, StudyError> {
+/// Reads all of a journal that may be damaged: what is done.
+fn try_out<L: Layout>(path: &Path, trial: Trial, layout: &L, identity: &Identity) -> Result<L::Done, StudyError> {
     let failed = |error| failed(path, error);
     let mut database = builder().create_with_backend(trial).map_err(|error| failed(error.into()))?;
     if !database.check_integrity().map_err(|error| failed(error.into()))? {
         return Err(damaged(path, "its checksums are wrong"));
     }
     about(path, &database, identity)?;
-    started(path, &database, study, columns)
+    let read = || layout.read(&database.begin_read()?);
+    let done = read().map_err(failed)?;
+    done.ok_or_else(|| damaged(path, "what it holds does not fit to the study"))
 }
 
-/// Checks that a journal belongs to a sweep.
+/// Checks that a journal belongs to a study.
 fn about(path: &Path, database: &Database, identity: &Identity) -> Result<(), StudyError> {
     let read = || -> Result<_, redb::Error> {
         let table = database.begin_read()?.open_table(ABOUT)?;
@@ -188,62 +178,25 @@ fn about(path: &Path, database: &Database, identity: &Identity) -> Result<(), St
         let message = format!("was begun by supple {supple}, and this is {SUPPLE}: their numbers may differ; {ADVICE}");
         return Err(StudyError::kept(path, message));
     }
-    if super::identity::fingerprint(text.as_bytes()) != *fingerprint {
-        return Err(damaged(path, "what it says of the sweep does not fit to its fingerprint"));
+    if self::fingerprint(text.as_bytes()) != *fingerprint {
+        return Err(damaged(path, "what it says of the study does not fit to its fingerprint"));
     }
     if *fingerprint != identity.fingerprint || *text != identity.text {
         let difference = identity.difference(text);
-        let message = format!("belongs to another sweep; {ADVICE}\n{difference}");
+        let message = format!("belongs to another {}; {ADVICE}\n{difference}", identity.kind);
         return Err(StudyError::kept(path, message));
     }
     Ok(())
 }
 
-/// Where every segment goes on of which something is done.
-fn started(
-    path: &Path,
-    database: &Database,
-    study: &Study,
-    columns: usize,
-) -> Result<BTreeMap<usize, Started>, StudyError> {
-    let Study { grid, problem, .. } = study;
-    let read = || -> Result<Option<BTreeMap<usize, Started>>, redb::Error> {
-        let transaction = database.begin_read()?;
-        let (rows, plans) = (transaction.open_table(ROWS)?, transaction.open_table(PLANS)?);
-        let mut started: BTreeMap<usize, Started> = BTreeMap::new();
-        for entry in rows.iter()? {
-            let (key, row) = entry?;
-            let point = usize::try_from(key.value()).ok().filter(|&point| point < grid.points);
-            let Some(point) = point.filter(|_| codec::row(row.value()).is_some_and(|row| row.len() == columns)) else {
-                return Ok(None);
-            };
-            let segment = grid.segment_of(point);
-            let begin = Started { next: grid.segment(segment).start, neighbour: Vec::new() };
-            let of = started.entry(segment).or_insert(begin);
-            // Points of a segment are done one after the other.
-            if of.next != point {
-                return Ok(None);
-            }
-            of.next += 1;
-        }
-        for (&segment, of) in started.iter_mut().filter(|(segment, of)| of.next < grid.segment(**segment).end) {
-            let kept = plans.get(segment as u64)?.and_then(|bytes| codec::plan(bytes.value(), problem));
-            match kept {
-                Some((point, neighbour)) if point + 1 == of.next => of.neighbour = neighbour,
-                _ => return Ok(None),
-            }
-        }
-        Ok(Some(started))
-    };
-    let started = read().map_err(|error| failed(path, error))?;
-    started.ok_or_else(|| damaged(path, "its rows do not fit to the sweep"))
-}
-
-/// How many points of a sweep are kept in its folder, finished or not. Changes nothing.
+/// How many entries a table of the journal in a folder has. Changes nothing.
 ///
 /// # Errors
 /// Where there is no journal, or it is in use or damaged.
-pub fn kept_points(folder: &Path) -> Result<u64, StudyError> {
+pub(crate) fn count<K: redb::Key, V: redb::Value>(
+    folder: &Path,
+    table: TableDefinition<K, V>,
+) -> Result<u64, StudyError> {
     let path = &folder.join(JOURNAL);
     let io = |error| StudyError::io(path, error);
     let file = File::options().read(true).write(true).open(path).map_err(io)?;
@@ -251,7 +204,7 @@ pub fn kept_points(folder: &Path) -> Result<u64, StudyError> {
     let trial = Trial::new(file.try_clone().map_err(io)?).map_err(io)?;
     let count = || -> Result<u64, redb::Error> {
         let database = builder().create_with_backend(trial)?;
-        Ok(database.begin_read()?.open_table(ROWS)?.len()?)
+        Ok(database.begin_read()?.open_table(table)?.len()?)
     };
     match shielded(count) {
         Ok(count) => count.map_err(|error| failed(path, error)),

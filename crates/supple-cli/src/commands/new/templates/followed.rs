@@ -1,0 +1,91 @@
+//! What a template follows along plans beside its costs: limits and curves.
+
+use std::fmt::Write;
+
+use supple_robot::JointKind;
+
+use super::{Draft, list, names, said};
+
+impl Draft<'_> {
+    pub(super) fn followed(&self, text: &mut String) {
+        text.push_str(
+            "\n# Limits: where a plan leaves one, `evaluate` and `design` say by how much and when. Those of the robot file are\n\
+             # always checked; here they are written out, to be lowered, and reports draw them.\n",
+        );
+        let before = text.len();
+        self.speeds(text);
+        self.efforts(text);
+        if text.len() == before {
+            text.push_str("# The robot file gives its joints neither speeds nor efforts. One for the tool would be\n");
+            text.push_str("# [[tasks.limits]]\n# kind = \"frame_velocity\"\n");
+            let _ = writeln!(text, "# frame = {:?}", self.mount_name());
+            text.push_str("# select = [\"vx\", \"vy\", \"vz\"]\n# lower = -0.25                  # m/s\n# upper = 0.25\n\n");
+        }
+        self.curves(text);
+    }
+
+    /// Speeds of joints, where the file gives them.
+    fn speeds(&self, text: &mut String) {
+        let limb = self.limb;
+        let robot = &limb.planning.robot;
+        for (slides, unit) in [(false, "rad/s"), (true, "m/s")] {
+            let limited = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
+                let speed = joint.limits.velocity;
+                (joint.kind == JointKind::Prismatic) == slides && speed.is_finite() && speed > 0.0
+            });
+            let (joints, speeds): (Vec<&str>, Vec<f64>) =
+                limited.map(|joint| (joint.name.as_str(), joint.limits.velocity)).unzip();
+            limit(text, "joint_velocity", &joints, &speeds, unit);
+        }
+    }
+
+    /// Torques and forces of drives, where the file gives them; those of actuators have their own limits in it.
+    fn efforts(&self, text: &mut String) {
+        let limb = self.limb;
+        let robot = &limb.planning.robot;
+        if !robot.actuators.is_empty() {
+            return;
+        }
+        for (slides, unit) in [(false, "N m"), (true, "N")] {
+            let limited = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
+                let effort = joint.limits.effort;
+                (joint.kind == JointKind::Prismatic) == slides && effort.is_finite() && effort > 0.0
+            });
+            let (joints, efforts): (Vec<&str>, Vec<f64>) =
+                limited.map(|joint| (joint.name.as_str(), joint.limits.effort)).unzip();
+            let controls: Vec<String> = joints.iter().map(|joint| format!("tau.{joint}")).collect();
+            limit(text, "control", &controls, &efforts, unit);
+        }
+    }
+
+    fn curves(&self, text: &mut String) {
+        text.push_str("# Curves: kept over time in results and drawn in reports, without a say in the cost.\n");
+        if self.template.touches() {
+            text.push_str("[[tasks.curves]]                 # N: the force that the wall feels\n");
+            text.push_str("kind = \"contact_force\"\ncontact = \"wall\"\n\n");
+        }
+        let _ = write!(
+            text,
+            "[[tasks.curves]]                 # m: where the tool is; its error beside the target of the cost\n\
+             kind = \"frame_point\"\nframe = {:?}\n",
+            self.mount_name()
+        );
+        for axis in self.yielding() {
+            let _ = write!(
+                text,
+                "\n[[tasks.curves]]                 # m: how far the mount yields\nkind = \"coupling_deflection\"\ncoupling = {axis:?}\n"
+            );
+        }
+    }
+}
+
+/// A limit on both sides of 0, where there is anything to limit.
+fn limit(text: &mut String, kind: &str, select: &[impl AsRef<str>], most: &[f64], unit: &str) {
+    if select.is_empty() {
+        return;
+    }
+    let least: Vec<f64> = most.iter().map(|most| -most).collect();
+    let _ = writeln!(text, "[[tasks.limits]]\nkind = {kind:?}\nselect = {}", names(select));
+    said(text, &format!("lower = {}", list(&least)), &format!("{unit}, of the robot file"));
+    let _ = writeln!(text, "upper = {}\n", list(most));
+}
