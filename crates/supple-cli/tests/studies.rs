@@ -107,7 +107,12 @@ fn a_stopped_study_resumes_to_the_same_file() {
     let run = Run::of(&child.wait_with_output().unwrap());
     assert!(run.code == Some(1) && run.stderr.contains("; the same command resumes"), "{run:?}");
     let other = folder.run(&[&words[..5], &["3", "--out", "out"]].concat());
-    assert_eq!(other.error().lines().next(), Some("error: out/journal.redb: belongs to another study of traces; give another --out, or remove the file to start anew"));
+    assert_eq!(
+        other.error().lines().next(),
+        Some(
+            "error: out/journal.redb: belongs to another study of traces; give another --out, or remove the file to start anew"
+        )
+    );
     let again = folder.run(&words);
     assert_eq!((again.code, &again.stdout), (Some(0), &page.stdout));
     let [whole, resumed] = ["whole", "out"].map(|name| std::fs::read(folder.path(name).join("result.json")).unwrap());

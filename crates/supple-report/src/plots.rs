@@ -71,7 +71,8 @@ impl Plots {
         let others = legend::group(&mut traces, views.map_or(&[], Vec::as_slice));
         if others > 0 {
             let named = legend::MOST_ENTRIES - 1;
-            caption = format!("{caption} The legend names {named}; the {others} others are grey, and named where you point.");
+            caption =
+                format!("{caption} The legend names {named}; the {others} others are grey, and named where you point.");
         }
         self.plots.push(json!({
             "title": title, "height": height, "traces": traces, "layout": layout, "views": views,
