@@ -4,10 +4,9 @@
 
 use std::collections::BTreeSet;
 
-use supple::Kinds;
-use supple::Problem;
 use supple::check::check;
 use supple::file::json_schema;
+use supple::{Kinds, Problem};
 
 #[allow(dead_code)]
 #[path = "robot/arm.rs"]
@@ -85,7 +84,8 @@ fn costs() -> Vec<(&'static str, Problem)> {
 /// The kinds of cost that robots alone have.
 fn of_robots() -> Vec<(&'static str, Problem)> {
     let any_model = ["contact_force", "control", "penetration", "quadratic", "state"];
-    let kind_of = |costs: &str| Kinds::default().costs().into_iter().find(|kind| costs.split('"').nth(1) == Some(kind));
+    let kinds: Vec<&str> = Kinds::default().quantities().into_iter().chain(["quadratic"]).collect();
+    let kind_of = |costs: &str| kinds.iter().copied().find(|kind| costs.split('"').nth(1) == Some(*kind));
     let all = examples::of_costs().into_iter();
     let with_kind = all.filter_map(|example| kind_of(&example.costs).map(|kind| (kind, example)));
     with_kind.filter(|(kind, _)| !any_model.contains(kind)).map(|(kind, example)| (kind, example.problem())).collect()

@@ -593,24 +593,26 @@ fn cells_stand_for_what_is_asked_for() {
         wrong("wall_variance", "-1"),
         wrong("1.5", "cheap"),
         wrong("-1, 1e-4", "-1; 0, 1e-4"),
-        wrong("signal, contact_force", "signul, contact_force"),
         wrong("2, \n", ", 5\n"),
         wrong("state, x2; xw, ", "state, x2; xw, 1"),
     ];
-    let kinds = supple::Kinds::default().quantities().join("`, `");
     let expected = [
-        "3:29: sensors[1].C[0][2]: parameter `k9` is not declared: add a table [parameters.k9], or use one of `k1`, `k2`, \
-         `wall_variance`"
-            .to_owned(),
-        "2:11: sensors[0].select: the model has no state `xv`: it has `x1`, `v1`, `x2`, `v2`, `xw`".to_owned(),
-        "2:21: sensors[0].variance: must be above 0, as every sensor has some noise; found -1".to_owned(),
-        "3:47: sensors[1].price: must be a number; found \"cheap\"".to_owned(),
-        "3:23: sensors[1].C: must have one factor per state: 5; found 6".to_owned(),
-        format!("4:6: sensors[2].kind: must be one of `measurement`, `sum`, `{kinds}`; found `signul`"),
-        "4:1: sensors[2].variance: is missing".to_owned(),
-        "2:19: sensors[0].C: unknown key `C`; valid are `select`, `name`, `price`, `variance`, `deviation`".to_owned(),
+        "3:27: sensors[1].C[0][2]: parameter `k9` is not declared: add a table [parameters.k9], or use one of `k1`, `k2`, \
+         `wall_variance`, `drive_variance`",
+        "2:11: sensors[0].select: the model has no state `xv`: it has `x1`, `v1`, `x2`, `v2`, `xw`",
+        "2:21: sensors[0].variance: must be above 0, as every sensor has some noise; found -1",
+        "3:44: sensors[1].price: must be a number; found \"cheap\"",
+        "3:21: sensors[1].C: must have one factor per state: 5; found 6",
+        "4:1: sensors[2].variance: is missing",
+        "2:19: sensors[0].C: unknown key `C`; valid are `select`, `name`, `price`, `variance`, `deviation`",
     ];
     assert_eq!(found, expected);
+    let unknown = wrong("signal, contact_force", "signul, contact_force");
+    assert!(
+        unknown.starts_with("4:6: sensors[2].kind: must be one of `measurement`, `sum`, `center_of_mass`"),
+        "{unknown}"
+    );
+    assert!(unknown.ends_with("found `signul`"), "{unknown}");
 }
 
 #[test]

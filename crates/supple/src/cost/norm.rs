@@ -162,7 +162,7 @@ impl Norms {
     /// Adds a kind, in the place of one that has its name.
     pub fn add<N: NormFile>(&mut self) {
         let build = |given: Variant| given.read().map(|file| N::build(file).into());
-        self.0.add(N::NAME, build, |generator| <N::File as schemars::JsonSchema>::json_schema(generator));
+        self.0.add(N::NAME, build, <N::File as schemars::JsonSchema>::json_schema);
     }
 
     /// Reads the norm at a place: the square where there is none.

@@ -5,7 +5,6 @@ use std::path::Path;
 use super::coupling::ComplianceFile;
 use super::robot::Couplings;
 use super::{AnyModel, Linear, ModelFile, PlainFile, Robot, TwoMass};
-use crate::cost;
 use crate::cost::{NormFile, Norms};
 use crate::document::{Document, FileError, Registry};
 use crate::parameters::Parameters;
@@ -67,11 +66,6 @@ struct Reads {
 }
 
 impl Kinds {
-    /// The names of all kinds of cost.
-    pub fn costs(&self) -> Vec<&'static str> {
-        cost::kinds(&self.quantities)
-    }
-
     /// With a kind of quantity, in the place of one that has its name.
     #[must_use]
     pub fn with_quantity<Q: QuantityFile>(mut self) -> Self {

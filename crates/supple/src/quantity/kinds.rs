@@ -21,10 +21,13 @@ pub trait QuantityFile: Measurable + Sized {
     fn build(file: Self::File, vocabulary: &Vocabulary) -> Result<Self, Unfit>;
 }
 
+/// Reads a quantity from the keys of its own.
+type Build = fn(Reader, &Vocabulary) -> Result<Result<Quantity, Unfit>, ReadError>;
+
 /// How one kind is read.
 #[derive(Clone, Copy, Debug)]
 struct Reads {
-    build: fn(Reader, &Vocabulary) -> Result<Result<Quantity, Unfit>, ReadError>,
+    build: Build,
     of_control: bool,
 }
 

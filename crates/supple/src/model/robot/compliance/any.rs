@@ -187,7 +187,7 @@ impl Couplings {
         let build = |table: Reader, names: &Names| {
             C::File::deserialize(table).map(|file| C::build(file, names).map(Coupling::from))
         };
-        self.0.add(C::NAME, build, |generator| <C::File as schemars::JsonSchema>::json_schema(generator));
+        self.0.add(C::NAME, build, <C::File as schemars::JsonSchema>::json_schema);
     }
 
     /// The names of all kinds, in order.
