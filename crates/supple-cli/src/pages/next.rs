@@ -64,6 +64,11 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                 (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => {
                     "more evaluations, `max_evaluations` in [design], or other starts, `--seed 1`".to_owned()
                 }
+                (_, false) if met_blindly(report).is_some() => format!(
+                    "a lower `bound` of {}: it is met without any measurement, so it does not tell how good sensors must be; \
+                     `supple sensors` shows the cost without them",
+                    met_blindly(report).unwrap_or_default()
+                ),
                 (_, false) => format!("wider bounds of {}: the optimum is at them", listed(&at_bounds)),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 _ if same <= 1 => {
@@ -76,6 +81,16 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
         }),
     };
     format!("Next: {advice}.\n")
+}
+
+/// The task whose limit is met without any measurement while more than that is measured; none where any limit takes some.
+fn met_blindly(report: &DesignReport) -> Option<&str> {
+    let needs_none = |task: &&TaskEvaluation| {
+        task.cost.bound.is_some() && task.information.needed.as_ref().is_some_and(|needed| needed.total_bits < 1e-6)
+    };
+    let tasks = &report.optimum.tasks;
+    let is_minimised = report.settings.information.needed > 0.0;
+    (!is_minimised && tasks.iter().all(|task| needs_none(&task))).then(|| tasks.first().map(|task| task.name.as_str()))?
 }
 
 /// What to do about a plan that does not do what it should; none where it does.
