@@ -106,7 +106,10 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         let written = Written::of(&["--template", template]);
         assert_eq!(written.number("tasks/0/steps"), 100.0);
         let time = 100.0 * written.number("tasks/0/time_step");
-        assert!([seconds, 2.0 * seconds].iter().any(|wanted| (time / wanted - 1.0).abs() < 1e-9), "{template}: {time} s");
+        assert!(
+            [seconds, 2.0 * seconds].iter().any(|wanted| (time / wanted - 1.0).abs() < 1e-9),
+            "{template}: {time} s"
+        );
     }
     assert_said(&[
         "times a power of ten",

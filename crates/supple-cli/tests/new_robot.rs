@@ -155,7 +155,8 @@ fn limbs_of_a_single_joint_have_tasks() {
                 continue;
             }
             let run = folder.run(&[&["new", "task"][..], &words].concat());
-            let error = format!("takes 2 joints at least, and `{frame}` is moved by 1; try --template press, hold or reach");
+            let error =
+                format!("takes 2 joints at least, and `{frame}` is moved by 1; try --template press, hold or reach");
             assert!(run.error().contains(&error), "{template}: {}", run.stderr);
             assert!(!folder.path("task.toml").exists());
         }
@@ -170,16 +171,19 @@ fn templates_have_limits_and_curves() {
     let (text, _) = written(&folder, "press", &["--robot", "arm.urdf", "--template", "press"]);
     let table: toml::Value = toml::from_str(&text).unwrap();
     let task = &table["tasks"][0];
-    let list = |value: &toml::Value| value.as_array().unwrap().iter().map(|v| v.as_float().unwrap()).collect::<Vec<_>>();
+    let list =
+        |value: &toml::Value| value.as_array().unwrap().iter().map(|v| v.as_float().unwrap()).collect::<Vec<_>>();
     let limits = task["limits"].as_array().unwrap();
     assert_eq!(limits[0]["kind"].as_str(), Some("joint_velocity"));
     assert_eq!(list(&limits[0]["upper"]), [3.0, 3.0, 3.0, 4.0, 4.0, 4.0]);
     assert_eq!(list(&limits[0]["lower"]), [-3.0, -3.0, -3.0, -4.0, -4.0, -4.0]);
     assert_eq!((limits[1]["kind"].as_str(), list(&limits[1]["upper"])[2]), (Some("control"), 60.0));
-    let kinds: Vec<_> = task["curves"].as_array().unwrap().iter().map(|curve| curve["kind"].as_str().unwrap()).collect();
+    let kinds: Vec<_> =
+        task["curves"].as_array().unwrap().iter().map(|curve| curve["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["contact_force", "frame_point", "coupling_deflection"]);
     // A limit that is lowered below what the plan does is reported with its name.
-    let lowered = text.replace("upper = [3.0, 3.0, 3.0, 4.0, 4.0, 4.0]", "upper = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]");
+    let lowered =
+        text.replace("upper = [3.0, 3.0, 3.0, 4.0, 4.0, 4.0]", "upper = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]");
     std::fs::write(folder.path("press.toml"), lowered).unwrap();
     let run = folder.run(&["evaluate", "press.toml", "--json", "--rollouts", "0"]);
     let found: Value = serde_json::from_str(&run.stdout).unwrap();

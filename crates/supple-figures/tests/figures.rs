@@ -94,7 +94,11 @@ fn motion_shows_poses_and_forces() {
     };
     assert!(arrow(&motion.panels[6]) < 1e-2 * size(motion.panels[0].x.range), "it begins apart from the wall");
     assert!(arrow(&motion.panels[11]) > 0.05 * size(motion.panels[0].x.range), "it ends pressing");
-    assert!(motion.entries().iter().any(|entry| entry.starts_with("contact force, at most ")), "{:?}", motion.entries());
+    assert!(
+        motion.entries().iter().any(|entry| entry.starts_with("contact force, at most ")),
+        "{:?}",
+        motion.entries()
+    );
 
     let mut still = folder;
     let StudyResult::Design(report) = &mut still.result else { panic!() };

@@ -79,7 +79,11 @@ fn figures_of_many_results_have_short_legends() {
     let curves: Vec<Folder> = (0..4).map(|index| named(index, bound())).collect();
     let drawn = draw(Kind::Bound, &curves, None).unwrap();
     assert_short(&drawn, "bound");
-    assert!((0..4).all(|index| drawn.entries().contains(&&*format!("minimum, front_{index}"))), "{:?}", drawn.entries());
+    assert!(
+        (0..4).all(|index| drawn.entries().contains(&&*format!("minimum, front_{index}"))),
+        "{:?}",
+        drawn.entries()
+    );
 
     let mut noises = robustness();
     let StudyResult::Robustness(study) = &mut noises.result else { panic!() };

@@ -68,10 +68,13 @@ impl Plots {
         let index = self.plots.len();
         let Plot { title, alternative, mut caption, height, mut traces, layout, choice } = plot;
         let views = choice.as_ref().map(|choice| &choice.views);
-        let others = legend::group(&mut traces, views.map_or(&[], Vec::as_slice));
+        let all = || vec![(0..traces.len()).collect()];
+        let shown = views.map_or_else(all, |views| views.iter().map(|view| view.traces.clone()).collect());
+        let others = legend::group(&mut traces, &shown);
         if others > 0 {
             let named = legend::MOST_ENTRIES - 1;
-            caption = format!("{caption} The legend names {named}; the {others} others are grey, and named where you point.");
+            caption =
+                format!("{caption} The legend names {named}; the {others} others are grey, and named where you point.");
         }
         self.plots.push(json!({
             "title": title, "height": height, "traces": traces, "layout": layout, "views": views,

@@ -6,11 +6,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use supple::{Named, Problem};
 use supple::design::{
     Aim, Control, DesignSettings, DesignStatus, Event, GradientKind, Method, Observer, Searcher, StartSummary,
 };
 use supple::parameters::Parameters;
+use supple::{Named, Problem};
 
 use crate::design::check_designable;
 use crate::journal::{Identity, Parts};
@@ -149,10 +149,8 @@ fn searches(
     let TraceOptions { starts, seed, .. } = *options;
     let settings = DesignSettings { method, gradient, starts, seed, ..problem.design.clone() };
     settings.check().map_err(|(key, message)| StudyError::usage(format!("{key}: {message}")))?;
-    let recorder = Recorder {
-        parameters: &problem.parameters,
-        paths: (0..starts).map(|_| Mutex::<Visited>::default()).collect(),
-    };
+    let recorder =
+        Recorder { parameters: &problem.parameters, paths: (0..starts).map(|_| Mutex::<Visited>::default()).collect() };
     let control = Control { observer: &recorder, stop: watch.stop };
     let searcher = Searcher::new(problem, &settings, Aim::default(), control);
     let search = |start: usize| {

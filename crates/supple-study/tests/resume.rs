@@ -142,7 +142,8 @@ fn another_study_is_refused_with_the_difference() {
     let mut softer = small();
     softer.phi[0] *= 0.5;
     let name = &task.problem.parameters.get(0).name;
-    let [was, is] = [(&task, '-'), (&softer, '+')].map(|(of, sign)| format!("{sign}parameter {name} = {:?}", of.phi[0]));
+    let [was, is] =
+        [(&task, '-'), (&softer, '+')].map(|(of, sign)| format!("{sign}parameter {name} = {:?}", of.phi[0]));
     refused(pareto::run(&softer, &options, folder, RUNNING).unwrap_err(), &[&was, &is]);
     let kinds = ["-study Pareto front", "+study study of traces", "+gradient frozen"];
     refused(trace::run(&task, &traces(), folder, RUNNING).unwrap_err(), &kinds);

@@ -23,12 +23,7 @@ fn colour(map: Map, band: usize, bands: usize) -> (String, bool) {
 }
 
 /// Draws bands, lines between them, and their values where none of the lines and marks of `above` would cover these.
-pub fn draw(
-    canvas: &mut Canvas,
-    frame: &Frame,
-    (grid, levels, map): (&Values, &[f64], Map),
-    above: &[Vec<Place>],
-) {
+pub fn draw(canvas: &mut Canvas, frame: &Frame, (grid, levels, map): (&Values, &[f64], Map), above: &[Vec<Place>]) {
     let bands = levels.len() + 1;
     let ruler = Ruler::new();
     canvas.rectangle(frame.area, Paint::fill(MISSING));
@@ -75,13 +70,7 @@ fn beside(at: Place, from: Place, to: Place) -> f64 {
 }
 
 /// Draws the lines of a level, the longest with its value in a gap.
-fn numbered(
-    canvas: &mut Canvas,
-    sheet: &Sheet,
-    level: f64,
-    dark: bool,
-    (ruler, room): (&Ruler, &mut Room),
-) {
+fn numbered(canvas: &mut Canvas, sheet: &Sheet, level: f64, dark: bool, (ruler, room): (&Ruler, &mut Room)) {
     let colour = if dark { "#ffffff" } else { "#000000" };
     let mut lines = sheet.lines(level);
     let text = words::short(level);

@@ -114,7 +114,11 @@ impl View {
         for spring in scene.connections.iter().filter(|one| one.kind != ConnectionKind::Contact) {
             let [from, to] = [&spring.from, &spring.to].map(|end| self.seen(at(&end.0, frame)));
             let style = Style { width: 0.8, dash: Dash::Dotted, ..Style::line(Colour::Green) };
-            series.push(Series::named("spring", style, Shape::Line { x: vec![from[0], to[0]], y: vec![from[1], to[1]] }));
+            series.push(Series::named(
+                "spring",
+                style,
+                Shape::Line { x: vec![from[0], to[0]], y: vec![from[1], to[1]] },
+            ));
         }
         for contact in contacts(scene) {
             let (tip, force) = (at(&contact.to.0, frame), at(&contact.force.0, frame));
@@ -130,9 +134,9 @@ impl View {
     fn body(&self, body: &Body, frame: usize) -> Vec<Series> {
         let (position, rotation) = (at(&body.position.0, frame), at(&body.rotation.0, frame));
         let shape = |shape: &supple::scene::Shape| {
-            let points = corners(shape.solid).into_iter().map(|corner| {
-                placed(placed(corner, shape.rotation, shape.position), rotation, position)
-            });
+            let points = corners(shape.solid)
+                .into_iter()
+                .map(|corner| placed(placed(corner, shape.rotation, shape.position), rotation, position));
             let style = Style { width: 0.5, ..Style::area(Colour::Blue, 0.25) };
             Series::plain(style, self.outline(points))
         };
@@ -162,9 +166,8 @@ fn at<const N: usize>(track: &[[f64; N]], frame: usize) -> [f64; N] {
 
 /// A point turned by a unit quaternion `w, x, y, z` and moved.
 fn placed(point: [f64; 3], [w, x, y, z]: [f64; 4], position: [f64; 3]) -> [f64; 3] {
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     // p + 2 w (v x p) + 2 v x (v x p), with the vector part v.
     let first = cross([x, y, z], point);
     let second = cross([x, y, z], first);
@@ -210,9 +213,8 @@ fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     if points.len() < 3 {
         return points;
     }
-    let turns_right = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0
-    };
+    let turns_right =
+        |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0;
     let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
         let mut chain: Vec<[f64; 2]> = Vec::new();
         for point in points {

@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 
 use super::Context;
 use super::series::{Run, line, runs, time, titled};
-use crate::legend::MOST_ENTRIES;
 use crate::arrays::thinned;
 use crate::html::{table, words};
+use crate::legend::MOST_ENTRIES;
 use crate::numbers::{change, number};
 use crate::part::Part;
 use crate::plots::{Choice, Plot, Plots, View, axis_key, panels};
@@ -140,13 +140,7 @@ fn style(state: usize) -> Value {
     json!({ "color": crate::plots::colour(state), "dash": dash, "width": 1.5 })
 }
 
-fn feedback_view(
-    runs: &[Run],
-    control: usize,
-    (name, unit): (&str, &str),
-    order: &[usize],
-    plots: &mut Plots,
-) -> View {
+fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), order: &[usize], plots: &mut Plots) -> View {
     let mut view = View { name: format!("Feedback to {name}"), ..Default::default() };
     let mut sizes = Vec::new();
     for (panel, run) in runs.iter().enumerate() {

@@ -32,8 +32,7 @@ impl Front<'_> {
 pub(super) fn find_ends(front: &Front) -> Result<Ends, StudyError> {
     let free = front.searcher(Aim::Information { factor: f64::INFINITY });
     let cheap = front.searcher(Aim::Cost);
-    let (loose, tight) =
-        rayon::join(|| front.best("least information", &free), || front.best("least cost", &cheap));
+    let (loose, tight) = rayon::join(|| front.best("least information", &free), || front.best("least cost", &cheap));
     let (loose, mut tight) = (loose?, tight?);
     let from_loose = || cheap.search_from(&loose.to, &loose.controls, front.settings.starts);
     let from_loose = front.part("least cost, from the least information", from_loose)?;

@@ -4,8 +4,8 @@ use supple::design::{Aim, DesignStatus, StartSummary};
 use supple::pipeline::TaskState;
 
 use super::{Ends, Front, at_ends};
-use crate::design::warnings_of;
 use crate::StudyError;
+use crate::design::warnings_of;
 
 /// A point of a front.
 pub(super) struct Point {

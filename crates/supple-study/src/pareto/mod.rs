@@ -18,8 +18,8 @@ use supple::design::{
 };
 use supple::parameters::Parameters;
 
-use crate::design::check_designable;
 use crate::design::Found;
+use crate::design::check_designable;
 use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch, lenient};
 use ends::{Ends, find_ends};

@@ -58,7 +58,9 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     for start in found.iter().take(TRIES) {
         // As it is; then nearer to the wall where the plan does not find it, slower where it exceeds limits of the robot.
         let (mut is_lost, mut is_limited) = (false, false);
-        for (slower, enforce, near) in [(1.0, false, false), (1.0, false, true), (2.0, false, false), (2.0, true, false)] {
+        for (slower, enforce, near) in
+            [(1.0, false, false), (1.0, false, true), (2.0, false, false), (2.0, true, false)]
+        {
             let is_first = !near && slower == 1.0;
             if !(is_first || near && is_lost || !near && is_limited) {
                 continue;

@@ -19,7 +19,9 @@ impl Draft<'_> {
             text.push_str("# The robot file gives its joints neither speeds nor efforts. One for the tool would be\n");
             text.push_str("# [[tasks.limits]]\n# kind = \"frame_velocity\"\n");
             let _ = writeln!(text, "# frame = {:?}", self.mount_name());
-            text.push_str("# select = [\"vx\", \"vy\", \"vz\"]\n# lower = -0.25                  # m/s\n# upper = 0.25\n\n");
+            text.push_str(
+                "# select = [\"vx\", \"vy\", \"vz\"]\n# lower = -0.25                  # m/s\n# upper = 0.25\n\n",
+            );
         }
         self.curves(text);
     }
@@ -29,10 +31,11 @@ impl Draft<'_> {
         let limb = self.limb;
         let robot = &limb.planning.robot;
         for (slides, unit) in [(false, "rad/s"), (true, "m/s")] {
-            let limited = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
-                let speed = joint.limits.velocity;
-                (joint.kind == JointKind::Prismatic) == slides && speed.is_finite() && speed > 0.0
-            });
+            let limited =
+                limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
+                    let speed = joint.limits.velocity;
+                    (joint.kind == JointKind::Prismatic) == slides && speed.is_finite() && speed > 0.0
+                });
             let (joints, speeds): (Vec<&str>, Vec<f64>) =
                 limited.map(|joint| (joint.name.as_str(), joint.limits.velocity)).unzip();
             limit(text, "joint_velocity", &joints, &speeds, unit);
@@ -47,10 +50,11 @@ impl Draft<'_> {
             return;
         }
         for (slides, unit) in [(false, "N m"), (true, "N")] {
-            let limited = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
-                let effort = joint.limits.effort;
-                (joint.kind == JointKind::Prismatic) == slides && effort.is_finite() && effort > 0.0
-            });
+            let limited =
+                limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
+                    let effort = joint.limits.effort;
+                    (joint.kind == JointKind::Prismatic) == slides && effort.is_finite() && effort > 0.0
+                });
             let (joints, efforts): (Vec<&str>, Vec<f64>) =
                 limited.map(|joint| (joint.name.as_str(), joint.limits.effort)).unzip();
             let controls: Vec<String> = joints.iter().map(|joint| format!("tau.{joint}")).collect();

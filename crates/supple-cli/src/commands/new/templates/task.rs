@@ -68,8 +68,7 @@ impl Draft<'_> {
         );
         let dt = rules.time_step();
         // Joints that slide wander as far as the tool of a limb that turns.
-        let (wander, unit) =
-            if limb.slides() { (digits(wander * limb.reach), "m/s") } else { (wander, "rad/s") };
+        let (wander, unit) = if limb.slides() { (digits(wander * limb.reach), "m/s") } else { (wander, "rad/s") };
         let tip = wander * limb.lever();
         let (joint, tool) = (digits(wander * wander * dt), digits(tip * tip * dt * 0.04));
         let _ = writeln!(
@@ -155,11 +154,19 @@ impl Draft<'_> {
         }
         let speed = rules.joint_speed(limb);
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(limb.joints()));
-        said(text, &format!("weight = {:?}", rules.weight(speed)), &format!("tolerance {speed:?} {}", if limb.slides() { "m/s" } else { "rad/s" }));
+        said(
+            text,
+            &format!("weight = {:?}", rules.weight(speed)),
+            &format!("tolerance {speed:?} {}", if limb.slides() { "m/s" } else { "rad/s" }),
+        );
         let load = rules.load(limb, start);
         text.push_str("\n[[tasks.costs]]\nkind = \"control\"\n");
         let is_servo = !limb.planning.robot.actuators.is_empty();
-        let (tolerance, unit) = if is_servo { (1.0, "in the unit of the actuators") } else { (load, if limb.slides() { "N" } else { "N m" }) };
+        let (tolerance, unit) = if is_servo {
+            (1.0, "in the unit of the actuators")
+        } else {
+            (load, if limb.slides() { "N" } else { "N m" })
+        };
         said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} {unit}"));
     }
 }
