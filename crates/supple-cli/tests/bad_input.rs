@@ -171,7 +171,7 @@ fn wrong_types() {
             ["norm = \"quadratic\"", "norm = 2.25"],
             "2.25",
             "tasks[1].costs[1].norm",
-            "one of `quadratic`, `absolute`; found 2.25",
+            "one of `absolute`, `quadratic`; found 2.25",
         ),
     ]);
 }

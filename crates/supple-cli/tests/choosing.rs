@@ -115,7 +115,7 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         "times a power of ten",
         "a quarter of the sustained force, at most 10 N, and at most 10 N for a reach of 0.5 m",
         "| travel | `travel` | $L/10$ |",
-        "| clearance at the start | `clearance` | $L/100$ |",
+        "| clearance at the start | `clearance` | $L/100$; where",
         "0.5 s for `press` and `insert`, else 1 s, in 100 steps; twice that if",
         "2 % of $m$",
         "the force deflects it by 1 mm; the softest mount is 40 times softer",
@@ -200,6 +200,7 @@ fn the_example_is_what_is_written() {
     let contact = press.kind("model/compliance", "contact");
     let variance = |path: &str| press.number(path).sqrt();
     let rows = [
+        "| Number | Value |".to_owned(),
         format!("| force | {force} N |"),
         format!("| stiffness of the mount | {} N/m |", press.number("parameters/k/initial")),
         format!("| damping of the mount | {} N s/m |", press.number("parameters/d/initial")),
@@ -211,6 +212,8 @@ fn the_example_is_what_is_written() {
         format!("| deviation of the force sensor | {:.2} N |", variance("parameters/force_noise/initial")),
         format!("| limit of the cost | {} |", press.number("tasks/0/bound")),
     ];
+    assert!((REACH - 0.97).abs() < 1e-9 && (MASS - 10.9).abs() < 1e-9);
+    assert_said(&["with a reach of 0.97 m and a mass of 10.9 kg"]);
     let page = page();
     let lacking: Vec<&String> = rows.iter().filter(|row| !page.lines().any(|line| line == row.as_str())).collect();
     assert!(lacking.is_empty(), "docs/choosing.md lacks {lacking:#?}");

@@ -28,6 +28,8 @@ fn plot_writes_a_file_of_each_format() {
     let run = folder.run(&["plot", "out", "--figure", "gains", "--width", "page", "--out", "figures/k.svg"]);
     assert_eq!(run.quiet().0, Some(0));
     assert!(std::fs::read_to_string(folder.path("figures/k.svg")).unwrap().contains("width=\"180.000mm\""));
+    let run = folder.run(&["plot", "out", "--figure", "motion", "--format", "pdf"]);
+    assert_eq!(run.quiet(), (Some(0), "wrote motion.pdf\n"));
 }
 
 #[test]

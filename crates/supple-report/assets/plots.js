@@ -111,6 +111,8 @@ const supplePlots = (data) => {
     };
     for (const key of Object.keys(layout).filter((name) => /^[xy]axis\d*$/.test(name))) {
       layout[key] = axis(layout[key]);
+      // Logarithmic ticks at 1, 2 and 5 of a decade at most, as the texts of all nine would touch.
+      if (key.startsWith("x") && layout[key].type === "log" && layout[key].tickvals === undefined) layout[key].nticks ??= 3;
       // Few ticks on narrow screens, so that their texts do not touch.
       if (width < 500 && layout[key].tickvals === undefined) layout[key].nticks ??= key.startsWith("x") ? 5 : 6;
     }

@@ -2,8 +2,6 @@
 
 use serde_json::Value;
 
-use crate::plots::View;
-
 /// The most entries of a legend.
 pub const MOST_ENTRIES: usize = 8;
 
@@ -18,28 +16,23 @@ fn entry(trace: &Value) -> Option<&str> {
     name.filter(|_| shown)
 }
 
-/// The entries of a view, or of all traces, in their order.
-pub fn entries<'a>(traces: &'a [Value], view: Option<&View>) -> Vec<&'a str> {
+/// The entries of a view, given the traces that it shows, in their order.
+fn entries<'a>(traces: &'a [Value], view: &[usize]) -> Vec<&'a str> {
     let mut entries = Vec::new();
-    let mut add = |trace: &'a Value| {
-        if let Some(name) = entry(trace).filter(|name| !entries.contains(name)) {
+    for name in view.iter().filter_map(|&index| entry(traces.get(index)?)) {
+        if !entries.contains(&name) {
             entries.push(name);
         }
-    };
-    match view {
-        Some(view) => view.traces.iter().filter_map(|&index| traces.get(index)).for_each(&mut add),
-        None => traces.iter().for_each(&mut add),
     }
     entries
 }
 
-/// Makes the entries of every view at most [`MOST_ENTRIES`]: beyond them, all but the first ones become one entry in grey,
-/// which keep their names for those who point at them. How many there are of these.
-pub fn group(traces: &mut [Value], views: &[View]) -> usize {
-    let views: Vec<Option<&View>> = if views.is_empty() { vec![None] } else { views.iter().map(Some).collect() };
+/// Makes the entries of every view, given by the traces that it shows, at most [`MOST_ENTRIES`]: beyond them, all but the first
+/// ones become one entry in grey, which keep their names for those who point at them. How many there are of these.
+pub fn group(traces: &mut [Value], views: &[Vec<usize>]) -> usize {
     let mut rest: Vec<String> = Vec::new();
-    for view in &views {
-        let entries = entries(traces, *view);
+    for view in views {
+        let entries = entries(traces, view);
         if entries.len() > MOST_ENTRIES {
             let names = entries[MOST_ENTRIES - 1..].iter().map(|name| (*name).to_owned());
             rest.extend(names.filter(|name| !rest.contains(name)).collect::<Vec<_>>());
@@ -58,8 +51,7 @@ pub fn group(traces: &mut [Value], views: &[View]) -> usize {
     }
     // One sample in each view.
     for view in views {
-        let shown: Vec<usize> = view.map_or_else(|| (0..traces.len()).collect(), |view| view.traces.clone());
-        if let Some(&first) = shown.iter().find(|&&index| grey.get(index) == Some(&true)) {
+        if let Some(&first) = view.iter().find(|&&index| grey.get(index) == Some(&true)) {
             traces[first]["showlegend"] = true.into();
         }
     }
@@ -99,22 +91,23 @@ mod tests {
 
     #[test]
     fn eight_entries_stay_and_more_are_grouped() {
+        let all = |count: usize| -> Vec<Vec<usize>> { vec![(0..count).collect()] };
         let mut eight = traces(8);
-        assert_eq!((group(&mut eight, &[]), &eight), (0, &traces(8)));
+        assert_eq!((group(&mut eight, &all(8)), &eight), (0, &traces(8)));
         let mut ten = traces(10);
-        assert_eq!(group(&mut ten, &[]), 3);
-        assert_eq!(entries(&ten, None), ["q0", "q1", "q2", "q3", "q4", "q5", "q6", "others"]);
+        assert_eq!(group(&mut ten, &all(10)), 3);
+        assert_eq!(entries(&ten, &all(10)[0]), ["q0", "q1", "q2", "q3", "q4", "q5", "q6", "others"]);
         assert_eq!(ten[9]["text"], "q9", "its name is there for those who point at it");
         assert_eq!((&ten[9]["line"]["color"], &ten[6]["line"]["color"]), (&json!(GREY), &json!("@1")));
     }
 
     #[test]
     fn views_are_counted_one_by_one() {
-        let view = |traces: std::ops::Range<usize>| View { traces: traces.collect(), ..View::default() };
+        let views = |ranges: [std::ops::Range<usize>; 2]| ranges.map(Iterator::collect::<Vec<usize>>).to_vec();
         let mut twelve = traces(12);
-        assert_eq!(group(&mut twelve, &[view(0..6), view(6..12)]), 0);
-        assert_eq!(group(&mut twelve, &[view(0..6), view(2..12)]), 3);
-        assert_eq!(entries(&twelve, Some(&view(0..6))).len(), 6);
-        assert_eq!(entries(&twelve, Some(&view(2..12))).len(), MOST_ENTRIES);
+        assert_eq!(group(&mut twelve, &views([0..6, 6..12])), 0);
+        let overlapping = views([0..6, 2..12]);
+        assert_eq!(group(&mut twelve, &overlapping), 3);
+        assert_eq!(overlapping.iter().map(|view| entries(&twelve, view).len()).collect::<Vec<_>>(), [6, MOST_ENTRIES]);
     }
 }

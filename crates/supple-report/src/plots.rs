@@ -68,7 +68,9 @@ impl Plots {
         let index = self.plots.len();
         let Plot { title, alternative, mut caption, height, mut traces, layout, choice } = plot;
         let views = choice.as_ref().map(|choice| &choice.views);
-        let others = legend::group(&mut traces, views.map_or(&[], Vec::as_slice));
+        let all = || vec![(0..traces.len()).collect()];
+        let shown = views.map_or_else(all, |views| views.iter().map(|view| view.traces.clone()).collect());
+        let others = legend::group(&mut traces, &shown);
         if others > 0 {
             let named = legend::MOST_ENTRIES - 1;
             caption =

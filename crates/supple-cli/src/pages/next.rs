@@ -65,6 +65,11 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                 (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => {
                     "more evaluations, `max_evaluations` in [design], or other starts, `--seed 1`".to_owned()
                 }
+                (_, false) if met_blindly(report).is_some() => format!(
+                    "a lower `bound` of {}: it can be met without any measurement, so it does not tell how good sensors must be; \
+                     `supple sensors` shows the cost without them",
+                    met_blindly(report).unwrap_or_default()
+                ),
                 (_, false) => format!("wider bounds of {}: the optimum is at them", listed(&at_bounds)),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 _ if same <= 1 => {
@@ -77,6 +82,18 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
         }),
     };
     format!("Next: {advice}.\n")
+}
+
+/// The task whose limit can be met without any measurement, where more than that is minimised; none where any limit takes some.
+/// At the optimum, or at the start where it takes long to find there.
+fn met_blindly(report: &DesignReport) -> Option<&str> {
+    let needed = |task: &TaskEvaluation| task.information.needed.as_ref().map(|needed| needed.total_bits);
+    let mut pairs = report.optimum.tasks.iter().zip(&report.start.tasks);
+    let is_blind = pairs.all(|(optimum, start)| {
+        optimum.cost.bound.is_some() && needed(optimum).or(needed(start)).is_some_and(|bits| bits < 1e-6)
+    });
+    let first = report.optimum.tasks.first().filter(|_| is_blind && report.settings.information.needed == 0.0);
+    first.map(|task| task.name.as_str())
 }
 
 /// What to do about a plan that does not do what it should; none where it does.

@@ -10,7 +10,20 @@ pub fn sensors_page(about: &About, study: &Sensors) -> String {
     let mut page = heading(about) + &asked(study) + &sets(study);
     page.push_str(&values(study));
     page.push_str(&certificate(study));
+    page.push_str(next(study));
     page
+}
+
+/// What to try next, where nothing speaks against choosing every sensor.
+fn next(study: &Sensors) -> &'static str {
+    let options = &study.options;
+    let is_limited = options.budget.is_some() || options.count.is_some() || options.cost.is_some();
+    let is_free = study.sensors.iter().all(|sensor| sensor.price == 0.0);
+    if is_limited || !is_free || study.sensors.len() < 2 {
+        return "";
+    }
+    "Next: sensors without prices are all worth having: `--count 2` finds the best two, `--cost` the fewest for an expected \
+     cost, and prices come from a catalogue (docs/sensors.md).\n"
 }
 
 /// What was asked for, in a sentence.

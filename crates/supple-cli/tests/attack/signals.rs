@@ -127,15 +127,20 @@ fn a_study_stopped_before_it_found_anything_keeps_nothing() {
 }
 
 #[test]
-fn a_stopped_step_of_a_study_is_made_again() {
+fn a_stopped_step_of_a_study_resumes() {
     let folder = Folder::with_task(TWO_MASS);
     let text = "title = \"Long\"\n[[steps]]\nname = \"paths\"\nrun = \"trace\"\ntask = \"task.toml\"\nstarts = 3000\n";
     std::fs::write(folder.path("study.toml"), text).unwrap();
+    let mut kept = 0;
     for _ in 0..2 {
         let child = start(&folder, &["study", "study.toml"]);
         std::thread::sleep(Duration::from_secs(4));
         let (run, _) = ended("-TERM", child);
         assert!(run.code == Some(1) && run.stderr.contains("step 1 of 1, paths: supple trace"), "{run:?}");
         assert!(folder.path("study/paths/result.json").exists(), "{run:?}");
+        // It resumes: what was done is not done again.
+        let now = supple_study::kept_parts(&folder.path("study/paths")).unwrap();
+        assert!(now > kept, "{now} after {kept}");
+        kept = now;
     }
 }

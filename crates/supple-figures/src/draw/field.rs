@@ -159,3 +159,25 @@ pub fn bar(canvas: &mut Canvas, [left, top, width, height]: [f64; 4], levels: &[
         canvas.text(&words::short(*level), (x + BAR + 3.0, y + 0.36 * SMALL), SMALL, Hold::Left, 0.0, "#000000");
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the number of a level line through the middle of a panel is, below these lines.
+    fn number_below(above: &[Vec<Place>]) -> Option<Place> {
+        let line: Vec<Place> = (0..=100).map(|x| (f64::from(x), 50.0)).collect();
+        let room = Room { area: [0.0, 0.0, 100.0, 100.0], above, taken: Vec::new() };
+        spot(&line, 8.0, &room).map(|spot| spot.at)
+    }
+
+    #[test]
+    fn numbers_stay_clear_of_paths_and_marks() {
+        let upright = |x: f64| vec![(x, 0.0), (x, 100.0)];
+        assert!((number_below(&[]).unwrap().0 - 50.0).abs() < 8.0);
+        let (x, _) = number_below(&[upright(50.0), vec![(30.0, 52.0)]]).unwrap();
+        assert!((x - 50.0).abs() > 8.0 && (x - 30.0).abs() > 8.0, "{x}");
+        let everywhere: Vec<Vec<Place>> = (0..20).map(|i| upright(5.0 * f64::from(i))).collect();
+        assert!(number_below(&everywhere).is_none(), "no number rather than one that is covered");
+    }
+}

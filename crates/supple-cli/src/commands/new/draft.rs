@@ -56,7 +56,15 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
     for start in found.iter().take(TRIES) {
-        for (slower, enforce) in [(1.0, false), (2.0, false), (2.0, true)] {
+        // As it is; then nearer to the wall where the plan does not find it, slower where it exceeds limits of the robot.
+        let (mut is_lost, mut is_limited) = (false, false);
+        for (slower, enforce, near) in
+            [(1.0, false, false), (1.0, false, true), (2.0, false, false), (2.0, true, false)]
+        {
+            let is_first = !near && slower == 1.0;
+            if !(is_first || near && is_lost || !near && is_limited) {
+                continue;
+            }
             let mut rules = Rules::of(&limb, start, template, &asked.set)?;
             rules.time *= slower;
             let draft = Draft {
@@ -69,17 +77,16 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
                 rules: &rules,
                 limit: None,
                 enforce,
+                near,
             };
             let tried = Tried::of(&draft, path)?;
-            let (done, limited) = (tried.faults.is_empty(), tried.is_limited);
+            let done = tried.faults.is_empty();
+            is_lost = is_first && tried.converged && !tried.touches && template.touches();
+            is_limited = tried.is_limited;
             if best.as_ref().is_none_or(|best| tried.rank() < best.rank()) {
                 best = Some(tried);
             }
             if done {
-                break;
-            }
-            // Only more time helps where limits are exceeded.
-            if !limited {
                 break;
             }
         }

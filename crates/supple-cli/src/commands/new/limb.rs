@@ -64,6 +64,17 @@ impl Limb {
         Ok(Self { planning, frame: name, link, pose, gravity, reach, mass })
     }
 
+    /// Whether all of its joints slide.
+    pub fn slides(&self) -> bool {
+        let joints = self.planning.tree.joint_indices();
+        joints.iter().all(|&joint| self.planning.robot.joints[joint].kind == JointKind::Prismatic)
+    }
+
+    /// How far the tool moves at most for joints that move by 1, m: the reach, or 1 where all joints slide.
+    pub fn lever(&self) -> f64 {
+        if self.slides() { 1.0 } else { self.reach }
+    }
+
     /// Names of its joints.
     pub fn joints(&self) -> &[String] {
         self.planning.tree.joints()

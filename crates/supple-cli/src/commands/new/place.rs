@@ -288,7 +288,8 @@ fn mounted(pose: &Pose, normal: [f64; 3]) -> ([f64; 3], [[f64; 3]; 2]) {
     let y = cross(z, x);
     let columns = [x, y, z].map(|axis| pose.unrotate(axis));
     let turn = [0, 1, 2].map(|row| [0, 1, 2].map(|column| columns[column][row]));
-    (rpy_of(&turn), [x, y])
+    // Four digits, as of the pose; what lies below comes from rounding.
+    (rpy_of(&turn).map(|angle| (angle * 1e4).round() / 1e4), [x, y])
 }
 
 /// Roll, pitch and yaw of a rotation.

@@ -148,15 +148,15 @@ impl Rules {
         digits(1.0 / (STEPS as f64 * tolerance * tolerance))
     }
 
-    /// Speed of joints that matters, rad/s: that of the travel within the time.
+    /// Speed of joints that matters, rad/s, or m/s where all slide: that of the travel within the time.
     pub fn joint_speed(&self, limb: &Limb) -> f64 {
-        round(self.travel / (self.time * limb.reach))
+        round(self.travel / (self.time * limb.lever()))
     }
 
-    /// Load that controls are measured by, N m: half of what holds the robot up, or presses.
+    /// Load that controls are measured by, N m, or N where all joints slide: half of what holds the robot up, or presses.
     pub fn load(&self, limb: &Limb, start: &Start) -> f64 {
         let held = start.held.iter().fold(0.0, |most: f64, held| most.max(held.abs()));
-        round(0.5 * held.max(self.force * limb.reach))
+        round(0.5 * held.max(self.force * limb.lever()))
     }
 }
 

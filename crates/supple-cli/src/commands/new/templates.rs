@@ -26,6 +26,8 @@ pub struct Draft<'a> {
     /// The limit of the cost, with the cost that it was found from.
     pub limit: Option<(f64, f64)>,
     pub enforce: bool,
+    /// Whether the tool begins where the contact sets in, as no plan finds the wall from farther.
+    pub near: bool,
 }
 
 /// A list of numbers, with as many digits as they need.

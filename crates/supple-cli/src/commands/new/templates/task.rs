@@ -48,9 +48,9 @@ impl Draft<'_> {
             );
         }
         let wander = rules.disturbance;
-        let (mount, q) = (self.mount_name(), digits(rules.tip_sd.powi(2) / limb.reach.powi(2) * 25.0));
+        let (mount, q) = (self.mount_name(), digits(rules.tip_sd.powi(2) / limb.lever().powi(2) * 25.0));
         let m = digits((0.1 * rules.clearance).powi(2) * 1e-2);
-        let v = digits((0.1 * rules.travel / rules.time / limb.reach).powi(2) * 1e-2);
+        let v = digits((0.1 * rules.travel / rules.time / limb.lever()).powi(2) * 1e-2);
         let vm = digits((0.1 * rules.travel / rules.time).powi(2) * 1e-2);
         let mut initial = vec![
             format!("\"q.*\" = {q:?}"),
@@ -67,10 +67,13 @@ impl Draft<'_> {
             initial.join(", ")
         );
         let dt = rules.time_step();
-        let (joint, tool) = (digits(wander * wander * dt), digits((wander * limb.reach).powi(2) * dt * 0.04));
+        // Joints that slide wander as far as the tool of a limb that turns.
+        let (wander, unit) = if limb.slides() { (digits(wander * limb.reach), "m/s") } else { (wander, "rad/s") };
+        let tip = wander * limb.lever();
+        let (joint, tool) = (digits(wander * wander * dt), digits(tip * tip * dt * 0.04));
         let _ = writeln!(
             text,
-            "# Joints wander by {wander:?} rad/s in a second.\nprocess = {{ \"v.*\" = {joint:?}, \"v.{mount}_*\" = {tool:?} }}"
+            "# Joints wander by {wander:?} {unit} in a second.\nprocess = {{ \"v.*\" = {joint:?}, \"v.{mount}_*\" = {tool:?} }}"
         );
         if self.template.touches() {
             let _ = writeln!(text, "# The wall's position has a deviation of {:?} m.", rules.wall_sd);
@@ -151,11 +154,19 @@ impl Draft<'_> {
         }
         let speed = rules.joint_speed(limb);
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(limb.joints()));
-        said(text, &format!("weight = {:?}", rules.weight(speed)), &format!("tolerance {speed:?} rad/s"));
+        said(
+            text,
+            &format!("weight = {:?}", rules.weight(speed)),
+            &format!("tolerance {speed:?} {}", if limb.slides() { "m/s" } else { "rad/s" }),
+        );
         let load = rules.load(limb, start);
         text.push_str("\n[[tasks.costs]]\nkind = \"control\"\n");
         let is_servo = !limb.planning.robot.actuators.is_empty();
-        let (tolerance, unit) = if is_servo { (1.0, "in the unit of the actuators") } else { (load, "N m") };
+        let (tolerance, unit) = if is_servo {
+            (1.0, "in the unit of the actuators")
+        } else {
+            (load, if limb.slides() { "N" } else { "N m" })
+        };
         said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} {unit}"));
     }
 }

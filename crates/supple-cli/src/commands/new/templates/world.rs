@@ -16,6 +16,7 @@ impl Draft<'_> {
     pub(super) fn world(&self, text: &mut String) {
         let Self { start, rules, template, .. } = self;
         let smoothing = rules.smoothing();
+        let apart = if self.near { smoothing } else { rules.clearance };
         let contact = |text: &mut String, normal: [f64; 3], point: [f64; 3], friction: f64| {
             let _ = write!(
                 text,
@@ -37,9 +38,9 @@ impl Draft<'_> {
             }
         };
         match template {
-            Template::Press => contact(text, start.normal, self.before(rules.clearance), 0.0),
+            Template::Press => contact(text, start.normal, self.before(apart), 0.0),
             Template::Hold => contact(text, start.normal, self.before(smoothing), 0.0),
-            Template::Wipe => contact(text, start.normal, self.before(rules.clearance), 0.2),
+            Template::Wipe => contact(text, start.normal, self.before(apart), 0.2),
             Template::Insert => {
                 let side = self.side();
                 let point = add(start.position, scale(smoothing + 0.4 * rules.clearance, side));
