@@ -49,18 +49,19 @@ fn json<T: Serialize>(found: &T) -> String {
 /// Stops a study after some parts and resumes it; what it kept when it was stopped.
 fn assert_resumes<T: Serialize>(parts: u64, run: impl Fn(Option<&Path>, Watch) -> Result<T, StudyError>) -> u64 {
     let whole = json(&run(None, RUNNING).unwrap());
-    let folder = tempfile::tempdir().unwrap();
-    let folder = Some(folder.path());
+    let kept_in = tempfile::tempdir().unwrap();
+    let kept_in = kept_in.path();
+    let folder = Some(kept_in);
     let stop = StopAfter { parts, done: AtomicU64::new(0), stop: AtomicBool::new(false) };
     match run(folder, Watch { progress: &stop, stop: &stop.stop }) {
         Err(StudyError::Stopped) => {}
         found => assert_ne!(json(&found.unwrap()), whole, "it was not stopped"),
     }
-    let kept = kept_parts(folder.unwrap()).unwrap();
+    let kept = kept_parts(kept_in).unwrap();
     assert!(kept > 0);
     let resumed = run(folder, RUNNING).unwrap();
     assert_eq!(json(&resumed), whole);
-    assert!(kept_parts(folder.unwrap()).unwrap() > kept);
+    assert!(kept_parts(kept_in).unwrap() > kept);
     // All parts are there: nothing is left to compute, whatever the result is made of.
     assert_eq!(json(&run(folder, RUNNING).unwrap()), whole);
     kept
@@ -126,16 +127,17 @@ fn what_is_kept_is_not_computed_again() {
 #[test]
 fn another_study_is_refused_with_the_difference() {
     let task = small();
-    let folder = tempfile::tempdir().unwrap();
-    let folder = Some(folder.path());
+    let kept_in = tempfile::tempdir().unwrap();
+    let kept_in = kept_in.path();
+    let folder = Some(kept_in);
     let options = ParetoOptions { points: 3, starts: 1, seed: 3 };
     pareto::run(&task, &options, folder, RUNNING).unwrap();
-    let bytes = std::fs::read(folder.unwrap().join(JOURNAL)).unwrap();
+    let bytes = std::fs::read(kept_in.join(JOURNAL)).unwrap();
     let refused = |error: StudyError, lines: &[&str]| {
         let text = error.to_string();
         assert!(matches!(error, StudyError::Kept { .. }) && text.contains("; give another --out, or remove the file"));
         lines.iter().for_each(|line| assert!(text.lines().any(|found| found == *line), "no `{line}` in\n{text}"));
-        assert!(std::fs::read(folder.unwrap().join(JOURNAL)).unwrap() == bytes, "the journal was changed");
+        assert!(std::fs::read(kept_in.join(JOURNAL)).unwrap() == bytes, "the journal was changed");
     };
     let seed = ParetoOptions { seed: 4, ..options.clone() };
     refused(pareto::run(&task, &seed, folder, RUNNING).unwrap_err(), &["-seed 3", "+seed 4"]);

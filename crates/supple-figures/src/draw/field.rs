@@ -162,6 +162,8 @@ pub fn bar(canvas: &mut Canvas, [left, top, width, height]: [f64; 4], levels: &[
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     /// Where the number of a level line through the middle of a panel is, below these lines.

@@ -167,7 +167,7 @@ fn arrow(canvas: &mut Canvas, ends: &[Place], style: &Style) {
     let (x, y) = (tip.0 - from.0, tip.1 - from.1);
     let length = x.hypot(y);
     let head = HEAD * style.width;
-    if !(length >= head) {
+    if length.is_nan() || length < head {
         return;
     }
     let (x, y) = (x / length * head, y / length * head);

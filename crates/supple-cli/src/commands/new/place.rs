@@ -206,7 +206,7 @@ impl<'a> Search<'a> {
         let tree = &limb.planning.tree;
         let reached = inverse_kinematics(tree, &self.numbers, &goal(chosen), &reach);
         // A line or a surface seldom leads through a place that somebody names.
-        if !reached.is_there() && !(few && reached.distance < 0.01 * limb.reach) {
+        if !(reached.is_there() || few && reached.distance < 0.01 * limb.reach) {
             return None;
         }
         let q: Vec<f64> =
