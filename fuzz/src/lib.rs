@@ -96,11 +96,12 @@ fn drawn(ending: &str) -> Scene {
         file = "one.urdf"
         [[model.sensors]]
         kind = "joint_position"
+        variance = 1e-4
         [[tasks]]
         name = "hold"
         steps = 3
         time_step = 0.01
-        noise = { initial = 1e-4, process = 1e-6, measurement = 1e-4 }
+        noise = { initial = { "q.*" = 1e-4 }, process = { "v.*" = 1e-6 } }
         [[tasks.costs]]
         kind = "control"
         weight = 1.0
@@ -163,7 +164,7 @@ pub fn expression(data: &[u8]) {
         steps = 5
         time_step = 0.1
         initial_state = [1.0, 0.0]
-        noise = {{ initial = 1e-4, process = 1e-6, measurement = 1e-4 }}
+        noise = {{ initial = [1e-4, 1e-4], process = [1e-6, 1e-6], measurement = [1e-4] }}
         [[tasks.costs]]
         kind = "control"
         weight = {quoted}
