@@ -14,8 +14,11 @@ use supple_robot::LoadOptions;
 use supple_study::{Folder, JOURNAL, LoadedTask, RESULT};
 use tempfile::TempDir;
 
+/// What a target does with an input.
+pub type Target = fn(&[u8]);
+
 /// All targets by name.
-pub const TARGETS: [(&str, fn(&[u8])); 8] = [
+pub const TARGETS: [(&str, Target); 8] = [
     ("task", task),
     ("robot", robot),
     ("mesh", mesh),

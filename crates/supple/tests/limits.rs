@@ -136,19 +136,19 @@ fn the_plan_of_a_linear_problem_solves_its_quadratic_program() {
     let row = |t: usize, i: usize| DVector::from_fn(steps, |s, _| if s < t { response[t - 1 - s][i] } else { 0.0 });
     let mut hessian = DMatrix::identity(steps, steps) * 0.02;
     let mut slope = DVector::zeros(steps);
-    for t in 0..=steps {
+    for (t, free) in free.iter().enumerate() {
         let weight = if t == steps { 100.0 } else { 2.0 };
-        for i in 0..2 {
+        for (i, free) in free.iter().enumerate() {
             let row = row(t, i);
             hessian += weight * &row * row.transpose();
-            slope += weight * free[t][i] * row;
+            slope += weight * free * row;
         }
     }
     let mut residual = &hessian * &u + slope;
     let mut held = 0;
-    for t in 1..=steps {
+    for (t, free) in free.iter().enumerate().skip(1) {
         let row = row(t, 1);
-        let speed = free[t][1] + row.dot(&u);
+        let speed = free[1] + row.dot(&u);
         let [upper, lower] = [0, 1].map(|end| state.plan.multipliers.vector(t)[end]);
         assert!(speed.abs() <= 0.5 + 1e-9, "speed {speed} at step {t}");
         assert!(upper * (speed - 0.5) >= -1e-7 && lower * (-0.5 - speed) >= -1e-7, "multipliers inside of the limits");

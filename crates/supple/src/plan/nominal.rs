@@ -49,7 +49,7 @@ pub struct Plan {
     /// The objective of a cheaper plan that did not converge and was not kept, where there was one.
     pub passed_over: Option<f64>,
     /// Multipliers of the limits that it keeps, N + 1 vectors of length q, in the order of
-    /// [`Constraints::ends`](crate::Constraints::ends): the cost of a unit of each. Empty where there are no such limits.
+    /// [`Constraints::ends`](crate::system::Constraints::ends): the cost of a unit of each. Empty where there are no such limits.
     pub multipliers: Matrices,
 }
 
