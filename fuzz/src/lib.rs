@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use supple::scene::Scene;
 use supple::{EvaluateOptions, Problem};
 use supple_explore::Explorer;
@@ -124,7 +126,12 @@ pub fn mesh(data: &[u8]) {
     let place = usize::from(kind) % MESHES.len();
     write(&format!("mesh-{0}/mesh.{0}", MESHES[place]), data);
     let drawn = supple_report::scene::data(&[("mesh", &scenes[place])]);
-    assert!(!drawn.to_string().contains("NaN"));
+    for surface in drawn["meshes"].as_array().expect("surfaces are a list") {
+        let text = surface["vertices"].as_str().expect("vertices are text");
+        let bytes = STANDARD.decode(text).expect("vertices are in base64");
+        let numbers = bytes.chunks_exact(4).filter_map(|four| four.try_into().ok()).map(f32::from_le_bytes);
+        assert!(numbers.into_iter().all(f32::is_finite), "vertices are finite");
+    }
 }
 
 /// A catalogue of sensors as a table.

@@ -108,7 +108,8 @@ def test_controls_work_by_keyboard_alone(wide):
         ActionChains(wide).send_keys(Keys.TAB).perform()
         active = wide.switch_to.active_element
         outline = active.value_of_css_property("outline-style")
-        assert outline != "none", f"no focus to be seen on {active.get_attribute('outerHTML')[:200]}"
+        # Before the first control and after the last one, the page itself has the focus.
+        assert outline != "none" or active.tag_name == "body", f"no focus to be seen on {active.get_attribute('outerHTML')[:200]}"
         if active == select:
             break
     assert wide.switch_to.active_element == select

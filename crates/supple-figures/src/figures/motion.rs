@@ -38,7 +38,7 @@ pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         for pose in 0..POSES.min(frames) {
             let frame = if frames > 1 { pose * (frames - 1) / (POSES.min(frames) - 1).max(1) } else { 0 };
             let digits = if scene.time.0[frames - 1][0] < 0.5 { 3 } else { 2 };
-            let time = format!("{} s", words::fixed(scene.time.0[frame][0], digits));
+            let time = format!("{}\u{a0}s", words::fixed(scene.time.0[frame][0], digits));
             let title = if scenes.len() > 1 { format!("{}, {time}", design.design) } else { time };
             rows.push((title, view.pose(scene, frame, (length, &label))));
         }
