@@ -194,10 +194,15 @@ impl TaskState {
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);
-        if self.plan.is_at_limits() && self.cost.lowered().is_some() && self.plan.status.is_converged() {
+        if self.lowered().is_some() && self.plan.status.is_converged() {
             self.plan.status = PlanStatus::Indefinite;
         }
         Ok(())
+    }
+
+    /// By how much noise lowers the cost of a plan that is held at limits: see [`CostParts::lowered`].
+    pub(crate) fn lowered(&self) -> Option<f64> {
+        self.cost.lowered().filter(|_| self.plan.is_at_limits())
     }
 
     /// Forgets what gradients knew of the last plan.

@@ -21,8 +21,8 @@ struct Row {
 }
 
 /// Feedback gains and feedforward over time, one column of panels per design: each entry of the gains, or of more than
-/// twelve the norm per state. Entries of one unit share their axes. Where
-/// there are more than eight lines, the smallest are drawn in grey.
+/// twelve the norm per state. Entries of one unit share their axes. Where there are more than eight lines, the smallest are
+/// drawn in grey.
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.

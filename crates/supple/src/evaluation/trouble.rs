@@ -32,7 +32,7 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
         ("expected cost", cost.expected()),
     ];
     let broken = numbers.into_iter().find(|(_, value)| !value.is_finite());
-    let lowered = cost.lowered().filter(|_| state.plan.is_at_limits()).map(|part| {
+    let lowered = state.lowered().map(|part| {
         format!(
             "task `{}`: noise would lower the cost, by {part:.3e}: the cost is not convex along the plan, so expected cost \
              and information are not valid. Widen the limits that the plan is held at, or weaken what pulls against them",

@@ -1,9 +1,8 @@
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::{Lq, Regularisation, solve_limited, solve_lq};
 
 use super::total::{GradientWorkspace, TotalGradient};
 use crate::Error;
-use crate::system::Constraints;
+use crate::system::{Constraints, add_excess};
 
 /// Penalties of the first round, in the curvature of the cost, what they grow by, and how often at most.
 const FIRST_PENALTY: f64 = 1e2;
@@ -16,6 +15,9 @@ const ENOUGH: f64 = 0.1;
 /// How far limits may be from standing still, in how far the trajectory moves: aimed at, and at most.
 const AIM: f64 = 1e-13;
 const MOST: f64 = 1e-7;
+
+/// What is not positive definite where a trajectory is no strict local optimum within its limits.
+const HESSIAN: &str = "the Hessian of the nominal problem within its limits";
 
 /// A limit that a plan is at: at which point, and the gradient of its excess.
 struct Active {
@@ -50,17 +52,12 @@ pub(super) fn vary_within_limits(
     for _ in 0..MOST_ROUNDS {
         work.hessian.copy_from(&given);
         active.iter().for_each(|active| active.add_to(&mut work.hessian, moved.vector(active.point)[active.end]));
-        let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
-        let lq = Lq { dynamics, cost, regularisation: Regularisation::default(), limits };
-        let solved = solve_limited(lq, &mut work.policy);
-        if let Err(step) = solved {
+        if let Err(step) = work.vary(plan) {
             // Where the cost falls across a limit, only a penalty makes the sum convex.
             if growths == MOST_GROWTHS {
-                let what = "the Hessian of the nominal problem within its limits";
-                return Err(Error::NotPositiveDefinite { what, step });
+                return Err(Error::NotPositiveDefinite { what: HESSIAN, step });
             }
         } else {
-            solve_lq(dynamics, &work.policy, &mut work.variation, &mut work.costates);
             let size = work.variation.as_slice().iter().fold(f64::MIN_POSITIVE, |size, entry| size.max(entry.abs()));
             let mut most: f64 = 0.0;
             for active in &active {
@@ -85,7 +82,7 @@ pub(super) fn vary_within_limits(
         Ok(moved)
     } else {
         let step = active.first().map_or(0, |active| active.point);
-        Err(Error::NotPositiveDefinite { what: "the Hessian of the nominal problem within its limits", step })
+        Err(Error::NotPositiveDefinite { what: HESSIAN, step })
     }
 }
 
@@ -125,12 +122,7 @@ impl Active {
 
     /// Adds `dmu e_z + rho e_z' e_z dz` to `[H | h]`.
     fn add_to(&self, hessian: &mut Matrices, multiplier: f64) {
-        let (joint, stride) = (hessian.rows(), hessian.stride());
-        for (entry, row) in self.gradient.iter().zip(hessian.at_mut(self.point).chunks_exact_mut(stride)) {
-            row[joint] += multiplier * entry;
-            if *entry != 0.0 {
-                row.iter_mut().zip(&self.gradient).for_each(|(to, other)| *to += self.penalty * entry * other);
-            }
-        }
+        let stride = hessian.stride();
+        add_excess(hessian.at_mut(self.point), stride, &self.gradient, (multiplier, self.penalty));
     }
 }

@@ -58,7 +58,7 @@ pub struct GradientWorkspace {
     lagrangian: Matrices,
     known: bool,
     riccati: RiccatiAdjoint,
-    pub(super) policy: Policy,
+    policy: Policy,
     pub(super) variation: Matrices,
     pub(crate) costates: Matrices,
 }
@@ -85,6 +85,19 @@ impl GradientWorkspace {
     /// Forgets what was known of the last plan. To be called when there is another.
     pub fn forget(&mut self) {
         self.known = false;
+    }
+
+    /// The variation of trajectory and costates that solves the LQ problem of `hessian` along a plan (theory, equation G.6);
+    /// controls that the plan holds at a bound stay there.
+    ///
+    /// # Errors
+    /// The step at which the problem is not convex.
+    pub(super) fn vary(&mut self, plan: &Plan) -> Result<(), usize> {
+        let (dynamics, cost, limits) = (&plan.knots.dynamics, &self.hessian, plan.policy.held());
+        let lq = Lq { dynamics, cost, regularisation: Regularisation::default(), limits };
+        solve_limited(lq, &mut self.policy)?;
+        solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);
+        Ok(())
     }
 
     /// The Hessian of the Lagrangian at a plan into `hessian`, with no linear term.
@@ -187,11 +200,8 @@ pub fn total_gradient(
         let moved = Some(ExcessVariation { joint: &work.variation, multipliers });
         limits.add_excess_parameter_gradient(at, phi, &plan.multipliers, moved, out, scratch);
     } else {
-        let regularisation = Regularisation::default();
-        let (dynamics, cost, limits) = (&plan.knots.dynamics, &work.hessian, plan.policy.held());
-        solve_limited(Lq { dynamics, cost, regularisation, limits }, &mut work.policy)
+        work.vary(plan)
             .map_err(|step| Error::NotPositiveDefinite { what: "the Hessian of the nominal problem", step })?;
-        solve_lq(&plan.knots.dynamics, &work.policy, &mut work.variation, &mut work.costates);
     }
     let variation = Variation { joint: &work.variation, costates: &work.costates };
     system.add_parameter_gradient(at, phi, &plan.costates, Some(variation), out, scratch);

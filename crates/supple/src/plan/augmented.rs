@@ -1,6 +1,6 @@
 use supple_kernels::{Matrices, Scratch};
 
-use crate::system::{Constraints, Curvature, Points, RollOut, System, Variation};
+use crate::system::{Constraints, Curvature, Points, RollOut, System, Variation, add_excess};
 use crate::trajectory::Trajectory;
 use supple_lqg::{Dimensions, KnotAdjoints};
 
@@ -14,25 +14,24 @@ pub(super) struct Augmented<'a> {
     pub penalties: Option<&'a [f64]>,
 }
 
-/// What the augmented Lagrangian adds for an excess: `(max(0, mu + rho e)^2 - mu^2) / (2 rho)`.
+/// The slope of what the augmented Lagrangian adds for an excess, `max(0, mu + rho e)`.
+fn slope(multiplier: f64, rho: f64, excess: f64) -> f64 {
+    (multiplier + rho * excess).max(0.0)
+}
+
+/// What it adds: `(max(0, mu + rho e)^2 - mu^2) / (2 rho)`.
 fn penalty(multiplier: f64, rho: f64, excess: f64) -> f64 {
-    if excess == f64::NEG_INFINITY {
-        return 0.0;
-    }
-    let slope = (multiplier + rho * excess).max(0.0);
+    let slope = slope(multiplier, rho, excess);
     (slope - multiplier) * (slope + multiplier) / (2.0 * rho)
 }
 
 impl Augmented<'_> {
-    /// The excesses at all points.
-    pub fn excesses(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
-        let mut excesses = Matrices::vectors(at.count(), self.multipliers.cols());
-        self.limits.excesses(at, phi, &mut excesses, scratch);
-        excesses
+    fn excesses(&self, at: Points, phi: &[f64], scratch: &mut Scratch) -> Matrices {
+        self.limits.excesses_at(at, phi, self.multipliers.cols(), scratch)
     }
 
     /// What limits add to the cost of a trajectory.
-    fn penalties_of(&self, trajectory: &Trajectory, phi: &[f64], scratch: &mut Scratch) -> f64 {
+    pub fn penalties_of(&self, trajectory: &Trajectory, phi: &[f64], scratch: &mut Scratch) -> f64 {
         let Some(penalties) = self.penalties else { return 0.0 };
         let excesses = self.excesses(trajectory.points(), phi, scratch);
         (0..excesses.count())
@@ -48,8 +47,8 @@ impl Augmented<'_> {
             let excesses = self.excesses(at, phi, scratch);
             for i in 0..at.count() {
                 let parts = excesses.vector(i).iter().zip(penalties);
-                for (slope, (&excess, &rho)) in slopes.vector_mut(i).iter_mut().zip(parts) {
-                    *slope = (*slope + rho * excess).max(0.0);
+                for (multiplier, (&excess, &rho)) in slopes.vector_mut(i).iter_mut().zip(parts) {
+                    *multiplier = slope(*multiplier, rho, excess);
                 }
             }
         }
@@ -123,12 +122,7 @@ impl System for Augmented<'_> {
             for (row, &slope) in slopes.vector(i).iter().enumerate().filter(|(_, slope)| **slope > 0.0) {
                 let gradient = &jacobians.at(i)[row * jacobians.stride()..][..joint];
                 let rho = self.penalties.map_or(0.0, |penalties| penalties[row]);
-                for (entry, to) in gradient.iter().zip(out.at_mut(i).chunks_exact_mut(stride)) {
-                    to[joint] += slope * entry;
-                    if rho * entry != 0.0 {
-                        to.iter_mut().zip(gradient).for_each(|(to, other)| *to += rho * entry * other);
-                    }
-                }
+                add_excess(out.at_mut(i), stride, gradient, (slope, rho));
             }
         }
         if curvature == Curvature::Exact && self.penalties.is_some() {

@@ -40,16 +40,16 @@ pub(crate) fn search(
     let Some(limits) = problem.system.constraints() else {
         return search_free(problem, (settings, patience), plan, work, scratch);
     };
-    let ends = limits.ends().len();
+    let bounds = limits.bounds(problem.phi);
     // Limits of an earlier plan wrote entries that the cost itself leaves 0.
     plan.knots.cost.clear();
-    plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, ends);
+    plan.multipliers = Matrices::vectors(plan.trajectory.steps() + 1, bounds.len());
     let guess = plan.trajectory.controls.clone();
     search_free(problem, (settings, patience), plan, work, scratch)?;
     if patience == Patience::Little && !plan.status.is_converged() {
         return Ok(());
     }
-    Rounds::new(problem, limits, plan, scratch).run((settings, &guess), plan, work, scratch)
+    Rounds::new(problem, (limits, bounds), plan, scratch).run((settings, &guess), plan, work, scratch)
 }
 
 /// The search's state between rounds.
@@ -68,8 +68,12 @@ struct Rounds<'a> {
 }
 
 impl<'a> Rounds<'a> {
-    fn new(problem: NominalProblem<'a>, limits: &'a dyn Constraints, plan: &Plan, scratch: &mut Scratch) -> Self {
-        let bounds = limits.bounds(problem.phi);
+    fn new(
+        problem: NominalProblem<'a>,
+        (limits, bounds): (&'a dyn Constraints, Vec<f64>),
+        plan: &Plan,
+        scratch: &mut Scratch,
+    ) -> Self {
         let tolerances = bounds.iter().map(|bound| SHARE * LIMIT_TOLERANCE * (1.0 + bound.abs())).collect();
         let cost = plan.nominal_cost.abs().max(f64::MIN_POSITIVE.sqrt());
         let mut rounds =
@@ -92,9 +96,7 @@ impl<'a> Rounds<'a> {
     }
 
     fn excesses(&self, plan: &Plan, scratch: &mut Scratch) -> Matrices {
-        let mut excesses = Matrices::vectors(plan.multipliers.count(), plan.multipliers.cols());
-        self.limits.excesses(plan.trajectory.points(), self.problem.phi, &mut excesses, scratch);
-        excesses
+        self.limits.excesses_at(plan.trajectory.points(), self.problem.phi, self.bounds.len(), scratch)
     }
 
     /// How far the plan is from keeping its limits, and its multipliers from being 0 where it is inside of them; in
@@ -152,14 +154,14 @@ impl<'a> Rounds<'a> {
     /// as it is for plans of problems that differ little; then with penalties that keep it where it is.
     fn start_from_better(&mut self, guess: &Matrices, plan: &mut Plan, scratch: &mut Scratch) {
         let system = self.augmented(&plan.multipliers);
-        let free = system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
+        let free = plan.nominal_cost + system.penalties_of(&plan.trajectory, self.problem.phi, scratch);
         let found = plan.trajectory.controls.clone();
         plan.trajectory.controls.copy_from(guess);
         if let Some(bounds) = self.problem.bounds {
             bounds.clamp_all(&mut plan.trajectory.controls);
         }
         let given = system.roll_out(RollOut::Controls, self.problem.phi, &mut plan.trajectory, scratch);
-        if given.is_nan() || given >= free || !self.is_at_limits(plan, scratch) {
+        if given.is_nan() || given >= free || !self.is_near_limits(plan, scratch) {
             plan.trajectory.controls = found;
         } else {
             self.penalties = self.first_penalties(plan, scratch);
@@ -167,7 +169,7 @@ impl<'a> Rounds<'a> {
     }
 
     /// Whether any number along a trajectory is about at an end of its limits, or beyond.
-    fn is_at_limits(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
+    fn is_near_limits(&self, plan: &Plan, scratch: &mut Scratch) -> bool {
         let excesses = self.excesses(plan, scratch);
         let about = |(excess, bound): (&f64, &f64)| *excess >= -NEAR * bound.abs();
         (0..excesses.count()).any(|t| excesses.vector(t).iter().zip(&self.bounds).any(about))

@@ -61,3 +61,23 @@ pub struct ExcessVariation<'a> {
     /// Of the multipliers, vectors of length q.
     pub multipliers: &'a Matrices,
 }
+
+impl dyn Constraints + '_ {
+    /// The excesses at all points, as new vectors; `ends` is their length q.
+    pub(crate) fn excesses_at(&self, at: Points, phi: &[f64], ends: usize, scratch: &mut Scratch) -> Matrices {
+        let mut excesses = Matrices::vectors(at.count(), ends);
+        self.excesses(at, phi, &mut excesses, scratch);
+        excesses
+    }
+}
+
+/// Adds `slope e_z` to the last column of one matrix `[H | h]`, given by its padded rows, and `rho e_z' e_z` to its square part.
+pub(crate) fn add_excess(quadratic: &mut [f64], stride: usize, gradient: &[f64], (slope, rho): (f64, f64)) {
+    let joint = gradient.len();
+    for (entry, row) in gradient.iter().zip(quadratic.chunks_exact_mut(stride)) {
+        row[joint] += slope * entry;
+        if rho * entry != 0.0 {
+            row.iter_mut().zip(gradient).for_each(|(to, other)| *to += rho * entry * other);
+        }
+    }
+}

@@ -29,6 +29,7 @@ pub use crate::trajectory::{Points, Times};
 pub use arrays::Arrays;
 pub use authored::Authored;
 pub use batch::Variation;
+pub(crate) use constraints::add_excess;
 pub use constraints::{Constraints, ExcessVariation, KeptEnd};
 pub use convex::make_convex;
 pub(crate) use hold::holding_controls;

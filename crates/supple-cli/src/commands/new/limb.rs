@@ -75,6 +75,11 @@ impl Limb {
         if self.slides() { 1.0 } else { self.reach }
     }
 
+    /// The unit of its joints' speeds.
+    pub fn speed_unit(&self) -> &'static str {
+        if self.slides() { "m/s" } else { "rad/s" }
+    }
+
     /// Names of its joints.
     pub fn joints(&self) -> &[String] {
         self.planning.tree.joints()

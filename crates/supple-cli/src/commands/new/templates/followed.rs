@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple_robot::JointKind;
+use supple_robot::{Joint, JointKind};
 
 use super::{Draft, list, names, said};
 
@@ -28,37 +28,34 @@ impl Draft<'_> {
 
     /// Speeds of joints, where the file gives them.
     fn speeds(&self, text: &mut String) {
-        let limb = self.limb;
-        let robot = &limb.planning.robot;
-        for (slides, unit) in [(false, "rad/s"), (true, "m/s")] {
-            let limited =
-                limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
-                    let speed = joint.limits.velocity;
-                    (joint.kind == JointKind::Prismatic) == slides && speed.is_finite() && speed > 0.0
-                });
-            let (joints, speeds): (Vec<&str>, Vec<f64>) =
-                limited.map(|joint| (joint.name.as_str(), joint.limits.velocity)).unzip();
-            limit(text, "joint_velocity", &joints, &speeds, unit);
-        }
+        let speed = |joint: &Joint| joint.limits.velocity;
+        self.limits(text, ("joint_velocity", str::to_owned), ["rad/s", "m/s"], speed);
     }
 
     /// Torques and forces of drives, where the file gives them; those of actuators have their own limits in it.
     fn efforts(&self, text: &mut String) {
-        let limb = self.limb;
-        let robot = &limb.planning.robot;
-        if !robot.actuators.is_empty() {
-            return;
+        if self.limb.planning.robot.actuators.is_empty() {
+            let effort = |joint: &Joint| joint.limits.effort;
+            self.limits(text, ("control", |joint| format!("tau.{joint}")), ["N m", "N"], effort);
         }
-        for (slides, unit) in [(false, "N m"), (true, "N")] {
-            let limited =
-                limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]).filter(|joint| {
-                    let effort = joint.limits.effort;
-                    (joint.kind == JointKind::Prismatic) == slides && effort.is_finite() && effort > 0.0
-                });
-            let (joints, efforts): (Vec<&str>, Vec<f64>) =
-                limited.map(|joint| (joint.name.as_str(), joint.limits.effort)).unzip();
-            let controls: Vec<String> = joints.iter().map(|joint| format!("tau.{joint}")).collect();
-            limit(text, "control", &controls, &efforts, unit);
+    }
+
+    /// Limits of joints that turn and of those that slide, in their units, where the file gives them; `select` names what is
+    /// limited of a joint.
+    fn limits(
+        &self,
+        text: &mut String,
+        (kind, select): (&str, fn(&str) -> String),
+        units: [&str; 2],
+        most: impl Fn(&Joint) -> f64,
+    ) {
+        let planning = &self.limb.planning;
+        for (slides, unit) in [false, true].into_iter().zip(units) {
+            let joints = planning.tree.joint_indices().iter().map(|&joint| &planning.robot.joints[joint]);
+            let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
+            let given = of_kind.map(|joint| (select(&joint.name), most(joint)));
+            let (names, most): (Vec<_>, Vec<_>) = given.filter(|(_, most)| most.is_finite() && *most > 0.0).unzip();
+            limit(text, kind, &names, &most, unit);
         }
     }
 
@@ -84,7 +81,7 @@ impl Draft<'_> {
 }
 
 /// A limit on both sides of 0, where there is anything to limit.
-fn limit(text: &mut String, kind: &str, select: &[impl AsRef<str>], most: &[f64], unit: &str) {
+fn limit(text: &mut String, kind: &str, select: &[String], most: &[f64], unit: &str) {
     if select.is_empty() {
         return;
     }

@@ -68,12 +68,13 @@ impl Draft<'_> {
         );
         let dt = rules.time_step();
         // Joints that slide wander as far as the tool of a limb that turns.
-        let (wander, unit) = if limb.slides() { (digits(wander * limb.reach), "m/s") } else { (wander, "rad/s") };
+        let wander = if limb.slides() { digits(wander * limb.reach) } else { wander };
         let tip = wander * limb.lever();
         let (joint, tool) = (digits(wander * wander * dt), digits(tip * tip * dt * 0.04));
         let _ = writeln!(
             text,
-            "# Joints wander by {wander:?} {unit} in a second.\nprocess = {{ \"v.*\" = {joint:?}, \"v.{mount}_*\" = {tool:?} }}"
+            "# Joints wander by {wander:?} {} in a second.\nprocess = {{ \"v.*\" = {joint:?}, \"v.{mount}_*\" = {tool:?} }}",
+            limb.speed_unit()
         );
         if self.template.touches() {
             let _ = writeln!(text, "# The wall's position has a deviation of {:?} m.", rules.wall_sd);
@@ -157,7 +158,7 @@ impl Draft<'_> {
         said(
             text,
             &format!("weight = {:?}", rules.weight(speed)),
-            &format!("tolerance {speed:?} {}", if limb.slides() { "m/s" } else { "rad/s" }),
+            &format!("tolerance {speed:?} {}", limb.speed_unit()),
         );
         let load = rules.load(limb, start);
         text.push_str("\n[[tasks.costs]]\nkind = \"control\"\n");
