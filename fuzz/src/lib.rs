@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use supple::EvaluateOptions;
 use supple::scene::Scene;
-use supple::{EvaluateOptions, Problem};
 use supple_explore::Explorer;
 use supple_robot::LoadOptions;
 use supple_study::{Folder, JOURNAL, LoadedTask, RESULT};
@@ -43,7 +43,7 @@ const FEW: usize = 12;
 pub fn task(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let name = home().join("../tasks/task.toml");
-    let Ok(mut problem) = Problem::parse(&text, &name.display().to_string()) else { return };
+    let Ok(mut problem) = supple_file::parse(&text, &name.display().to_string()) else { return };
     let is_small = |task: &supple::Task| task.steps <= FEW && task.system.dimensions().joint() <= FEW;
     if !problem.tasks.iter().all(is_small) {
         return;
@@ -112,7 +112,7 @@ fn drawn(ending: &str) -> Scene {
         weight = 1.0
     "#;
     let name = write(&format!("{folder}/task.toml"), task.as_bytes());
-    let problem = Problem::parse(task, &name.display().to_string()).unwrap_or_else(|error| panic!("{error}"));
+    let problem = supple_file::parse(task, &name.display().to_string()).unwrap_or_else(|error| panic!("{error}"));
     let options = EvaluateOptions { trajectories: true, ..EvaluateOptions::default() };
     let mut at = problem.evaluate(&problem.parameters.initial(), &options).unwrap_or_else(|error| panic!("{error}"));
     at.tasks.remove(0).trajectory.and_then(|trajectory| trajectory.scene).expect("robots are drawn")
@@ -144,7 +144,7 @@ pub fn table(data: &[u8]) {
     });
     let csv = Path::new(name).with_file_name("wiping_arm_sensors.csv").display().to_string();
     let text_of = String::from_utf8_lossy(data).into_owned();
-    let read = supple_files::with_texts([(csv, text_of)], || Problem::parse(text, name));
+    let read = supple_text::with_texts([(csv, text_of)], || supple_file::parse(text, name));
     if let Ok(problem) = read {
         let sensors = problem.catalogue.unwrap_or_default();
         assert!(sensors.iter().all(|sensor| sensor.price.is_finite() && sensor.price >= 0.0));

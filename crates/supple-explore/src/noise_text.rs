@@ -191,7 +191,7 @@ weight = 1.0
 "#;
 
     fn edited(factors: &[NoiseFactor]) -> Result<String, String> {
-        let problem = Problem::parse(FILE, "task.toml").unwrap();
+        let problem = supple_file::parse(FILE, "task.toml").unwrap();
         let mut edits = noise_edits(FILE, &problem, factors)?;
         edits.sort_by_key(|edit| std::cmp::Reverse(edit.0.start));
         let mut text = FILE.to_owned();
@@ -228,7 +228,7 @@ weight = 1.0
             ("noise = { initial = [1.0] }", "noise = { measurement = [9.0, \"v\"], initial = [1.0] }"),
             ("noise.initial = [1.0]", "noise.measurement = [9.0, \"v\"]\nnoise.initial = [1.0]"),
         ] {
-            let mut problem = Problem::parse(FILE, "task.toml").unwrap();
+            let mut problem = supple_file::parse(FILE, "task.toml").unwrap();
             problem.tasks[0].noise.measurement = Covariance::Diagonal(vec![Value::Number(1.0), Value::Parameter(0)]);
             let text = format!("[[tasks]]\n{before}\n");
             let edits = noise_edits(&text, &problem, &[factor(0, Kind::Measurement, Some(0), 3.0)]).unwrap();
@@ -242,7 +242,7 @@ weight = 1.0
     #[test]
     fn what_cannot_be_written_is_told() {
         let text = "[[tasks]]\nnoise = { initial = [0x10], measurement = [[1.0]] }\n";
-        let problem = Problem::parse(FILE, "task.toml").unwrap();
+        let problem = supple_file::parse(FILE, "task.toml").unwrap();
         let try_it = |one| noise_edits(text, &problem, &[one]).unwrap_err();
         assert!(try_it(factor(0, Kind::Initial, None, 2.0)).contains("`0x10` is no decimal number"));
         assert!(try_it(factor(0, Kind::Measurement, Some(3), 2.0)).contains("together with other measurements"));

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use supple::file::{Document, Place};
-use supple::{EvaluateOptions, Matrices, Problem};
+use supple::{EvaluateOptions, Matrices};
+use supple_file::{Document, Place};
 use supple_study::evaluate::EvaluateReport;
 use supple_study::{About, Folder, LoadedTask, Made, OWN_MODEL, Source, StudyResult, write_text};
 
@@ -78,7 +78,7 @@ impl OnScreen<'_> {
 
     /// Whether a text says what is on screen.
     fn check(&self, text: &str, name: &str) -> Result<(), String> {
-        let read = Problem::parse(text, name).map_err(|error| error.to_string())?;
+        let read = supple_file::parse(text, name).map_err(|error| error.to_string())?;
         let (turned, phi) = turned(self.loaded, self.knobs, self.values)?;
         let parameters = read.parameters.initial();
         let is_near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());

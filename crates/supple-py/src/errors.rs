@@ -52,14 +52,14 @@ pub fn of_file(py: Python<'_>, error: &FileError) -> PyErr {
 
 /// The exception for what could not be computed, or was asked for wrongly.
 pub fn of_compute(py: Python<'_>, error: &supple::Error) -> PyErr {
-    use supple::Error::{CostBelowLeast, NoTotalGradient, OutOfBounds, Planning, Shape, TooMany, Unknown};
+    use supple::Error::{CostBelowLeast, NoTotalGradient, Parameter, Planning, Shape, TooMany, Unknown};
     if matches!(error, supple::Error::Stopped) {
         return exception(py, "Interrupted", &error.to_string(), &PyDict::new(py));
     }
     let asked = matches!(
         error,
         CostBelowLeast { .. }
-            | OutOfBounds { .. }
+            | Parameter(_)
             | Unknown { .. }
             | Shape { .. }
             | NoTotalGradient { .. }

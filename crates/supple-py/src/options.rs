@@ -28,7 +28,7 @@ impl AxisValues {
             }
             Self::Values(values) => {
                 let parameters = &task.problem.parameters;
-                let index = parameters.index(name).map_err(|error| errors::of_compute(py, &error))?;
+                let index = parameters.index(name).map_err(|error| errors::of_compute(py, &error.into()))?;
                 let unit = parameters.get(index).unit.clone();
                 Ok(Axis { parameter: name.to_owned(), unit, scale: spread_of(&values), values })
             }
@@ -74,7 +74,7 @@ impl Designed {
                 let mut phi = task.phi.clone();
                 for (parameter, value) in &values {
                     let set = task.problem.parameters.set(&mut phi, parameter, *value);
-                    set.map_err(|error| errors::of_compute(py, &error))?;
+                    set.map_err(|error| errors::of_compute(py, &error.into()))?;
                 }
                 Ok(DesignChoice::Named(name, values))
             }

@@ -87,7 +87,7 @@ impl NativeTask {
         let LoadedTask { problem, phi, sources } = &self.task;
         let mut phi = phi.clone();
         for (name, value) in &values {
-            problem.parameters.set(&mut phi, name, *value).map_err(|error| errors::of_compute(py, &error))?;
+            problem.parameters.set(&mut phi, name, *value).map_err(|error| errors::of_compute(py, &error.into()))?;
         }
         let task = LoadedTask { problem: problem.clone(), phi, sources: sources.clone() };
         Ok(Self { task, failures: self.failures.clone() })

@@ -5,8 +5,8 @@
 use std::error::Error;
 use std::path::Path;
 
+use supple::EvaluateOptions;
 use supple::scene::Scene;
-use supple::{EvaluateOptions, Problem};
 use supple_report::scene::{SCRIPT, data};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (Some(task), Some(page)) = (arguments.next(), arguments.next()) else {
         return Err("usage: scene_page TASK_FILE PAGE [NAME=VALUE]...".into());
     };
-    let problem = Problem::load(Path::new(&task))?;
+    let problem = supple_file::load(Path::new(&task))?;
     let initial = problem.parameters.initial();
     let mut set = initial.clone();
     for argument in arguments {

@@ -38,7 +38,7 @@ pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
 /// The files of a result that are no longer those that were saved; none where the folder has no checksums. Whoever changes a
 /// file on purpose can change its checksum too: this tells damage, not fraud.
 pub fn changed(folder: &Path) -> Vec<&'static str> {
-    let Ok(text) = supple::file::read_text(folder.join(CHECKSUMS)) else { return Vec::new() };
+    let Ok(text) = supple_file::read_text(folder.join(CHECKSUMS)) else { return Vec::new() };
     let saved =
         |name: &str| text.lines().find_map(|line| line.strip_suffix(name)?.strip_suffix("  ").map(str::to_owned));
     let differs = |name: &&&str| saved(name).is_some_and(|saved| checksum(&folder.join(name)) != Some(saved));

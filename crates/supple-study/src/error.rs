@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use supple::FileError;
+use supple::parameters::ParameterError;
 
 /// Why a study could not be made, kept or read.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +39,12 @@ pub enum StudyError {
 impl From<supple::Error> for StudyError {
     fn from(error: supple::Error) -> Self {
         if matches!(error, supple::Error::Stopped) { Self::Stopped } else { Self::Compute(error) }
+    }
+}
+
+impl From<ParameterError> for StudyError {
+    fn from(error: ParameterError) -> Self {
+        Self::Compute(error.into())
     }
 }
 

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use supple::design::DesignStatus;
-use supple::file::read_text;
+use supple_file::read_text;
 
 use crate::bound::BoundStudy;
 use crate::checksums;

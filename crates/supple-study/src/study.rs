@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use supple::FileError;
-use supple::file::{Document, Place, read_text};
+use supple_file::{Document, Place, read_text};
 
 /// The result of a study file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -165,8 +165,8 @@ impl Reading<'_> {
         }
         let command = self.one(place, "run", &mut keys)?;
         if !COMMANDS.contains(&command.as_str()) {
-            let message = format!("must be one of {}; found `{command}`", supple_files::quoted(&COMMANDS));
-            let help = supple_files::nearest(&command, &COMMANDS);
+            let message = format!("must be one of {}; found `{command}`", supple_text::quoted(&COMMANDS));
+            let help = supple_text::nearest(&command, &COMMANDS);
             return Err(FileError { help, ..self.error(place, "run", message) });
         }
         let task = self.one(place, "task", &mut keys)?;
@@ -187,8 +187,8 @@ impl Reading<'_> {
         for step in &from {
             let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
             if !names.contains(&step.as_str()) {
-                let message = format!("there is no step `{step}`: there is {}", supple_files::quoted(&names));
-                let help = supple_files::nearest(step, &names);
+                let message = format!("there is no step `{step}`: there is {}", supple_text::quoted(&names));
+                let help = supple_text::nearest(step, &names);
                 return Err(FileError { help, ..self.error(place, "from", message) });
             }
             words.push(tidy(&self.out.join(step)));

@@ -3,7 +3,7 @@ use std::path::Path;
 
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
-use supple::file::read_text;
+use supple_file::read_text;
 
 use crate::StudyError;
 

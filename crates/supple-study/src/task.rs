@@ -1,9 +1,9 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use supple::file::read_text;
 use supple::parameters::Parameters;
 use supple::{Named, Problem, Task};
+use supple_file::read_text;
 
 use crate::StudyError;
 
@@ -80,9 +80,9 @@ impl LoadedTask {
     /// # Errors
     /// Where a file cannot be read or anything in it is wrong, or a parameter is unknown or out of bounds.
     pub fn load(path: &Path, set: &[(String, f64)]) -> Result<Self, StudyError> {
-        let text = supple_files::read_given(path)?;
+        let text = supple_text::read_given(path)?;
         let name = path.display().to_string();
-        let problem = Problem::parse(&text, &name)?;
+        let problem = supple_file::parse(&text, &name)?;
         let mut phi = problem.parameters.initial();
         for (name, value) in set {
             problem.parameters.set(&mut phi, name, *value)?;
@@ -101,7 +101,7 @@ impl LoadedTask {
     pub fn restore(sources: &[Source], set: &[(String, f64)]) -> Result<Self, StudyError> {
         let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
         let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
-        supple_files::with_texts(texts, || Self::load(Path::new(&first.path), set))
+        supple_text::with_texts(texts, || Self::load(Path::new(&first.path), set))
     }
 
     /// The parameters by name.

@@ -6,7 +6,6 @@ use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrix;
-use supple::Problem;
 use supple::bound::{BoundSettings, Horizon, horizon_of_plan, minimum_information, stationary_minimum};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
@@ -38,7 +37,7 @@ fn large(steps: usize, n: usize) -> Horizon {
 /// The door's horizon along its plan, and its expected cost.
 fn door() -> (Horizon, f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/iiwa_door.toml");
-    let problem = Problem::load(&path).unwrap();
+    let problem = supple_file::load(&path).unwrap();
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let mut state = TaskState::new(task);
     state.evaluate(task, &phi, &PlanSettings::default(), None).unwrap();

@@ -23,14 +23,14 @@ fn file() -> PathBuf {
 }
 
 fn load() -> Problem {
-    Problem::load(file()).unwrap()
+    supple_file::load(file()).unwrap()
 }
 
 /// The same task with the default integrator.
 fn implicit() -> Problem {
     let models = concat!("file = \"", env!("CARGO_MANIFEST_DIR"), "/../../models/");
     let text = std::fs::read_to_string(file()).unwrap().replace("file = \"../models/", models);
-    Problem::parse(&text.replace("\"semi_implicit\"", "\"implicit\""), "iiwa_door.toml").unwrap()
+    supple_file::parse(&text.replace("\"semi_implicit\"", "\"implicit\""), "iiwa_door.toml").unwrap()
 }
 
 /// One iteration of a task's plan with either integrator, beside each other.

@@ -21,7 +21,7 @@ use supple::system::Curvature;
 use supple::{EvaluateOptions, Level, Problem, Scratch, Trajectory};
 
 fn load(name: &str) -> Problem {
-    Problem::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
+    supple_file::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
 }
 
 /// One iLQG iteration near convergence: linearise, Riccati sweep, roll-out with the full step accepted.

@@ -4,8 +4,8 @@ use std::error::Error;
 use std::io::Write;
 use std::sync::atomic::AtomicBool;
 
+use supple::EvaluateOptions;
 use supple::design::{Control, NoObserver, design};
-use supple::{EvaluateOptions, Problem};
 
 fn main() -> Result<(), Box<dyn Error>> {
     run("tasks/two_mass.toml", &mut std::io::stdout())
@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Designs a task, and writes what it was and became.
 pub fn run(task: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
-    let problem = Problem::load(task)?;
+    let problem = supple_file::load(task)?;
     let start = problem.parameters.initial();
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
     let found = design(&problem, &start, &problem.design, control)?;

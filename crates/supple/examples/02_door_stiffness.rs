@@ -20,8 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Evaluates the task file at all stiffnesses, those outside of its bounds too, and writes the tables.
 pub fn run(task: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
     let source = std::fs::read_to_string(task)?;
-    let problem = Problem::parse(&source, task)?;
-    let quiet = Problem::parse(&source.replace(r#"{ "q.*" = 1e-7,"#, r#"{ "q.*" = 0.0,"#), task)?;
+    let problem = supple_file::parse(&source, task)?;
+    let quiet = supple_file::parse(&source.replace(r#"{ "q.*" = 1e-7,"#, r#"{ "q.*" = 0.0,"#), task)?;
     for (index, task) in problem.tasks.iter().enumerate() {
         writeln!(out, "{:<7}  stiffness  nominal  expected cost  DI, bits   bits/s  end angle", task.name)?;
         for stiffness in SWEEP {

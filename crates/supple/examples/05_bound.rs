@@ -6,7 +6,6 @@
 use std::error::Error;
 use std::io::Write;
 
-use supple::Problem;
 use supple::bound::BoundOptions;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -15,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Bounds of the plant over costs, then of the masses at two designs; `folder` holds the task files.
 pub fn run(folder: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
-    let plant = Problem::load(format!("{folder}/tanaka_plant.toml"))?;
+    let plant = supple_file::load(format!("{folder}/tanaka_plant.toml"))?;
     for cost in [33.0, 40.0, 60.0, 1000.0] {
         let options = BoundOptions { stationary: true, cost: Some(cost), ..Default::default() };
         let bound = &plant.bound(&plant.parameters.initial(), &options)?.tasks[0];
@@ -28,7 +27,7 @@ pub fn run(folder: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
             bound.virtual_sensor.rank
         )?;
     }
-    let masses = Problem::load(format!("{folder}/two_mass.toml"))?;
+    let masses = supple_file::load(format!("{folder}/two_mass.toml"))?;
     for design in [[500.0, 500.0], [135.912, 171.458]] {
         let mut phi = masses.parameters.initial();
         phi[..2].copy_from_slice(&design);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
 
 use supple::design::{Control, NoObserver, design};
-use supple::{EvaluateOptions, Problem, TaskEvaluation, TrajectoryReport};
+use supple::{EvaluateOptions, TaskEvaluation, TrajectoryReport};
 
 /// The folder of the repository.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The picture of a two-mass task, as the text of an SVG file.
 pub fn draw(task: &str) -> Result<String, Box<dyn Error>> {
-    let problem = Problem::load(task)?;
+    let problem = supple_file::load(task)?;
     let start = problem.parameters.initial();
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
     let found = design(&problem, &start, &problem.design, control)?;

@@ -1,16 +1,17 @@
 //! What designs minimise: the information needed, used and measured, and its gradient.
 
+use supple_kernels::Matrices;
+use supple_lqg::Partials;
+use supple_lqg::add_control_partials;
+use supple_lqg::bound::{Horizon, Needed};
+use supple_model::Value;
+
 use crate::Error;
-use crate::Value;
 use crate::gradient::Functional;
 use crate::horizon::horizon_of_plan;
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 use crate::settings::InformationWeights;
-use supple_kernels::Matrices;
-use supple_lqg::Partials;
-use supple_lqg::add_control_partials;
-use supple_lqg::bound::{Horizon, Needed};
 
 /// The share of what a plan pays for not knowing the state that is left to keep where the limit leaves less.
 const LEAST_SHARE: f64 = 0.05;

@@ -5,13 +5,14 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 use supple_kernels::math;
+use supple_model::Value;
 
+use crate::Error;
 use crate::continuation::{Failed, Scaling, continue_plan};
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::plan::{Patience, Plan};
 use crate::problem::{Problem, Task};
-use crate::{Error, Value};
 
 /// Factors by which a constant first guess is scaled to find the plan of least cost.
 const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];

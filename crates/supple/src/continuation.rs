@@ -1,10 +1,10 @@
 //! Designs in scaled coordinates, and plans continued from one design to another.
 
 use supple_kernels::Matrices;
+use supple_model::parameters::{Parameters, Scale};
 
 use crate::Error;
 use crate::growth::explain;
-use crate::parameters::{Parameters, Scale};
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 

@@ -2,18 +2,18 @@
 
 use supple_kernels::rows::dot;
 use supple_kernels::{Matrices, Scratch};
-
-use crate::Error;
-use crate::knots::Linearise;
-use crate::plan::Plan;
-use crate::problem::Task;
-use crate::system::Curvature;
-use crate::trajectory::Trajectory;
 use supple_lqg::ControlBounds;
 use supple_lqg::Dimensions;
 use supple_lqg::Knots;
 use supple_lqg::Noise;
 use supple_lqg::{Belief, kalman};
+use supple_model::Trajectory;
+use supple_model::system::Curvature;
+
+use crate::Error;
+use crate::knots::Linearise;
+use crate::plan::Plan;
+use crate::problem::Task;
 
 /// The Kalman filter along a plan with its control law (theory, equation B.6); `n` states, `m` controls, `p` measurements,
 /// `N` steps.

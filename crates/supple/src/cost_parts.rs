@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, rows};
-
-use crate::plan::Plan;
 use supple_lqg::Belief;
 use supple_lqg::Noise;
+
+use crate::plan::Plan;
 
 /// The expected cost of a task in its four parts (theory, equation J.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]

@@ -1,6 +1,7 @@
 //! Roll-outs on a plant that is not the task's model, beside those on the model itself.
 
 use serde::Serialize;
+use supple_model::ContactReport;
 
 use crate::branches::plan_at;
 use crate::linearisation::Rows;
@@ -8,7 +9,7 @@ use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task, check_rollouts};
 use crate::simulate::{BATCH, ClosedLoop, LoopSetting, MonteCarlo, NoiseFactors, Plant, Truth, World, in_batches};
-use crate::{ContactReport, Error, contact_reports};
+use crate::{Error, contact_reports};
 
 /// Roll-outs of one plan, with what each of them came to.
 #[derive(Clone, Debug, Serialize)]

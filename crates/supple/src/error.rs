@@ -1,3 +1,5 @@
+use supple_model::parameters::ParameterError;
+
 use crate::stability::Stability;
 
 /// Why something could not be computed.
@@ -103,18 +105,9 @@ pub enum Error {
         /// The names that are there.
         valid: String,
     },
-    /// A parameter outside its bounds or not finite.
-    #[error("parameter `{name}` = {value} is outside [{lower}, {upper}]")]
-    OutOfBounds {
-        /// The parameter.
-        name: String,
-        /// The value given.
-        value: f64,
-        /// Its lower bound.
-        lower: f64,
-        /// Its upper bound.
-        upper: f64,
-    },
+    /// A name or value that does not fit the parameters.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A kind of plan that cannot be made for a task.
     #[error("plan = \"{plan}\" {problem}: {advice}")]
     Planning {

@@ -1,14 +1,14 @@
 //! Pictures along a plan, put together by subject.
 
 use supple_kernels::Matrices;
-use supple_robot::vector::{add, dot, scale};
-
-use crate::problem::Task;
-use crate::scene::{
+use supple_model::Trajectory;
+use supple_model::scene::{
     Body, Connection, Landmark, LandmarkKind, MOST_FRAMES, PointBelief, Scene, Seen, Shape, Solid, Track, Wall,
     quaternion, round, turned_to,
 };
-use crate::trajectory::Trajectory;
+use supple_robot::vector::{add, dot, scale};
+
+use crate::problem::Task;
 
 /// The scene of a task's plan, given the covariance of the belief at each state; none where the model cannot be drawn.
 pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Matrices) -> Option<Scene> {

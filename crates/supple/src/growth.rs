@@ -3,14 +3,14 @@
 use nalgebra::DMatrix;
 use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
 use supple_kernels::{Matrices, Scratch, math};
+use supple_lqg::Knots;
+use supple_lqg::spectral_radius;
+use supple_model::Trajectory;
+use supple_model::system::Points;
 
 use crate::Error;
 use crate::problem::Task;
 use crate::stability::Stability;
-use crate::system::Points;
-use crate::trajectory::Trajectory;
-use supple_lqg::Knots;
-use supple_lqg::spectral_radius;
 
 /// At most how many steps are looked at.
 const LOOKED_AT: usize = 20;

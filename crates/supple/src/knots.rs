@@ -3,7 +3,7 @@
 use supple_kernels::Scratch;
 use supple_lqg::Knots;
 
-use crate::system::{Curvature, Points, System};
+use supple_model::system::{Curvature, Points, System};
 
 /// Fills knots from a system at all points of a trajectory.
 pub trait Linearise {

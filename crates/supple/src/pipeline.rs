@@ -5,8 +5,11 @@
 //! ```
 
 use std::time::{Duration, Instant};
-
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Noise;
+use supple_lqg::bound::Nearby;
+use supple_lqg::{Belief, kalman};
+use supple_lqg::{Information, information};
 
 use crate::Error;
 use crate::belief_plan::{Memory, belief_plan_gradient, plan_belief};
@@ -20,10 +23,6 @@ use crate::plan::{
 };
 use crate::problem::Task;
 use crate::sampled_plan::plan_sampled;
-use supple_lqg::Noise;
-use supple_lqg::bound::Nearby;
-use supple_lqg::{Belief, kalman};
-use supple_lqg::{Information, information};
 
 /// Everything known of one task at one design, and the memory to find it.
 pub struct TaskState {

@@ -3,14 +3,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch};
-
-use crate::noise::{Covariance, NoiseModel, VaryingVariance};
-use crate::parameters::Parameters;
-use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
-use crate::system::{RollOut, System, holding_controls};
-use crate::trajectory::Trajectory;
-use crate::{Error, Value};
 use supple_lqg::{ControlBounds, Dimensions};
+use supple_model::noise::{Covariance, NoiseModel, VaryingVariance};
+use supple_model::parameters::Parameters;
+use supple_model::system::{RollOut, System, holding_controls};
+use supple_model::{Trajectory, Value};
+
+use crate::Error;
+use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
 
 /// States up to which results end with [`ROLLOUTS`] roll-outs.
 const ROLLOUTS_STATES: f64 = 32.0;

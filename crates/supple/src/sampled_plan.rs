@@ -1,12 +1,12 @@
 use supple_kernels::Scratch;
+use supple_lqg::Noise;
+use supple_model::Trajectory;
+use supple_model::system::Curvature;
 
 use crate::Error;
 use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, finish, linearise, start, sweep};
 use crate::problem::Task;
 use crate::simulate::{ClosedLoop, LoopSetting, NoiseFactors, Record, Truth, World};
-use crate::system::Curvature;
-use crate::trajectory::Trajectory;
-use supple_lqg::Noise;
 
 /// Finds a plan as the paper does (theory, equation P.6): each iteration rolls out once with noise and an extended
 /// Kalman filter in the loop, and moves the reference by the share alpha towards estimates and controls of that run:

@@ -1,8 +1,8 @@
 //! How a plan touches things: every contact of the model along the nominal trajectory.
 
-use crate::contacts::{ContactReport, ContactState, WantedForce};
+use supple_model::{ContactReport, ContactState, Trajectory, WantedForce};
+
 use crate::problem::Task;
-use crate::trajectory::Trajectory;
 
 /// Each contact of a task at every state, in the order of the model.
 pub fn contacts_along<'a>(

@@ -10,7 +10,7 @@ use supple::plan::PlanMode;
 use supple::{EvaluateOptions, Problem, Value};
 
 fn load(name: &str) -> Problem {
-    Problem::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
+    supple_file::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name)).unwrap()
 }
 
 fn assert_ordered(bound: &TaskBound) {
@@ -178,7 +178,7 @@ fn turned(growth: [f64; 2], noise: [f64; 2], angle: f64, steps: usize, options: 
         matrix(growth),
         matrix(noise)
     );
-    Problem::parse(&text, "test").unwrap().bound(&[], options).unwrap().tasks.remove(0)
+    supple_file::parse(&text, "test").unwrap().bound(&[], options).unwrap().tasks.remove(0)
 }
 
 /// Modes that grow at different paces, some without noise: a convex program over two separate modes gives the numbers.
@@ -240,7 +240,7 @@ fn steady(a: &[&[f64]], b: &[f64], w: &[&[f64]], cost: Option<f64>) -> TaskBound
         tenth = identity[1],
         zeros = vec![0.0; n],
     );
-    let problem = Problem::parse(&text, "steady.toml").unwrap();
+    let problem = supple_file::parse(&text, "steady.toml").unwrap();
     let options = BoundOptions { stationary: true, cost, ..BoundOptions::default() };
     problem.bound(&[], &options).unwrap().tasks.remove(0)
 }
@@ -317,7 +317,7 @@ fn a_control_that_tells_all_tells_no_more_however_long() {
         Q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
         R = [[0.123]]
     "#;
-    let bound = Problem::parse(text, "test").unwrap().bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
+    let bound = supple_file::parse(text, "test").unwrap().bound(&[], &BoundOptions::default()).unwrap().tasks.remove(0);
     for (told, measured) in bound.control_per_step_bits.iter().zip(&bound.measurement_per_step_bits) {
         assert!((told - measured).abs() < 1e-9, "{told} and {measured}");
     }

@@ -19,7 +19,7 @@ fn assert_rows(rows: &[String]) {
 }
 
 fn load(task: &str) -> Problem {
-    Problem::load(repository(task)).unwrap()
+    supple_file::load(repository(task)).unwrap()
 }
 
 /// What a design uses and what would do, in bits over the task; then what the virtual sensor measures at its strongest.

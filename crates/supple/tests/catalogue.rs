@@ -22,7 +22,7 @@ fn two_masses(first: &str, second: &str) -> Problem {
     let catalogue = |list: &str| if list.is_empty() { String::new() } else { format!("\ncatalogue = {list}") };
     let (first, second) = (catalogue(first), catalogue(second));
     let text = format!("{head}unit = \"N/m\"{first}{middle}unit = \"N/m\"{second}{tail}");
-    let mut problem = Problem::parse(&text, "task.toml").unwrap();
+    let mut problem = supple_file::parse(&text, "task.toml").unwrap();
     problem.design.starts = 1;
     problem.design.branch_attempts = 12;
     problem
@@ -210,7 +210,7 @@ fn coarse_sensors(spring: &str, price: &str) -> Problem {
         assert!(text.contains(from), "{from}");
         text.replacen(from, &to, 1)
     });
-    Problem::parse(&text, "task.toml").unwrap()
+    supple_file::parse(&text, "task.toml").unwrap()
 }
 
 /// What is free beside the entries is searched for from every start: from the end without catalogues alone it comes to rest at
@@ -275,7 +275,7 @@ fn errors_name_the_entry() {
     let message = |catalogue: &str| {
         let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
         let text = text.replacen("unit = \"N/m\"", &format!("unit = \"N/m\"\ncatalogue = {catalogue}"), 1);
-        Problem::parse(&text, "task.toml").map(|_| ()).unwrap_err().to_string()
+        supple_file::parse(&text, "task.toml").map(|_| ()).unwrap_err().to_string()
     };
     let line = {
         let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
@@ -302,7 +302,7 @@ fn errors_name_the_entry() {
     );
     let study = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
     let study = study.replacen("role = \"study\"", "role = \"study\"\ncatalogue = [1e-4]", 1);
-    let found = Problem::parse(&study, "task.toml").map(|_| ()).unwrap_err().to_string();
+    let found = supple_file::parse(&study, "task.toml").map(|_| ()).unwrap_err().to_string();
     assert!(found.contains("catalogue: is for parameters that are designed"), "{found}");
 }
 
@@ -316,7 +316,7 @@ fn catalogues_from_files() {
     std::fs::write(folder.join("task.toml"), task).unwrap();
     let read = |csv: &str| {
         std::fs::write(folder.join("springs.csv"), csv).unwrap();
-        Problem::load(folder.join("task.toml"))
+        supple_file::load(folder.join("task.toml"))
     };
     let problem = read("# springs of one maker\nname, value, price\nS300, 300, 4.5\n\nS100, 100,\n").unwrap();
     let catalogue = &problem.parameters.get(0).catalogue;

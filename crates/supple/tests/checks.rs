@@ -83,7 +83,7 @@ fn two_masses_pass_at_any_number_of_steps() {
     for steps in (1..=30).chain([60, 250]) {
         let text = text.replace("steps = 125", &format!("steps = {steps}"));
         assert!(text.contains(&format!("steps = {steps}\n")));
-        let problem = Problem::parse(&text, "task.toml").unwrap();
+        let problem = supple_file::parse(&text, "task.toml").unwrap();
         let report = check(&problem, &problem.parameters.initial()).unwrap();
         let failed: Vec<_> = report.tasks[0].rows.iter().filter(|row| !row.passed).collect();
         assert!(report.passed, "{steps} steps: {failed:#?}");
@@ -104,7 +104,7 @@ fn the_place_of_a_wall_that_is_2_mm_soft_is_no_false_alarm() {
         assert!(text.contains(from), "{from}");
         text.replacen(from, to, 1)
     });
-    let problem = Problem::parse(&text, path.to_str().unwrap()).unwrap();
+    let problem = supple_file::parse(&text, path.to_str().unwrap()).unwrap();
     let report = check(&problem, &problem.parameters.initial()).unwrap();
     for row in &report.tasks[0].rows {
         assert!(row.passed, "{row:?}");

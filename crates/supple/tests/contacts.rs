@@ -22,7 +22,7 @@ fn two_mass(edits: &[(&str, &str)]) -> Problem {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);
     }
-    Problem::parse(&text, "two_mass.toml").unwrap()
+    supple_file::parse(&text, "two_mass.toml").unwrap()
 }
 
 /// The weight of the force on the wall so small that the plan stays where it is.

@@ -81,7 +81,7 @@ fn small_task_ends_at_the_box() {
 #[test]
 fn impossible_bound_is_reported_with_its_violation() {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
-    let problem = Problem::parse(&text.replace("bound = 25.0", "bound = 5.0"), "test").unwrap();
+    let problem = supple_file::parse(&text.replace("bound = 25.0", "bound = 5.0"), "test").unwrap();
     let found = search(&problem, &DesignSettings { starts: 2, ..Default::default() });
     assert_eq!(found.status, DesignStatus::BoundViolated);
     let best = &found.starts[found.best];
@@ -92,7 +92,7 @@ fn impossible_bound_is_reported_with_its_violation() {
 #[test]
 fn no_bound_gives_the_least_information_of_the_box() {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
-    let problem = Problem::parse(&text.replace("bound = 25.0\n", ""), "test").unwrap();
+    let problem = supple_file::parse(&text.replace("bound = 25.0\n", ""), "test").unwrap();
     let found = search(&problem, &DesignSettings { starts: 2, ..Default::default() });
     assert_eq!(found.status, DesignStatus::Converged);
     assert!((found.starts[found.best].to[0] - 20.0).abs() < 1e-9);

@@ -121,7 +121,7 @@ enforce = true
 /// The plan of a linear problem meets the conditions of its quadratic program, which is set up here as dense matrices.
 #[test]
 fn the_plan_of_a_linear_problem_solves_its_quadratic_program() {
-    let problem = Problem::parse(LINEAR, "linear.toml").unwrap();
+    let problem = supple_file::parse(LINEAR, "linear.toml").unwrap();
     let state = plan_of(&problem);
     assert_eq!(state.plan.status, PlanStatus::Converged);
     let (steps, a, b) = (30, [[1.0, 0.1], [0.0, 1.0]], [0.005, 0.1]);
@@ -162,7 +162,7 @@ fn the_plan_of_a_linear_problem_solves_its_quadratic_program() {
 /// Every gradient against differences of plans that are made anew, which keep the limits too.
 #[test]
 fn gradients_move_along_limits() {
-    let linear = Problem::parse(LINEAR, "linear.toml").unwrap();
+    let linear = supple_file::parse(LINEAR, "linear.toml").unwrap();
     let others = LIMITS.map(|(name, limit)| shipped_with(name, &kept(limit)));
     // Its bound moves with a parameter.
     let moving = "kind = \"state\"\nselect = [\"v2\"]\nupper = \"0.8 * sqrt(k1 / 500)\"";

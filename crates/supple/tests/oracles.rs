@@ -8,9 +8,9 @@
 mod reference;
 
 use reference::{assert_near, evaluated};
+use supple::Task;
 use supple::lqg::entropy_form;
 use supple::pipeline::TaskState;
-use supple::{Problem, Task};
 
 #[derive(Clone, Copy)]
 struct Scalar {
@@ -41,7 +41,7 @@ impl Scalar {
              noise = {{ initial = [{x0:?}], process = [{w:?}], measurement = {variances:?} }}\n\
              costs = [{{ kind = 'quadratic', Q = [[{q:?}]], R = [[{r:?}]], final = [[{q_end:?}]] }}]\n"
         );
-        Problem::parse(&text, "scalar").unwrap().tasks.remove(0)
+        supple_file::parse(&text, "scalar").unwrap().tasks.remove(0)
     }
 
     fn solve(&self, steps: usize) -> TaskState {

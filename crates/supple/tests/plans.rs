@@ -36,7 +36,7 @@ fn changed(name: &str, changes: &[(&str, &str)]) -> Problem {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });
-    Problem::parse(&text, repository("tasks").join(name).to_str().unwrap()).unwrap()
+    supple_file::parse(&text, repository("tasks").join(name).to_str().unwrap()).unwrap()
 }
 
 /// The expected cost of controls, put together from its definition.

@@ -22,7 +22,7 @@ fn problem(first: &str, second: &str, settings: &str, bound: &str) -> Problem {
          [[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\"]\nweight = 2.0\n\
          [[tasks.costs]]\nkind = \"control\"\nweight = 1.0\n"
     );
-    Problem::parse(&file, "prices.toml").unwrap_or_else(|error| panic!("{error}"))
+    supple_file::parse(&file, "prices.toml").unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn search(problem: &Problem, aim: Aim, settings: &DesignSettings) -> Design {
@@ -171,7 +171,7 @@ fn prices_that_cannot_be_are_refused() {
              initial_state = [0.0]\n[tasks.noise]\ninitial = [2.0]\nprocess = [0.0]\nmeasurement = [\"v\"]\n\
              [[tasks.costs]]\nkind = \"control\"\nweight = 1.0\n"
         );
-        Problem::parse(&file, "t.toml").map(|_| ()).map_err(|error| format!("{}: {}", error.key, error.message))
+        supple_file::parse(&file, "t.toml").map(|_| ()).map_err(|error| format!("{}: {}", error.key, error.message))
     };
     assert_eq!(read("price = { inverse = 1.0 }", "budget = 1.0"), Ok(()));
     let wrong = [

@@ -3,9 +3,9 @@
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
+use supple::EvaluateOptions;
 use supple::bound::BoundOptions;
 use supple::design::{Control, NoObserver, design};
-use supple::{EvaluateOptions, Problem};
 
 #[allow(dead_code)]
 #[path = "../examples/01_design.rs"]
@@ -59,7 +59,7 @@ fn the_test_command_is_what_ci_runs() -> Result<(), Box<dyn Error>> {
 /// Every number in the sentences of the README is computed here.
 #[test]
 fn numbers_in_the_text_are_computed() -> Result<(), Box<dyn Error>> {
-    let problem = Problem::load(format!("{ROOT}tasks/two_mass.toml"))?;
+    let problem = supple_file::load(format!("{ROOT}tasks/two_mass.toml"))?;
     let task = &problem.tasks[0];
     let start = problem.parameters.initial();
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };

@@ -5,8 +5,8 @@
 use std::collections::BTreeSet;
 
 use supple::check::check;
-use supple::file::json_schema;
 use supple::{Kinds, Problem};
+use supple_file::json_schema;
 
 #[allow(dead_code)]
 #[path = "robot/arm.rs"]
@@ -37,7 +37,7 @@ fn problem(model: &str, costs: &str, (states, measurements): (usize, usize)) -> 
         row("0.002", states),
         row("0.03", measurements),
     );
-    Problem::parse(&text, "test").unwrap_or_else(|error| panic!("{error}\n{text}"))
+    supple_file::parse(&text, "test").unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
 const TWO_MASS: &str = "kind = \"two_mass\"\nmass = [\"a\", 0.4]\ndamping = [2.0, 1.0]\nstiffness = [20.0, 30.0]\n\
@@ -132,7 +132,7 @@ fn derivatives_of_the_shipped_tasks() {
         if path.extension().is_none_or(|end| end != "toml") {
             continue;
         }
-        let problem = Problem::load(path).unwrap();
+        let problem = supple_file::load(path).unwrap();
         let report = check(&problem, &problem.parameters.initial()).unwrap();
         assert!(report.passed, "{}: {:?}", problem.title, report.tasks[0].rows);
         count += 1;

@@ -96,7 +96,7 @@ fn certainty_equivalent(task: &Task, state: &TaskState, law: &Law, sigma: f64) -
 
 #[test]
 fn the_law_is_the_best_one_and_its_value_that_of_brute_force() {
-    let problem = Problem::parse(LINEAR, "test").unwrap();
+    let problem = supple_file::parse(LINEAR, "test").unwrap();
     let task = &problem.tasks[0];
     for sigma in [-0.3, 0.05, 0.2] {
         let state = planned(&problem, &settings(sigma));
@@ -195,7 +195,7 @@ fn noisier(process: f64, measurement: f64) -> Problem {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });
-    Problem::parse(&text, "test").unwrap()
+    supple_file::parse(&text, "test").unwrap()
 }
 
 /// Where the robot presses, for good.
@@ -318,7 +318,7 @@ fn leaning(process: f64, measurement: f64) -> Problem {
         R = [[0.01]]
         "#
     );
-    Problem::parse(&text, "test").unwrap()
+    supple_file::parse(&text, "test").unwrap()
 }
 
 /// The exact solution for the exponential of the cost itself is stiffened by both: the estimate is tilted towards what costs

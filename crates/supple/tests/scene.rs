@@ -98,7 +98,7 @@ fn linear_models_have_no_scene() {
                   steps = 3\ntime_step = 0.1\ninitial_state = [1.0]\n\n[tasks.noise]\ninitial = [1.0]\nprocess = [1.0]\n\
                   measurement = [1.0]\n\n[[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\"]\nweight = 1.0\n\n[[tasks.costs]]\n\
                   kind = \"control\"\nweight = 1.0\n";
-    let problem = Problem::parse(linear, "linear.toml").unwrap_or_else(|error| panic!("{error}"));
+    let problem = supple_file::parse(linear, "linear.toml").unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(evaluated(&problem)[0].trajectory.as_ref().unwrap().scene, None);
 }
 

@@ -13,10 +13,10 @@ use common::shipped;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
-use supple::file::WithSensors;
 use supple::pipeline::TaskState;
 use supple::sensors::{Candidate, Goal, Limits, Selection};
 use supple::{Error, Problem};
+use supple_file::WithSensors;
 
 struct Random(ChaCha8Rng);
 
@@ -92,7 +92,7 @@ impl Drawn {
             self.process,
             (1..=n).map(|i| format!("x{i}")).collect::<Vec<_>>()
         );
-        Problem::parse(&file, "drawn.toml").unwrap_or_else(|error| panic!("{error}\n{file}"))
+        supple_file::parse(&file, "drawn.toml").unwrap_or_else(|error| panic!("{error}\n{file}"))
     }
 
     fn selection(&self) -> Selection {
@@ -392,7 +392,7 @@ fn correlated_measurements_are_one_candidate() {
          initial_state = [0.0, 0.0]\n[tasks.noise]\ninitial = [1.0, 1.0]\nprocess = [0.1, 0.1]\n\
          measurement = [[0.5, 0.0, 0.2], [0.0, 0.4, 0.0], [0.2, 0.0, 0.3]]\n\
          [[tasks.costs]]\nkind = \"state\"\nselect = [\"x1\", \"x2\"]\nweight = 1.0\n[[tasks.costs]]\nkind = \"control\"\nweight = 0.3\n";
-    let problem = Problem::parse(file, "t.toml").unwrap();
+    let problem = supple_file::parse(file, "t.toml").unwrap();
     let selection = Selection::of_measurements(&problem, &[], None).unwrap();
     let rows: Vec<_> = selection.candidates.iter().map(|candidate| candidate.rows.clone()).collect();
     assert_eq!(rows, [vec![0, 2], vec![1]]);
@@ -414,7 +414,7 @@ fn with_catalogue(catalogue: &str) -> Result<Problem, supple::FileError> {
 fn with_catalogue_as(catalogue: &str, which: WithSensors) -> Result<Problem, supple::FileError> {
     let path = common::repository("tasks/two_mass.toml");
     let text = std::fs::read_to_string(&path).unwrap() + catalogue;
-    Problem::parse_with(&text, path.to_str().unwrap(), which)
+    supple_file::parse_with(&text, path.to_str().unwrap(), which)
 }
 
 const ENCODERS: &str = r#"
@@ -499,7 +499,7 @@ sensors = "sensors.csv"
     let folder = path.parent().unwrap().join("sensors.csv").display().to_string();
     let name = path.display().to_string();
     let read = |table: &str, which| {
-        supple_files::with_texts([(folder.clone(), table.to_owned())], || Problem::parse_with(&file, &name, which))
+        supple_text::with_texts([(folder.clone(), table.to_owned())], || supple_file::parse_with(&file, &name, which))
     };
     let all = read(table, WithSensors::All).unwrap();
     assert_eq!(all.tasks[0].system.dimensions().measurements, 7);
@@ -549,7 +549,7 @@ sensors = "sensors.csv"
     let error = read(&table.replace("1e-6, 400", "1e-6, inf"), WithSensors::Chosen).err().unwrap();
     assert!(error.line == 7 && error.message.contains("must be at least 0; found inf"), "{error}");
     // One that is not there is missed where the task names it.
-    let error = Problem::parse_with(&file, &name, WithSensors::Chosen).err().unwrap();
+    let error = supple_file::parse_with(&file, &name, WithSensors::Chosen).err().unwrap();
     assert!(error.file == name && error.key == "catalogue.sensors" && error.line > 0, "{error}");
     assert!(error.message.contains("sensors.csv: cannot be read"), "{error}");
 }
@@ -559,7 +559,7 @@ fn with_table(table: &str) -> Result<Problem, supple::FileError> {
     let path = common::repository("tasks/two_mass.toml");
     let text = std::fs::read_to_string(&path).unwrap() + "\n[catalogue]\nsensors = \"sensors.csv\"\n";
     let table = (path.with_file_name("sensors.csv").display().to_string(), table.to_owned());
-    supple_files::with_texts([table], || Problem::parse_with(&text, path.to_str().unwrap(), WithSensors::All))
+    supple_text::with_texts([table], || supple_file::parse_with(&text, path.to_str().unwrap(), WithSensors::All))
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn whole(state: &TaskState) -> Vec<f64> {
 
 #[test]
 fn numbers_are_those_of_the_same_problem_as_a_task_file() {
-    let from_file = &Problem::parse(FILE, "test").unwrap().tasks[0];
+    let from_file = &supple_file::parse(FILE, "test").unwrap().tasks[0];
     let expected = evaluated(from_file, &[]);
     for arrays in [arrays_of_file(constant), arrays_of_file(repeated)] {
         let system = std::sync::Arc::new(Sequence::new(STEPS, &arrays).unwrap());
@@ -202,7 +202,7 @@ fn nominal_plan_solves_the_stacked_quadratic_with_all_terms() {
 }
 
 fn problem(task: Task) -> Problem {
-    Problem { tasks: vec![task], ..Problem::parse(FILE, "test").unwrap() }
+    Problem { tasks: vec![task], ..supple_file::parse(FILE, "test").unwrap() }
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn linear_quadratic_prediction_is_exact() {
         Q = [[1.0, 0.0], [0.0, 0.1]]
         R = [[0.2]]
     "#;
-    let problem = Problem::parse(text, "test").unwrap();
+    let problem = supple_file::parse(text, "test").unwrap();
     let at = sampled(&problem, &[], 20_000);
     let sampled = at.tasks[0].monte_carlo.as_ref().unwrap();
     assert!(sampled.cost_standard_error < 0.01 * sampled.cost_mean);
@@ -64,7 +64,7 @@ fn difference_to_the_prediction_is_of_higher_order_in_the_noise() {
             };
             text = text.replace(list, &new);
         }
-        Problem::parse(&text, "test").unwrap()
+        supple_file::parse(&text, "test").unwrap()
     };
     let relative = |factor: f64| {
         let problem = scaled(factor);
@@ -122,7 +122,7 @@ fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
 #[test]
 fn sampled_plans_come_close_to_nominal_ones() {
     let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
-    let sampled = Problem::parse(&format!("{text}\n[planning]\nmode = \"sampled\"\n"), "test").unwrap();
+    let sampled = supple_file::parse(&format!("{text}\n[planning]\nmode = \"sampled\"\n"), "test").unwrap();
     let nominal = shipped("two_mass_small.toml");
     let phi = nominal.parameters.initial();
     let options = EvaluateOptions { total_gradient: true, ..Default::default() };

@@ -5,9 +5,8 @@
 use std::collections::BTreeSet;
 
 use serde_json::Value;
-use supple::Problem;
 use supple::check::check;
-use supple::file::json_schema;
+use supple_file::json_schema;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
 
@@ -183,7 +182,7 @@ fn the_examples_can_be_read_and_their_derivatives_agree() {
     assert_ne!(whole, files[0]);
     files.push(whole);
     for file in files {
-        let problem = Problem::parse(&file, &format!("{ROOT}tasks/example.toml"));
+        let problem = supple_file::parse(&file, &format!("{ROOT}tasks/example.toml"));
         let problem = problem.unwrap_or_else(|error| panic!("{error}\n{file}"));
         let report = check(&problem, &problem.parameters.initial()).unwrap();
         assert!(report.passed, "{}: {:#?}", problem.title, report.tasks[0].rows);

@@ -33,7 +33,7 @@ fn random_task(number: u64) -> Problem {
                 let to = from + text[from..].find('\n').unwrap();
                 format!("{}{}{}", &text[..from], draw(low, high), &text[to..])
             });
-    Problem::parse(&text, "random.toml").unwrap()
+    supple_file::parse(&text, "random.toml").unwrap()
 }
 
 fn verdict(problem: &Problem, rollouts: usize, seed: u64) -> Option<Verdict> {

@@ -19,7 +19,7 @@ fn with(text: &str, changes: &[(&str, &str)]) -> String {
 
 /// Expected cost and measured information in nats at the initial parameters, and the total gradient of the latter.
 fn evaluate(text: &str) -> (f64, f64, Vec<f64>) {
-    let problem = Problem::parse(text, "task.toml").unwrap();
+    let problem = supple_file::parse(text, "task.toml").unwrap();
     let phi = problem.parameters.initial();
     let options = EvaluateOptions { total_gradient: true, ..EvaluateOptions::default() };
     let found = problem.evaluate(&phi, &options).unwrap();
@@ -30,7 +30,7 @@ fn evaluate(text: &str) -> (f64, f64, Vec<f64>) {
 }
 
 fn error(text: &str) -> String {
-    Problem::parse(text, "task.toml").err().unwrap().to_string()
+    supple_file::parse(text, "task.toml").err().unwrap().to_string()
 }
 
 fn assert_close(found: f64, expected: f64, tolerance: f64) {
@@ -97,7 +97,7 @@ fn the_parameters_of_an_expression_count_as_used() {
 #[test]
 fn the_least_of_an_expression_is_within_the_bounds_of_its_parameters() {
     let text = with(&two_mass(), &[(STIFFNESS, "stiffness = [\"k1 - 40\", \"k2\"]")]);
-    Problem::parse(&text, "task.toml").unwrap();
+    supple_file::parse(&text, "task.toml").unwrap();
     for (stiffness, least) in
         [("k1 - 700", "-650"), ("-k1", "-600"), ("100 - k1^2", "-359900"), ("k1 / (k1 - 100)", "-inf")]
     {
@@ -158,7 +158,7 @@ fn standard_deviations_stand_for_variances() {
 fn sensors_have_deviations() {
     let file = std::fs::read_to_string(format!("{ROOT}tasks/iiwa_door.toml")).unwrap();
     let file = file.replace("../models", &format!("{ROOT}models"));
-    let load = |text: &str| Problem::parse(text, "task.toml");
+    let load = |text: &str| supple_file::parse(text, "task.toml");
     let (own, other) = (load(&file).unwrap(), load(&file.replacen("variance = 1e-2", "deviation = 0.1", 1)).unwrap());
     let first = |problem: &Problem| problem.tasks[0].noise.measurement.clone();
     let variance = |problem: &Problem| {
@@ -192,7 +192,7 @@ fn per_second(time_step: f64) -> String {
             ("weight = 1e-4", "weight = 5e-3"),
         ],
     );
-    Problem::parse(&text, "task.toml").unwrap();
+    supple_file::parse(&text, "task.toml").unwrap();
     text
 }
 

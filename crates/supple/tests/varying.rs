@@ -39,7 +39,7 @@ fn plane(seen: &str, varying: &str) -> Problem {
         R = [[0.3, 0.0], [0.0, 0.2]]
         "#
     );
-    Problem::parse(&text, "task.toml").unwrap()
+    supple_file::parse(&text, "task.toml").unwrap()
 }
 
 const DIAGONAL: &str = "[[1.0, 0.0], [0.0, 1.0]]";
@@ -91,7 +91,7 @@ fn gradients_agree_on_two_masses() {
                    center = 0.4\ncoefficient = \"wall_variance\"\n\n[[tasks.costs]]\nkind = \"contact_force\"";
     let with = text.replacen("\n[[tasks.costs]]\nkind = \"contact_force\"", varying, 1);
     assert_ne!(text, with);
-    let problem = Problem::parse(&with, "task.toml").unwrap();
+    let problem = supple_file::parse(&with, "task.toml").unwrap();
     let mut phi = problem.parameters.initial();
     phi[problem.parameters.index("wall_variance").unwrap()] = 0.02;
     assert_gradients(&problem, &phi);
@@ -228,7 +228,7 @@ fn errors_name_line_and_key() {
              coefficient = 0.5\n"
                 .replace(from, to)
         );
-        Problem::parse(&text, "task.toml").map(|_| ()).unwrap_err().to_string()
+        supple_file::parse(&text, "task.toml").map(|_| ()).unwrap_err().to_string()
     };
     let wrong = [
         ("position of m1", "position of m", "18:16", "measurement[0]: no measurement is `position of m`: there are"),

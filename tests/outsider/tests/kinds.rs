@@ -21,7 +21,7 @@ fn text() -> Result<String, Box<dyn Error>> {
 fn error(from: &str, to: &str) -> Result<String, Box<dyn Error>> {
     let text = text()?;
     assert!(text.contains(from));
-    match Problem::parse_with(&text.replacen(from, to, 1), REACH, kinds()) {
+    match supple_file::parse_with(&text.replacen(from, to, 1), REACH, kinds()) {
         Ok(_) => Err(format!("`{to}` is accepted").into()),
         Err(error) => Ok(error.to_string()),
     }
@@ -30,7 +30,7 @@ fn error(from: &str, to: &str) -> Result<String, Box<dyn Error>> {
 #[test]
 fn every_derivative_is_that_of_differences() -> Tested {
     for file in [REACH, BALANCE] {
-        let problem = Problem::load_with(file, kinds())?;
+        let problem = supple_file::load_with(file, kinds())?;
         let report = check(&problem, &problem.parameters.initial())?;
         for task in &report.tasks {
             let rows = task.rows.iter();
@@ -45,7 +45,7 @@ fn every_derivative_is_that_of_differences() -> Tested {
 
 #[test]
 fn a_design_pays_for_and_improves_what_is_added() -> Tested {
-    let problem = Problem::load_with(REACH, kinds())?;
+    let problem = supple_file::load_with(REACH, kinds())?;
     let settings = DesignSettings { starts: 1, rounds: 1, price_weight: 1e-3, ..problem.design.clone() };
     let start = problem.parameters.initial();
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
@@ -67,7 +67,7 @@ fn a_design_pays_for_and_improves_what_is_added() -> Tested {
 
 #[test]
 fn what_is_added_is_named_in_results() -> Tested {
-    let problem = Problem::load_with(REACH, kinds())?;
+    let problem = supple_file::load_with(REACH, kinds())?;
     let options = EvaluateOptions { trajectories: true, ..EvaluateOptions::default() };
     let found = problem.evaluate(&problem.parameters.initial(), &options)?;
     let task = &found.tasks[0];
@@ -84,7 +84,7 @@ fn what_is_added_is_named_in_results() -> Tested {
 
 #[test]
 fn pictures_show_the_tendon() -> Tested {
-    let problem = Problem::load_with(REACH, kinds())?;
+    let problem = supple_file::load_with(REACH, kinds())?;
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let x: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(&phi)).collect();
     let seen = task.system.picture(&x, &[0.0; 3], &phi).ok_or("a robot can be drawn")?;
@@ -134,7 +134,7 @@ fn errors_name_the_place_and_what_is_valid() -> Tested {
 #[test]
 fn without_them_files_that_name_them_are_refused() -> Tested {
     for (file, kind) in [(REACH, "tendon"), (BALANCE, "cart_pole")] {
-        let Err(found) = Problem::load(file) else { return Err("kinds that nobody added are known".into()) };
+        let Err(found) = supple_file::load(file) else { return Err("kinds that nobody added are known".into()) };
         assert!(found.to_string().contains(&format!("`{kind}`")), "{found}");
     }
     Ok(())
@@ -146,6 +146,6 @@ fn the_schema_has_them() {
     for key in ["bearing", "camera", "tendon", "frame_a", "cauchy", "cart_pole", "cart_mass"] {
         assert!(schema.contains(&format!("\"{key}\"")), "`{key}` is not in the schema");
     }
-    let own = supple::file::json_schema().to_string();
+    let own = supple_file::json_schema().to_string();
     assert!(!own.contains("\"cauchy\"") && own.contains("\"absolute\""));
 }

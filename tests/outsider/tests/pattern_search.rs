@@ -9,7 +9,7 @@ use supple::design::{Aim, Control, DesignSettings, NoObserver, Searcher};
 
 #[test]
 fn an_optimiser_from_outside_finds_the_optimum() -> Result<(), Box<dyn Error>> {
-    let problem = Problem::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml"))?;
+    let problem = supple_file::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml"))?;
     let settings = DesignSettings { starts: 1, rounds: 1, ..Default::default() };
     let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
     let searcher = Searcher::new(&problem, &settings, Aim::default(), control);

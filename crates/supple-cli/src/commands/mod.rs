@@ -47,7 +47,7 @@ use crate::output::{print_json, print_text};
 
 /// `supple schema`
 pub fn schema() -> Result<Outcome, Failure> {
-    print_json(&supple::file::json_schema())?;
+    print_json(&supple_file::json_schema())?;
     Ok(Outcome::Success)
 }
 

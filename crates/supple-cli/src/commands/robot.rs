@@ -6,7 +6,7 @@ mod planning;
 use std::io::{BufWriter, ErrorKind, Write};
 
 use serde::{Serialize, Serializer};
-use supple::file::{read_text, robot_of};
+use supple_file::{read_text, robot_of};
 use supple_robot::{
     Kinematics, LoadOptions, Numbers, Pose, Robot, Tree, bias, check_inertia, forward_dynamics, load, mass_matrix,
     mjcf, passive_forces,
@@ -84,8 +84,8 @@ fn write(mut robot: Robot, options: &RobotOptions) -> Result<Outcome, Failure> {
 fn by_joint(option: &str, list: &str, joints: &[String]) -> Result<Vec<f64>, Failure> {
     let order = || match joints.len() {
         0 => "no joint moves".to_owned(),
-        1 => format!("the one joint is {}", supple_files::quoted(joints)),
-        count => format!("the {count} joints are {}", supple_files::quoted(joints)),
+        1 => format!("the one joint is {}", supple_text::quoted(joints)),
+        count => format!("the {count} joints are {}", supple_text::quoted(joints)),
     };
     let wrong = |what: String| Failure::usage(format!("{option}: {what}; {}", order()));
     let mut numbers = numbers(list).map_err(wrong)?;

@@ -85,7 +85,7 @@ fn a_numeric_error_did_not_say_of_which_task() {
 
 #[test]
 fn a_value_far_above_a_small_bound_was_at_it() {
-    let problem = supple::Problem::parse(TWO_MASS, "task.toml").unwrap();
+    let problem = supple_file::parse(TWO_MASS, "task.toml").unwrap();
     let mut parameter = problem.parameters.get(0).clone();
     parameter.bounds = [0.1, 1e6];
     assert!(parameter.is_at(0.1, 0.1) && parameter.is_at(0.1, 0.1 + 1e-9) && !parameter.is_at(0.1, 0.2287));

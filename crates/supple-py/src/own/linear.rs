@@ -49,7 +49,7 @@ pub fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResul
         measurements: channels("measurements")?,
     };
     let system = Sequence::new(context.steps, &arrays).and_then(|system| system.with_channels(channels));
-    Ok(Arc::new(system.map_err(|error| errors::of_compute(py, &error))?))
+    Ok(Arc::new(system.map_err(|error| errors::of_compute(py, &error.into()))?))
 }
 
 /// An array of `axes` axes as one that is the same at every step, or of one axis more as one for each step.

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
-use supple::file::read_text;
 use supple::scene::{Body, Scene};
+use supple_file::read_text;
 use supple_study::Source;
 
 mod dae;

@@ -19,7 +19,7 @@ pub struct SingularMass {
 
 impl fmt::Display for SingularMass {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let names = supple_files::quoted(&self.joints);
+        let names = supple_text::quoted(&self.joints);
         match self.joints.len() {
             1 => write!(f, "the joint {names} moves nothing that has inertia, so its acceleration is not determined"),
             _ => write!(

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::LoadOptions;
 use super::mimic::follow;

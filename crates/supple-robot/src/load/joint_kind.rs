@@ -1,6 +1,6 @@
 //! What a joint lets its child do, as URDF and SDF name it.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::words::{listed, near, shown};
 use super::xml::Element;

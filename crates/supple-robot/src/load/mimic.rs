@@ -1,6 +1,6 @@
 //! Joints that follow others, each traced to the joint that follows none.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::assemble::{JointPart, MimicPart, Names};
 use super::physics::GREATEST;

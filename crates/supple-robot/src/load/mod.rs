@@ -17,7 +17,7 @@ mod xml;
 
 use std::path::{Path, PathBuf};
 
-use supple_files::{FileError, read_text};
+use supple_text::{FileError, read_text};
 
 use crate::Robot;
 

@@ -1,6 +1,6 @@
 //! Numbers of links and joints that cannot be, or are most likely wrong.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::assemble::{Ends, JointPart, LinkPart};
 use super::moments::principal;

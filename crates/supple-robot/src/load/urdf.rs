@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::LoadOptions;
 use super::assemble::{JointPart, LinkPart, MimicPart, Parts, Reference, assemble};

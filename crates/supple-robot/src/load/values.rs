@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::words::{listed, near, shown};
 use super::xml::Element;

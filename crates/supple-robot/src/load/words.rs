@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use supple_files::{nearest, quoted};
+use supple_text::{nearest, quoted};
 
 /// What is said of files that a program must expand first.
 pub(super) const XACRO: &str = "this is a macro for the program xacro, not yet a robot";

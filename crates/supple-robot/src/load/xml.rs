@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use roxmltree::{Error, Node, ParsingOptions};
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::scan::{MOST_NODES, Refusal, scan};
 use super::words::{RUN_XACRO, XACRO, clipped, shown};

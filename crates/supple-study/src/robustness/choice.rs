@@ -1,4 +1,4 @@
-use supple_files::nearest;
+use supple_text::nearest;
 
 use super::DesignChoice;
 use crate::{LoadedTask, StudyError};

@@ -1,10 +1,10 @@
 //! Which sensors to buy: the best set of a catalogue, what every sensor is worth, and a certificate.
 
 use serde::{Deserialize, Serialize};
-use supple::file::WithSensors;
+use supple::Named;
 use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth};
-use supple::{Named, Problem};
-use supple_files::with_texts;
+use supple_file::WithSensors;
+use supple_text::with_texts;
 
 mod report;
 
@@ -143,7 +143,7 @@ fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<St
     };
     // The task as it was read has the chosen sensors only.
     let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
-    let problem = with_texts(texts, || Problem::parse_with(&first.text, &first.path, WithSensors::All))?;
+    let problem = with_texts(texts, || supple_file::parse_with(&first.text, &first.path, WithSensors::All))?;
     let sensors = problem.catalogue.clone().unwrap_or_default();
     let kinds = sensors.iter().map(|sensor| sensor.kind.clone()).collect();
     let candidates =

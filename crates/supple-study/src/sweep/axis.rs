@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use supple::math;
 use supple::parameters::{Parameter, Scale};
-use supple_files::nearest;
+use supple_text::nearest;
 
 use super::MOST_POINTS;
 use crate::{LoadedTask, StudyError};

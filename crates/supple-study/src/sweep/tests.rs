@@ -167,7 +167,7 @@ fn a_stopped_sweep_has_the_rows_that_are_done() {
 fn a_neighbour_that_leads_to_a_cheaper_plan_is_followed_and_no_other() {
     let good = task();
     let text = good.sources[0].text.replace("initial_control = [57.0]", "initial_control = [0.0]");
-    let poor = Problem::parse(&text, "poor.toml").unwrap();
+    let poor = supple_file::parse(&text, "poor.toml").unwrap();
     let plan = |problem: &Problem, neighbour: Option<&supple::Matrices>| {
         let task = &problem.tasks[0];
         let mut state = supple::pipeline::TaskState::new(task);

@@ -1,13 +1,13 @@
 use supple_kernels::{Matrices, Scratch, rows};
+use supple_lqg::Dimensions;
+use supple_lqg::solve_column;
+use supple_lqg::{Lq, Policy, Regularisation, solve_limited};
+use supple_model::system::Curvature;
 
 use super::point::Point;
 use crate::Error;
 use crate::gradient::{GradientWorkspace, Quantity, slope_by_controls};
 use crate::problem::Task;
-use crate::system::Curvature;
-use supple_lqg::Dimensions;
-use supple_lqg::solve_column;
-use supple_lqg::{Lq, Policy, Regularisation, solve_limited};
 
 /// Steps of finite differences, relative to the size of the controls.
 const DIFFERENCE: f64 = 1e-5;

@@ -1,4 +1,9 @@
 use supple_kernels::{Matrices, Scratch, rows};
+use supple_lqg::Noise;
+use supple_lqg::{Belief, kalman};
+use supple_lqg::{Policy, Regularisation, solve_riccati};
+use supple_model::Trajectory;
+use supple_model::system::Curvature;
 
 use crate::Error;
 use crate::cost_parts::cost_parts;
@@ -6,11 +11,6 @@ use crate::gradient::TotalGradient;
 use crate::knots::Linearise;
 use crate::plan::{Plan, rollout, simulate_controls};
 use crate::problem::Task;
-use crate::system::Curvature;
-use crate::trajectory::Trajectory;
-use supple_lqg::Noise;
-use supple_lqg::{Belief, kalman};
-use supple_lqg::{Policy, Regularisation, solve_riccati};
 
 /// One trajectory with all that its expected cost is made of.
 #[derive(Clone, Debug)]

@@ -1,12 +1,12 @@
 use supple_kernels::{Scratch, rows};
+use supple_lqg::Dimensions;
+use supple_lqg::{Regularisation, solve_riccati};
 
 use super::hessian::{Around, Hessian};
 use super::point::Point;
 use crate::gradient::{GradientWorkspace, Quantity, Steepness, slope_by_controls};
 use crate::plan::{PlanSettings, PlanStatus};
 use crate::problem::Task;
-use supple_lqg::Dimensions;
-use supple_lqg::{Regularisation, solve_riccati};
 
 /// The shift of the Hessian, relative to 1, from the first failure on, and where it is given up.
 const LEAST_SHIFT: f64 = 1e-6;

@@ -1,24 +1,24 @@
 //! Bounds on the information of a problem's tasks at one design.
 
 use supple_kernels::Matrices;
-
 use supple_lqg::bound::{
     Achieved, BoundSettings, BoundStatus, Horizon, InUnits, Proof, Stationary, VirtualSensor, data_rate_floor,
     kostina_hassibi, law_distance, minimum_information, observed, product_growth, quantiser_bound, stationary_minimum,
     virtual_sensors,
 };
 use supple_lqg::dense::{congruence, dense, store};
+use supple_model::{Channel, Named};
 
 use super::own::Own;
 use super::report::{BoundReport, TaskBound, order};
 use super::sensor_report::sensor_report;
 use super::steady::stationary;
+use crate::Error;
 use crate::branches::plan_at;
 use crate::horizon::horizon_of_plan;
 use crate::pipeline::TaskState;
 use crate::plan::{PlanMode, PlanStatus};
 use crate::problem::{Problem, Task};
-use crate::{Channel, Error, Named};
 
 const LN_2: f64 = std::f64::consts::LN_2;
 

@@ -1,11 +1,10 @@
 //! What is reported of bounds on information.
 
 use serde::{Deserialize, Serialize};
-
 use supple_lqg::bound::Vacuous;
+use supple_model::Named;
 
 use super::sensor_report::SensorReport;
-use crate::Named;
 use crate::plan::PlanStatus;
 
 /// How little information would do for each task at one design.

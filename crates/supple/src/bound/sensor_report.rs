@@ -7,7 +7,7 @@ use supple_kernels::math;
 
 use supple_lqg::bound::VirtualSensor;
 
-use crate::Channel;
+use supple_model::Channel;
 
 /// A sensor that attains the minimum with a Kalman filter and the optimal regulator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

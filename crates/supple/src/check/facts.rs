@@ -1,11 +1,11 @@
 use nalgebra::DMatrix;
 use serde::Serialize;
 use supple_kernels::Matrices;
+use supple_lqg::Noise;
+use supple_lqg::spectral_radius;
 
 use crate::plan::Plan;
 use crate::problem::Task;
-use supple_lqg::Noise;
-use supple_lqg::spectral_radius;
 
 /// Something about the knots that decides how well the numbers can be trusted.
 #[derive(Clone, Debug, Serialize)]

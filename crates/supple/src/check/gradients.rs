@@ -2,26 +2,26 @@
 
 use rayon::prelude::*;
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Knots;
+use supple_lqg::Noise;
+use supple_lqg::control_information;
+use supple_lqg::{Belief, kalman};
+use supple_lqg::{Information, information};
+use supple_model::parameters::Parameters;
+use supple_model::system::Curvature;
 
 use super::compare::Row;
 use super::differences::{Difference, Differencing, differentiate, noise};
 use super::parameters::{parameter_row, size_of};
 use crate::Error;
-use supple_lqg::control_information;
 
 use crate::aims::weighted_information;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::knots::Linearise;
-use crate::parameters::Parameters;
 use crate::pipeline::TaskState;
 use crate::plan::PlanSettings;
 use crate::problem::{Problem, Task};
 use crate::settings::InformationWeights;
-use crate::system::Curvature;
-use supple_lqg::Knots;
-use supple_lqg::Noise;
-use supple_lqg::{Belief, kalman};
-use supple_lqg::{Information, information};
 
 const TOLERANCE: f64 = 1e-5;
 

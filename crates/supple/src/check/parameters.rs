@@ -3,14 +3,14 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use supple_kernels::Matrices;
+use supple_model::Trajectory;
+use supple_model::parameters::{Parameters, Scale};
+use supple_model::system::{Points, Variation};
 
 use super::compare::{Entries, Row};
 use super::differences::{Difference, differentiate};
 use super::system::{FIRST_ORDER, HIGHER_ORDER, SystemCheck, differencing};
 use crate::branches::uniform;
-use crate::parameters::{Parameters, Scale};
-use crate::system::{Points, Variation};
-use crate::trajectory::Trajectory;
 
 /// The longest step of a parameter where the plan is held fixed, relative to its size.
 const LONGEST: f64 = 1e-2;

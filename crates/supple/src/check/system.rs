@@ -1,6 +1,10 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg::KnotAdjoints;
+use supple_lqg::Knots;
+use supple_model::Trajectory;
+use supple_model::system::Curvature;
 
 use super::compare::{Entries, Row};
 use super::differences::{Difference, Differencing, differentiate};
@@ -8,10 +12,6 @@ use crate::branches::uniform;
 use crate::knots::Linearise;
 use crate::plan::Plan;
 use crate::problem::{Problem, Task};
-use crate::system::Curvature;
-use crate::trajectory::Trajectory;
-use supple_lqg::KnotAdjoints;
-use supple_lqg::Knots;
 
 /// Every derivative of the task's system along its plan.
 pub(super) fn rows(problem: &Problem, task: &Task, phi: &[f64], plan: &Plan) -> Vec<Row> {

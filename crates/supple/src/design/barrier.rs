@@ -1,5 +1,6 @@
-use super::outer::{Ending, Optimiser, OuterProblem, Units};
 use supple_kernels::math;
+
+use super::outer::{Ending, Optimiser, OuterProblem, Units};
 
 /// The paper's descent with its signs mended (theory, equation D.4), in the parameters themselves:
 ///

@@ -325,26 +325,91 @@ pub(crate) fn controls_of(visit: &Visit) -> Vec<Matrices> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use supple_model::cost::Cost;
+    use supple_model::noise::{Covariance, NoiseModel};
+    use supple_model::parameters::{Parameter, Parameters, Role, Scale};
+    use supple_model::quantity::{ContactForce, Control as Effort, State};
+    use supple_model::system::Authored;
+    use supple_model::{TwoMass, Value};
+
     use super::*;
     use crate::branches::best_of_guesses;
+    use crate::settings::PlanSettings;
+
+    fn diagonal(variances: &[f64]) -> Covariance {
+        Covariance::Diagonal(variances.iter().map(|&variance| Value::Number(variance)).collect())
+    }
+
+    /// Two masses that press on a wall, with stiffnesses to design and cheap, poor sensors.
+    fn two_masses() -> Problem {
+        let number = Value::Number;
+        let parameter = |name: &str, initial: f64, bounds: [f64; 2]| Parameter {
+            name: name.to_owned(),
+            initial,
+            bounds,
+            scale: Scale::Log,
+            unit: "N/m".to_owned(),
+            role: Role::Design,
+            price: None,
+            catalogue: Vec::new(),
+        };
+        let model = TwoMass {
+            mass: [0.8, 0.4].map(number),
+            damping: [60.0, 35.0].map(number),
+            stiffness: [Value::Parameter(0), Value::Parameter(1)],
+            contact_smoothing: number(0.01),
+        };
+        // The force is the model's first signal.
+        let force = ContactForce::new(0).with_smoothing(number(0.1));
+        let costs = vec![
+            Cost::new(force, 0.05).with_targets([10.0]),
+            Cost::new(State::new([1, 3]), 0.1),
+            Cost::new(Effort::all(1), 1e-4),
+        ];
+        let task = Task {
+            name: "press".to_owned(),
+            steps: 125,
+            time_step: number(0.02),
+            bound: Some(number(301.0)),
+            information_weight: 1.0,
+            initial_state: [0.0, 0.0, 0.0, 0.0, 0.75].map(number).to_vec(),
+            initial_control: vec![vec![number(60.0)]],
+            control_bounds: None,
+            noise: NoiseModel {
+                initial: diagonal(&[1e-3, 1e-3, 1e-3, 1e-3, 3e-2]),
+                process: diagonal(&[1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
+                measurement: diagonal(&[0.1, 1.0]),
+                varying: Vec::new(),
+            },
+            system: Arc::new(Authored::new(model, costs, number(0.02), 2)),
+        };
+        Problem {
+            title: String::new(),
+            parameters: Parameters::new(vec![
+                parameter("k1", 550.0, [50.0, 600.0]),
+                parameter("k2", 100.0, [100.0, 600.0]),
+            ]),
+            tasks: vec![task],
+            planning: PlanSettings::default(),
+            design: DesignSettings::default(),
+            files: Vec::new(),
+            catalogue: None,
+            warnings: Vec::new(),
+            every_warning: Vec::new(),
+        }
+    }
 
     /// A plan taken over from 355 N/m to 384 N/m at once falls to a worse branch, of a cost of some 310.
     #[test]
     fn a_plan_that_falls_off_its_branch_is_led_there_in_finer_steps() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_sensors.toml");
-        let problem = Problem::parse(&std::fs::read_to_string(path).unwrap(), "task.toml").unwrap();
+        let problem = two_masses();
         let task = &problem.tasks[0];
-        let design = |k1: f64, k2: f64| {
-            let mut phi = problem.parameters.initial();
-            for (name, value) in [("k1", k1), ("k2", k2), ("position_variance", 0.1), ("force_variance", 1.0)] {
-                phi[problem.parameters.index(name).unwrap()] = value;
-            }
-            phi
-        };
         let mut visitor = Visitor::new(&problem, &problem.design, Aim::default());
         let mut state = TaskState::new(task);
         let scaling = Scaling::of(&problem.parameters);
-        let [near, far] = [355.056, 383.755].map(|k1| design(k1, 100.0));
+        let [near, far] = [355.056, 383.755].map(|k1| vec![k1, 100.0]);
         best_of_guesses(&problem, task, &near, &mut state).unwrap();
         let near = visitor.restart(&near, &[state.plan.trajectory.controls.clone()]).unwrap().clone();
         assert!((near.tasks[0].cost - 306.631).abs() < 0.01, "{}", near.tasks[0].cost);

@@ -1,15 +1,17 @@
 //! Reports from what is known of a task at a design.
 
+use supple_lqg::{control_information, entropy_form, paper_form};
+use supple_model::Channels;
+
 use super::curves::{contact_curves, cost_curves, quantity_curves};
 use super::report::{ControlInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
 use super::sensing::measurements;
+use crate::Error;
 use crate::aims::{needed_beyond, needed_soon};
 use crate::film::film;
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 use crate::simulate::{sample, sample_number};
-use crate::{Channels, Error};
-use supple_lqg::{control_information, entropy_form, paper_form};
 
 pub(super) fn cost_report(task: &Task, phi: &[f64], state: &TaskState) -> CostReport {
     let xi = &state.plan.policy.value_of_information;

@@ -1,14 +1,13 @@
 //! What an engineer looks at first: forces and clearances of contacts, and the terms of the cost, over time.
 
 use serde::{Deserialize, Serialize};
+use supple_model::followed::FollowedNumber;
+use supple_model::limits::{LimitViolation, violations};
+use supple_model::{ContactState, Trajectory};
 
-use crate::contacts::ContactState;
-use crate::followed::FollowedNumber;
-use crate::limits::{LimitViolation, violations};
 use crate::problem::Task;
 use crate::simulate::Sample;
 use crate::touching::contacts_along;
-use crate::trajectory::Trajectory;
 
 /// A contact over time, along a plan and along the run in closed loop. A run that diverged is shorter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

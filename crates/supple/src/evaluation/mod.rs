@@ -1,19 +1,21 @@
 //! One design, evaluated: what `supple evaluate` prints and files hold.
 
+use supple_kernels::Matrices;
+use supple_lqg::recursion_radius;
+use supple_model::PriceReport;
+use supple_model::limits::limits_violated;
+use supple_model::parameters::Named;
+
+use crate::Error;
 use crate::branches::plan_at;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
-use crate::limits::limits_violated;
-use crate::parameters::Named;
 use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
 use crate::problem::{Problem, Task, check_count, check_rollouts};
 use crate::settings::InformationWeights;
 use crate::simulate::monte_carlo;
 use crate::touching::{contact_reports, contact_warnings};
-use crate::{Error, PriceReport};
-use supple_kernels::Matrices;
-use supple_lqg::recursion_radius;
 
 mod assemble;
 mod controller;

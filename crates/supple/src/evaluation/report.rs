@@ -1,21 +1,21 @@
 //! What an evaluation reports.
 
 use serde::{Deserialize, Serialize};
+use supple_model::limits::LimitViolation;
+use supple_model::parameters::Named;
+use supple_model::scene::Scene;
+use supple_model::{ContactReport, PriceReport};
 
 use super::controller::ControllerReport;
 use super::curves::{ContactCurve, CostCurve, QuantityCurve};
 use super::reached::LimitReached;
 use super::sensing::MeasurementReport;
 use super::trust::Trust;
-use crate::contacts::ContactReport;
-use crate::limits::LimitViolation;
-use crate::parameters::Named;
 use crate::plan::PlanStatus;
-use crate::scene::Scene;
 use crate::settings::InformationWeights;
 use crate::simulate::{MonteCarlo, Sample};
 use crate::stability::Stability;
-use crate::{CostParts, FEASIBILITY, PriceReport, meets};
+use crate::{CostParts, FEASIBILITY, meets};
 
 /// One design, evaluated.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -64,7 +64,7 @@ fn unconverged(task: &Task, phi: &[f64], plan: &Plan) -> String {
     let time_step: f64 = task.time_step.resolve(phi);
     let when = |step: usize| format!("step {step} ({:.4} s)", step as f64 * time_step);
     let channels = task.system.channels();
-    let name = |list: &[crate::Channel], index: usize, what: &str| {
+    let name = |list: &[supple_model::Channel], index: usize, what: &str| {
         list.get(index).map_or_else(|| format!("{what} {}", index + 1), |channel| channel.name.clone())
     };
     let unit = |index: usize| channels.states.get(index).map_or("", |channel| channel.unit.as_str());

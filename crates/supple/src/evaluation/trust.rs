@@ -3,8 +3,8 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use supple_model::ContactReport;
 
-use crate::contacts::ContactReport;
 use crate::plan::PlanStatus;
 use crate::simulate::MonteCarlo;
 

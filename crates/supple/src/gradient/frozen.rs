@@ -1,11 +1,11 @@
 use supple_kernels::Scratch;
-
-use super::total::GradientWorkspace;
-use crate::noise::NoiseModel;
-use crate::plan::Plan;
-use crate::system::System;
 use supple_lqg::Noise;
 use supple_lqg::{Belief, BeliefSeeds, reverse_kalman};
+use supple_model::noise::NoiseModel;
+use supple_model::system::System;
+
+use super::total::GradientWorkspace;
+use crate::plan::Plan;
 
 /// Gradients by the parameters with trajectory, `K` and `Xi` held fixed, as in the paper (theory, equation G.1).
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,8 +1,8 @@
 use supple_kernels::{Matrices, Scratch};
+use supple_model::system::{Constraints, add_excess};
 
 use super::total::{GradientWorkspace, TotalGradient};
 use crate::Error;
-use crate::system::{Constraints, add_excess};
 
 /// Penalties of the first round, in the curvature of the cost, what they grow by, and how often at most.
 const FIRST_PENALTY: f64 = 1e2;

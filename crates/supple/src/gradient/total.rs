@@ -1,10 +1,4 @@
 use supple_kernels::{Matrices, Scratch};
-
-use super::kept::vary_within_limits;
-use crate::noise::NoiseModel;
-use crate::plan::Plan;
-use crate::system::{Constraints, ExcessVariation, System, Variation};
-use crate::{Error, Value};
 use supple_lqg::Dimensions;
 use supple_lqg::KnotAdjoints;
 use supple_lqg::Noise;
@@ -12,6 +6,13 @@ use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
 use supple_lqg::{Lq, Policy, Regularisation, solve_limited, solve_lq};
 use supple_lqg::{Partials, reverse_riccati};
 use supple_lqg::{RiccatiAdjoint, RiccatiSeeds};
+use supple_model::Value;
+use supple_model::noise::NoiseModel;
+use supple_model::system::{Constraints, ExcessVariation, System, Variation};
+
+use super::kept::vary_within_limits;
+use crate::Error;
+use crate::plan::Plan;
 
 /// A number that depends on the knots: a weighted sum of the directed information and of the noise's parts of the
 /// expected cost.

@@ -1,13 +1,12 @@
 //! Contacts found from afar, and friction overcome (theory, section "Finding contact").
 
 use supple_kernels::{Matrices, Scratch};
+use supple_model::system::System;
+use supple_model::{ContactState, Trajectory};
 
 use super::nominal::search_free;
 use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within};
-use crate::contacts::ContactState;
 use crate::problem::Task;
-use crate::system::System;
-use crate::trajectory::Trajectory;
 
 /// Plans on the way at most.
 const STAGES: usize = 40;

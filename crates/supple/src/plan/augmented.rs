@@ -1,8 +1,7 @@
 use supple_kernels::{Matrices, Scratch};
-
-use crate::system::{Constraints, Curvature, Points, RollOut, System, Variation, add_excess};
-use crate::trajectory::Trajectory;
 use supple_lqg::{Dimensions, KnotAdjoints};
+use supple_model::Trajectory;
+use supple_model::system::{Constraints, Curvature, Points, RollOut, System, Variation, add_excess};
 
 /// A system whose cost has what limits add to it (theory, equations P.20 to P.22).
 pub(super) struct Augmented<'a> {

@@ -1,6 +1,6 @@
 use supple_lqg::ControlBounds;
 
-use crate::{Limit, Limited};
+use supple_model::{Limit, Limited};
 
 /// The bounds of `controls` controls among the limits of a system; `None` where it limits no control.
 ///

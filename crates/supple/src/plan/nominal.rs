@@ -1,18 +1,17 @@
 use std::time::Instant;
-
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Dimensions;
+use supple_lqg::Knots;
+use supple_lqg::Limits;
+use supple_lqg::{Decrease, Lq, Policy, Regularisation, solve_limited};
+use supple_model::Trajectory;
+use supple_model::system::Curvature;
 
 use super::costates::Stationarity;
 use super::search::{Patience, Search};
 use super::{NominalProblem, PlanMode, PlanSettings, PlanStatus, rollout_within, simulate_controls};
 use crate::Error;
 use crate::knots::Linearise;
-use crate::system::Curvature;
-use crate::trajectory::Trajectory;
-use supple_lqg::Dimensions;
-use supple_lqg::Knots;
-use supple_lqg::Limits;
-use supple_lqg::{Decrease, Lq, Policy, Regularisation, solve_limited};
 
 /// A gradient counts as valid when the plan's relative stationarity is at most this.
 pub const VALID_STATIONARITY: f64 = 1e-8;
@@ -49,7 +48,7 @@ pub struct Plan {
     /// The objective of a cheaper plan that did not converge and was not kept, where there was one.
     pub passed_over: Option<f64>,
     /// Multipliers of the limits that it keeps, N + 1 vectors of length q, in the order of
-    /// [`Constraints::ends`](crate::system::Constraints::ends): the cost of a unit of each. Empty where there are no such limits.
+    /// [`Constraints::ends`](supple_model::system::Constraints::ends): the cost of a unit of each. Empty where there are no such limits.
     pub multipliers: Matrices,
 }
 

@@ -1,8 +1,7 @@
 use supple_kernels::Scratch;
-
-use crate::system::{RollOut, System};
-use crate::trajectory::Trajectory;
 use supple_lqg::{ControlBounds, Policy};
+use supple_model::Trajectory;
+use supple_model::system::{RollOut, System};
 
 /// Rolls the noise-free system out under `u = ubar + step k + K (x - xbar)` around `reference`; returns its cost.
 ///

@@ -1,12 +1,11 @@
 //! The globalised loop of nominal planning: linearise, solve, search along the step, stop.
 
 use std::time::Instant;
-
 use supple_kernels::{Scratch, halt};
+use supple_model::system::Curvature;
 
 use super::nominal::{linearise, sweep};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
-use crate::system::Curvature;
 
 /// The least regularisation that is tried after none, and the most, as shares of the curvature.
 const FIRST_MU: f64 = 1e-4;

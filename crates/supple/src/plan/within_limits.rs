@@ -1,14 +1,14 @@
 //! Plans that keep limits of quantities, by the method of multipliers (theory, equations P.20 to P.22).
 
 use supple_kernels::{Matrices, Scratch};
+use supple_model::limits::LIMIT_TOLERANCE;
+use supple_model::system::{Constraints, Curvature, RollOut, System};
 
 use super::augmented::Augmented;
 use super::nominal::{finish, search_free};
 use super::search::{Patience, Search};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
 use crate::Error;
-use crate::limits::LIMIT_TOLERANCE;
-use crate::system::{Constraints, Curvature, RollOut, System};
 
 /// Rounds at most.
 const MOST_ROUNDS: usize = 60;

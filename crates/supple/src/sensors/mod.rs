@@ -17,19 +17,19 @@ pub use relax::Relaxation;
 pub use sight::Worth;
 
 use sight::{Memory, Sight, Weights};
+use supple_lqg::Noise;
 
 use crate::Error;
 use crate::branches::best_plan;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
-use supple_lqg::Noise;
 
 /// Candidates for the sensors of tasks whose plans are made.
 ///
 /// ```
 /// use supple::sensors::{Goal, Limits, Selection};
 /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass.toml");
-/// let problem = supple::Problem::load(file)?;
+/// let problem = supple_file::load(file)?;
 /// let phi = problem.parameters.initial();
 /// let selection = Selection::of_measurements(&problem, &phi, None)?;
 /// let one = Limits { count: Some(1), ..Limits::default() };
@@ -59,7 +59,7 @@ impl Selection {
         let chosen: Vec<&Task> = problem.tasks.iter().filter(|one| task.is_none_or(|name| one.name == name)).collect();
         if chosen.is_empty() {
             let names: Vec<&str> = problem.tasks.iter().map(|task| task.name.as_str()).collect();
-            let valid = supple_files::quoted(&names);
+            let valid = supple_text::quoted(&names);
             return Err(Error::Unknown { what: "task", name: task.unwrap_or_default().to_owned(), valid });
         }
         let sights = chosen.iter().map(|task| {

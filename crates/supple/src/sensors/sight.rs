@@ -2,11 +2,11 @@ use nalgebra::DMatrix;
 use supple_kernels::math;
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
+use supple_lqg::Noise;
 
 use crate::Error;
 use crate::cost_parts::CostParts;
 use crate::pipeline::TaskState;
-use supple_lqg::Noise;
 
 /// What a filter sees of one task along its plan when each candidate sensor counts with a weight: a candidate with the
 /// weight `z` has `1 / z` times its noise, at 0 it is not there (theory, equation N.1).

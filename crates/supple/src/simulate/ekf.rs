@@ -1,9 +1,9 @@
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{Belief, Dimensions, Innovation, Knots, Noise, correct_each, predict_each};
+use supple_model::noise::{VaryingNoise, VaryingVariance};
+use supple_model::system::{Points, System, Times};
 
 use crate::Error;
-use crate::noise::{VaryingNoise, VaryingVariance};
-use crate::system::{Points, System, Times};
 
 /// Extended Kalman filters of a batch of samples in step with one another; each linearises at its own estimate.
 ///

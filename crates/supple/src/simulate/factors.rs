@@ -2,10 +2,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use supple_kernels::Matrices;
 use supple_kernels::math;
+use supple_lqg::Noise;
+use supple_model::noise::semidefinite_factor;
 
 use crate::Error;
-use crate::noise::semidefinite_factor;
-use supple_lqg::Noise;
 
 /// How samples are drawn: factors of the covariances.
 #[derive(Clone, Debug)]

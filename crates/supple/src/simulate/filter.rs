@@ -1,11 +1,11 @@
 use supple_kernels::{Matrices, Scratch, rows};
+use supple_lqg::Dimensions;
+use supple_lqg::Innovation;
 
 use super::ekf::{ExtendedKalman, FilterBatch};
 
 use crate::Error;
 use crate::controller::Controller;
-use supple_lqg::Dimensions;
-use supple_lqg::Innovation;
 
 /// The filter that a closed loop runs.
 #[derive(Clone, Copy)]

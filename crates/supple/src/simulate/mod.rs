@@ -7,15 +7,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple_kernels::{Matrices, Scratch, halt};
 use supple_lqg::{Dimensions, Noise};
+use supple_model::noise::VaryingNoise;
+use supple_model::system::{Points, Times};
+use supple_model::{Trajectory, or_nan};
 
 use crate::controller::Controller;
 
-use crate::noise::VaryingNoise;
+use crate::Error;
 use crate::plan::Plan;
 use crate::problem::Task;
-use crate::system::{Points, Times};
-use crate::trajectory::Trajectory;
-use crate::{Error, or_nan};
 
 mod along_plan;
 mod ekf;

@@ -1,11 +1,11 @@
 use supple_kernels::Matrices;
+use supple_lqg::Noise;
 
 use super::{ClosedLoop, LoopSetting, NoiseFactors, Record, Sample, Truth, World};
 use crate::Error;
 use crate::controller::Controller;
 use crate::plan::Plan;
 use crate::problem::Task;
-use supple_lqg::Noise;
 
 /// The first sample of those of [`monte_carlo`](super::monte_carlo), as it runs.
 ///

@@ -1,8 +1,8 @@
 use std::f64::consts::LN_2;
 
 use serde::{Deserialize, Serialize};
+use supple_model::or_nan;
 
-use crate::or_nan;
 use crate::problem::Task;
 
 /// What one roll-out came to.

@@ -1,11 +1,10 @@
 use std::borrow::Cow;
-
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Noise;
+use supple_model::system::{Points, System};
 
 use crate::Error;
 use crate::problem::Task;
-use crate::system::{Points, System};
-use supple_lqg::Noise;
 
 /// How true states move on in place of a model: from the number of a step, states (vectors of length n) and controls
 /// (vectors of length m) of all samples to their next states (vectors of length n). Numbers that are not finite are those

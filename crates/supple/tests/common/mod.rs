@@ -12,7 +12,7 @@ pub fn repository(path: &str) -> PathBuf {
 
 /// A shipped task.
 pub fn shipped(name: &str) -> Problem {
-    Problem::load(repository("tasks").join(name)).unwrap_or_else(|error| panic!("{error}"))
+    supple_file::load(repository("tasks").join(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// All files in `tasks`: what walks them needs no line for a new one.
@@ -49,5 +49,5 @@ pub fn controls(values: &[f64]) -> Matrices {
 pub fn shipped_with(name: &str, lines: &str) -> Problem {
     let path = repository("tasks").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
-    Problem::parse(&format!("{text}\n{lines}"), path.to_str().unwrap()).unwrap_or_else(|error| panic!("{error}"))
+    supple_file::parse(&format!("{text}\n{lines}"), path.to_str().unwrap()).unwrap_or_else(|error| panic!("{error}"))
 }

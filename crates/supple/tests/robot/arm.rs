@@ -112,7 +112,7 @@ impl Description {
     /// The problem; robots are looked for in `data/`.
     pub fn problem(&self) -> Problem {
         let text = self.text();
-        Problem::parse(&text, "tests/robot/data/task.toml").unwrap_or_else(|error| panic!("{error}\n{text}"))
+        supple_file::parse(&text, "tests/robot/data/task.toml").unwrap_or_else(|error| panic!("{error}\n{text}"))
     }
 }
 

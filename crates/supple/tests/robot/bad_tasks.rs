@@ -1,12 +1,10 @@
 //! Wrong robots in task files: every error names file, line and key, what was found, and what is valid.
 
-use supple::Problem;
-
 use crate::arm::{Description, arm, compliance, cost, sensor};
 
 /// The error of a task file, without its folder.
 pub fn error_of(text: &str) -> String {
-    match Problem::parse(text, "tests/robot/data/task.toml") {
+    match supple_file::parse(text, "tests/robot/data/task.toml") {
         Ok(_) => panic!("no error in\n{text}"),
         Err(error) => error.to_string().replace("tests/robot/data/", ""),
     }

@@ -22,7 +22,7 @@ fn problem(gravity: f64, bushing: &str) -> Problem {
         -gravity
     );
     let name = repository("models").join("golden.toml");
-    Problem::parse(&text, &name.display().to_string()).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    supple_file::parse(&text, &name.display().to_string()).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
 fn bushing(case: &Json) -> String {

@@ -1,7 +1,7 @@
 //! Joints that a task inserts into its robot.
 
 use supple::Problem;
-use supple::file::robot_of;
+use supple_file::robot_of;
 
 use crate::arm::{Description, accelerations, arm, cost, observe, sensor, step};
 use crate::bad_tasks::assert_errors;
@@ -55,7 +55,7 @@ fn a_robot_file_with_the_same_joints_moves_alike() {
         let mut own = arm().explicit().with(actuated).costing(&inserted.costs);
         own.model = own.model.replace("arm.urdf", "written.xml");
         let texts = [("tests/robot/data/written.xml".to_owned(), written.text)];
-        let (inserted, own) = (inserted.problem(), supple_files::with_texts(texts, || own.problem()));
+        let (inserted, own) = (inserted.problem(), supple_text::with_texts(texts, || own.problem()));
         let x = state(&inserted);
         let found = step(&inserted, &x, &[1.0, -0.5, 2.0], &[]);
         for (a, b) in found.iter().zip(step(&own, &x, &[1.0, -0.5, 2.0], &[])) {
@@ -140,10 +140,11 @@ fn inserts_that_cannot_be() {
     ]);
     let mut unknown = with("axes = [\"x\"]");
     unknown.model = unknown.model.replace("frame = \"tool\"", "frame = \"tol\"");
-    let error = Problem::parse(&unknown.text(), PLACE).err().unwrap().to_string();
+    let error = supple_file::parse(&unknown.text(), PLACE).err().unwrap().to_string();
     assert!(error.contains("model.insert[0].frame: the robot has no link or frame `tol`"), "{error}");
-    let error = Problem::parse(&with("axes = [\"x\"]\ncarries = [\"fore\"]").text(), PLACE).err().unwrap().to_string();
+    let error =
+        supple_file::parse(&with("axes = [\"x\"]\ncarries = [\"fore\"]").text(), PLACE).err().unwrap().to_string();
     assert!(error.contains("model.insert[0].carries[0]: "), "{error}");
-    let error = Problem::parse(&with("axes = [\"x\"]\nspring = 1.0").text(), PLACE).err().unwrap().to_string();
+    let error = supple_file::parse(&with("axes = [\"x\"]\nspring = 1.0").text(), PLACE).err().unwrap().to_string();
     assert!(error.contains("unknown key `spring`"), "{error}");
 }

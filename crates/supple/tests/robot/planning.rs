@@ -127,7 +127,7 @@ fn chain(links: usize) -> (Problem, std::path::PathBuf) {
                 select = [\"joint1\"]\nvariance = 1e-3\n[[tasks]]\nname = \"swing\"\nsteps = 3\ntime_step = 0.01\n\
                 [tasks.initial_state]\n[tasks.noise]\ninitial = { \"*\" = 1e-4 }\nprocess = { \"*\" = 1e-5 }\n\
                 [[tasks.costs]]\nkind = \"control\"\nweight = 1.0\n";
-    (Problem::parse(text, &folder.join("task.toml").display().to_string()).unwrap(), folder)
+    (supple_file::parse(text, &folder.join("task.toml").display().to_string()).unwrap(), folder)
 }
 
 /// Second derivatives of dynamics with few and with many unknowns, which are found in two ways, against differences of the

@@ -2,13 +2,14 @@
 //! numbers are those of mechanics.
 
 use supple::Kinds;
-use supple::{EvaluateOptions, Evaluation, Problem, QuantityCurve};
+use supple::{EvaluateOptions, Evaluation, QuantityCurve};
 
 use crate::arm::{Description, arm, compliance, sensor};
 use crate::examples;
 
 fn evaluated(text: &str) -> Evaluation {
-    let problem = Problem::parse(text, "tests/robot/data/task.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let problem =
+        supple_file::parse(text, "tests/robot/data/task.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
     let options = EvaluateOptions { trajectories: true, ..Default::default() };
     problem.evaluate(&problem.parameters.initial(), &options).unwrap()
 }
@@ -188,7 +189,7 @@ fn a_sensor_measures_what_a_curve_shows() {
 fn wrong_limits_and_curves_say_what_is_valid() {
     let error = |list: &str| {
         let text = arm().text() + list;
-        Problem::parse(&text, "tests/robot/data/task.toml")
+        supple_file::parse(&text, "tests/robot/data/task.toml")
             .err()
             .unwrap_or_else(|| panic!("no error in {list}"))
             .to_string()

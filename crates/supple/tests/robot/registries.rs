@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value as Json;
 use supple::check::check;
-use supple::file::json_schema;
+use supple_file::json_schema;
 use toml::Value as Toml;
 
 use crate::arm::Description;

@@ -33,7 +33,7 @@ fn left_out(description: &Description) -> Problem {
     let text = description.text();
     let at = text.find("[tasks.initial_state]").unwrap();
     let end = text.find("[tasks.noise]").unwrap();
-    Problem::parse(&[&text[..at], &text[end..]].concat(), "tests/robot/data/task.toml").unwrap()
+    supple_file::parse(&[&text[..at], &text[end..]].concat(), "tests/robot/data/task.toml").unwrap()
 }
 
 #[test]

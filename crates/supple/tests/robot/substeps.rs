@@ -57,7 +57,7 @@ fn substeps_come_closer_to_continuous_time() {
 fn too_many_for_a_large_robot_are_refused() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/iiwa_door.toml");
     let text = std::fs::read_to_string(&path).unwrap().replacen("gravity =", "substeps = 400\ngravity =", 1);
-    let error = supple::Problem::parse(&text, &path.display().to_string()).err().unwrap();
+    let error = supple_file::parse(&text, &path.display().to_string()).err().unwrap();
     assert_eq!(error.key, "model.substeps");
     assert_eq!(error.message, "must be at most 292 with 8 positions; found 400");
 }

@@ -162,7 +162,7 @@ fn gradients_are_those_of_the_task_planned_anew() {
 fn door(key: &str) -> Problem {
     let path = repository("tasks/iiwa_door.toml");
     let text = std::fs::read_to_string(&path).unwrap().replace("\nsteps = 500\n", &format!("\nsteps = 500\n{key}"));
-    Problem::parse(&text, &path.display().to_string()).unwrap_or_else(|error| panic!("{error}"))
+    supple_file::parse(&text, &path.display().to_string()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn planned(problem: &Problem, index: usize, phi: &[f64]) -> TaskState {
@@ -256,7 +256,7 @@ fn with_key(description: &Description) -> String {
 #[test]
 fn robots_keep_the_efforts_of_their_file() {
     let text = with_key(&arm().with("[model.drives.elbow]\ngear = -10.0\n"));
-    let problem = Problem::parse(&text, "tests/robot/data/task.toml").unwrap();
+    let problem = supple_file::parse(&text, "tests/robot/data/task.toml").unwrap();
     let bounds = problem.tasks[0].control_bounds.as_ref().unwrap();
     assert_eq!((bounds.lower(), bounds.upper()), (&[-50.0, -3.0, -100.0][..], &[50.0, 3.0, 100.0][..]));
     assert_eq!(arm().problem().tasks[0].control_bounds, None);
@@ -279,7 +279,7 @@ fn limits_must_be_known() {
     assert_says(&text, said);
     let wrong = with_key(&arm()).replace("limits = true", "limits = 1");
     assert_says(&wrong, "must be `true` or `false`; found 1");
-    let whole = Problem::parse(&text, "tests/robot/data/task.toml").err().unwrap();
+    let whole = supple_file::parse(&text, "tests/robot/data/task.toml").err().unwrap();
     assert!(whole.help.unwrap().contains("gears must be numbers"));
     let linear = format!(
         "[model]\nkind = \"linear\"\nA = [[1.0]]\nB = [[0.1]]\nC = [[1.0]]\n[[tasks]]\nname = \"hold\"\n{KEY}steps = 5\n\

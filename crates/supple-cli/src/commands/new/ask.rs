@@ -3,8 +3,8 @@
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use supple_files::quoted;
 use supple_robot::{LoadOptions, load};
+use supple_text::quoted;
 
 use super::limb::likeliest;
 use crate::arguments::{ModelKind, NewOptions};

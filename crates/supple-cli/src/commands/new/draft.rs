@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::{EvaluateOptions, Problem, TaskEvaluation};
+use supple::{EvaluateOptions, TaskEvaluation};
 use supple_robot::{LoadOptions, load};
 
 use super::ask::Asked;
@@ -119,7 +119,7 @@ struct Tried {
 
 impl Tried {
     fn of(draft: &Draft, path: &str) -> Result<Self, Failure> {
-        let problem = Problem::parse(&draft.text(), path)?;
+        let problem = supple_file::parse(&draft.text(), path)?;
         let phi = problem.parameters.initial();
         let evaluation = match problem.evaluate(&phi, &EvaluateOptions::default()) {
             Ok(evaluation) => evaluation,

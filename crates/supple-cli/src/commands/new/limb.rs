@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use supple_files::{nearest, owned};
 use supple_robot::{JointKind, Numbers, Pose};
+use supple_text::{nearest, owned};
 
 use crate::commands::robot::Planning;
 use crate::failure::Failure;

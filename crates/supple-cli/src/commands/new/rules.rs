@@ -1,6 +1,6 @@
 //! Rules of thumb for the numbers of a task. docs/choosing.md explains them.
 
-use supple_files::{nearest, quoted};
+use supple_text::{nearest, quoted};
 
 use super::limb::Limb;
 use super::place::Start;

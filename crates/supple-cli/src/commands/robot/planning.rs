@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use supple_files::quoted;
 use supple_robot::{Numbers, Robot, Tree, massless_joints};
+use supple_text::quoted;
 
 use super::page::{name, number};
 

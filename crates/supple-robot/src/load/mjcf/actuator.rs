@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::LoadOptions;
 use super::super::assemble::{FramePart, JointPart, LinkPart, Parts, Reference};

@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::warnings::Warnings;
 use super::super::words::{listed, near, shown};

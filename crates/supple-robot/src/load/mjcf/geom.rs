@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::sdf::check_position;
 use super::super::words::shown;

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use supple_files::{FileError, is_file, read_text};
+use supple_text::{FileError, is_file, read_text};
 
 use super::super::LoadOptions;
 use super::super::meshes::inside_of;

@@ -1,6 +1,6 @@
 //! The inertia of a body: what its `inertial` says, or the sum over its geoms.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::moments::{diagonal_matrix, principal, turned};
 use super::super::xml::Element;

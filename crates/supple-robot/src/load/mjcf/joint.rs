@@ -1,6 +1,6 @@
 //! A `joint`: a hinge or a slide, with its limits, spring and losses.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::assemble::{JointPart, Reference};
 use super::super::words::shown;

@@ -1,6 +1,6 @@
 //! Names of attributes that MJCF knows, so that others are told of: most often they are misspelt.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::warnings::Warnings;
 use super::super::words::{listed, near, shown};

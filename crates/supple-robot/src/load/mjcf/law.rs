@@ -2,7 +2,7 @@
 //!
 //! All kinds of actuators are `general` ones with certain numbers, and share their defaults.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::xml::Element;
 use crate::Law;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::meshes::mesh_path;
 use super::super::words::shown;

@@ -22,7 +22,7 @@ mod settings;
 use std::collections::HashSet;
 use std::path::Path;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use self::body::Reader;
 use self::defaults::Classes;

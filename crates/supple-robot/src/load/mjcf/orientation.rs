@@ -1,7 +1,7 @@
 //! Positions and orientations: `pos`, and one of `quat`, `axisangle`, `euler`, `xyaxes` and `zaxis`, or `fromto`.
 
-use supple_files::FileError;
 use supple_kernels::math;
+use supple_text::FileError;
 
 use super::super::words::listed;
 use super::super::xml::Element;

@@ -1,6 +1,6 @@
 //! The `compiler` and `option` sections: how the rest of the file is meant, and gravity.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::warnings::Warnings;
 use super::super::words::shown;

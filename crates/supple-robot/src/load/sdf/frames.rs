@@ -9,7 +9,7 @@
 
 use std::collections::HashMap;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::assemble::Reference;
 use super::super::warnings::Warnings;

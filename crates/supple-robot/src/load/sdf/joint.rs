@@ -1,6 +1,6 @@
 //! A `joint`: its kind, its place between its links, and its axis.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::assemble::{JointPart, MimicPart, Reference};
 use super::super::joint_kind::joint_kind;

@@ -1,6 +1,6 @@
 //! A `link`: its inertia and its visual meshes.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::assemble::LinkPart;
 use super::super::meshes::mesh_path;

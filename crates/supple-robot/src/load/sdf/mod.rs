@@ -9,7 +9,7 @@ mod values;
 
 use std::path::Path;
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use self::frames::{Frames, MODEL};
 use self::values::{Version, flag, pass_over, pose};

@@ -1,6 +1,6 @@
 //! Values as SDF writes them: versions, flags, numbers in elements, and poses.
 
-use supple_files::FileError;
+use supple_text::FileError;
 
 use super::super::assemble::Reference;
 use super::super::warnings::Warnings;

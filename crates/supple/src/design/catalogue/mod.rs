@@ -25,7 +25,7 @@ pub enum CatalogueMethod {
 /// One entry of each catalogue, and the design with these values.
 #[derive(Clone, Debug)]
 pub struct Combination {
-    /// Places of the entries in the catalogues, in the order of [`catalogued`](crate::parameters::Parameters::catalogued).
+    /// Places of the entries in the catalogues, in the order of [`catalogued`](supple_model::parameters::Parameters::catalogued).
     pub entries: Vec<usize>,
     /// The design: the other parameters optimised, on the cheapest branches seen.
     pub summary: StartSummary,

@@ -4,15 +4,15 @@
 mod sweep;
 
 use supple_kernels::{Matrices, Scratch, rows};
+use supple_lqg::Noise;
+use supple_lqg::{Belief, kalman};
+use supple_model::Trajectory;
+use supple_model::system::Curvature;
 
 use super::{Plan, PlanMode, PlanSettings, PlanStatus, rollout};
 use crate::Error;
 use crate::knots::Linearise;
 use crate::problem::Task;
-use crate::system::Curvature;
-use crate::trajectory::Trajectory;
-use supple_lqg::Noise;
-use supple_lqg::{Belief, kalman};
 use sweep::{Failure, Found, Given, price, risk_sweep};
 
 /// Halvings of an interval to find the largest sensitivity that works.

@@ -1,0 +1,161 @@
+//! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
+//!
+//! [`load`] reads a file, [`parse`] a text. Files that name kinds of other crates are read by [`load_with`] their
+//! [`Kinds`](supple::Kinds). [`json_schema`] describes the files to editors.
+
+mod candidates;
+mod catalogue;
+mod csv_table;
+mod first_state;
+mod followed;
+mod parameters;
+mod rows;
+mod schema;
+mod tasks;
+mod varying;
+
+use std::path::Path;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use supple::Problem;
+use supple::settings::{DesignSettings, PlanSettings};
+use supple_model::model::{Kinds, ModelFile, Robot, Source};
+use supple_model::value::with_names;
+
+pub use candidates::WithSensors;
+pub use schema::{json_schema, json_schema_of};
+pub use supple_text::read_text;
+
+pub use supple_model::document::{Document, FileError, Place};
+
+/// The top of a task file. Sections whose shape depends on a `kind` are read by their own readers.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(dead_code)]
+struct Top {
+    #[serde(default)]
+    title: String,
+    model: IgnoredAny,
+    #[serde(default)]
+    parameters: IgnoredAny,
+    tasks: IgnoredAny,
+    #[serde(default)]
+    catalogue: IgnoredAny,
+    #[serde(default)]
+    planning: PlanSettings,
+    #[serde(default)]
+    design: DesignSettings,
+}
+
+/// How a task file is read.
+#[derive(Clone, Debug, Default)]
+pub struct ReadOptions {
+    /// The kinds that it may name; default: those of the library.
+    pub kinds: Kinds,
+    /// The sensors of its catalogue that the robot has; default: those that the file says are chosen.
+    pub sensors: WithSensors,
+}
+
+impl From<Kinds> for ReadOptions {
+    fn from(kinds: Kinds) -> Self {
+        Self { kinds, ..Self::default() }
+    }
+}
+
+impl From<WithSensors> for ReadOptions {
+    fn from(sensors: WithSensors) -> Self {
+        Self { sensors, ..Self::default() }
+    }
+}
+
+/// Reads a problem from a task file.
+///
+/// # Errors
+/// Where the file cannot be read, or anything in it is wrong.
+pub fn load(path: impl AsRef<Path>) -> Result<Problem, FileError> {
+    load_with(path, ReadOptions::default())
+}
+
+/// The same with more kinds, or other sensors of the catalogue.
+///
+/// # Errors
+/// Where the file cannot be read, or anything in it is wrong.
+pub fn load_with(path: impl AsRef<Path>, options: impl Into<ReadOptions>) -> Result<Problem, FileError> {
+    let path = path.as_ref();
+    parse_with(&read_text(path)?, &path.display().to_string(), options)
+}
+
+/// Reads a problem from the text of a task file; `name` stands for the file in errors.
+///
+/// # Errors
+/// Where anything in it is wrong.
+pub fn parse(source: &str, name: &str) -> Result<Problem, FileError> {
+    parse_with(source, name, ReadOptions::default())
+}
+
+/// The same with more kinds, or other sensors of the catalogue.
+///
+/// # Errors
+/// Where anything in it is wrong.
+pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> Result<Problem, FileError> {
+    let ReadOptions { kinds, sensors } = options.into();
+    let document = Document::parse(source, name)?;
+    let top: Top = document.read(&[])?;
+    top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
+    top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let mut catalogues = Vec::new();
+    let parameters = parameters::read(&document, folder, &mut catalogues)?;
+    if (top.design.budget.is_some() || top.design.price_weight > 0.0) && !parameters.have_prices() {
+        let key = if top.design.budget.is_some() { "budget" } else { "price_weight" };
+        let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
+        return Err(document.error(&["design".into(), key.into()], message));
+    }
+    let (read, used) = with_names(&parameters.names(), || {
+        let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
+        let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
+        let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
+        let files: Vec<_> = model.files().into_iter().chain(tables).collect();
+        let warnings = [model.warnings(), of_tasks.clone()].concat();
+        Ok((tasks, files, (warnings, [model.every_warning(), of_tasks].concat()), catalogue))
+    });
+    let (tasks, mut files, (warnings, every_warning), catalogue) = read?;
+    files.extend(catalogues);
+    if let Some(unused) = used.iter().position(|used| !used) {
+        let name = &parameters.get(unused).name;
+        let place = ["parameters".into(), Place::Key(name)];
+        let message = format!("parameter `{name}` is declared but never used");
+        return Err(document
+            .error_at_key(&place, message)
+            .with_help("write its name in place of a number, or delete its table"));
+    }
+    let Top { title, planning, design, .. } = top;
+    Ok(Problem { title, parameters, tasks, planning, design, files, catalogue, warnings, every_warning })
+}
+
+/// The robot of a task file as a robot file would describe it, at the initial values of the parameters: with joints that
+/// the task inserts or locks, numbers that it overrides, its frames and the springs beside joints. Other compliance is
+/// among [`omitted`](supple_robot::Robot::omitted).
+///
+/// # Errors
+/// Where the file is wrong, or its model is of another kind.
+pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileError> {
+    let document = Document::parse(source, name)?;
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let kinds = Kinds::default();
+    let (kind, _) = document.table_with_kind(&["model".into()], &kinds.models())?;
+    if kind != "robot" {
+        let message = format!("must be `robot` here; found `{kind}`");
+        return Err(document.error(&["model".into(), "kind".into()], message));
+    }
+    let parameters = parameters::read(&document, folder, &mut Vec::new())?;
+    let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
+    let read = || <Robot as ModelFile>::read(&source);
+    let robot = with_names(&parameters.names(), read).0?;
+    Ok(robot.described(&parameters.initial()))
+}
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Readme;

@@ -1,0 +1,26 @@
+use supple_model::Channels;
+use supple_model::document::{Document, Place};
+use supple_model::noise::{NamedVariance, VaryingVariance};
+use supple_model::parameters::Parameters;
+use supple_text::FileError;
+
+/// What varies of the noise of task `task`, `[[tasks.noise.varying]]`: one entry for each measurement that is named.
+///
+/// # Errors
+/// A name that is none of those there are, with advice; a coefficient that is or can be negative.
+pub(super) fn read(
+    document: &Document,
+    (task, given): (usize, &[NamedVariance]),
+    (channels, parameters): (&Channels, &Parameters),
+) -> Result<Vec<VaryingVariance>, FileError> {
+    let read = |(number, law): (usize, &NamedVariance)| {
+        law.find(channels, parameters).map_err(|wrong| {
+            let law = ["tasks".into(), task.into(), "noise".into(), "varying".into(), number.into()];
+            let place = [Place::from(wrong.key)].into_iter().chain(wrong.entry.map(Place::from));
+            let at: Vec<Place> = law.into_iter().chain(place).collect();
+            FileError { help: wrong.help, ..document.error(&at, wrong.message) }
+        })
+    };
+    let read = given.iter().enumerate().map(read).collect::<Result<Vec<_>, _>>()?;
+    Ok(read.concat())
+}

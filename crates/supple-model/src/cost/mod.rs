@@ -1,0 +1,302 @@
+//! Costs: `l(x, u) = sum of terms`, each a weight times a norm of a quantity's distance from its targets.
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use supple_kernels::Scalar;
+
+use crate::document::{Document, FileError, Place, ReadError, Reader, merged};
+use crate::parameters::Parameters;
+use crate::quantity::{Context, Kinds, Quantity, StateAndControl, Unfit};
+use crate::value::OneOrMore;
+use crate::{Point, Value};
+
+mod absolute;
+mod norm;
+mod quadratic;
+mod square;
+
+pub use crate::document::NoKeys;
+pub use absolute::Absolute;
+pub use norm::Norms;
+pub use norm::{Norm, NormFile, NormKind};
+pub use square::Quadratic;
+
+/// The weights of a residual's entries in a stage or in the final cost.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Weights {
+    /// One weight for all entries.
+    Equal(Value),
+    /// A weight matrix `M`: `r' M r`, whole for every norm but used with the quadratic one only.
+    Matrix(Vec<Vec<Value>>),
+}
+
+impl Weights {
+    /// Whether every weight is the number 0.
+    pub fn are_zero(&self) -> bool {
+        match self {
+            Self::Equal(weight) => weight.is_zero(),
+            Self::Matrix(rows) => rows.iter().flatten().all(|weight| weight.is_zero()),
+        }
+    }
+
+    /// Multiplies every weight by a value.
+    pub fn scale(&mut self, by: Value) {
+        match self {
+            Self::Equal(weight) => *weight = weight.times(by),
+            Self::Matrix(rows) => rows.iter_mut().flatten().for_each(|weight| *weight = weight.times(by)),
+        }
+    }
+
+    /// Whether every weight is 0 at `phi`.
+    pub fn are_zero_at(&self, phi: &[f64]) -> bool {
+        let is_zero = |weight: &Value| weight.resolve::<f64>(phi) == 0.0;
+        match self {
+            Self::Equal(weight) => is_zero(weight),
+            Self::Matrix(rows) => rows.iter().flatten().all(is_zero),
+        }
+    }
+}
+
+/// One term of a task's cost: how far a quantity is from its targets.
+///
+/// ```
+/// use supple_model::Value;
+/// use supple_model::cost::Cost;
+/// use supple_model::quantity::{Control, State};
+///
+/// // The first two states at 0.5 and 0, five times as much at the end; and controls.
+/// let reach = Cost::new(State::new([0, 1]), 1.0).with_targets([0.5, 0.0]).with_final_weight(5.0);
+/// let effort = Cost::new(Control::all(2), 0.01);
+/// assert!(effort.last.are_zero());
+/// # assert_eq!(reach.targets, [Value::Number(0.5), Value::Number(0.0)]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Cost {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Where it should be: one number per entry of the quantity, in its units.
+    pub targets: Vec<Value>,
+    /// How the distance becomes a number.
+    pub norm: Norm,
+    /// Weights at steps 0 to N - 1.
+    pub stage: Weights,
+    /// Weights at step N.
+    pub last: Weights,
+}
+
+impl Cost {
+    /// The squared distance of a quantity from 0, with one weight for all of its entries, at the end too where it does not
+    /// depend on the control.
+    pub fn new(quantity: impl Into<Quantity>, weight: impl Into<Value>) -> Self {
+        let (quantity, weight) = (quantity.into(), weight.into());
+        let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight };
+        Self {
+            targets: vec![Value::Number(0.0); quantity.len()],
+            norm: Quadratic.into(),
+            stage: Weights::Equal(weight),
+            last: Weights::Equal(last),
+            quantity,
+        }
+    }
+
+    /// The same with targets, in the order of the quantity's entries; those that are left out stay.
+    #[must_use]
+    pub fn with_targets<T: Into<Value>>(mut self, targets: impl IntoIterator<Item = T>) -> Self {
+        self.targets.iter_mut().zip(targets).for_each(|(target, given)| *target = given.into());
+        self
+    }
+
+    /// The same with another norm.
+    #[must_use]
+    pub fn with_norm(self, norm: impl Into<Norm>) -> Self {
+        Self { norm: norm.into(), ..self }
+    }
+
+    /// The same with one weight for all entries at the end.
+    #[must_use]
+    pub fn with_final_weight(self, weight: impl Into<Value>) -> Self {
+        Self { last: Weights::Equal(weight.into()), ..self }
+    }
+
+    /// The name of its kind, as files write it.
+    pub fn name(&self) -> &'static str {
+        match (self.quantity.as_kind::<StateAndControl>(), &self.stage) {
+            (Some(_), Weights::Matrix(_)) => quadratic::NAME,
+            _ => self.quantity.name(),
+        }
+    }
+
+    /// The weights of a stage or of the end.
+    pub fn weights(&self, last: bool) -> &Weights {
+        if last { &self.last } else { &self.stage }
+    }
+
+    /// Whether it counts at `phi`, in a stage or at the end.
+    pub fn counts(&self, phi: &[f64]) -> bool {
+        !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
+    }
+
+    /// The signals that it wants at a value other than 0, with that value: their places among the model's signals.
+    pub fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
+        let targets = self.targets.iter().enumerate();
+        let wanted = targets.filter_map(|(entry, target)| Some((self.quantity.signal_of(entry)?, target.resolve(phi))));
+        wanted.filter(|&(_, target)| target != 0.0).collect()
+    }
+
+    /// What is wrong with the weights or the norm, given the parameters' bounds: the key, and what is valid.
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        for (key, weights) in [("weight", &self.stage), ("final_weight", &self.last)] {
+            if let Weights::Equal(weight) = weights
+                && let Some(least) = parameters.least(*weight).filter(|&least| least < 0.0)
+            {
+                return Err((key, format!("must be at least 0; {}", weight.found(least))));
+            }
+        }
+        self.norm.check(parameters).map_err(|message| ("norm", message))?;
+        quadratic::check(self, parameters)
+    }
+
+    /// The residual at a point: how far the quantity is from its targets, given its values there.
+    pub fn residual<S: Scalar>(&self, mut values: Vec<S>, at: &Point<S>) -> Vec<S> {
+        for (entry, &target) in values.iter_mut().zip(&self.targets).filter(|(_, target)| !target.is_zero()) {
+            *entry -= at.value(target);
+        }
+        values
+    }
+
+    /// The cost of a residual.
+    pub fn of_residual<S: Scalar>(&self, r: &[S], phi: &[S], last: bool) -> S {
+        let mut sum = S::zero();
+        match self.weights(last) {
+            Weights::Equal(weight) => {
+                for value in self.norm.values(r, phi) {
+                    sum += value;
+                }
+                weight.resolve(phi) * sum
+            }
+            Weights::Matrix(rows) => {
+                for (row, &left) in rows.iter().zip(r) {
+                    for (&weight, &right) in row.iter().zip(r) {
+                        if !weight.is_zero() {
+                            sum = (weight.resolve(phi) * left).mul_add(right, sum);
+                        }
+                    }
+                }
+                sum
+            }
+        }
+    }
+}
+
+/// The keys of a cost beside those of its quantity.
+const KEYS: &[&str] = &["target", "weight", "final_weight", "norm"];
+/// Those of a pose, whose target may be called its position.
+const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight", "norm"];
+
+/// What a cost has beside its quantity.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct File {
+    /// Where the quantity should be, in its units: one number per entry; 0 where left out, but for forces of contacts,
+    /// places of frames and the centre of mass. Of `frame_pose` the three of the position are enough.
+    #[serde(alias = "position")]
+    target: Option<OneOrMore>,
+    /// Weight in every stage, one over the square of the unit (with the quadratic norm).
+    weight: Value,
+    /// Weight in the final cost; as `weight` where left out. Of what depends on the control there is none.
+    final_weight: Option<Value>,
+    /// How the distance becomes a cost, by kind.
+    #[serde(default)]
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    norm: IgnoredAny,
+}
+
+impl File {
+    fn cost(self, quantity: Quantity, norm: Norm) -> Result<Cost, Unfit> {
+        let len = quantity.len();
+        let cost = Cost::new(quantity, self.weight).with_norm(norm);
+        let cost = match self.target.map(|targets| targets.0) {
+            None if cost.quantity.needs_target() => return Err(Unfit::new("target", "is missing")),
+            None => cost,
+            Some(targets) if targets.len() == len || targets.len() == cost.quantity.least_targets() => {
+                cost.with_targets(targets)
+            }
+            Some(targets) => {
+                let valid = if len == 1 { "one number".into() } else { format!("{len} numbers, one for each entry") };
+                return Err(Unfit::new("target", format!("must be {valid}; found {}", targets.len())));
+            }
+        };
+        match self.final_weight {
+            Some(_) if cost.quantity.depends_on_control() => {
+                let message = "stands for nothing: what depends on the control has no part in the final cost";
+                Err(Unfit { help: Some("leave it out".into()), ..Unfit::new("final_weight", message) })
+            }
+            Some(weight) => Ok(cost.with_final_weight(weight)),
+            None => Ok(cost),
+        }
+    }
+}
+
+/// The names of all kinds of cost, as files write them: all quantities, and `quadratic`.
+pub fn kinds(quantities: &Kinds) -> Vec<&'static str> {
+    let mut kinds: Vec<_> = quantities.names().into_iter().chain([quadratic::NAME]).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+/// Reads the cost of kind `kind` from its table at a place, without the key `kind`.
+///
+/// # Errors
+/// Where there is no such kind, or the table is wrong or does not fit the model.
+pub fn read(
+    (kind, table): (&str, Reader),
+    (document, at): (&Document, &[Place]),
+    context: &Context,
+    norms: &Norms,
+) -> Result<Cost, FileError> {
+    let kinds = kinds(context.kinds);
+    if !kinds.contains(&kind) {
+        return Err(document.unknown_kind(at, kind, &kinds));
+    }
+    let wrong = |error: ReadError| document.read_error(at, error);
+    let cost = if kind == quadratic::NAME {
+        quadratic::File::deserialize(table).map_err(wrong)?.cost(context.vocabulary)
+    } else {
+        let keys = if kind == "frame_pose" { KEYS_OF_POSES } else { KEYS };
+        let quantity = context.read((kind, table.beside(keys)), (document, at))?;
+        let file = File::deserialize(table.only(keys)).map_err(wrong)?;
+        let norm: Vec<Place> = at.iter().copied().chain(["norm".into()]).collect();
+        file.cost(quantity, norms.read(document, &norm)?)
+    };
+    let cost = cost.map_err(|unfit| unfit.at(document, at))?;
+    cost.check(context.parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
+    Ok(cost)
+}
+
+/// The schema of each kind's table, by name.
+pub fn schemas(
+    quantities: &Kinds,
+    norms: &Norms,
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
+    let mut common = <File as schemars::JsonSchema>::json_schema(generator);
+    let norm = norms.schema(generator);
+    let add = |common: &mut schemars::Schema, remove: Option<&str>| {
+        let properties = common.ensure_object().get_mut("properties").and_then(|keys| keys.as_object_mut());
+        if let Some(properties) = properties {
+            properties.insert("norm".to_owned(), norm.clone());
+            remove.map(|key| properties.remove(key));
+        }
+    };
+    let mut of_control = common.clone();
+    add(&mut common, None);
+    add(&mut of_control, Some("final_weight"));
+    let with_keys = |(kind, own)| {
+        let keys = if quantities.is_of_control(kind) { &of_control } else { &common };
+        (kind, merged(own, keys))
+    };
+    let mut all: Vec<_> = quantities.schemas(generator).into_iter().map(with_keys).collect();
+    all.push((quadratic::NAME, <quadratic::File as schemars::JsonSchema>::json_schema(generator)));
+    all
+}

@@ -1,0 +1,212 @@
+//! Norms: how a residual becomes a number. A new one is one file, and one line at the end of this file.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use supple_kernels::Scalar;
+use supple_kernels::graph::{Function, Node, call, vjp};
+
+use super::{Absolute, Quadratic};
+use crate::document::{Document, FileError, Place, ReadError, Reader, Registry, Variant};
+use crate::parameters::Parameters;
+
+/// What a kind of norm defines.
+///
+/// ```
+/// use supple_model::cost::{Cost, NormKind};
+/// use supple_model::quantity::State;
+/// use supple_model::{Scalar, Value};
+///
+/// /// `ln(1 + (r / s)^2)`: what is far away counts little.
+/// #[derive(Debug)]
+/// struct Cauchy { scale: Value }
+///
+/// impl NormKind for Cauchy {
+///     const NAME: &'static str = "cauchy";
+///     fn value<S: Scalar>(&self, r: S, phi: &[S]) -> S {
+///         (r / self.scale.resolve::<S>(phi)).square().ln_1p()
+///     }
+/// }
+///
+/// let cost = Cost::new(State::new([0]), 1.0).with_norm(Cauchy { scale: Value::Number(0.1) });
+/// assert_eq!(cost.norm.name(), "cauchy");
+/// ```
+pub trait NormKind: Debug + Send + Sync + 'static {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
+    /// The norm of one entry of a residual at parameters `phi`: 0 at 0, at least 0 elsewhere.
+    fn value<S: Scalar>(&self, r: S, phi: &[S]) -> S;
+
+    /// Its second derivative by the residual, from which planning has its Gauss-Newton curvature. Say what it is where
+    /// the derivative of [`NormKind::value`] would lose digits.
+    fn curvature(&self, r: Node, phi: &[Node]) -> Node {
+        let r = r.opaque();
+        let derivative = |of: Node| vjp(&[(of, Node::one())], &[r]).first().copied().unwrap_or_else(Node::zero);
+        derivative(derivative(self.value(r, phi)))
+    }
+
+    /// Whether [`NormKind::curvature`] is never negative. Where it may be, the curvature of the whole cost is made
+    /// positive semidefinite at every point.
+    fn is_convex(&self) -> bool {
+        false
+    }
+
+    /// What is wrong with its numbers, given the parameters' bounds.
+    ///
+    /// # Errors
+    /// What was found, and what is valid.
+    fn check(&self, _parameters: &Parameters) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// How a kind of norm is read from a task file.
+pub trait NormFile: NormKind + Sized {
+    /// Its settings: [`NoKeys`](super::NoKeys) where it has none.
+    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+
+    /// The norm.
+    fn build(file: Self::File) -> Self;
+}
+
+/// How a residual becomes a number: any [`NormKind`] becomes one by `into`.
+#[derive(Clone, Debug)]
+pub struct Norm(Arc<dyn Kind>);
+
+/// What is asked of a norm whose kind is not known.
+trait Kind: Debug + Send + Sync {
+    fn name(&self) -> &'static str;
+    fn number(&self, r: f64, phi: &[f64]) -> f64;
+    fn node(&self, r: Node, phi: &[Node]) -> Node;
+    fn curvature(&self, r: Node, phi: &[Node]) -> Node;
+    fn is_convex(&self) -> bool;
+    fn check(&self, parameters: &Parameters) -> Result<(), String>;
+}
+
+impl<N: NormKind> Kind for N {
+    fn name(&self) -> &'static str {
+        N::NAME
+    }
+    fn number(&self, r: f64, phi: &[f64]) -> f64 {
+        self.value(r, phi)
+    }
+    fn node(&self, r: Node, phi: &[Node]) -> Node {
+        self.value(r, phi)
+    }
+    fn curvature(&self, r: Node, phi: &[Node]) -> Node {
+        NormKind::curvature(self, r, phi)
+    }
+    fn is_convex(&self) -> bool {
+        NormKind::is_convex(self)
+    }
+    fn check(&self, parameters: &Parameters) -> Result<(), String> {
+        NormKind::check(self, parameters)
+    }
+}
+
+impl<N: NormKind> From<N> for Norm {
+    fn from(norm: N) -> Self {
+        Self(Arc::new(norm))
+    }
+}
+
+/// The norms of all entries of a residual, given that and the parameters.
+struct Values<'a>(&'a dyn Kind);
+
+impl Function for Values<'_> {
+    fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]) {
+        outputs.iter_mut().zip(inputs[0]).for_each(|(out, &r)| *out = self.0.number(r, inputs[1]));
+    }
+    fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]) {
+        outputs.iter_mut().zip(inputs[0]).for_each(|(out, &r)| *out = self.0.node(r, inputs[1]));
+    }
+}
+
+impl Norm {
+    /// The name of its kind, as files write it.
+    pub fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    /// The norm of each entry of a residual.
+    pub fn values<S: Scalar>(&self, r: &[S], phi: &[S]) -> Vec<S> {
+        let mut values = vec![S::zero(); r.len()];
+        call(&Values(&*self.0), &[r, phi], &mut values);
+        values
+    }
+
+    /// The second derivative of the norm of one entry.
+    pub fn curvature(&self, r: Node, phi: &[Node]) -> Node {
+        self.0.curvature(r, phi)
+    }
+
+    /// Whether that is never negative.
+    pub fn is_convex(&self) -> bool {
+        self.0.is_convex()
+    }
+
+    /// What is wrong with its numbers, given the parameters' bounds.
+    pub(super) fn check(&self, parameters: &Parameters) -> Result<(), String> {
+        self.0.check(parameters)
+    }
+}
+
+/// The norms that task files may name.
+#[derive(Clone, Debug)]
+pub struct Norms(Registry<fn(Variant) -> Result<Norm, ReadError>>);
+
+impl Norms {
+    /// Adds a kind, in the place of one that has its name.
+    pub fn add<N: NormFile>(&mut self) {
+        let build = |given: Variant| given.read().map(|file| N::build(file).into());
+        self.0.add(N::NAME, build, <N::File as schemars::JsonSchema>::json_schema);
+    }
+
+    /// Reads the norm at a place: the square where there is none.
+    ///
+    /// # Errors
+    /// Where there is no such norm, or its settings are wrong.
+    pub fn read(&self, document: &Document, at: &[Place]) -> Result<Norm, FileError> {
+        let Some(value) = document.get(at) else { return Ok(Quadratic.into()) };
+        let read = |given: Variant| match self.0.get(given.name()) {
+            Some(build) => build(given),
+            None => Err(given.unknown(&self.0.names())),
+        };
+        let norm = Reader::new(value).variant(&self.0.names()).and_then(read);
+        norm.map_err(|error| document.read_error(at, error))
+    }
+
+    /// The schema of all: a name, or a table with the name and its settings.
+    pub fn schema(&self, generator: &mut schemars::SchemaGenerator) -> Json {
+        let one = |(name, schema): (&'static str, schemars::Schema)| {
+            let mut settings = schema.to_value();
+            let description = settings["description"].take();
+            settings.as_object_mut().map(|keys| keys.remove("description"));
+            match settings["properties"].as_object() {
+                Some(keys) if !keys.is_empty() => json!({
+                    "description": description,
+                    "type": "object",
+                    "properties": { name: settings },
+                    "required": [name],
+                    "additionalProperties": false
+                }),
+                _ => json!({ "type": "string", "const": name }),
+            }
+        };
+        let kinds: Vec<Json> = self.0.schemas(generator).into_iter().map(one).collect();
+        json!({ "description": "How the distance becomes a cost", "oneOf": kinds, "default": Quadratic::NAME })
+    }
+}
+
+impl Default for Norms {
+    /// The norms of the library.
+    fn default() -> Self {
+        let mut norms = Self(Registry::default());
+        norms.add::<Absolute>();
+        norms.add::<Quadratic>();
+        norms
+    }
+}

@@ -1,0 +1,96 @@
+//! `x'Qx + u'Ru`: the cost of state and control with weight matrices.
+
+use serde::Deserialize;
+use supple_kernels::Matrices;
+
+use super::{Cost, Weights};
+use crate::Value;
+use crate::noise::{Covariance, semidefinite_factor};
+use crate::parameters::Parameters;
+use crate::quantity::{Measurable, StateAndControl, Unfit, Vocabulary};
+
+/// Its name in files.
+pub const NAME: &str = "quadratic";
+
+/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric and
+/// positive semidefinite.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case)]
+pub struct File {
+    /// Weight of the state, n x n.
+    Q: Vec<Vec<Value>>,
+    /// Weight of the control, m x m.
+    R: Vec<Vec<Value>>,
+    /// Weight of the last state, n x n; as `Q` where left out.
+    #[serde(rename = "final")]
+    last: Option<Vec<Vec<Value>>>,
+}
+
+impl File {
+    pub fn cost(self, vocabulary: &Vocabulary) -> Result<Cost, Unfit> {
+        let (n, m) = (vocabulary.states.len(), vocabulary.controls());
+        check_symmetric("Q", &self.Q, n)?;
+        check_symmetric("R", &self.R, m)?;
+        if let Some(last) = &self.last {
+            check_symmetric("final", last, n)?;
+        }
+        let zero = vec![vec![Value::Number(0.0); m]; m];
+        let stage = Weights::Matrix(block_diagonal(&self.Q, &self.R));
+        let last = Weights::Matrix(block_diagonal(self.last.as_ref().unwrap_or(&self.Q), &zero));
+        Ok(Cost { stage, last, ..Cost::new(StateAndControl::new(n, m), 0.0) })
+    }
+}
+
+fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Result<(), Unfit> {
+    let error = |message: String| Err(Unfit::new(key, message));
+    if rows.len() != order || rows.iter().any(|row| row.len() != order) {
+        let widths: Vec<_> = rows.iter().map(Vec::len).collect();
+        return error(format!("must be {order} x {order}; it has {} rows of {widths:?} entries", rows.len()));
+    }
+    for (i, row) in rows.iter().enumerate() {
+        if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
+            return error(format!("must be symmetric: entries ({}, {}) and ({1}, {0}) differ", i + 1, j + 1));
+        }
+    }
+    Ok(())
+}
+
+/// No cost is negative: diagonal entries at any parameters, the whole matrix at their initial values.
+fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<(), String> {
+    for (i, row) in rows.iter().enumerate() {
+        if let Some(least) = parameters.least(row[i]).filter(|&least| least < 0.0) {
+            return Err(format!("entry ({0}, {0}) must be at least 0; {1}", i + 1, row[i].found(least)));
+        }
+    }
+    let mut matrix = Matrices::constant(rows.len(), rows.len());
+    Covariance::Full(rows.to_vec()).resolve(&parameters.initial(), &mut matrix);
+    match semidefinite_factor(&matrix, 0) {
+        Some(_) => Ok(()),
+        None => Err("must be positive semidefinite, so that no cost is negative".into()),
+    }
+}
+
+fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {
+    let zeros = |len| std::iter::repeat_n(Value::Number(0.0), len);
+    let top = a.iter().map(|row| row.iter().copied().chain(zeros(b.len())).collect());
+    let bottom = b.iter().map(|row| zeros(a.len()).chain(row.iter().copied()).collect());
+    top.chain(bottom).collect()
+}
+
+/// What is wrong with the weights of such a cost, given the parameters' bounds: the key, and what is valid.
+pub fn check(cost: &Cost, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+    let (Some(all), Weights::Matrix(stage), Weights::Matrix(last)) =
+        (cost.quantity.as_kind::<StateAndControl>(), &cost.stage, &cost.last)
+    else {
+        return Ok(());
+    };
+    let block = |rows: &[Vec<Value>], from: usize, to: usize| -> Vec<Vec<Value>> {
+        rows[from..to].iter().map(|row| row[from..to].to_vec()).collect()
+    };
+    let (n, all) = (all.states(), all.len());
+    for (key, rows) in [("Q", block(stage, 0, n)), ("R", block(stage, n, all)), ("final", block(last, 0, n))] {
+        check_semidefinite(&rows, parameters).map_err(|message| (key, message))?;
+    }
+    Ok(())
+}

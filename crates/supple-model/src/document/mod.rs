@@ -1,0 +1,191 @@
+//! TOML documents whose errors name file, line and key.
+
+mod cells;
+mod kinds;
+mod pattern;
+mod reader;
+mod registry;
+
+pub use kinds::{DEVIATION, merged, one_of, plain, variances, with_deviation, with_noise_key};
+pub use pattern::matches;
+pub use reader::{ReadError, Reader, Variant};
+pub use registry::NoKeys;
+pub use registry::Registry;
+pub use supple_text::FileError;
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use supple_text::{nearest, quoted};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::value::as_key;
+use reader::join;
+
+/// A step on the way to a place in a file.
+#[derive(Clone, Copy, Debug)]
+pub enum Place<'a> {
+    /// To the value of a key.
+    Key(&'a str),
+    /// To an entry of a list, from 0.
+    Index(usize),
+}
+
+impl<'a> From<&'a str> for Place<'a> {
+    fn from(key: &'a str) -> Self {
+        Self::Key(key)
+    }
+}
+
+impl From<usize> for Place<'_> {
+    fn from(index: usize) -> Self {
+        Self::Index(index)
+    }
+}
+
+/// A parsed file that knows where everything is.
+pub struct Document<'a> {
+    name: &'a str,
+    text: &'a str,
+    root: Spanned<DeValue<'a>>,
+    /// Whether its texts are cells, which may stand for numbers and lists.
+    of_cells: bool,
+}
+
+impl<'a> Document<'a> {
+    /// Parses TOML; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// Where it is not TOML.
+    pub fn parse(text: &'a str, name: &'a str) -> Result<Self, FileError> {
+        match DeTable::parse(text) {
+            Ok(table) => {
+                let root = Spanned::new(0..0, DeValue::Table(table.into_inner()));
+                Ok(Self { name, text, root, of_cells: false })
+            }
+            Err(error) => {
+                let span = error.span().unwrap_or(0..0);
+                match (error.message().trim(), text.get(span.clone())) {
+                    ("duplicate key", Some(key)) => {
+                        let message = format!("`{key}` is there already; a key is given once");
+                        Err(FileError::at(name, text, span, key.to_owned(), message))
+                    }
+                    (message, _) => Err(FileError::at(name, text, span, String::new(), message)),
+                }
+            }
+        }
+    }
+
+    /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number, or a
+    /// list with `;` between its entries.
+    pub fn of_cells(name: &'a str, text: &'a str, root: DeTable<'a>) -> Self {
+        Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true }
+    }
+
+    /// Reads a value of this document.
+    pub fn reader<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+        let reader = Reader::new(value);
+        if self.of_cells { reader.of_cells() } else { reader }
+    }
+
+    /// The value at a place.
+    pub fn get(&self, at: &[Place]) -> Option<&Spanned<DeValue<'a>>> {
+        at.iter().try_fold(&self.root, |value, place| match (place, value.get_ref()) {
+            (Place::Key(key), DeValue::Table(table)) => table.get(*key),
+            (Place::Index(index), DeValue::Array(array)) => array.get(*index),
+            _ => None,
+        })
+    }
+
+    /// Reads the value at a place.
+    ///
+    /// # Errors
+    /// Where it is missing or is not what is asked for.
+    pub fn read<T: DeserializeOwned>(&self, at: &[Place]) -> Result<T, FileError> {
+        let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
+        T::deserialize(self.reader(value)).map_err(|error| self.read_error(at, error))
+    }
+
+    /// The key `kind` of the table at a place, and what reads the rest of that table.
+    pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(&str, Reader<'_>), FileError> {
+        let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
+        let DeValue::Table(table) = value.get_ref() else {
+            return Err(self.error(at, "must be a table with a key `kind`"));
+        };
+        let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
+        let wrong = |what: &str| Err(self.error(&at_kind, format!("{what} one of {}", quoted(kinds))));
+        match table.get("kind").map(Spanned::get_ref) {
+            Some(DeValue::String(kind)) => Ok((kind, self.reader(value).beside(&["kind"]))),
+            Some(_) => wrong("must be"),
+            None => wrong("is missing: it must be"),
+        }
+    }
+
+    /// The text under a key of the table at a place, which must not be empty.
+    pub fn text_of(&self, at: &[Place], key: &'static str) -> Result<String, FileError> {
+        let place: Vec<Place> = at.iter().copied().chain([key.into()]).collect();
+        let text: String = self.read(&place)?;
+        if text.is_empty() { Err(self.error(&place, "must not be empty")) } else { Ok(text) }
+    }
+
+    /// How many tables the list at a place has; none where nothing is there.
+    ///
+    /// # Errors
+    /// Where something else is there.
+    pub fn tables(&self, at: &[Place]) -> Result<usize, FileError> {
+        match self.get(at).map(Spanned::get_ref) {
+            None => Ok(0),
+            Some(DeValue::Array(list)) => Ok(list.len()),
+            Some(_) => Err(self.error(at, "must be a list of tables")),
+        }
+    }
+
+    /// The kind of the table at a place is not one of `kinds`.
+    pub fn unknown_kind(&self, at: &[Place], kind: &str, kinds: &[&str]) -> FileError {
+        let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
+        let error = self.error(&at_kind, format!("must be one of {}; found `{kind}`", quoted(kinds)));
+        FileError { help: nearest(kind, kinds), ..error }
+    }
+
+    /// An error about the value at a place, or about the nearest place above it that exists.
+    pub fn error(&self, at: &[Place], message: impl Into<String>) -> FileError {
+        let existing = (0..=at.len()).rev().find_map(|len| self.get(&at[..len])).unwrap_or(&self.root);
+        self.error_in(existing.span(), write_path(at), message)
+    }
+
+    /// The error of a file that the value at a place names: of a file that cannot be read, at that value.
+    pub fn error_of_file(&self, at: &[Place], error: FileError) -> FileError {
+        if error.line == 0 { self.error(at, error.to_string()) } else { error }
+    }
+
+    /// An error about the key itself at a place.
+    pub fn error_at_key(&self, at: &[Place], message: impl Into<String>) -> FileError {
+        if let Some((Place::Key(key), table)) = at.split_last()
+            && let Some(DeValue::Table(table)) = self.get(table).map(Spanned::get_ref)
+            && let Some((key, _)) = table.get_key_value(*key)
+        {
+            return self.error_in(key.span(), write_path(at), message);
+        }
+        self.error(at, message)
+    }
+
+    /// An error of reading the value at a place.
+    pub fn read_error(&self, at: &[Place], error: ReadError) -> FileError {
+        let here = self.error(at, error.message);
+        let span = error.span.unwrap_or(here.span);
+        let located = self.error_in(span, join(&here.key, &error.path), here.message);
+        FileError { help: error.help, ..located }
+    }
+
+    fn error_in(&self, span: Range<usize>, key: String, message: impl Into<String>) -> FileError {
+        FileError::at(self.name, self.text, span, key, message)
+    }
+}
+
+fn write_path(at: &[Place]) -> String {
+    at.iter().fold(String::new(), |path, place| match place {
+        Place::Key(key) => join(&path, &as_key(key)),
+        Place::Index(index) => format!("{path}[{index}]"),
+    })
+}

@@ -1,0 +1,498 @@
+//! Values of a parsed file, by serde.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use serde::de::value::{MapDeserializer, StrDeserializer};
+use serde::de::{
+    self, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
+};
+use serde::forward_to_deserialize_any;
+use supple_text::{nearest, quoted};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::cells::Cell;
+use crate::value::as_key;
+
+/// Why a value could not be read, and where in it.
+#[derive(Debug)]
+pub struct ReadError {
+    /// The path from the value that was read to the one that is wrong.
+    pub path: String,
+    /// Bytes of the text that are meant; none where they are those of the value that was read.
+    pub span: Option<Range<usize>>,
+    /// What was found, and what is valid.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl ReadError {
+    /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
+    pub(super) fn within(mut self, place: &str, span: Range<usize>) -> Self {
+        self.path = join(place, &self.path);
+        self.span.get_or_insert(span);
+        self
+    }
+}
+
+/// A path, and one from there on.
+pub(super) fn join(path: &str, rest: &str) -> String {
+    let separator = if path.is_empty() || rest.is_empty() || rest.starts_with('[') { "" } else { "." };
+    format!("{path}{separator}{rest}")
+}
+
+impl std::fmt::Display for ReadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+impl de::Error for ReadError {
+    fn custom<T: std::fmt::Display>(message: T) -> Self {
+        Self { path: String::new(), span: None, message: message.to_string(), help: None }
+    }
+    fn invalid_type(found: Unexpected, valid: &dyn de::Expected) -> Self {
+        Self::custom(format_args!("must be {}; found {}", plain(&valid.to_string()), name_of(found)))
+    }
+    fn invalid_value(found: Unexpected, valid: &dyn de::Expected) -> Self {
+        Self::invalid_type(found, valid)
+    }
+    fn invalid_length(found: usize, valid: &dyn de::Expected) -> Self {
+        Self::custom(format_args!("must be {}; found {found}", plain(&valid.to_string())))
+    }
+    fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
+        let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
+        Self { help: nearest(found, valid), ..error }
+    }
+    fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {
+        let error = Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        Self { help: nearest(found, valid), ..error }
+    }
+    fn missing_field(key: &'static str) -> Self {
+        Self { path: key.to_owned(), ..Self::custom("is missing") }
+    }
+}
+
+/// What serde expects, in plain words.
+fn plain(valid: &str) -> Cow<'_, str> {
+    match valid {
+        "f32" | "f64" => "a number".into(),
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".into(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0".into(),
+        "a boolean" => "`true` or `false`".into(),
+        "a string" => "text in quotes".into(),
+        "a sequence" => "a list".into(),
+        "a map" => "a table".into(),
+        _ if valid.starts_with("struct ") => "a table".into(),
+        _ => match valid.strip_prefix("an array of length ") {
+            Some(length) => format!("a list of {length}").into(),
+            None => valid.into(),
+        },
+    }
+}
+
+/// What was found, in plain words.
+fn name_of(found: Unexpected) -> String {
+    match found {
+        Unexpected::Bool(value) => value.to_string(),
+        Unexpected::Unsigned(number) => number.to_string(),
+        Unexpected::Signed(number) => number.to_string(),
+        Unexpected::Float(number) => number.to_string(),
+        Unexpected::Str(text) => format!("{text:?}"),
+        Unexpected::Seq => "a list".into(),
+        Unexpected::Map => "a table".into(),
+        other => other.to_string(),
+    }
+}
+
+/// Reads a value of a parsed file.
+///
+/// Stricter than the reader that comes with the parser: a list for `[T; N]` has N entries, neither fewer nor more, and
+/// only a table stands for a struct. Errors know the path to what is wrong.
+#[derive(Clone, Copy)]
+pub struct Reader<'a> {
+    value: &'a Spanned<DeValue<'a>>,
+    /// Keys of the table that are read apart.
+    apart: [&'static [&'static str]; 3],
+    /// The only keys of the table that are read, where not all are.
+    only: Option<&'static [&'static str]>,
+    /// A key of the table that is read as another one.
+    renamed: Option<(&'static str, &'static str)>,
+    /// Whether texts are cells of a table, which may stand for numbers and lists.
+    of_cells: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// A reader of all of a value.
+    pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false }
+    }
+
+    /// The same with texts that are cells of a table, which may stand for numbers and lists.
+    pub fn of_cells(self) -> Self {
+        Self { of_cells: true, ..self }
+    }
+
+    /// A reader of a value inside of this one.
+    fn inside<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+        Reader { of_cells: self.of_cells, ..Reader::new(value) }
+    }
+
+    /// The value as a cell; none where it is no text of a table.
+    fn cell(&self) -> Option<Cell<'_>> {
+        match self.value.get_ref() {
+            DeValue::String(text) if self.of_cells => Some(Cell { text, span: self.value.span() }),
+            _ => None,
+        }
+    }
+
+    /// Leaves out keys of the table that are read apart, up to three times; what is unknown is told with these among the
+    /// valid ones, but for the key `kind`.
+    pub fn beside(self, keys: &'static [&'static str]) -> Self {
+        Self { apart: [self.apart[1], self.apart[2], keys], ..self }
+    }
+
+    /// Leaves out all but some keys of the table.
+    pub fn only(self, keys: &'static [&'static str]) -> Self {
+        Self { only: Some(keys), ..self }
+    }
+
+    /// Reads a key of the table as if it were another one.
+    pub fn renamed(self, key: &'static str, as_key: &'static str) -> Self {
+        Self { renamed: Some((key, as_key)), ..self }
+    }
+
+    /// Whether it is a table with a key.
+    pub fn has(&self, key: &str) -> bool {
+        matches!(self.value.get_ref(), DeValue::Table(table) if table.contains_key(key))
+    }
+
+    /// The value as one of several names, alone or with settings; whether it is one of them is not checked.
+    pub fn variant(self, names: &[&str]) -> Result<Variant<'a>, ReadError> {
+        let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(names)));
+        let table = match self.value.get_ref() {
+            DeValue::String(name) => return Ok(Variant { name, span: None, settings: None }),
+            DeValue::Table(table) => table,
+            _ => return Err(wrong(&name_of(self.unexpected()))),
+        };
+        let mut entries = self.entries(table).entries;
+        match (entries.next(), entries.next()) {
+            (Some((key, settings)), None) => {
+                Ok(Variant { name: key.get_ref(), span: Some(key.span()), settings: Some(self.inside(settings)) })
+            }
+            _ => Err(wrong(&format!("a table with {} keys", table.len()))),
+        }
+    }
+
+    fn unexpected(&self) -> Unexpected<'a> {
+        match self.value.get_ref() {
+            DeValue::String(text) => Unexpected::Str(text),
+            DeValue::Integer(number) => Unexpected::Other(number.as_str()),
+            DeValue::Float(number) => Unexpected::Other(number.as_str()),
+            DeValue::Boolean(value) => Unexpected::Bool(*value),
+            DeValue::Datetime(_) => Unexpected::Other("a date or a time"),
+            DeValue::Array(_) => Unexpected::Seq,
+            DeValue::Table(_) => Unexpected::Map,
+        }
+    }
+
+    /// Where some keys are read apart, an unknown one is told with all that are valid.
+    fn check_keys(&self, entries: &Table, own: &[&'static str]) -> Result<(), ReadError> {
+        let apart = || self.apart.iter().flat_map(|keys| keys.iter().copied()).filter(|&key| key != "kind");
+        if apart().next().is_none() {
+            return Ok(());
+        }
+        let known = |key: &str| {
+            let renamed = self.renamed.is_some_and(|(from, _)| from == key);
+            renamed || own.contains(&key)
+        };
+        let Some((key, _)) = entries.entries.as_slice().iter().find(|(key, _)| !known(key.get_ref())) else {
+            return Ok(());
+        };
+        let valid: Vec<&str> = own.iter().copied().chain(apart()).collect();
+        let found = key.get_ref();
+        let error = ReadError::custom(format_args!("unknown key `{found}`; valid are {}", quoted(&valid)));
+        Err(ReadError { help: nearest(found, &valid), ..error }.within(&as_key(found), key.span()))
+    }
+
+    /// The entries of a table in the order of the file.
+    fn entries(&self, table: &'a DeTable<'a>) -> Table<'a> {
+        let is_read = |key: &str| {
+            self.only.is_none_or(|only| only.contains(&key)) && !self.apart.iter().any(|keys| keys.contains(&key))
+        };
+        let mut entries: Vec<_> = table.iter().filter(|(key, _)| is_read(key.get_ref())).collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        Table { entries: entries.into_iter(), value: None, renamed: self.renamed, of: *self }
+    }
+}
+
+impl<'de> Deserializer<'de> for Reader<'_> {
+    type Error = ReadError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        if let Some(cell) = self.cell() {
+            return cell.read_any(visitor);
+        }
+        let too_large = |number: &str| Err(ReadError::custom(format_args!("is too large a number: {number}")));
+        match self.value.get_ref() {
+            DeValue::String(text) => visitor.visit_str(text),
+            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(value) => visitor.visit_i64(value),
+                Err(_) => too_large(number.as_str()),
+            },
+            DeValue::Float(number) => match number.as_str().parse::<f64>() {
+                // `inf` and `nan` are for the visitor to judge; a number with too many digits is neither.
+                Ok(value) if value.is_finite() || number.as_str().contains('n') => visitor.visit_f64(value),
+                _ => too_large(number.as_str()),
+            },
+            DeValue::Boolean(value) => visitor.visit_bool(*value),
+            DeValue::Datetime(_) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
+            DeValue::Array(list) => {
+                let mut entries = List { entries: list.iter().enumerate(), of: self };
+                let value = visitor.visit_seq(&mut entries)?;
+                match entries.entries.len() {
+                    0 => Ok(value),
+                    rest => {
+                        let valid = list.len() - rest;
+                        Err(ReadError::custom(format_args!("must be a list of {valid}; found {}", list.len())))
+                    }
+                }
+            }
+            DeValue::Table(table) => visitor.visit_map(self.entries(table)),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell() {
+            Some(cell) => visitor.visit_str(cell.text),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell().and_then(|cell| cell.text.parse().ok()) {
+            Some(value) => visitor.visit_bool(value),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        match self.cell() {
+            Some(cell) => cell.read_list(visitor),
+            None => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.deserialize_seq(visitor)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        match self.value.get_ref() {
+            DeValue::Table(table) => {
+                let entries = self.entries(table);
+                self.check_keys(&entries, keys)?;
+                visitor.visit_map(entries)
+            }
+            _ => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
+        }
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        let variant = self.variant(variants)?;
+        let (name, settings) = (variant.name, variant.settings);
+        visitor.visit_enum(variant).map_err(|error| within_settings(error, name, settings))
+    }
+
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        visitor.visit_unit()
+    }
+
+    forward_to_deserialize_any! {
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf unit unit_struct tuple_struct map identifier
+    }
+}
+
+/// The entries of a list that are still to read.
+struct List<'a> {
+    entries: std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>,
+    of: Reader<'a>,
+}
+
+impl<'de> SeqAccess<'de> for List<'_> {
+    type Error = ReadError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ReadError> {
+        let Some((index, value)) = self.entries.next() else { return Ok(None) };
+        let read = seed.deserialize(self.of.inside(value)).map(Some);
+        read.map_err(|error| error.within(&format!("[{index}]"), value.span()))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.entries.len())
+    }
+}
+
+/// A key and its value.
+type Entry<'a> = (&'a Spanned<Cow<'a, str>>, &'a Spanned<DeValue<'a>>);
+
+/// The entries of a table that are still to read, and the one whose key was read last.
+struct Table<'a> {
+    entries: std::vec::IntoIter<Entry<'a>>,
+    value: Option<Entry<'a>>,
+    /// A key that is read as another one.
+    renamed: Option<(&'static str, &'static str)>,
+    of: Reader<'a>,
+}
+
+impl<'de> MapAccess<'de> for Table<'_> {
+    type Error = ReadError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ReadError> {
+        self.value = self.entries.next();
+        let Some((key, _)) = self.value else { return Ok(None) };
+        let renamed = self.renamed.filter(|(from, _)| key.get_ref() == from);
+        let name = renamed.map_or(key.get_ref().as_ref(), |(_, to)| to);
+        let read = seed.deserialize(StrDeserializer::<ReadError>::new(name)).map(Some);
+        read.map_err(|error| error.within(&as_key(key.get_ref()), key.span()))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ReadError> {
+        let Some((key, value)) = self.value else { return Err(ReadError::custom("a value was read before its key")) };
+        let read = seed.deserialize(self.of.inside(value));
+        read.map_err(|error| error.within(&as_key(key.get_ref()), value.span()))
+    }
+}
+
+/// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
+pub struct Variant<'a> {
+    name: &'a str,
+    /// Bytes of the name, where it is a key.
+    span: Option<Range<usize>>,
+    settings: Option<Reader<'a>>,
+}
+
+impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
+    type Error = ReadError;
+    type Variant = Self;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), ReadError> {
+        match seed.deserialize(StrDeserializer::<ReadError>::new(self.name)) {
+            Ok(value) => Ok((value, self)),
+            Err(error) => Err(ReadError { span: self.span, ..error }),
+        }
+    }
+}
+
+/// An error in the settings of a name, seen from the value that has both.
+fn within_settings(error: ReadError, name: &str, settings: Option<Reader>) -> ReadError {
+    match settings {
+        Some(settings) => error.within(&as_key(name), settings.value.span()),
+        None => error,
+    }
+}
+
+impl<'a> Variant<'a> {
+    /// The name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// The name is none of `valid`.
+    pub fn unknown(self, valid: &[&str]) -> ReadError {
+        let found = self.name;
+        let error = ReadError::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        let error = ReadError { help: nearest(found, valid), span: self.span, ..error };
+        within_settings(error, found, self.settings)
+    }
+
+    /// Its settings as a struct; none are needed for one without keys.
+    pub fn read<T: for<'de> de::Deserialize<'de>>(self) -> Result<T, ReadError> {
+        let (name, settings) = (self.name, self.settings);
+        T::deserialize(Settings(self)).map_err(|error| within_settings(error, name, settings))
+    }
+
+    fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
+        let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
+        let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
+        self.settings.ok_or_else(|| ReadError::custom(format_args!("`{}` needs settings: {example}", self.name)))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Variant<'_> {
+    type Error = ReadError;
+
+    fn unit_variant(self) -> Result<(), ReadError> {
+        match self.settings {
+            None => Ok(()),
+            Some(_) => Err(ReadError::custom(format_args!("takes no settings: write \"{}\"", self.name))),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ReadError> {
+        seed.deserialize(self.settings(&[])?)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(&[])?.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(keys)?.deserialize_struct("", keys, visitor)
+    }
+}
+
+/// The settings of a name, for a struct.
+struct Settings<'a>(Variant<'a>);
+
+impl<'de> Deserializer<'de> for Settings<'_> {
+    type Error = ReadError;
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        if keys.is_empty() {
+            self.0.unit_variant()?;
+            return visitor.visit_map(MapDeserializer::<_, ReadError>::new(std::iter::empty::<(&str, &str)>()));
+        }
+        self.0.settings(keys)?.deserialize_struct(name, keys, visitor)
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.0.settings(&[])?.deserialize_any(visitor)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+    }
+}

@@ -1,0 +1,49 @@
+use schemars::{Schema, SchemaGenerator};
+
+/// The kinds of one thing by the names that files give them: how each is read, and the schema of its keys.
+#[derive(Clone, Debug)]
+pub struct Registry<R> {
+    kinds: Vec<Kind<R>>,
+}
+
+#[derive(Clone, Debug)]
+struct Kind<R> {
+    name: &'static str,
+    read: R,
+    schema: fn(&mut SchemaGenerator) -> Schema,
+}
+
+impl<R> Default for Registry<R> {
+    fn default() -> Self {
+        Self { kinds: Vec::new() }
+    }
+}
+
+impl<R> Registry<R> {
+    /// Adds a kind, in the place of one that has its name.
+    pub fn add(&mut self, name: &'static str, read: R, schema: fn(&mut SchemaGenerator) -> Schema) {
+        self.kinds.retain(|kind| kind.name != name);
+        self.kinds.push(Kind { name, read, schema });
+        self.kinds.sort_by_key(|kind| kind.name);
+    }
+
+    /// The names of all kinds, in order.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.kinds.iter().map(|kind| kind.name).collect()
+    }
+
+    /// How a kind is read; none where there is no such kind.
+    pub fn get(&self, name: &str) -> Option<&R> {
+        self.kinds.iter().find(|kind| kind.name == name).map(|kind| &kind.read)
+    }
+
+    /// The schema of each kind's own keys, by name.
+    pub fn schemas(&self, generator: &mut SchemaGenerator) -> Vec<(&'static str, Schema)> {
+        self.kinds.iter().map(|kind| (kind.name, (kind.schema)(generator))).collect()
+    }
+}
+
+/// A kind without keys of its own.
+#[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoKeys {}

@@ -1,0 +1,139 @@
+//! Quantities that are followed along plans, beside what costs weigh: limits, and curves that a task asks for.
+
+use crate::Value;
+use crate::channels::Channel;
+use crate::cost::Cost;
+use crate::quantity::{Quantity, Vocabulary};
+
+/// A quantity that is followed.
+#[derive(Clone, Debug)]
+pub struct Followed {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// The least and the most that its entries may be, one each, where it has a limit; infinite on a side without one.
+    pub limits: Option<[Vec<Value>; 2]>,
+    /// Whether plans keep its limits, and not only reports tell of them.
+    pub enforced: bool,
+}
+
+impl Followed {
+    /// A quantity that is shown.
+    pub fn curve(quantity: impl Into<Quantity>) -> Self {
+        Self { quantity: quantity.into(), limits: None, enforced: false }
+    }
+
+    /// A quantity whose entries must stay between two numbers, either of which may be infinite.
+    pub fn limit(quantity: impl Into<Quantity>, lower: impl Into<Value>, upper: impl Into<Value>) -> Self {
+        let quantity = quantity.into();
+        let count = quantity.len();
+        let limits = Some([vec![lower.into(); count], vec![upper.into(); count]]);
+        Self { quantity, limits, enforced: false }
+    }
+
+    /// The same, its limits kept by plans.
+    #[must_use]
+    pub fn enforced(self) -> Self {
+        Self { enforced: true, ..self }
+    }
+}
+
+/// An end of a limit that plans keep: the most or the least that a number may be.
+#[derive(Clone, Debug)]
+pub struct LimitEnd {
+    /// Which of the limits that plans keep it belongs to.
+    pub limit: usize,
+    /// Which number of the limit's quantity.
+    pub entry: usize,
+    /// Whether it is the most that the number may be, and otherwise the least.
+    pub upper: bool,
+}
+
+/// The ends of all limits that plans keep.
+#[derive(Debug)]
+pub struct Ends {
+    /// The limits that plans keep.
+    pub followed: Vec<Followed>,
+    /// Their ends: of each number the most that it may be, then the least, where there is such an end.
+    pub list: Vec<LimitEnd>,
+    /// Whether each end's number depends on the control.
+    pub of_control: Vec<bool>,
+}
+
+impl Ends {
+    /// Those among what is followed; none where no limit is kept.
+    pub fn of(followed: &[Followed]) -> Option<Self> {
+        let followed: Vec<Followed> = followed.iter().filter(|followed| followed.enforced).cloned().collect();
+        let mut list = Vec::new();
+        for (limit, Followed { limits, .. }) in followed.iter().enumerate() {
+            let Some([lower, upper]) = limits else { continue };
+            for (entry, sides) in upper.iter().zip(lower).enumerate() {
+                let sides = [(sides.0, true), (sides.1, false)];
+                let given = sides.into_iter().filter(|(bound, _)| !is_infinite(bound));
+                list.extend(given.map(|(_, upper)| LimitEnd { limit, entry, upper }));
+            }
+        }
+        let of_control = list.iter().map(|end| followed[end.limit].quantity.depends_on_control()).collect();
+        (!list.is_empty()).then_some(Self { followed, list, of_control })
+    }
+
+    /// The bound of an end.
+    pub fn bound(&self, end: &LimitEnd) -> Value {
+        let [lower, upper] = self.followed[end.limit].limits.as_ref().map_or([&[][..]; 2], |[l, u]| [&l[..], &u[..]]);
+        let side = if end.upper { upper } else { lower };
+        side.get(end.entry).copied().unwrap_or(Value::Number(f64::INFINITY))
+    }
+}
+
+fn is_infinite(bound: &Value) -> bool {
+    matches!(bound, Value::Number(number) if number.is_infinite())
+}
+
+/// A number that is followed along a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FollowedNumber {
+    /// What it is.
+    pub channel: Channel,
+    /// What asks for it: `cost 2`, `limit 1`, `curve 3`, counted from 1.
+    pub of: String,
+    /// Where a cost wants it.
+    pub target: Option<f64>,
+    /// The least and the most that it may be; infinite on a side without a limit.
+    pub limits: [f64; 2],
+    /// Whether it depends on the control, so that it has no value at the end.
+    pub depends_on_control: bool,
+}
+
+const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// Whether the quantity of a cost is followed: states and controls are shown anyway.
+pub fn shows(cost: &Cost) -> bool {
+    cost.quantity.needs_signals() || cost.quantity.needs_next()
+}
+
+/// The numbers that are followed, in order: of costs, then of others.
+pub fn numbers(costs: &[Cost], followed: &[Followed], vocabulary: &Vocabulary, phi: &[f64]) -> Vec<FollowedNumber> {
+    let mut numbers = Vec::new();
+    for (index, cost) in costs.iter().enumerate().filter(|(_, cost)| shows(cost)) {
+        let depends_on_control = cost.quantity.depends_on_control();
+        for (channel, target) in cost.quantity.channels(vocabulary).into_iter().zip(&cost.targets) {
+            let (of, target) = (format!("cost {}", index + 1), Some(target.resolve(phi)));
+            numbers.push(FollowedNumber { channel, of, target, limits: FREE, depends_on_control });
+        }
+    }
+    let mut counts = [0; 2];
+    for Followed { quantity, limits, .. } in followed {
+        let (count, what) = if limits.is_some() { (&mut counts[0], "limit") } else { (&mut counts[1], "curve") };
+        *count += 1;
+        for (entry, channel) in quantity.channels(vocabulary).into_iter().enumerate() {
+            let resolve = |side: usize| limits.as_ref().map_or(FREE[side], |limits| limits[side][entry].resolve(phi));
+            numbers.push(FollowedNumber {
+                channel,
+                of: format!("{what} {count}"),
+                target: None,
+                limits: [resolve(0), resolve(1)],
+                depends_on_control: quantity.depends_on_control(),
+            });
+        }
+    }
+    numbers
+}

@@ -1,0 +1,156 @@
+//! All kinds that task files may name.
+
+use std::path::Path;
+
+use super::coupling::ComplianceFile;
+use super::robot::Couplings;
+use super::{AnyModel, Linear, ModelFile, PlainFile, Robot, TwoMass};
+use crate::cost::{NormFile, Norms};
+use crate::document::{Document, FileError, Registry};
+use crate::parameters::Parameters;
+use crate::quantity::{self, QuantityFile};
+
+/// The kinds that task files may name: those of the library, and those that are added here.
+///
+/// A kind of another crate does all that those of the library do; a task file read with
+/// `supple_file::load_with` names it like these.
+///
+/// ```
+/// use supple_model::Kinds;
+/// use supple_model::cost::{NoKeys, NormFile, NormKind};
+/// use supple_model::Scalar;
+///
+/// /// `cosh(r) - 1`
+/// #[derive(Debug)]
+/// struct Cosh;
+///
+/// impl NormKind for Cosh {
+///     const NAME: &'static str = "cosh";
+///     fn value<S: Scalar>(&self, r: S, _: &[S]) -> S {
+///         (r.exp() + (-r).exp()) * 0.5 - 1.0
+///     }
+/// }
+///
+/// impl NormFile for Cosh {
+///     type File = NoKeys;
+///     fn build(_: NoKeys) -> Self {
+///         Self
+///     }
+/// }
+///
+/// let kinds = Kinds::default().with_norm::<Cosh>();
+/// ```
+#[derive(Clone, Debug)]
+pub struct Kinds {
+    /// Kinds of quantities.
+    pub quantities: quantity::Kinds,
+    /// Kinds of norms.
+    pub norms: Norms,
+    pub(super) couplings: Couplings,
+    models: Registry<Reads>,
+}
+
+/// Where a model is read from.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    /// The task file.
+    pub document: &'a Document<'a>,
+    /// Its parameters.
+    pub parameters: &'a Parameters,
+    /// Where files are looked for that the document names.
+    pub folder: &'a Path,
+    /// The kinds that it may name.
+    pub kinds: &'a Kinds,
+}
+
+/// How one kind of model is read.
+#[derive(Clone, Copy, Debug)]
+struct Reads {
+    read: fn(&Source) -> Result<Box<dyn AnyModel>, FileError>,
+    complete_schema: fn(&mut serde_json::Value, &mut schemars::SchemaGenerator, &Kinds),
+}
+
+impl Kinds {
+    /// With a kind of quantity, in the place of one that has its name.
+    #[must_use]
+    pub fn with_quantity<Q: QuantityFile>(mut self) -> Self {
+        self.quantities.add::<Q>();
+        self
+    }
+
+    /// With a kind of norm, in the place of one that has its name.
+    #[must_use]
+    pub fn with_norm<N: NormFile>(mut self) -> Self {
+        self.norms.add::<N>();
+        self
+    }
+
+    /// With a kind of compliance of robots, in the place of one that has its name.
+    #[must_use]
+    pub fn with_coupling<C: ComplianceFile>(mut self) -> Self {
+        self.couplings.add::<C>();
+        self
+    }
+
+    /// With a kind of model, in the place of one that has its name.
+    #[must_use]
+    pub fn with_model<M: PlainFile>(self) -> Self {
+        self.with::<M>()
+    }
+
+    fn with<M: ModelFile>(mut self) -> Self {
+        let read = |source: &Source| M::read(source).map(|model| Box::new(model) as Box<dyn AnyModel>);
+        let schema = |generator: &mut _| <M::File as schemars::JsonSchema>::json_schema(generator);
+        self.models.add(M::NAME, Reads { read, complete_schema: M::complete_schema }, schema);
+        self
+    }
+
+    /// The names of all kinds of quantity, in order.
+    pub fn quantities(&self) -> Vec<&'static str> {
+        self.quantities.names()
+    }
+
+    /// The names of all kinds of model, in order.
+    pub fn models(&self) -> Vec<&'static str> {
+        self.models.names()
+    }
+
+    /// The schema of each kind of model, by name.
+    pub fn model_schemas(&self, generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, serde_json::Value)> {
+        let schemas = self.models.schemas(generator);
+        let complete = |(name, schema): (&'static str, schemars::Schema)| {
+            let mut schema = schema.to_value();
+            if let Some(reads) = self.models.get(name) {
+                (reads.complete_schema)(&mut schema, generator, self);
+            }
+            (name, schema)
+        };
+        schemas.into_iter().map(complete).collect()
+    }
+}
+
+impl Source<'_> {
+    /// Reads `[model]`: its `kind` decides the rest.
+    ///
+    /// # Errors
+    /// Where there is no such kind, or the table is wrong.
+    pub fn read(&self) -> Result<Box<dyn AnyModel>, FileError> {
+        let (at, valid) = (["model".into()], self.kinds.models());
+        let (kind, _) = self.document.table_with_kind(&at, &valid)?;
+        let reads = self.kinds.models.get(kind).ok_or_else(|| self.document.unknown_kind(&at, kind, &valid))?;
+        (reads.read)(self)
+    }
+}
+
+impl Default for Kinds {
+    /// The kinds of the library.
+    fn default() -> Self {
+        let none = Self {
+            quantities: quantity::Kinds::default(),
+            norms: Norms::default(),
+            couplings: Couplings::default(),
+            models: Registry::default(),
+        };
+        none.with::<Linear>().with::<Robot>().with::<TwoMass>()
+    }
+}

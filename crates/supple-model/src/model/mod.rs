@@ -1,0 +1,193 @@
+//! The kinds of model that task files name, and how they are read.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use supple_lqg::Dimensions;
+
+use serde::Deserialize;
+
+use crate::Value;
+use crate::channels::{Channel, Channels, Limit};
+use crate::cost::Cost;
+use crate::document::FileError;
+use crate::followed::Followed;
+use crate::parameters::Parameters;
+use crate::physics::{FileSensor, Model, OwnCost, Point};
+use crate::quantity::{Unfit, Vocabulary};
+use crate::system::{Authored, System};
+
+pub mod coupling;
+mod equipped;
+mod kinds;
+mod linear;
+mod recorded;
+mod robot;
+mod start;
+mod two_mass;
+
+use equipped::Equipped;
+pub use equipped::{Entry, Equipment};
+pub use kinds::Kinds;
+pub use kinds::Source;
+pub use linear::Linear;
+pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
+pub use robot::Robot;
+pub use start::{PoseFile, Start};
+pub use two_mass::TwoMass;
+
+/// How a model is read from a task file.
+pub trait ModelFile: Model + Clone {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
+    /// The keys of `[model]`, but for `kind`.
+    type File: schemars::JsonSchema;
+
+    /// Reads `[model]`.
+    fn read(source: &Source) -> Result<Self, FileError>;
+
+    /// Variances of the measurements, where the model knows them.
+    fn variances(&self) -> Option<Vec<Value>> {
+        None
+    }
+
+    /// The files that it names, but for meshes.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// What of the files that it names is ignored or most likely wrong.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The same with a sentence for every single thing.
+    fn every_warning(&self) -> Vec<String> {
+        self.warnings()
+    }
+
+    /// Whether its first state need not be given, and may be given by a keyframe or a pose.
+    fn starts_by_itself(&self) -> bool {
+        false
+    }
+
+    /// The first state where nothing is said of single states, or what does not fit.
+    fn first_state(&self, _start: &Start) -> Result<Vec<f64>, Unfit> {
+        Ok(vec![0.0; self.dimensions().states])
+    }
+
+    /// States that are the same as another one where the first state does not name them: both places.
+    fn followers(&self) -> Vec<(usize, usize)> {
+        Vec::new()
+    }
+
+    /// More of the schema than [`ModelFile::File`] says.
+    fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator, _kinds: &Kinds) {}
+}
+
+/// A model all of whose table serde reads.
+pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
+    /// What is wrong with its numbers or shapes, given the parameters' bounds.
+    ///
+    /// # Errors
+    /// The key, and what is valid.
+    fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)>;
+}
+
+impl<M: PlainFile> ModelFile for M {
+    const NAME: &'static str = <M as PlainFile>::NAME;
+
+    type File = M;
+
+    fn read(source: &Source) -> Result<Self, FileError> {
+        let (at, document) = (["model".into()], source.document);
+        let (_, table) = document.table_with_kind(&at, &source.kinds.models())?;
+        let model = Self::deserialize(table).map_err(|error| document.read_error(&at, error))?;
+        model
+            .check(source.parameters)
+            .map_err(|(key, message)| document.error(&["model".into(), key.into()], message))?;
+        Ok(model)
+    }
+}
+
+/// A model read from a file, of whatever kind.
+pub trait AnyModel {
+    /// Its sizes.
+    fn dimensions(&self) -> Dimensions;
+    /// Variances of its measurements, where it knows them.
+    fn variances(&self) -> Option<Vec<Value>>;
+    /// The files that it names, but for meshes.
+    fn files(&self) -> Vec<PathBuf>;
+    /// What of the files that it names is ignored or most likely wrong, in one sentence for all of a kind.
+    fn warnings(&self) -> Vec<String>;
+    /// The same with a sentence for every single thing.
+    fn every_warning(&self) -> Vec<String>;
+    /// Whether its first state need not be given, and may be given by a keyframe or a pose.
+    fn starts_by_itself(&self) -> bool;
+    /// The first state where nothing is said of single states.
+    ///
+    /// # Errors
+    /// What of the keyframe or pose does not fit.
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit>;
+    /// States that are the same as another one where the first state does not name them: both places.
+    fn followers(&self) -> Vec<(usize, usize)>;
+    /// The names that quantities may refer to.
+    fn vocabulary(&self) -> Vocabulary;
+    /// Names and units of states, controls and measurements.
+    fn channels(&self) -> Channels;
+    /// The model with its costs and the quantities that are followed, for solvers.
+    fn system(&self, terms: (Vec<Cost>, Vec<Followed>), time_step: Value, parameters: usize) -> Arc<dyn System>;
+    /// The same model with other measurements.
+    fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel>;
+    /// Its measurements, where they are not its own.
+    fn equipment(&self) -> Option<&Equipment> {
+        None
+    }
+}
+
+impl<M: ModelFile> AnyModel for M {
+    fn dimensions(&self) -> Dimensions {
+        Model::dimensions(self)
+    }
+    fn variances(&self) -> Option<Vec<Value>> {
+        ModelFile::variances(self)
+    }
+    fn files(&self) -> Vec<PathBuf> {
+        ModelFile::files(self)
+    }
+    fn warnings(&self) -> Vec<String> {
+        ModelFile::warnings(self)
+    }
+    fn every_warning(&self) -> Vec<String> {
+        ModelFile::every_warning(self)
+    }
+    fn starts_by_itself(&self) -> bool {
+        ModelFile::starts_by_itself(self)
+    }
+    fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit> {
+        ModelFile::first_state(self, start)
+    }
+    fn followers(&self) -> Vec<(usize, usize)> {
+        ModelFile::followers(self)
+    }
+    fn vocabulary(&self) -> Vocabulary {
+        Vocabulary::of(self)
+    }
+    fn channels(&self) -> Channels {
+        Model::channels(self)
+    }
+    fn system(
+        &self,
+        (costs, followed): (Vec<Cost>, Vec<Followed>),
+        time_step: Value,
+        parameters: usize,
+    ) -> Arc<dyn System> {
+        Arc::new(Authored::new(self.clone(), costs, time_step, parameters).following(followed))
+    }
+    fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel> {
+        Box::new(Equipped { model: *self, equipment })
+    }
+}

@@ -1,0 +1,153 @@
+use serde::{Deserialize, Serialize};
+use supple_kernels::Scalar;
+use supple_lqg::Dimensions;
+
+use super::{Channels, Model, OwnCost, Point};
+
+mod composition;
+mod tape;
+
+use composition::Composition;
+pub use tape::{Instruction, Tape, TapeError, TapeParts};
+
+/// A model that another program wrote down: its functions as [`Tape`]s.
+///
+/// They are differentiated and compiled as the physics of every other model. Its cost is its own, beside those of the
+/// task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RecordedParts", into = "RecordedParts")]
+pub struct Recorded {
+    parts: RecordedParts,
+    /// Of a stage and of the end.
+    costs: [Option<Composition>; 2],
+}
+
+/// What a [`Recorded`] model is made of, unchecked: as files hold it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordedParts {
+    /// Names and units of states, controls and measurements.
+    pub channels: Channels,
+    /// How many parameters all tapes read.
+    pub parameters: usize,
+    /// `f(x, u; phi)`, n outputs.
+    pub step: Tape,
+    /// `g(x; phi)`, p outputs, of states and parameters only.
+    pub observe: Tape,
+    /// `l(x, u; phi)`, one output; none where the model has no cost of its own.
+    pub cost: Option<Tape>,
+    /// `l_N(x; phi)`, one output, of states and parameters only.
+    pub final_cost: Option<Tape>,
+}
+
+impl RecordedParts {
+    fn dimensions(&self) -> Dimensions {
+        let Channels { states, controls, measurements } = &self.channels;
+        Dimensions { states: states.len(), controls: controls.len(), measurements: measurements.len() }
+    }
+
+    /// Checks that a tape has the model's inputs and `outputs` results.
+    fn check(&self, name: &'static str, tape: &Tape, outputs: usize, has_control: bool) -> Result<(), TapeError> {
+        let (size, parts) = (self.dimensions(), tape.parts());
+        let sizes = [
+            ("states", parts.states, size.states),
+            ("controls", parts.controls, size.controls),
+            ("parameters", parts.parameters, self.parameters),
+            ("outputs", tape.outputs(), outputs),
+        ];
+        if let Some((what, found, expected)) = sizes.into_iter().find(|(_, found, expected)| found != expected) {
+            return Err(TapeError::Size { tape: name, what, found, expected });
+        }
+        if has_control {
+            return Ok(());
+        }
+        let controls = &tape.needed()[size.states..size.joint()];
+        match controls.iter().position(|&needed| needed) {
+            Some(place) => Err(TapeError::ReadsControl { tape: name, control: place + 1 }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl TryFrom<RecordedParts> for Recorded {
+    type Error = TapeError;
+
+    fn try_from(parts: RecordedParts) -> Result<Self, TapeError> {
+        Self::new(parts)
+    }
+}
+
+impl From<Recorded> for RecordedParts {
+    fn from(model: Recorded) -> Self {
+        model.parts
+    }
+}
+
+impl Recorded {
+    /// The model of these parts.
+    ///
+    /// # Errors
+    /// Where a tape has the wrong sizes, or measurement or final cost read the controls.
+    pub fn new(parts: RecordedParts) -> Result<Self, TapeError> {
+        let size = parts.dimensions();
+        parts.check("step", &parts.step, size.states, true)?;
+        parts.check("observe", &parts.observe, size.measurements, false)?;
+        for (name, tape, has_control) in [("cost", &parts.cost, true), ("final_cost", &parts.final_cost, false)] {
+            if let Some(tape) = tape {
+                parts.check(name, tape, 1, has_control)?;
+            }
+        }
+        let costs = [&parts.cost, &parts.final_cost].map(|tape| tape.as_ref().map(Composition::of));
+        Ok(Self { parts, costs })
+    }
+
+    /// What it is made of.
+    pub fn parts(&self) -> &RecordedParts {
+        &self.parts
+    }
+}
+
+fn run<S: Scalar>(tape: &Tape, at: &Point<S>, out: &mut [S]) {
+    tape.run((at.x, at.u), at.phi, at.time_step, out);
+}
+
+impl Model for Recorded {
+    fn dimensions(&self) -> Dimensions {
+        self.parts.dimensions()
+    }
+
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+        run(&self.parts.step, at, next);
+    }
+
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+        run(&self.parts.observe, at, y);
+    }
+
+    fn own_cost(&self, last: bool) -> Option<OwnCost> {
+        let Composition { residual, convex, .. } = self.costs[usize::from(last)].as_ref()?;
+        Some(OwnCost { residuals: residual.outputs(), convex: *convex })
+    }
+
+    fn own_residual<S: Scalar>(&self, at: &Point<S>, last: bool, out: &mut [S]) {
+        if let Some(cost) = &self.costs[usize::from(last)] {
+            run(&cost.residual, at, out);
+        }
+    }
+
+    fn own_norm<S: Scalar>(&self, r: &[S], phi: &[S], time_step: S, last: bool) -> S {
+        let mut cost = [S::zero()];
+        if let Some(Composition { norm, .. }) = &self.costs[usize::from(last)] {
+            norm.run((r, &[]), phi, time_step, &mut cost);
+        }
+        cost[0]
+    }
+
+    fn state_names(&self) -> Vec<String> {
+        self.parts.channels.states.iter().map(|state| state.name.clone()).collect()
+    }
+
+    fn channels(&self) -> Channels {
+        self.parts.channels.clone()
+    }
+}

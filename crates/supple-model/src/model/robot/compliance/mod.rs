@@ -1,0 +1,277 @@
+//! Compliance: springs, dampers and contacts that a designer adds to a robot.
+//!
+//! A new kind is one file, and one line at the end of this file; that of another crate is added to
+//! [`Kinds`](crate::Kinds).
+
+use std::fmt::Debug;
+
+use serde::Deserialize;
+use supple_kernels::Scalar;
+
+use super::situation::{Forces, Own};
+use crate::quantity::Unfit;
+use crate::scene::ConnectionKind;
+use crate::{Point, Value};
+
+mod any;
+mod bushing;
+mod contact;
+mod elastic_joint;
+mod names;
+mod spring;
+
+pub use any::Couplings;
+pub(super) use any::{CONTACT_FORCE, Coupling, Native};
+use bushing::Bushing;
+use contact::Contact;
+use elastic_joint::ElasticJoint;
+pub use names::Names;
+pub(super) use names::find;
+pub(super) use spring::Spring;
+
+/// A named element of compliance, and where in the state it finds what it adds.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub name: String,
+    pub kind: Coupling,
+    /// Place of its first coordinate among those that compliance adds.
+    pub coordinate: usize,
+    /// Place of its first constant.
+    pub constant: usize,
+}
+
+/// What an element of compliance does.
+///
+/// Of the frames and positions that it acts on it knows the numbers, which [`Names`] gives when it is read. It is
+/// recorded once: write it to be readable, and do not branch on numbers that it computes.
+pub trait Compliance: Debug + Send + Sync + 'static {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
+    /// How many coordinates with velocities of their own it adds to the state.
+    fn coordinates(&self) -> usize {
+        0
+    }
+
+    /// How many constants it adds to the state.
+    fn constants(&self) -> usize {
+        0
+    }
+
+    /// The inertias of the coordinates that it adds, kg m^2 or kg.
+    fn inertias<S: Scalar>(&self, _at: &Point<S>) -> Vec<S> {
+        Vec::new()
+    }
+
+    /// The names of what [`Compliance::measure`] gives.
+    fn signals(&self) -> Vec<&'static str>;
+
+    /// Its forces, and what else sensors and costs may want to know.
+    fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S>;
+
+    /// The names of what [`Compliance::deflect`] gives.
+    fn deflections(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// How far it is from rest, m or rad.
+    fn deflect<S: Scalar>(&self, _own: &Own<S>) -> Vec<S> {
+        Vec::new()
+    }
+
+    /// Adds its forces to those of all.
+    fn apply<S: Scalar>(&self, own: &Own<S>, forces: &mut Forces<S>);
+
+    /// How its forces fall with the [rates](Own::rates) that they are linear in.
+    fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
+
+    /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by a
+    /// value, m/s; none where it has no such length.
+    fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// Where it acts, and with what force, for pictures.
+    fn draw(&self, own: &Own<f64>) -> Drawn;
+
+    /// The frames that it acts on.
+    fn frames(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    /// Whether it belongs to a wall.
+    fn has_wall(&self) -> bool {
+        false
+    }
+
+    /// The wall that it belongs to: its normal, and a point of it, m in the world.
+    fn wall<S: Scalar>(&self, _own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
+        None
+    }
+
+    /// The degree of freedom that it makes elastic: its first coordinate is that of the motor.
+    fn motor_of(&self) -> Option<usize> {
+        None
+    }
+
+    /// The spring and damper beside a joint that it is, which robot files can say too; none where it is of another kind.
+    fn beside_joint(&self) -> Option<BesideJoint> {
+        None
+    }
+
+    /// What its numbers must be at least.
+    fn rules(&self) -> Vec<Rule>;
+}
+
+/// How an element is read from a task file.
+pub trait ComplianceFile: Compliance + Sized {
+    /// The keys of its table, but for `kind` and `name`.
+    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+
+    /// The element.
+    ///
+    /// # Errors
+    /// What does not fit the robot.
+    fn build(file: Self::File, names: &Names) -> Result<Self, Unfit>;
+}
+
+/// The least that the value of a key may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    pub(super) key: &'static str,
+    pub(super) value: Value,
+    pub(super) least: f64,
+    /// Whether the value must be more than that.
+    pub(super) more: bool,
+}
+
+impl Rule {
+    /// The value of a key must be at least this.
+    pub fn at_least(key: &'static str, value: Value, least: f64) -> Self {
+        Self { key, value, least, more: false }
+    }
+
+    /// The value of a key must be above this.
+    pub fn above(key: &'static str, value: Value, least: f64) -> Self {
+        Self { key, value, least, more: true }
+    }
+}
+
+/// A spring and damper beside a joint.
+#[derive(Clone, Copy, Debug)]
+pub struct BesideJoint {
+    /// The joint's degree of freedom.
+    pub dof: usize,
+    /// N m/rad or N/m.
+    pub stiffness: Value,
+    /// Position at which it is at rest, rad or m.
+    pub rest: Value,
+    /// N m s/rad or N s/m.
+    pub damping: Value,
+}
+
+/// A force that falls by `rows' block rows r` with the rates `r` of all positions.
+#[derive(Clone, Debug)]
+pub struct Resistance<S> {
+    /// N s/m or N m s/rad: symmetric, positive semidefinite.
+    pub block: Vec<Vec<S>>,
+    /// As many as the block has, each by position.
+    pub rows: Vec<Vec<S>>,
+}
+
+impl<S: Scalar> Own<'_, S> {
+    /// That of a spring and damper on a sum of positions, each with its factor.
+    pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
+        let mut row = vec![S::zero(); self.positions().len()];
+        for &(place, factor) in sum {
+            row[place] = S::constant(factor);
+        }
+        Resistance { block: vec![vec![self.resisting(stiffness, damping)]], rows: vec![row] }
+    }
+
+    /// That of springs and dampers along three directions, of what moves by so much with each degree of freedom.
+    pub fn resistances(
+        &self,
+        stiffness: [Value; 3],
+        damping: [Value; 3],
+        directions: [[S; 3]; 3],
+        motions: &[[S; 3]],
+    ) -> Resistance<S> {
+        let terms = [0, 1, 2].map(|axis| (self.resisting(stiffness[axis], damping[axis]), directions[axis]));
+        self.spread(squares(&terms), motions)
+    }
+
+    /// A resistance whose rows are the entries of what moves by so much with each degree of freedom.
+    pub fn spread<const N: usize>(&self, block: [[S; N]; N], motions: &[[S; N]]) -> Resistance<S> {
+        let row = |entry: usize| {
+            let mut row: Vec<S> = motions.iter().map(|motion| motion[entry]).collect();
+            row.resize(self.positions().len(), S::zero());
+            row
+        };
+        Resistance { block: block.map(|row| row.to_vec()).to_vec(), rows: (0..N).map(row).collect() }
+    }
+
+    /// `damping + lead stiffness`
+    fn resisting(&self, stiffness: Value, damping: Value) -> S {
+        self.value(damping) + self.lead() * self.value(stiffness)
+    }
+}
+
+/// `sum c d d'` of coefficients and directions.
+fn squares<S: Scalar>(terms: &[(S, [S; 3])]) -> [[S; 3]; 3] {
+    let mut sum = [[S::zero(); 3]; 3];
+    for &(coefficient, direction) in terms {
+        let scaled = direction.map(|entry| coefficient * entry);
+        for i in 0..3 {
+            for j in 0..=i {
+                sum[i][j] = scaled[i].mul_add(direction[j], sum[i][j]);
+                sum[j][i] = sum[i][j];
+            }
+        }
+    }
+    sum
+}
+
+/// An element in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn {
+    /// What it is drawn as.
+    pub kind: ConnectionKind,
+    /// Its first end, m in the world.
+    pub from: [f64; 3],
+    /// Its second end, m in the world.
+    pub to: [f64; 3],
+    /// Force on what is at the second end, N in the world.
+    pub force: [f64; 3],
+    /// Torque on it, N m.
+    pub torque: [f64; 3],
+}
+
+impl Drawn {
+    /// A spring beside a joint, that pushes or turns what the joint carries by `effort`.
+    pub fn beside_joint(own: &Own<f64>, dof: usize, effort: f64) -> Self {
+        let (from, to, axis) = own.joint(dof);
+        let (along, none) = (axis.map(|entry| effort * entry), [0.0; 3]);
+        let (force, torque) = if own.slides(dof) { (along, none) } else { (none, along) };
+        Self { kind: ConnectionKind::Spring, from, to, force, torque }
+    }
+}
+
+impl Default for Couplings {
+    /// The kinds of the library.
+    fn default() -> Self {
+        let mut kinds = Self::none();
+        // 6-D spring and damper between two frames.
+        kinds.add::<Bushing>();
+        // Point or sphere against a wall of uncertain place.
+        kinds.add::<Contact>();
+        // Spring and damper between a motor and its joint.
+        kinds.add::<ElasticJoint>();
+        // Spring and damper beside a joint.
+        kinds.add::<Spring>();
+        kinds
+    }
+}

@@ -1,0 +1,60 @@
+//! The robot of a task file as a robot file would describe it.
+
+use supple_robot::{Frame, Inertia};
+
+use super::Robot;
+use crate::Point;
+
+impl Robot {
+    /// The robot at parameters `phi`, with everything that a robot file can say: numbers that the task overrides, inserted
+    /// joints, locked joints, frames of the task, gravity, and springs beside joints. What else the task adds is among
+    /// [`omitted`](supple_robot::Robot::omitted).
+    pub fn described(&self, phi: &[f64]) -> supple_robot::Robot {
+        let at = Point { x: &[], u: &[], phi, time_step: 0.0, w: &[] };
+        let numbers = self.numbers(&at);
+        let mut robot = (*self.robot).clone();
+        robot.gravity = Some(numbers.gravity);
+        for (link, numbers) in robot.links.iter_mut().zip(&numbers.links) {
+            if link.inertia.is_some() || numbers.mass != 0.0 {
+                link.inertia = Some(Inertia { mass: numbers.mass, center: numbers.center, moment: numbers.moment });
+            }
+        }
+        for (joint, numbers) in robot.joints.iter_mut().zip(&numbers.joints) {
+            (joint.origin, joint.child_pose) = (numbers.origin, numbers.child_pose);
+            (joint.damping, joint.friction, joint.armature) = (numbers.damping, numbers.friction, numbers.armature);
+            (joint.stiffness, joint.rest) = (numbers.stiffness, numbers.rest);
+        }
+        for (drive, rotor) in self.drives.iter().zip(self.rotors(&at)) {
+            if drive.motor.is_none() {
+                robot.joints[self.tree.joint_indices()[drive.dof]].armature += rotor.1;
+            }
+        }
+        let own = self.robot.links.len() + self.robot.frames.len();
+        for (place, frame) in self.frames.iter().enumerate() {
+            let found = self.place(own + place, &at);
+            robot.frames.push(Frame { name: frame.name.clone(), link: found.link, pose: found.pose });
+        }
+        for element in &self.compliance {
+            match element.kind.beside_joint() {
+                Some(spring) => {
+                    let [stiffness, rest, damping] =
+                        [spring.stiffness, spring.rest, spring.damping].map(|value| at.value(value));
+                    let joint = &mut robot.joints[self.tree.joint_indices()[spring.dof]];
+                    let sum = joint.stiffness + stiffness;
+                    if sum > 0.0 {
+                        joint.rest = (joint.stiffness * joint.rest + stiffness * rest) / sum;
+                    }
+                    joint.stiffness = sum;
+                    joint.damping += damping;
+                }
+                None => robot.omitted.push(supple_robot::Omitted {
+                    what: "compliance",
+                    name: element.name.clone(),
+                    why: "robot files have none of its kind".to_owned(),
+                    line: 0,
+                }),
+            }
+        }
+        robot
+    }
+}

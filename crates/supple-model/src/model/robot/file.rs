@@ -1,0 +1,423 @@
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use supple_robot::{LoadOptions, Tree, load};
+use supple_text::FileError;
+
+use super::compliance::{Element, Names, Rule, find};
+use super::drive::DriveFile;
+use super::insert::{InsertFile, Inserted, insert};
+use super::locked::Locked;
+use super::numbers::{FrameNumbers, Override};
+use super::{Integrator, Robot};
+use crate::Value;
+use crate::document::{Document, Place};
+use crate::model::{Kinds, Source};
+use crate::parameters::Parameters;
+use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
+
+/// `[model]` of kind `robot`. Compliance and sensors are read by kind.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct File {
+    /// The robot's file, URDF, SDF or MJCF, from the folder of the task file.
+    file: String,
+    /// Folders in which packages are looked for, from the folder of the task file.
+    #[serde(default)]
+    package_roots: Vec<String>,
+    /// Whether joints that follow others are joints of their own.
+    #[serde(default)]
+    independent_mimic: bool,
+    /// Acceleration by gravity in the world, m/s^2; that of the robot's file where left out, or 0, 0, -9.81.
+    gravity: Option<[Value; 3]>,
+    /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
+    /// actuators of the file where left out, or all joints of the file that move where it has none.
+    actuated: Option<Vec<String>>,
+    /// Joints that are taken out: names of those that are fixed at 0, or at the middle of their range where that does
+    /// not hold 0, or positions by name, rad or m.
+    #[serde(default)]
+    locked: Locked,
+    /// Joints that are inserted at frames, with springs: compliant mounts, doors.
+    #[serde(default)]
+    insert: Vec<InsertFile>,
+    /// Whether actuators of the robot's file are used; if not, all drives are plain.
+    #[serde(default = "yes")]
+    file_actuators: bool,
+    /// Numbers of drives, by joint or actuator.
+    #[serde(default)]
+    drives: BTreeMap<String, DriveFile>,
+    /// Numbers of links, by link, in place of those of the robot's file.
+    #[serde(default)]
+    links: BTreeMap<String, LinkFile>,
+    /// Numbers of joints, by joint, in place of those of the robot's file.
+    #[serde(default)]
+    joints: BTreeMap<String, JointFile>,
+    /// Frames of the task's own, by name.
+    #[serde(default)]
+    frames: BTreeMap<String, FrameFile>,
+    /// Speed over which friction of joints sets in, rad/s or m/s; above 0.
+    #[serde(default = "slow")]
+    friction_smoothing: Value,
+    /// How motion is integrated over a time step.
+    #[serde(default)]
+    integrator: Integrator,
+    /// Steps of integration in each time step.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 1000))]
+    substeps: usize,
+    /// Compliance: a list of tables, each with a `kind` and a `name`.
+    #[serde(default)]
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    compliance: IgnoredAny,
+    /// Sensors: a list of tables, each with a `kind`; may be none where there is a catalogue.
+    #[serde(default)]
+    #[schemars(skip)]
+    #[allow(dead_code)]
+    sensors: IgnoredAny,
+}
+
+/// Numbers of a link.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct LinkFile {
+    /// Mass, kg; at least 0.
+    mass: Option<Value>,
+    /// Factor on the moments of inertia; at least 0.
+    inertia_scale: Option<Value>,
+    /// Centre of mass in the link's frame, m.
+    center: Option<[Value; 3]>,
+}
+
+/// Numbers of a joint.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JointFile {
+    /// Damping, N m s/rad or N s/m; at least 0.
+    damping: Option<Value>,
+    /// Friction, N m or N; at least 0.
+    friction: Option<Value>,
+    /// Inertia of the drive felt at the joint, kg m^2 or kg; at least 0.
+    armature: Option<Value>,
+    /// Stiffness of a spring beside the joint, N m/rad or N/m; at least 0.
+    stiffness: Option<Value>,
+    /// Position at which that spring is at rest, rad or m.
+    rest: Option<Value>,
+    /// Added to the joint's place in the parent link, in that link's axes, m.
+    offset: Option<[Value; 3]>,
+    /// Factor on the joint's place in the parent link: how long that link is; at least 0.
+    length_scale: Option<Value>,
+}
+
+/// A frame on a link.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FrameFile {
+    /// Name of the link, or of a frame of the robot's file, that it is fixed to.
+    on: String,
+    /// Its origin there, m.
+    #[serde(default)]
+    position: [Value; 3],
+    /// Its roll, pitch and yaw there, rad.
+    #[serde(default)]
+    rpy: [Value; 3],
+}
+
+fn slow() -> Value {
+    Value::Number(1e-2)
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn one() -> usize {
+    1
+}
+
+/// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes here.
+const MOST_WORK: usize = 150_000;
+
+/// Reads a robot from the parts of its table.
+pub(super) struct Build<'a> {
+    document: &'a Document<'a>,
+    parameters: &'a Parameters,
+    kinds: &'a Kinds,
+    /// The robot's file.
+    path: PathBuf,
+    pub robot: supple_robot::Robot,
+    pub tree: Tree,
+    /// Names of the degrees of freedom.
+    pub joints: Vec<String>,
+    frames: Vec<String>,
+    locked: Locked,
+    /// Their names.
+    locked_names: Vec<String>,
+    pub(super) inserted: Vec<Inserted>,
+}
+
+/// Moving joints that a robot has at most.
+const MOST_JOINTS: usize = 200;
+
+/// Why a robot with so many moving joints is refused: recording its derivatives took 0.6 GB with 80 of them, and grows by the
+/// power 2.5 (measured on chains of 20 to 80).
+fn too_large(joints: usize) -> Option<String> {
+    let gigabytes = 0.6 * (joints as f64 / 80.0).powi(2) * (joints as f64 / 80.0).sqrt();
+    (joints > MOST_JOINTS).then(|| {
+        format!(
+            "has {joints} moving joints; at most {MOST_JOINTS}, as recording the derivatives of so many would take about \
+             {gigabytes:.0} GB of memory: take joints out with `locked`"
+        )
+    })
+}
+
+/// Reads `[model]` of kind `robot`.
+pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
+    let &Source { document, parameters, folder, kinds } = source;
+    let at = ["model".into()];
+    let (_, table) = document.table_with_kind(&at, &["robot"])?;
+    let file = File::deserialize(table).map_err(|error| document.read_error(&at, error))?;
+    for (index, root) in file.package_roots.iter().enumerate() {
+        let place = ["model".into(), "package_roots".into(), index.into()];
+        if folder.join(root).canonicalize().is_ok_and(|real| real.parent().is_none()) {
+            return Err(document.error(&place, "is the whole file system; name the folder that holds the packages"));
+        }
+    }
+    let options = LoadOptions {
+        package_roots: file.package_roots.iter().map(|root| folder.join(root)).collect(),
+        independent_mimic: file.independent_mimic,
+    };
+    let path: PathBuf = folder.join(&file.file);
+    let named = ["model".into(), "file".into()];
+    let robot = load(&path, &options).map_err(|error| document.error_of_file(&named, error))?;
+    let (robot, inserted) = insert(document, file.insert.clone(), robot)?;
+    let locked = file.locked.clone();
+    let robot = locked.apply(document, robot)?;
+    let locked_names = locked.names();
+    let tree = Tree::new(&robot);
+    let joints = tree.joints().to_vec();
+    if let Some(message) = too_large(joints.len()) {
+        return Err(document.error(&named, message));
+    }
+    let links = robot.links.iter().map(|link| link.name.clone());
+    let frames = links.chain(robot.frames.iter().map(|frame| frame.name.clone())).collect();
+    Build { document, parameters, kinds, path, robot, tree, joints, frames, locked, locked_names, inserted }.build(file)
+}
+
+impl Build<'_> {
+    pub(super) fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
+        let at: Vec<Place> = std::iter::once("model".into()).chain(keys.iter().copied()).collect();
+        self.document.error(&at, message)
+    }
+
+    pub(super) fn unfit(&self, keys: &[Place], Unfit { key, message, help }: Unfit) -> FileError {
+        let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
+        FileError { help, ..self.error(&keys, message) }
+    }
+
+    /// Checks that a value is at least `least`, or more than it.
+    pub(super) fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
+        match self.parameters.least(value) {
+            Some(found) if found < least || more && found <= least => {
+                let valid = if more { "must be above" } else { "must be at least" };
+                Err(self.error(keys, format!("{valid} {least}; {}", value.found(found))))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Joints that the task inserted: they have no drives of their own.
+    pub(super) fn passive_joints(&self) -> impl Iterator<Item = &str> {
+        self.inserted.iter().flat_map(|inserted| inserted.joints.iter().map(String::as_str))
+    }
+
+    fn build(mut self, file: File) -> Result<Robot, FileError> {
+        if self.tree.dofs() == 0 {
+            return Err(self.error(&["file".into()], "the robot has no joint that moves"));
+        }
+        if !(1..=1000).contains(&file.substeps) {
+            let message = format!("must be from 1 to 1000; found {}", file.substeps);
+            return Err(self.error(&["substeps".into()], message));
+        }
+        self.check(&["friction_smoothing".into()], file.friction_smoothing, 0.0, true)?;
+        let frames = self.frames(file.frames)?;
+        let mut overrides = self.inserted_numbers()?;
+        overrides.extend(self.overrides(file.links, file.joints)?);
+        let compliance = self.compliance()?;
+        self.check_locked_uses(&file.drives)?;
+        let positions = self.tree.dofs() + compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>();
+        let most = (MOST_WORK / positions.pow(3)).max(1);
+        if file.substeps > most {
+            let message = format!("must be at most {most} with {positions} positions; found {}", file.substeps);
+            let error = self.error(&["substeps".into()], message);
+            return Err(error.with_help("a shorter time_step with more steps does the same"));
+        }
+        let drives = self.drives(file.actuated, file.file_actuators, file.drives, &compliance)?;
+        let gravity =
+            file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
+        let mut robot = Robot {
+            file: self.path.clone(),
+            robot: Arc::new(self.robot.clone()),
+            tree: Arc::new(self.tree.clone()),
+            gravity,
+            overrides,
+            frames,
+            drives,
+            compliance,
+            sensors: Vec::new(),
+            friction_smoothing: file.friction_smoothing,
+            friction_widening: None,
+            integrator: file.integrator,
+            substeps: file.substeps,
+            locked: self.locked_names.clone(),
+            inserted: self.passive_joints().map(str::to_owned).collect(),
+        };
+        robot.sensors = self.sensors(&robot)?;
+        self.check_inertia(&robot)?;
+        for (index, element) in robot.compliance.iter().enumerate() {
+            if let Some((key, message, help)) = robot.rigid(element) {
+                let keys = ["compliance".into(), index.into(), key.into()];
+                return Err(self.error(&keys, message).with_help(help));
+            }
+        }
+        Ok(robot)
+    }
+
+    /// Every joint must move something that has inertia.
+    fn check_inertia(&self, robot: &Robot) -> Result<(), FileError> {
+        let phi = self.parameters.initial();
+        let at = crate::Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
+        let mut numbers = robot.numbers(&at);
+        for drive in robot.drives.iter().filter(|drive| drive.motor.is_none()) {
+            let felt = at.value(drive.gear).powi(2) * at.value(drive.rotor);
+            numbers.joints[self.tree.joint_indices()[drive.dof]].armature += felt;
+        }
+        let q = vec![0.1; self.tree.dofs()];
+        let checked = supple_robot::check_inertia(&self.tree, &numbers, &q);
+        checked.map_err(|error| {
+            let massless = supple_robot::massless_joints(&self.tree, &numbers, &q);
+            let names: Vec<_> = massless.into_iter().map(|dof| self.joints[dof].clone()).collect();
+            let line = self.locked.line_with(&names);
+            let help = format!("write `{line}` in [model] to take them out, or give their drives a `rotor_inertia`");
+            self.error(&["file".into()], error.to_string()).with_help(help)
+        })
+    }
+
+    /// Nothing may be said of the drive of a locked joint.
+    fn check_locked_uses(&self, drives: &BTreeMap<String, DriveFile>) -> Result<(), FileError> {
+        for name in drives.keys() {
+            if let Some((message, help)) = crate::physics::locked_message(name, &self.locked_names) {
+                return Err(self.error(&["drives".into(), Place::Key(name)], message).with_help(help));
+            }
+        }
+        Ok(())
+    }
+
+    fn frames(&mut self, list: BTreeMap<String, FrameFile>) -> Result<Vec<FrameNumbers>, FileError> {
+        let known = self.frames.clone();
+        let mut frames = Vec::new();
+        for (name, FrameFile { on, position, rpy }) in list {
+            let keys = ["frames".into(), Place::Key(&name)];
+            if known.contains(&name) {
+                return Err(self.error(&keys, format!("the robot has a link or frame `{name}` already")));
+            }
+            let on = find("on", "link or frame", &on, &known).map_err(|unfit| self.unfit(&keys, unfit))?;
+            self.frames.push(name.clone());
+            frames.push(FrameNumbers { name, on, position, rpy });
+        }
+        Ok(frames)
+    }
+
+    fn overrides(
+        &self,
+        links: BTreeMap<String, LinkFile>,
+        joints: BTreeMap<String, JointFile>,
+    ) -> Result<Vec<Override>, FileError> {
+        let mut overrides = Vec::new();
+        let link_names: Vec<_> = self.robot.links.iter().map(|link| link.name.clone()).collect();
+        for (name, LinkFile { mass, inertia_scale, center }) in links {
+            let keys = ["links".into(), Place::Key(&name)];
+            let link = find("", "link", &name, &link_names);
+            let link = link.map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
+            let change = Override::Link { link, mass, inertia_scale, center };
+            self.check_override(&keys, &change)?;
+            overrides.push(change);
+        }
+        let joint_names: Vec<_> = self.robot.joints.iter().map(|joint| joint.name.clone()).collect();
+        for (name, JointFile { damping, friction, armature, stiffness, rest, offset, length_scale }) in joints {
+            let keys = ["joints".into(), Place::Key(&name)];
+            let joint = find("", "joint", &name, &joint_names);
+            let joint =
+                joint.map_err(|Unfit { message, help, .. }| FileError { help, ..self.error(&keys, message) })?;
+            let change = Override::Joint { joint, damping, friction, armature, stiffness, rest, offset, length_scale };
+            self.check_override(&keys, &change)?;
+            overrides.push(change);
+        }
+        Ok(overrides)
+    }
+
+    fn check_override(&self, keys: &[Place], change: &Override) -> Result<(), FileError> {
+        change.rules().into_iter().try_for_each(|(key, value, least)| {
+            let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
+            least.map_or(Ok(()), |least| self.check(&keys, value, least, false))
+        })
+    }
+
+    pub(super) fn names(&self) -> Names<'_> {
+        Names { joints: &self.joints, frames: &self.frames, robot: &self.robot, locked: &self.locked_names }
+    }
+
+    fn compliance(&self) -> Result<Vec<Element>, FileError> {
+        let mut elements = self.inserted_springs();
+        let at = ["model".into(), "compliance".into()];
+        for index in 0..self.document.tables(&at)? {
+            let keys = ["compliance".into(), index.into()];
+            let at = ["model".into(), "compliance".into(), index.into()];
+            let valid = self.kinds.couplings.names();
+            let (kind, table) = self.document.table_with_kind(&at, &valid)?;
+            let name = self.document.text_of(&at, "name")?;
+            if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
+                return Err(self.error(&[keys[0], keys[1], "name".into()], format!("`{name}` is taken already")));
+            }
+            let unknown = || self.document.unknown_kind(&at, kind, &valid);
+            let build = self.kinds.couplings.get(kind).ok_or_else(unknown)?;
+            let read = build(table.beside(&["name"]), &self.names())
+                .map_err(|error| self.document.read_error(&at, error))?
+                .map_err(|unfit| self.unfit(&keys, unfit))?;
+            for Rule { key, value, least, more } in read.rules() {
+                self.check(&[keys[0], keys[1], key.into()], value, least, more)?;
+            }
+            if let Some(dof) = (0..self.joints.len()).find(|&dof| read.is_motor_of(dof))
+                && let Some(other) = elements.iter().find(|other| other.kind.is_motor_of(dof))
+            {
+                let message = format!("`{}` makes joint `{}` elastic already", other.name, self.joints[dof]);
+                return Err(self.error(&[keys[0], keys[1], "joint".into()], message));
+            }
+            let coordinate = elements.iter().map(|element| element.kind.coordinates()).sum();
+            let constant = elements.iter().map(|element| element.kind.constants()).sum();
+            elements.push(Element { name, kind: read, coordinate, constant });
+        }
+        Ok(elements)
+    }
+
+    fn sensors(&self, robot: &Robot) -> Result<Vec<Sensor>, FileError> {
+        let at = ["model".into(), "sensors".into()];
+        let count = self.document.tables(&at)?;
+        if count == 0 && self.document.get(&["catalogue".into()]).is_none() {
+            let missing = self.document.get(&at).is_none();
+            let what = if missing { "is missing" } else { "must be a list of one or more tables: [[model.sensors]]" };
+            return Err(self.error(&["sensors".into()], what));
+        }
+        let (vocabulary, quantities) = (Vocabulary::of(robot), &self.kinds.quantities);
+        let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };
+        let read = |index: usize| {
+            let at = ["model".into(), "sensors".into(), index.into()];
+            let table = self.document.table_with_kind(&at, &quantities.names())?;
+            read_sensor(table, (self.document, &at), &context)
+        };
+        (0..count).map(read).collect()
+    }
+}

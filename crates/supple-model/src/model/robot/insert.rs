@@ -1,0 +1,224 @@
+//! Joints that the task inserts: a compliant mount at a frame, or a door in the world.
+
+use serde::Deserialize;
+use supple_robot::{Inertia, InsertedAxis, Pose};
+use supple_text::{FileError, nearest, owned, quoted};
+
+use super::compliance::{Element, Spring, find};
+use super::file::Build;
+use super::numbers::Override;
+use crate::Value;
+use crate::document::{Document, Place};
+use crate::value::OneOrMore;
+
+/// One of `[[model.insert]]`.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InsertFile {
+    /// Name of the link beyond the joints, unlike any other; the joints are NAME_x, NAME_y, NAME_z, NAME_rx, NAME_ry and
+    /// NAME_rz, and so are their springs.
+    name: String,
+    /// Link, or frame of the robot's file, that the joints are mounted on.
+    frame: String,
+    /// Where they are in that frame, m.
+    #[serde(default)]
+    position: [f64; 3],
+    /// How their axes are turned in that frame: roll, pitch and yaw, rad.
+    #[serde(default)]
+    rpy: [f64; 3],
+    /// The joints, from one to six: slides along x, y and z, and turns about them, the first one nearest to the frame.
+    #[schemars(length(min = 1, max = 6))]
+    axes: Vec<Axis>,
+    /// Links that hang on the mount from now on; they must be children of the frame's link.
+    #[serde(default)]
+    carries: Vec<String>,
+    /// Mass of the link beyond, kg; at least 0.
+    #[serde(default)]
+    mass: Value,
+    /// Its centre of mass in its own frame, m.
+    #[serde(default)]
+    center: [Value; 3],
+    /// Its moments of inertia about the axes of its frame through its centre of mass, kg m^2; at least 0.
+    #[serde(default)]
+    inertia: [f64; 3],
+    /// Stiffness of the springs, one for all joints or one each, N/m and N m/rad; at least 0.
+    stiffness: Option<OneOrMore>,
+    /// Damping of the springs, one for all joints or one each, N s/m and N m s/rad; at least 0.
+    damping: Option<OneOrMore>,
+}
+
+/// A joint of a mount.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Axis {
+    X,
+    Y,
+    Z,
+    Rx,
+    Ry,
+    Rz,
+}
+
+/// Joints that were inserted, with the numbers that may be parameters.
+#[derive(Debug)]
+pub(super) struct Inserted {
+    /// Names of the joints.
+    pub joints: Vec<String>,
+    /// Name of the link beyond.
+    link: String,
+    mass: Value,
+    center: [Value; 3],
+    stiffness: Vec<Value>,
+    damping: Vec<Value>,
+}
+
+/// Inserts all joints that the task asks for, one after the other.
+///
+/// # Errors
+/// Where one of them does not fit the robot.
+pub(super) fn insert(
+    document: &Document,
+    files: Vec<InsertFile>,
+    mut robot: supple_robot::Robot,
+) -> Result<(supple_robot::Robot, Vec<Inserted>), FileError> {
+    let mut inserted = Vec::new();
+    for (index, file) in files.into_iter().enumerate() {
+        let error = |keys: &[Place], message: String| {
+            let at = ["model".into(), "insert".into(), index.into()];
+            document.error(&at.into_iter().chain(keys.iter().copied()).collect::<Vec<_>>(), message)
+        };
+        let built = file.built(&robot, &error)?;
+        let each = |key: &'static str, given: &Option<OneOrMore>| {
+            let values = given.clone().map_or_else(|| vec![Value::default()], |given| given.0);
+            match values.len() {
+                1 => Ok(vec![values[0]; file.axes.len()]),
+                found if found == file.axes.len() => Ok(values),
+                found => {
+                    let message =
+                        format!("must be one number, or {} of them, one per axis; found {found}", file.axes.len());
+                    Err(error(&[key.into()], message))
+                }
+            }
+        };
+        inserted.push(Inserted {
+            joints: built.joints().collect(),
+            link: file.name.clone(),
+            mass: file.mass,
+            center: file.center,
+            stiffness: each("stiffness", &file.stiffness)?,
+            damping: each("damping", &file.damping)?,
+        });
+        robot = robot.with_insert(&built);
+    }
+    Ok((robot, inserted))
+}
+
+impl InsertFile {
+    /// What to insert into a robot.
+    fn built(
+        &self,
+        robot: &supple_robot::Robot,
+        error: &dyn Fn(&[Place], String) -> FileError,
+    ) -> Result<supple_robot::Insert, FileError> {
+        let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
+        let frames = links.iter().cloned().chain(robot.frames.iter().map(|frame| frame.name.clone()));
+        let frames: Vec<String> = frames.collect();
+        let unfit = |keys: &[Place], message: String, help: Option<String>| FileError { help, ..error(keys, message) };
+        if self.name.is_empty() {
+            return Err(error(&["name".into()], "must not be empty".into()));
+        }
+        let axes: Vec<InsertedAxis> = self.axes.iter().map(|&axis| InsertedAxis::ALL[axis as usize]).collect();
+        if axes.is_empty() {
+            let all = InsertedAxis::ALL.map(|axis| axis.name);
+            return Err(error(&["axes".into()], format!("name at least one of {}", quoted(&all))));
+        }
+        if let Some(twice) = (1..axes.len()).find(|&place| axes[..place].contains(&axes[place])) {
+            return Err(error(&["axes".into(), twice.into()], format!("`{}` is there twice", axes[twice].name)));
+        }
+        let (link, place) = robot.frame(&self.frame).ok_or_else(|| {
+            let message = format!("the robot has no link or frame `{}`: {}", self.frame, owned(&frames));
+            unfit(&["frame".into()], message, nearest(&self.frame, &frames))
+        })?;
+        for (key, numbers) in [("position", self.position), ("rpy", self.rpy), ("inertia", self.inertia)] {
+            let least = if key == "inertia" { 0.0 } else { f64::NEG_INFINITY };
+            if let Some(entry) = (0..3).find(|&entry| !(numbers[entry].is_finite() && numbers[entry] >= least)) {
+                let valid = if key == "inertia" { "must be at least 0" } else { "must be finite" };
+                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", numbers[entry])));
+            }
+        }
+        let carried = |(place, name): (usize, &String)| {
+            let keys = ["carries".into(), place.into()];
+            let children = (0..links.len()).filter(|&child| child > 0 && robot.joints[child - 1].parent == link);
+            let children: Vec<usize> = children.collect();
+            let names: Vec<String> = children.iter().map(|&child| links[child].clone()).collect();
+            children.iter().copied().find(|&child| links[child] == *name).ok_or_else(|| {
+                let message = match names.len() {
+                    0 => format!("link `{}` carries no other link", links[link]),
+                    _ => format!("`{name}` is not a child of link `{}`, which carries {}", links[link], quoted(&names)),
+                };
+                unfit(&keys, message, nearest(name, &names))
+            })
+        };
+        let mass_is_zero = self.mass.is_zero() && self.inertia == [0.0; 3];
+        let [ixx, iyy, izz] = self.inertia;
+        let number = |value: Value| if let Value::Number(number) = value { number } else { 0.0 };
+        let inertia = Inertia {
+            mass: number(self.mass),
+            center: self.center.map(number),
+            moment: [[ixx, 0.0, 0.0], [0.0, iyy, 0.0], [0.0, 0.0, izz]],
+        };
+        let insert = supple_robot::Insert {
+            name: self.name.clone(),
+            link,
+            pose: place.compose(&Pose::from_rpy(self.position, self.rpy)),
+            axes,
+            inertia: (!mass_is_zero).then_some(inertia),
+            carries: self.carries.iter().enumerate().map(carried).collect::<Result<_, _>>()?,
+            line: error(&[], String::new()).line,
+        };
+        let taken = insert.links().find(|name| frames.contains(name));
+        let taken = taken.map(|name| format!("the robot has a link or frame `{name}` already"));
+        let joint = insert.joints().find(|name| robot.joint(name).is_some());
+        match taken.or(joint.map(|name| format!("the robot has a joint `{name}` already"))) {
+            Some(message) => Err(error(&["name".into()], message)),
+            None => Ok(insert),
+        }
+    }
+}
+
+impl Build<'_> {
+    /// Masses and centres of inserted links, which may be parameters.
+    pub(super) fn inserted_numbers(&self) -> Result<Vec<Override>, FileError> {
+        let mut overrides = Vec::new();
+        for (index, inserted) in self.inserted.iter().enumerate() {
+            let Inserted { link, mass, center, stiffness, damping, .. } = inserted;
+            let keys = |key: &'static str| ["insert".into(), index.into(), key.into()];
+            self.check(&keys("mass"), *mass, 0.0, false)?;
+            for (key, values) in [("stiffness", stiffness), ("damping", damping)] {
+                values.iter().try_for_each(|&value| self.check(&keys(key), value, 0.0, false))?;
+            }
+            let is_constant = |value: &Value| matches!(value, Value::Number(_));
+            if is_constant(mass) && center.iter().all(is_constant) {
+                continue;
+            }
+            let names: Vec<String> = self.robot.links.iter().map(|link| link.name.clone()).collect();
+            let link = find("name", "link", link, &names).map_err(|unfit| self.unfit(&keys("name")[..2], unfit))?;
+            let (mass, center) = (Some(*mass), Some(*center));
+            overrides.push(Override::Link { link, mass, inertia_scale: None, center });
+        }
+        Ok(overrides)
+    }
+
+    /// The springs of inserted joints, each named as its joint; locked joints have none.
+    pub(super) fn inserted_springs(&self) -> Vec<Element> {
+        let springs = self.inserted.iter().flat_map(|inserted| {
+            let numbers = inserted.stiffness.iter().zip(&inserted.damping);
+            inserted.joints.iter().zip(numbers).filter_map(|(joint, (&stiffness, &damping))| {
+                let dof = self.joints.iter().position(|other| other == joint)?;
+                let kind = Spring::new(dof, stiffness, damping).into();
+                Some(Element { name: joint.clone(), kind, coordinate: 0, constant: 0 })
+            })
+        });
+        springs.collect()
+    }
+}

@@ -1,0 +1,34 @@
+//! How a task says that a robot starts.
+
+use serde::Deserialize;
+
+/// How a task says that a robot starts.
+pub struct Start<'a> {
+    /// Name of a keyframe.
+    pub key: Option<&'a str>,
+    /// Where a frame is.
+    pub pose: Option<&'a PoseFile>,
+    /// What the task says of single states, at the initial values of parameters.
+    pub given: &'a [Option<f64>],
+    /// The initial values of all parameters.
+    pub phi: &'a [f64],
+}
+
+/// Where a frame of a robot is at the start of a task.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoseFile {
+    /// Name of the frame or link.
+    pub frame: String,
+    /// Where its origin is in the world, m: numbers, no parameters.
+    pub position: [f64; 3],
+    /// Its roll, pitch and yaw in the world, rad; any orientation where left out.
+    pub rpy: Option<[f64; 3]>,
+}
+
+impl PoseFile {
+    /// Its numbers, by key.
+    pub fn numbers(&self) -> Vec<(&'static str, [f64; 3])> {
+        std::iter::once(("position", self.position)).chain(self.rpy.map(|rpy| ("rpy", rpy))).collect()
+    }
+}

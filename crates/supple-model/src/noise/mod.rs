@@ -1,0 +1,233 @@
+//! Noise: covariances whose entries may be parameters, or that differ from step to step.
+
+use supple_kernels::{Matrices, rows};
+use supple_lqg::Error;
+pub use supple_lqg::Noise;
+
+use crate::Value;
+
+mod named;
+mod varying;
+
+pub use named::{NamedVariance, WrongName};
+pub use varying::{VaryingNoise, VaryingVariance};
+
+/// A covariance matrix whose entries are values: its diagonal, or all of it; or one matrix of numbers per step.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Covariance {
+    /// Variances, the rest being 0.
+    Diagonal(Vec<Value>),
+    /// All entries, symmetric.
+    Full(Vec<Vec<Value>>),
+    /// Matrices of numbers, symmetric, one for each step: N of the process, N + 1 of the measurement.
+    Sequence(Matrices),
+}
+
+impl Covariance {
+    /// Changes every entry that is a value.
+    fn change(&mut self, change: impl Fn(Value) -> Value) {
+        match self {
+            Self::Diagonal(variances) => variances.iter_mut().for_each(|value| *value = change(*value)),
+            Self::Full(rows) => rows.iter_mut().flatten().for_each(|value| *value = change(*value)),
+            Self::Sequence(_) => {}
+        }
+    }
+
+    /// Its order.
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Diagonal(entries) => entries.len(),
+            Self::Full(rows) => rows.len(),
+            Self::Sequence(matrices) => matrices.rows(),
+        }
+    }
+
+    /// Every entry of a matrix for all steps that is not the number 0: row, column, value.
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, Value)> + '_ {
+        let diagonal = match self {
+            Self::Diagonal(entries) => entries.as_slice(),
+            Self::Full(_) | Self::Sequence(_) => &[],
+        };
+        let full = match self {
+            Self::Diagonal(_) | Self::Sequence(_) => [].as_slice(),
+            Self::Full(rows) => rows.as_slice(),
+        };
+        let diagonal = diagonal.iter().enumerate().map(|(i, &value)| (i, i, value));
+        let full =
+            full.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().map(move |(j, &value)| (i, j, value)));
+        diagonal.chain(full).filter(|(_, _, value)| !value.is_zero())
+    }
+
+    /// Writes the matrix at given parameters: a constant one, or one for each step. Allocates nothing where `out` has
+    /// held it before.
+    pub fn resolve(&self, phi: &[f64], out: &mut Matrices) {
+        if let Self::Sequence(matrices) = self {
+            if out.is_constant() || (out.count(), out.rows()) != (matrices.count(), matrices.rows()) {
+                *out = matrices.clone();
+            } else {
+                out.copy_from(matrices);
+            }
+            return;
+        }
+        if !out.is_constant() || out.rows() != self.order() {
+            *out = Matrices::constant(self.order(), self.order());
+        }
+        out.clear();
+        for (i, j, value) in self.entries() {
+            out.set(0, i, j, value.resolve(phi));
+        }
+    }
+
+    /// Writes the matrix at given parameters for each of `count` steps, also where it is the same at all of them. Allocates
+    /// nothing where `out` has held it before.
+    fn resolve_each(&self, phi: &[f64], count: usize, out: &mut Matrices) {
+        if let Self::Sequence(_) = self {
+            return self.resolve(phi, out);
+        }
+        if out.is_constant() || (out.count(), out.rows()) != (count, self.order()) {
+            *out = Matrices::zeros(count, self.order(), self.order());
+        }
+        out.clear();
+        for (i, j, value) in self.entries() {
+            let value = value.resolve(phi);
+            (0..count).for_each(|step| out.set(step, i, j, value));
+        }
+    }
+
+    /// Adds to `parameters` the gradient of a number whose adjoint by this matrix is `adjoint`: of each step, or summed over
+    /// all of them.
+    pub fn add_gradient(&self, phi: &[f64], adjoint: &Matrices, parameters: &mut [f64]) {
+        for (i, j, value) in self.entries() {
+            if !matches!(value, Value::Number(_)) {
+                let sum: f64 = (0..adjoint.count()).map(|step| adjoint.get(step, i, j)).sum();
+                value.add_gradient(phi, sum, parameters);
+            }
+        }
+    }
+}
+
+/// The noise of a task.
+#[derive(Clone, Debug)]
+pub struct NoiseModel {
+    /// `X_0`, n x n: of the first state.
+    pub initial: Covariance,
+    /// `W`, n x n: of the process, in each step 0..N-1; may be singular.
+    pub process: Covariance,
+    /// `V`, p x p: of the measurement at each step 0..N; positive definite.
+    pub measurement: Covariance,
+    /// What is added to the variances of measurements where they depend on the state; nothing in most tasks.
+    pub varying: Vec<VaryingVariance>,
+}
+
+impl NoiseModel {
+    /// Takes what is given per second as what it is per step: variances of the process times the time step, and those of
+    /// measurements divided by it.
+    pub fn per_second(&mut self, time_step: Value) {
+        self.process.change(|variance| variance.times(time_step));
+        self.measurement.change(|variance| variance.over(time_step));
+        self.varying.iter_mut().for_each(|varying| varying.coefficient = varying.coefficient.over(time_step));
+    }
+
+    /// Clears `noise` for adjoints by this along `steps` steps: a matrix for each step where the noise varies with the state,
+    /// and as it was elsewhere.
+    pub fn clear(&self, noise: &mut Noise, steps: usize) {
+        if self.varying.is_empty() { noise.clear() } else { noise.clear_each(steps) }
+    }
+
+    /// Writes the covariances at given parameters, without what varies with the state.
+    ///
+    /// # Errors
+    /// Where a variance is negative or not finite.
+    pub fn resolve(&self, phi: &[f64], out: &mut Noise) -> Result<(), Error> {
+        self.measurement.resolve(phi, &mut out.measurement);
+        self.resolve_states(phi, out)
+    }
+
+    /// Writes the covariances at given parameters along `states`, N + 1 vectors of length n. Where none varies with the state,
+    /// this is [`resolve`](Self::resolve).
+    ///
+    /// # Errors
+    /// Where a variance, or what is added to it, is negative or not finite.
+    pub fn resolve_along(&self, phi: &[f64], states: &Matrices, out: &mut Noise) -> Result<(), Error> {
+        if self.varying.is_empty() {
+            return self.resolve(phi, out);
+        }
+        self.measurement.resolve_each(phi, states.count(), &mut out.measurement);
+        self.resolve_states(phi, out)?;
+        for varying in &self.varying {
+            varying.add_along(phi, states, &mut out.measurement)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the covariances of the states, and checks these and that of the measurement.
+    fn resolve_states(&self, phi: &[f64], out: &mut Noise) -> Result<(), Error> {
+        self.initial.resolve(phi, &mut out.initial);
+        self.process.resolve(phi, &mut out.process);
+        let parts = [
+            (&out.initial, "the covariance of the first state"),
+            (&out.process, "the process covariance"),
+            (&out.measurement, "the measurement covariance"),
+        ];
+        for (out, what) in parts {
+            for (step, i) in (0..out.count()).flat_map(|step| (0..out.rows()).map(move |i| (step, i))) {
+                let variance = out.get(step, i, i);
+                if !variance.is_finite() {
+                    return Err(Error::NotFinite { what, step });
+                }
+                if variance < 0.0 {
+                    return Err(Error::NotPositiveDefinite { what, step });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds to `parameters` the gradient of a number with the adjoints `adjoint` by the covariances along `states`, N + 1 vectors
+    /// of length n, which are held fixed.
+    ///
+    /// Where the noise varies with the state, the adjoint of `V` has a matrix for each step, see [`clear`](Self::clear).
+    pub fn add_gradient(&self, (phi, states): (&[f64], &Matrices), adjoint: &Noise, parameters: &mut [f64]) {
+        self.initial.add_gradient(phi, &adjoint.initial, parameters);
+        self.process.add_gradient(phi, &adjoint.process, parameters);
+        self.measurement.add_gradient(phi, &adjoint.measurement, parameters);
+        for varying in &self.varying {
+            varying.add_gradient((phi, states), &adjoint.measurement, parameters);
+        }
+    }
+
+    /// Adds the gradient of a number with the adjoints `adjoint` by the states themselves to the linear terms of `joint`: its last
+    /// column, rows 0..n, at each of the N + 1 steps. Adds nothing where no variance varies.
+    pub fn add_state_gradient(&self, phi: &[f64], states: &Matrices, adjoint: &Noise, joint: &mut Matrices) {
+        for varying in &self.varying {
+            varying.add_state_gradient(phi, states, &adjoint.measurement, joint);
+        }
+    }
+}
+
+/// A factor `G` of one of these matrices, `G G'`, also for a singular covariance: Cholesky with zero columns where the pivot
+/// vanishes. Row-major, order x order. `None` where the matrix is indefinite.
+pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Option<Vec<f64>> {
+    let n = covariance.rows();
+    let mut factor = vec![0.0; n * n];
+    let largest = (0..n).map(|i| covariance.get(index, i, i).abs()).fold(0.0, f64::max);
+    for j in 0..n {
+        let (above, row) = factor.split_at_mut(j * n);
+        for k in 0..j {
+            let other = &above[k * n..];
+            let rest = covariance.get(index, j, k) - rows::dot(&row[..k], &other[..k]);
+            let pivot = other[k];
+            row[k] = if pivot > 0.0 { rest / pivot } else { 0.0 };
+            if pivot == 0.0 && rest.abs() > 1e-7 * largest {
+                return None;
+            }
+        }
+        let scale = covariance.get(index, j, j);
+        let pivot = scale - rows::dot(&row[..j], &row[..j]);
+        if pivot < -1e-10 * largest || !pivot.is_finite() {
+            return None;
+        }
+        row[j] = if pivot > 1e-14 * scale { pivot.sqrt() } else { 0.0 };
+    }
+    Some(factor)
+}

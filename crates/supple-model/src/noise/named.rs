@@ -1,0 +1,87 @@
+use serde::Deserialize;
+use supple_text::{nearest, quoted};
+
+use super::VaryingVariance;
+use crate::document::matches;
+use crate::parameters::Parameters;
+use crate::{Channel, Channels, Value};
+
+/// A [`VaryingVariance`] of measurements and a state by name, as task files write it:
+/// `coefficient (state - center)^2` on top of the measurements' variances.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NamedVariance {
+    /// Names of the measurements, in which * stands for any letters: of each the variance varies.
+    #[schemars(length(min = 1))]
+    pub measurement: Vec<String>,
+    /// Name of the state.
+    pub state: String,
+    /// Where the state is seen best, in its unit.
+    pub center: Value,
+    /// Variance per square of the state's unit, at least 0.
+    pub coefficient: Value,
+}
+
+/// What is wrong with a [`NamedVariance`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct WrongName {
+    /// The key.
+    pub key: &'static str,
+    /// Which entry of its list.
+    pub entry: Option<usize>,
+    /// What was found, and what is valid.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl std::fmt::Display for WrongName {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Self { key, entry, message, help } = self;
+        write!(f, "{key}")?;
+        entry.map_or(Ok(()), |entry| write!(f, "[{entry}]"))?;
+        write!(f, ": {message}")?;
+        help.as_ref().map_or(Ok(()), |help| write!(f, "; {help}"))
+    }
+}
+
+impl NamedVariance {
+    /// One entry for each measurement that is named.
+    ///
+    /// # Errors
+    /// A name that is none of those there are, with advice; a coefficient that is or can be negative.
+    pub fn find(&self, channels: &Channels, parameters: &Parameters) -> Result<Vec<VaryingVariance>, WrongName> {
+        let wrong = |key, message| WrongName { key, entry: None, message, help: None };
+        let states: Vec<&str> = channels.states.iter().map(|channel| channel.name.as_str()).collect();
+        let Some(state) = states.iter().position(|name| *name == self.state) else {
+            let message = format!("no state is `{}`: there are {}", self.state, quoted(&states));
+            return Err(WrongName { help: nearest(&self.state, &states), ..wrong("state", message) });
+        };
+        if let Some(least) = parameters.least(self.coefficient).filter(|&least| least < 0.0) {
+            let message = format!("must be at least 0, as it adds to a variance; {}", self.coefficient.found(least));
+            return Err(wrong("coefficient", message));
+        }
+        let &Self { center, coefficient, .. } = self;
+        let places = self.places(&channels.measurements)?;
+        Ok(places.map(|measurement| VaryingVariance { measurement, state, center, coefficient }).collect())
+    }
+
+    /// Places of the measurements that are named, each once.
+    fn places(&self, channels: &[Channel]) -> Result<impl Iterator<Item = usize>, WrongName> {
+        let wrong = |entry, message| WrongName { key: "measurement", entry, message, help: None };
+        if self.measurement.is_empty() {
+            return Err(wrong(None, "must name at least one measurement; found an empty list".to_owned()));
+        }
+        let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
+        for (entry, pattern) in self.measurement.iter().enumerate() {
+            if !names.iter().any(|name| matches(pattern, name)) {
+                let verb = if pattern.contains('*') { "fits" } else { "is" };
+                let message = format!("no measurement {verb} `{pattern}`: there are {}", quoted(&names));
+                return Err(WrongName { help: nearest(pattern, &names), ..wrong(Some(entry), message) });
+            }
+        }
+        let fits = |name: &str| self.measurement.iter().any(|pattern| matches(pattern, name));
+        let places = names.iter().enumerate().filter(|(_, name)| fits(name)).map(|(place, _)| place);
+        Ok(places.collect::<Vec<_>>().into_iter())
+    }
+}

@@ -1,0 +1,25 @@
+/// What does not fit the parameters of a problem.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// A name that no parameter has.
+    #[error("no parameter `{name}`: there is {valid}")]
+    Unknown {
+        /// The name that was given.
+        name: String,
+        /// The names that are there, in quotes, or `none`.
+        valid: String,
+    },
+    /// A value outside the bounds, or not finite.
+    #[error("parameter `{name}` = {value} is outside [{lower}, {upper}]")]
+    OutOfBounds {
+        /// The parameter.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+}

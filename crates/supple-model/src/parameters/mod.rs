@@ -1,0 +1,278 @@
+//! Parameters: named numbers that designs and studies change.
+
+use serde::{Deserialize, Serialize};
+use supple_kernels::math;
+use supple_text::quoted;
+
+use crate::{Value, is_name};
+
+mod error;
+mod named;
+mod price;
+
+pub use error::ParameterError;
+pub use named::Named;
+pub use price::{Price, PriceReport};
+
+/// A named number that tasks and designs may change.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// The value it starts from.
+    pub initial: f64,
+    /// Least and greatest value.
+    pub bounds: [f64; 2],
+    /// How the design search moves it.
+    pub scale: Scale,
+    /// Its unit, for people.
+    pub unit: String,
+    /// Who may change it.
+    pub role: Role,
+    /// What its value costs, where it has a price.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<Price>,
+    /// The values that can be had, from the least to the greatest; empty where every value within the bounds can.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub catalogue: Vec<CatalogueEntry>,
+}
+
+/// A value of a parameter that can be had.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct CatalogueEntry {
+    /// The value, in the unit of the parameter.
+    pub value: f64,
+    /// What it costs to buy, in any currency; none where it is not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub price: Option<f64>,
+    /// What its maker calls it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+}
+
+impl Parameter {
+    /// Whether a value is at an end of the bounds but for what a search leaves: a millionth of their distance, and no more than
+    /// a thousandth of the end itself, which may be far smaller.
+    pub fn is_at(&self, end: f64, value: f64) -> bool {
+        let distance = (value - end).abs();
+        let [lower, upper] = self.bounds;
+        distance <= 1e-6 * (upper - lower) && (end == 0.0 || distance <= 1e-3 * end.abs())
+    }
+
+    /// What is wrong with its name or numbers: the key, and what is valid.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let Self { name, initial, bounds: [lower, upper], scale, price, .. } = self;
+        if !is_name(name) {
+            let message = format!("{name:?} cannot name a parameter: use letters, digits, `_`, `-` and `.`");
+            return Err(("name", message));
+        }
+        if !(lower.is_finite() && upper.is_finite()) {
+            return Err(("bounds", "must be two finite numbers".to_owned()));
+        }
+        if lower == upper {
+            let message = format!(
+                "are equal: [{lower}, {upper}]; a parameter needs room to move, so write a number in place of one that is fixed"
+            );
+            return Err(("bounds", message));
+        }
+        if lower > upper {
+            let message = format!("are the wrong way round: [{lower}, {upper}]; the lower one comes first");
+            return Err(("bounds", message));
+        }
+        if *scale == Scale::Log && *lower <= 0.0 {
+            return Err(("bounds", format!("must be above 0 with scale = \"log\"; the lower one is {lower}")));
+        }
+        if !(lower..=upper).contains(&initial) {
+            return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
+        }
+        if let Some(Err(message)) = price.map(|price| price.check([*lower, *upper])) {
+            return Err(("price", message));
+        }
+        if !self.catalogue.is_empty() && self.role == Role::Study {
+            let message = "is for parameters that are designed; this one has role = \"study\"";
+            return Err(("catalogue", message.to_owned()));
+        }
+        match self.wrong_entry() {
+            Some((index, message)) => Err(("catalogue", format!("entry {}: {message}", index + 1))),
+            None => Ok(()),
+        }
+    }
+
+    /// The first entry of the catalogue that is wrong: its place, and what is valid.
+    pub fn wrong_entry(&self) -> Option<(usize, String)> {
+        let [lower, upper] = self.bounds;
+        self.catalogue.iter().enumerate().find_map(|(index, entry)| {
+            let CatalogueEntry { value, price, .. } = entry;
+            let twice = self.catalogue[..index].iter().any(|other| other.value == *value);
+            match price {
+                _ if !(lower..=upper).contains(value) => {
+                    Some((index, format!("must be within the bounds [{lower}, {upper}]; found {value}")))
+                }
+                _ if twice => Some((index, format!("the value {value} is there already"))),
+                Some(price) if !(*price >= 0.0 && price.is_finite()) => {
+                    Some((index, format!("a price must be a number of at least 0; found {price}")))
+                }
+                _ => None,
+            }
+        })
+    }
+
+    /// The entry of its catalogue with this value, where there is one.
+    pub fn entry(&self, value: f64) -> Option<&CatalogueEntry> {
+        self.catalogue.iter().find(|entry| entry.value == value)
+    }
+}
+
+/// How the design search moves a parameter.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// By differences.
+    #[default]
+    Linear,
+    /// By ratios: for stiffnesses, variances and other positive numbers over decades.
+    Log,
+}
+
+impl Scale {
+    /// The share of its range that a parameter has covered, from 0 at its lower bound to 1 at its upper one.
+    pub fn share(self, [lower, upper]: [f64; 2], value: f64) -> f64 {
+        match self {
+            Self::Linear => (value - lower) / (upper - lower),
+            Self::Log => math::ln(value / lower) / math::ln(upper / lower),
+        }
+    }
+
+    /// The value of a parameter at a share of its range, cut to its bounds.
+    pub fn value(self, [lower, upper]: [f64; 2], share: f64) -> f64 {
+        let value = match self {
+            Self::Linear => lower + share * (upper - lower),
+            Self::Log => lower * math::powf(upper / lower, share),
+        };
+        value.clamp(lower, upper)
+    }
+
+    /// A slope by the share of its range, from one by a parameter at a value.
+    pub fn slope(self, [lower, upper]: [f64; 2], value: f64, slope: f64) -> f64 {
+        match self {
+            Self::Linear => slope * (upper - lower),
+            Self::Log => slope * value * math::ln(upper / lower),
+        }
+    }
+}
+
+/// Who may change a parameter.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// The design search.
+    #[default]
+    Design,
+    /// Only the user: set and swept, never optimised.
+    Study,
+}
+
+/// All parameters of a problem, in the order in which they were declared.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct Parameters(Vec<Parameter>);
+
+impl Parameters {
+    /// The given parameters, their catalogues put in order.
+    pub fn new(mut list: Vec<Parameter>) -> Self {
+        for parameter in &mut list {
+            parameter.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
+        }
+        Self(list)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Parameter> {
+        self.0.iter()
+    }
+
+    /// The one with this index.
+    pub fn get(&self, index: usize) -> &Parameter {
+        &self.0[index]
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        self.iter().map(|parameter| parameter.name.clone()).collect()
+    }
+
+    /// The index of the parameter `name`.
+    ///
+    /// # Errors
+    /// Where there is none; the error lists those there are.
+    pub fn index(&self, name: &str) -> Result<usize, ParameterError> {
+        self.iter().position(|parameter| parameter.name == name).ok_or_else(|| ParameterError::Unknown {
+            name: name.to_owned(),
+            valid: if self.is_empty() { "none".to_owned() } else { quoted(&self.names()) },
+        })
+    }
+
+    /// Their initial values.
+    pub fn initial(&self) -> Vec<f64> {
+        self.iter().map(|parameter| parameter.initial).collect()
+    }
+
+    /// Indices of those that the design search may change.
+    pub fn design(&self) -> Vec<usize> {
+        (0..self.len()).filter(|&i| self.0[i].role == Role::Design).collect()
+    }
+
+    /// Indices of those that the design search may change and that only have the values of a catalogue.
+    pub fn catalogued(&self) -> Vec<usize> {
+        self.design().into_iter().filter(|&index| !self.0[index].catalogue.is_empty()).collect()
+    }
+
+    /// The same, with those of these indices no longer the design search's to change.
+    pub fn held(&self, indices: &[usize]) -> Self {
+        let mut held = self.clone();
+        for &index in indices {
+            held.0[index].role = Role::Study;
+        }
+        held
+    }
+
+    /// The least a value can be within the bounds of its parameters, or less where a parameter stands in it more than once.
+    /// `None` for a parameter that is not of these.
+    pub fn least(&self, value: Value) -> Option<f64> {
+        match value {
+            Value::Number(number) => Some(number),
+            Value::Parameter(index) => self.0.get(index).map(|parameter| parameter.bounds[0]),
+            Value::Expression(expression) => {
+                let bounds = |index: usize| self.0.get(index).map(|parameter| parameter.bounds);
+                expression.range(&bounds).map(|[least, _]| least)
+            }
+        }
+    }
+
+    /// Sets one parameter in a vector of all, checking its bounds.
+    ///
+    /// # Errors
+    /// Where there is no such parameter or the value is outside its bounds.
+    pub fn set(&self, phi: &mut [f64], name: &str, value: f64) -> Result<(), ParameterError> {
+        let index = self.index(name)?;
+        let [lower, upper] = self.0[index].bounds;
+        if !(lower..=upper).contains(&value) {
+            return Err(ParameterError::OutOfBounds { name: name.to_owned(), value, lower, upper });
+        }
+        phi[index] = value;
+        Ok(())
+    }
+}

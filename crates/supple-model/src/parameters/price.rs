@@ -1,0 +1,150 @@
+//! Prices of parameters: what a better sensor, a stiffer gear or a lighter link costs.
+
+use serde::{Deserialize, Serialize};
+use supple_kernels::math;
+
+use super::{Named, Parameter, Parameters, Role};
+
+/// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.9).
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Price {
+    /// `c / phi`: of a variance, that of so many equal sensors whose readings are averaged.
+    Inverse(f64),
+    /// `c phi`
+    Linear(f64),
+    /// `c ln(reference / phi)`: the same for every halving; nothing at the reference, which `phi` may not exceed.
+    Log {
+        /// `c`, of a reduction by the factor e.
+        coefficient: f64,
+        /// The value that has no price.
+        reference: f64,
+    },
+    /// `c (phi / reference)^exponent`
+    Power {
+        /// `c`, the price at the reference.
+        coefficient: f64,
+        /// The exponent; negative where small values are dear.
+        exponent: f64,
+        /// The value at which the price is `c`; above 0.
+        reference: f64,
+    },
+}
+
+impl Price {
+    /// The price of a value.
+    pub fn at(self, phi: f64) -> f64 {
+        match self {
+            Self::Inverse(c) => c / phi,
+            Self::Linear(c) => c * phi,
+            Self::Log { coefficient, reference } => coefficient * math::ln(reference / phi),
+            Self::Power { coefficient, exponent, reference } => coefficient * math::powf(phi / reference, exponent),
+        }
+    }
+
+    /// Its derivative by the value.
+    pub fn slope(self, phi: f64) -> f64 {
+        match self {
+            Self::Inverse(c) => -c / (phi * phi),
+            Self::Linear(c) => c,
+            Self::Log { coefficient, .. } => -coefficient / phi,
+            Self::Power { coefficient, exponent, reference } => {
+                coefficient * exponent / reference * math::powf(phi / reference, exponent - 1.0)
+            }
+        }
+    }
+
+    /// What is wrong with its numbers, given the least and greatest value of the parameter.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(self, [lower, upper]: [f64; 2]) -> Result<(), String> {
+        let numbers = match self {
+            Self::Inverse(c) | Self::Linear(c) => vec![c],
+            Self::Log { coefficient, reference } => vec![coefficient, reference],
+            Self::Power { coefficient, exponent, reference } => vec![coefficient, exponent, reference],
+        };
+        if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
+            return Err(format!("must be of finite numbers; found {number}"));
+        }
+        if !matches!(self, Self::Linear(_)) && lower <= 0.0 {
+            return Err(format!("needs a parameter above 0, but for `linear`; its lower bound is {lower}"));
+        }
+        if let Self::Log { reference, .. } | Self::Power { reference, .. } = self
+            && reference <= 0.0
+        {
+            return Err(format!("needs a reference above 0; found {reference}"));
+        }
+        // All forms rise or fall throughout.
+        let least = self.at(lower).min(self.at(upper));
+        if !self.at(lower).max(self.at(upper)).is_finite() {
+            return Err(format!("is not finite within the bounds [{lower}, {upper}]"));
+        }
+        if least < 0.0 {
+            return Err(format!("must be at least 0 within the bounds [{lower}, {upper}]; it can be {least}"));
+        }
+        Ok(())
+    }
+}
+
+/// What a design's prices are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PriceReport {
+    /// The sum, in units of the budget.
+    pub total: f64,
+    /// What the sum may be at most; none where there is no budget.
+    pub budget: Option<f64>,
+    /// Nats that a unit of price counts as in what designs minimise.
+    pub weight_nats_per_unit: f64,
+    /// What designs minimise: information, and price with its weight, nats.
+    pub objective_nats: f64,
+    /// The price of each parameter that has one.
+    pub parameters: Named,
+}
+
+impl Parameter {
+    /// Whether it has a price, of its own or of an entry of its catalogue.
+    fn has_price(&self) -> bool {
+        self.price.is_some() || self.catalogue.iter().any(|entry| entry.price.is_some())
+    }
+
+    /// What a value costs: the price of the entry of its catalogue, and without one that of its form, or nothing.
+    fn price_at(&self, value: f64) -> f64 {
+        let of_entry = self.entry(value).and_then(|entry| entry.price);
+        of_entry.or(self.price.map(|price| price.at(value))).unwrap_or(0.0)
+    }
+}
+
+impl Parameters {
+    /// Whether any parameter has a price, or an entry of its catalogue.
+    pub fn have_prices(&self) -> bool {
+        self.iter().any(Parameter::has_price)
+    }
+
+    /// The sum of all prices at the values `phi`; 0 where no parameter has one.
+    pub fn price(&self, phi: &[f64]) -> f64 {
+        self.prices(phi).0.iter().map(|(_, price)| price).sum()
+    }
+
+    /// The price of each parameter that has one.
+    pub fn prices(&self, phi: &[f64]) -> Named {
+        let priced = self.iter().zip(phi).filter(|(parameter, _)| parameter.has_price());
+        Named(priced.map(|(parameter, &value)| (parameter.name.clone(), parameter.price_at(value))).collect())
+    }
+
+    /// The sum of all prices as a search meets them that moves through the values `phi`: of parameters that it moves, the prices
+    /// of their forms, smooth; those of entries count where the search holds the parameter at one.
+    pub fn price_in_search(&self, phi: &[f64]) -> f64 {
+        let price = |(parameter, &value): (&Parameter, &f64)| match parameter.role {
+            Role::Design => parameter.price.map_or(0.0, |price| price.at(value)),
+            Role::Study => parameter.price_at(value),
+        };
+        self.iter().zip(phi).map(price).sum()
+    }
+
+    /// The derivatives of the sum by all parameters.
+    pub fn price_gradient(&self, phi: &[f64]) -> Vec<f64> {
+        let slope = |(parameter, &value): (&Parameter, &f64)| parameter.price.map_or(0.0, |price| price.slope(value));
+        self.iter().zip(phi).map(slope).collect()
+    }
+}

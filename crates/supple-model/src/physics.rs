@@ -1,0 +1,264 @@
+//! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
+
+use supple_kernels::Scalar;
+use supple_lqg::Dimensions;
+
+use crate::channels::{Channels, Limit};
+use crate::contacts::{Contact, ContactState};
+use crate::scene::Picture;
+use crate::value::Value;
+
+/// A model's own cost, in a stage or at the end: a norm of a residual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnCost {
+    /// How many entries the residual has.
+    pub residuals: usize,
+    /// Whether the norm is convex at any parameters, so that its Gauss-Newton curvature is never indefinite. Where it
+    /// is not, or that is not known, the curvature is made so at every point.
+    pub convex: bool,
+}
+
+/// Where a model is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct Point<'a, S> {
+    /// State.
+    pub x: &'a [S],
+    /// Control. In measurements and final costs it is zero and must not matter.
+    pub u: &'a [S],
+    /// All parameters, in the order in which they were declared.
+    pub phi: &'a [S],
+    /// Time step, s.
+    pub time_step: S,
+    /// The unknowns that a step solves for (see [`Model::unknowns`]); empty in measurements, signals and costs.
+    pub w: &'a [S],
+}
+
+impl<S: Scalar> Point<'_, S> {
+    /// A value of the model's at this point: a number, or the parameter that it names.
+    pub fn value(&self, value: Value) -> S {
+        value.resolve(self.phi)
+    }
+}
+
+/// What is known of a frame, in the order of its signals: its origin, m, and its rotation matrix by rows in the world; the
+/// velocity of its origin, m/s, and its angular velocity, rad/s, in the axes of the world.
+pub const FRAME_SIGNALS: [&str; 18] =
+    ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "vx", "vy", "vz", "wx", "wy", "wz"];
+
+/// How many signals so many frames have.
+pub const fn frame_signals(frames: usize) -> usize {
+    frames * FRAME_SIGNALS.len()
+}
+
+/// The signals of a robot's centre of mass in the world, m.
+pub const CENTER_OF_MASS: [&str; 3] = ["center_of_mass_x", "center_of_mass_y", "center_of_mass_z"];
+
+/// How the signal of a drive's mechanical power, W, begins; the drive's name follows.
+pub const POWER: &str = "power_";
+
+/// A sensor of a robot's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileSensor {
+    /// Its name.
+    pub name: String,
+    /// What it measures.
+    pub measures: Sensed,
+}
+
+/// What a sensor of a robot's file measures.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Sensed {
+    /// The position of a joint.
+    JointPosition(String),
+    /// The velocity of a joint.
+    JointVelocity(String),
+    /// The torque through an elastic joint.
+    JointTorque(String),
+    /// The position of the frame whose signals begin at a place.
+    FramePosition {
+        /// The place of its first signal.
+        first: usize,
+    },
+    /// The turn of the frame whose signals begin at a place, from a rotation matrix by rows.
+    FrameOrientation {
+        /// The place of its first signal.
+        first: usize,
+        /// The orientation without turn.
+        reference: [[f64; 3]; 3],
+    },
+    /// Something that cannot be measured.
+    Nothing {
+        /// Its line in the file.
+        line: usize,
+        /// Why.
+        why: String,
+    },
+}
+
+/// A robot and its environment in discrete time: `x+ = f(x, u; phi) + w`, `y = g(x; phi) + v`.
+///
+/// One `impl` with the physics is all a new model needs: it is recorded once, and derivatives of every order come from
+/// the record. Use no branch on values but [`Scalar::select`].
+///
+/// ```
+/// use supple_model::{Dimensions, Model, Point, Scalar, Value};
+///
+/// /// A pendulum with a torque at its joint; its angle is measured.
+/// struct Pendulum { length: Value }
+///
+/// impl Model for Pendulum {
+///     fn dimensions(&self) -> Dimensions {
+///         Dimensions { states: 2, controls: 1, measurements: 1 }
+///     }
+///     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {
+///         let (angle, rate) = (at.x[0], at.x[1]);
+///         next[0] = angle + at.time_step * rate;
+///         next[1] = rate + at.time_step * (at.u[0] - angle.sin() * 9.81 / at.value(self.length));
+///     }
+///     fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]) {
+///         y[0] = at.x[0];
+///     }
+/// }
+/// ```
+pub trait Model: Send + Sync + 'static {
+    /// Lengths of state, control and measurement.
+    fn dimensions(&self) -> Dimensions;
+
+    /// The next state `f(x, u; phi)`, without noise.
+    fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]);
+
+    /// The measurement `g(x; phi)`, without noise.
+    fn observe<S: Scalar>(&self, at: &Point<S>, y: &mut [S]);
+
+    /// How many unknowns `w` each step solves for, such as accelerations; [`Model::step`] finds them in its point.
+    ///
+    /// Derivatives of an equation are cheaper than those of its solution: a model of rigid bodies gives inverse
+    /// dynamics in [`Model::balance`], and no derivative goes through the inversion of the mass matrix.
+    fn unknowns(&self) -> usize {
+        0
+    }
+
+    /// `r(x, u, w; phi)`, which is 0 at the unknowns, and linear in them.
+    fn balance<S: Scalar>(&self, _at: &Point<S>, _residual: &mut [S]) {}
+
+    /// `r_w`, symmetric positive definite, by rows.
+    fn mass<S: Scalar>(&self, _at: &Point<S>, _matrix: &mut [S]) {}
+
+    /// Names of the signals: what sensors and costs may use beside state and control, such as a contact's penetration.
+    /// Only those of [`POWER`] may depend on the control.
+    fn signals(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The signals, in the order of their names.
+    fn signal<S: Scalar>(&self, _at: &Point<S>, _out: &mut [S]) {}
+
+    /// The model's own cost of a stage or of the end, beside the costs of the task; none where it has none.
+    fn own_cost(&self, _last: bool) -> Option<OwnCost> {
+        None
+    }
+
+    /// The residual of its own cost.
+    fn own_residual<S: Scalar>(&self, _at: &Point<S>, _last: bool, _out: &mut [S]) {}
+
+    /// Its own cost, given the residual: the norm. All else that the cost depends on is parameters and time step.
+    fn own_norm<S: Scalar>(&self, _residual: &[S], _phi: &[S], _time_step: S, _last: bool) -> S {
+        S::zero()
+    }
+
+    /// What states and controls must stay within for the real thing: reported where a plan does not.
+    fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
+    /// Its contacts, which are reported along plans; none in models without contacts.
+    fn contacts(&self) -> Vec<Contact> {
+        Vec::new()
+    }
+
+    /// The contacts at a point, in the order of [`Model::contacts`].
+    fn contact_states(&self, _at: &Point<f64>) -> Vec<ContactState> {
+        Vec::new()
+    }
+
+    /// Into how many steps of integration each time step is divided, where task files can choose that.
+    fn substeps(&self) -> Option<usize> {
+        None
+    }
+
+    /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with friction
+    /// that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from afar, and gets
+    /// friction moving. At 0 it is this model. None in models without contacts and friction.
+    fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// Names of the joints, each with the states `q.NAME` and `v.NAME`; none in models that have no joints.
+    fn joint_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Names of the joints that a task has taken out, of which nothing may be asked.
+    fn locked_joints(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Names of the elements of compliance, each with the signals `NAME.FORCE`; none in models that do not name theirs.
+    fn coupling_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Names of the frames, each with the signals [`FRAME_SIGNALS`], which come before all others; none in models without
+    /// frames.
+    fn frame_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Elastic joints, and the elements of compliance of which `q.NAME` and `v.NAME` are states of their motors.
+    fn motors(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
+    /// Names of the drives, each with a signal [`POWER`]`NAME`, in the order of the controls; none where they have no joints.
+    fn drive_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Sensors of the file that a robot was read from.
+    fn file_sensors(&self) -> Vec<FileSensor> {
+        Vec::new()
+    }
+
+    /// Names of the states, by which tasks select them: `x1`, `x2`... unless said otherwise.
+    fn state_names(&self) -> Vec<String> {
+        (1..=self.dimensions().states).map(|i| format!("x{i}")).collect()
+    }
+
+    /// What the numbers of state, control and measurement are, for people.
+    fn channels(&self) -> Channels {
+        Channels::plain(self.state_names(), self.dimensions())
+    }
+
+    /// What it looks like, with the forces between its bodies; none in models that cannot be drawn.
+    ///
+    /// Bodies, connections and landmarks are the same at every point, in the same order; only where they are changes.
+    fn picture(&self, _at: &Point<f64>) -> Option<Picture> {
+        None
+    }
+
+    /// Where the points are whose uncertainty is drawn, m in the world, in the order of [`Picture::landmarks`].
+    fn landmarks<S: Scalar>(&self, _at: &Point<S>) -> Vec<[S; 3]> {
+        Vec::new()
+    }
+}
+
+/// What to say of the name of a locked joint, or of one of its states, where only what moves may stand; and advice.
+pub fn locked_message(name: &str, locked: &[String]) -> Option<(String, String)> {
+    let own = |prefix: &str| name.strip_prefix(prefix).filter(|rest| locked.iter().any(|other| other == rest));
+    let joint = own("").or_else(|| own("q.")).or_else(|| own("v."))?;
+    Some((format!("joint `{joint}` is locked: it does not move"), format!("take `{joint}` out of `locked` in [model]")))
+}

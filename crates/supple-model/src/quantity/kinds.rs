@@ -1,0 +1,97 @@
+//! How quantities are read from task files, by kind.
+
+use serde::Deserialize;
+
+use super::{Measurable, Quantity, Unfit, Vocabulary};
+use crate::document::{Document, FileError, Place, ReadError, Reader, Registry};
+use crate::parameters::Parameters;
+
+/// How a kind of quantity is read from a task file.
+pub trait QuantityFile: Measurable + Sized {
+    /// The keys of its table, but for `kind` and those of what it is used for.
+    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+
+    /// Whether all of this kind depend on the control.
+    const OF_CONTROL: bool = false;
+
+    /// The quantity.
+    ///
+    /// # Errors
+    /// What does not fit the model.
+    fn build(file: Self::File, vocabulary: &Vocabulary) -> Result<Self, Unfit>;
+}
+
+/// Reads a quantity from the keys of its own.
+type Build = fn(Reader, &Vocabulary) -> Result<Result<Quantity, Unfit>, ReadError>;
+
+/// How one kind is read.
+#[derive(Clone, Copy, Debug)]
+struct Reads {
+    build: Build,
+    of_control: bool,
+}
+
+/// The kinds of quantity that task files may name.
+#[derive(Clone, Debug)]
+pub struct Kinds(Registry<Reads>);
+
+impl Kinds {
+    /// None.
+    pub(super) fn none() -> Self {
+        Self(Registry::default())
+    }
+
+    /// Adds a kind, in the place of one that has its name.
+    pub fn add<Q: QuantityFile>(&mut self) {
+        let build = |table: Reader, vocabulary: &Vocabulary| {
+            Q::File::deserialize(table).map(|file| Q::build(file, vocabulary).map(Quantity::from))
+        };
+        let schema = |generator: &mut _| <Q::File as schemars::JsonSchema>::json_schema(generator);
+        self.0.add(Q::NAME, Reads { build, of_control: Q::OF_CONTROL }, schema);
+    }
+
+    /// The names of all kinds, in order.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.0.names()
+    }
+
+    /// Whether all quantities of a kind depend on the control.
+    pub fn is_of_control(&self, kind: &str) -> bool {
+        self.0.get(kind).is_some_and(|reads| reads.of_control)
+    }
+
+    /// The schema of each kind's own keys, by name.
+    pub fn schemas(&self, generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
+        self.0.schemas(generator)
+    }
+}
+
+/// What a quantity in a file may be and refer to.
+#[derive(Clone, Copy, Debug)]
+pub struct Context<'a> {
+    /// The kinds that the file may name.
+    pub kinds: &'a Kinds,
+    /// The names of the model.
+    pub vocabulary: &'a Vocabulary,
+    /// The parameters of the problem.
+    pub parameters: &'a Parameters,
+}
+
+impl Context<'_> {
+    /// Reads the quantity of kind `kind` from its own keys of a table at a place.
+    ///
+    /// # Errors
+    /// Where there is no such kind, or the table is wrong or does not fit the model.
+    pub fn read(
+        &self,
+        (kind, table): (&str, Reader),
+        (document, at): (&Document, &[Place]),
+    ) -> Result<Quantity, FileError> {
+        let reads = self.kinds.0.get(kind).ok_or_else(|| document.unknown_kind(at, kind, &self.kinds.names()))?;
+        let quantity = (reads.build)(table, self.vocabulary)
+            .map_err(|error| document.read_error(at, error))?
+            .map_err(|unfit| unfit.at(document, at))?;
+        quantity.check(self.parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
+        Ok(quantity)
+    }
+}

@@ -1,0 +1,199 @@
+//! Quantities: numbers of a robot that sensors measure, costs weigh, limits bound and curves show.
+//!
+//! A new kind is one file, and one line in the list at the end of this file; that of another crate is added to
+//! [`Kinds`](crate::Kinds).
+
+use std::fmt::Debug;
+
+use supple_kernels::Scalar;
+
+use crate::channels::Channel;
+use crate::parameters::Parameters;
+use crate::physics::Point;
+
+mod any;
+mod center_of_mass;
+mod clearance;
+mod contact_force;
+mod control;
+mod coupling_deflection;
+mod coupling_force;
+mod frame_point;
+mod frame_pose;
+mod frame_turn;
+mod frame_velocity;
+mod from_file;
+mod joint_acceleration;
+mod joint_position;
+mod joint_torque;
+mod joint_velocity;
+mod kinds;
+mod penetration;
+mod power;
+mod sensor;
+mod signal;
+mod state;
+mod state_and_control;
+mod vocabulary;
+
+pub use crate::document::NoKeys;
+pub use any::Quantity;
+pub use center_of_mass::CenterOfMass;
+pub use clearance::Clearance;
+pub use contact_force::ContactForce;
+pub use control::Control;
+pub use coupling_deflection::CouplingDeflection;
+pub use coupling_force::CouplingForce;
+pub use frame_point::FramePoint;
+pub use frame_pose::FramePose;
+pub use frame_turn::FrameTurn;
+pub use frame_velocity::FrameVelocity;
+pub use from_file::FromFile;
+pub use joint_acceleration::JointAcceleration;
+pub use joint_position::JointPosition;
+pub use joint_torque::JointTorque;
+pub use joint_velocity::JointVelocity;
+pub use kinds::QuantityFile;
+pub use kinds::{Context, Kinds};
+pub use penetration::Penetration;
+pub use power::Power;
+pub use sensor::{Noise, Sensor, read_sensor, sensor_schemas};
+pub use signal::Signal;
+pub use state::State;
+pub use state_and_control::StateAndControl;
+pub use vocabulary::{Unfit, Vocabulary};
+
+/// What is known at a point beside state, control and parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Known<'a, S> {
+    /// The model's signals.
+    pub signals: &'a [S],
+    /// The next state; empty where nothing needs it.
+    pub next: &'a [S],
+}
+
+impl<S> Known<'_, S> {
+    /// Nothing.
+    pub const NONE: Self = Known { signals: &[], next: &[] };
+}
+
+/// What a kind of quantity defines: its numbers.
+///
+/// ```
+/// use supple_model::quantity::{Known, Measurable, Vocabulary};
+/// use supple_model::{Channel, Point, Scalar};
+///
+/// /// How fast a body moves whose velocity is two states.
+/// #[derive(Debug)]
+/// struct Speed { velocity: [usize; 2] }
+///
+/// impl Measurable for Speed {
+///     const NAME: &'static str = "speed";
+///     fn len(&self) -> usize {
+///         1
+///     }
+///     fn channels(&self, _: &Vocabulary) -> Vec<Channel> {
+///         vec![Channel::new("speed", "m/s")]
+///     }
+///     fn evaluate<S: Scalar>(&self, at: &Point<S>, _: &Known<S>, out: &mut [S]) {
+///         let [vx, vy] = self.velocity.map(|place| at.x[place]);
+///         out[0] = (vx.square() + vy.square() + 1e-6).sqrt();
+///     }
+/// }
+/// ```
+pub trait Measurable: Debug + Send + Sync + 'static {
+    /// The name of the kind, as files write it.
+    const NAME: &'static str;
+
+    /// How many numbers it has.
+    fn len(&self) -> usize;
+
+    /// Whether it has no numbers.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Names and units of its numbers, for people.
+    fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel>;
+
+    /// Its numbers at a point.
+    fn evaluate<S: Scalar>(&self, at: &Point<S>, known: &Known<S>, out: &mut [S]);
+
+    /// The same as a list.
+    fn values<S: Scalar>(&self, at: &Point<S>, known: &Known<S>) -> Vec<S> {
+        let mut values = vec![S::zero(); self.len()];
+        self.evaluate(at, known, &mut values);
+        values
+    }
+
+    /// Whether it depends on the control: then it has no part in the final cost, and cannot be measured, as controls
+    /// are chosen after measuring.
+    fn depends_on_control(&self) -> bool {
+        false
+    }
+
+    /// Whether it depends on the model's signals.
+    fn needs_signals(&self) -> bool {
+        true
+    }
+
+    /// Whether it depends on the next state.
+    fn needs_next(&self) -> bool {
+        false
+    }
+
+    /// How many targets a cost must give where it gives any; the target of all others is 0.
+    fn least_targets(&self) -> usize {
+        self.len()
+    }
+
+    /// Whether 0 is no target that anybody means by leaving it out.
+    fn needs_target(&self) -> bool {
+        false
+    }
+
+    /// The place among the model's signals of a number that follows one signal.
+    fn signal_of(&self, _entry: usize) -> Option<usize> {
+        None
+    }
+
+    /// What is wrong with its numbers, given the parameters' bounds: the key, and what is valid.
+    fn check(&self, _parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
+}
+
+/// Selected entries of a vector.
+fn pick<S: Copy>(from: &[S], places: &[usize], out: &mut [S]) {
+    for (out, &place) in out.iter_mut().zip(places) {
+        *out = from[place];
+    }
+}
+
+impl Default for Kinds {
+    /// The kinds of the library.
+    fn default() -> Self {
+        let mut kinds = Self::none();
+        kinds.add::<CenterOfMass>();
+        kinds.add::<Clearance>();
+        kinds.add::<ContactForce>();
+        kinds.add::<Control>();
+        kinds.add::<CouplingDeflection>();
+        kinds.add::<CouplingForce>();
+        kinds.add::<FromFile>();
+        kinds.add::<FramePoint>();
+        kinds.add::<FramePose>();
+        kinds.add::<FrameTurn>();
+        kinds.add::<FrameVelocity>();
+        kinds.add::<JointAcceleration>();
+        kinds.add::<JointPosition>();
+        kinds.add::<JointTorque>();
+        kinds.add::<JointVelocity>();
+        kinds.add::<Penetration>();
+        kinds.add::<Power>();
+        kinds.add::<Signal>();
+        kinds.add::<State>();
+        kinds.add::<StateAndControl>();
+        kinds
+    }
+}

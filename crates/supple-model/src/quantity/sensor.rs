@@ -1,0 +1,101 @@
+//! A sensor: a quantity and its noise.
+
+use serde::Deserialize;
+use supple_text::FileError;
+
+use super::{Context, Kinds, Quantity, Unfit};
+use crate::Value;
+use crate::channels::Channel;
+use crate::document::{DEVIATION, Document, Place, Reader, merged, variances, with_deviation, with_noise_key};
+use crate::parameters::Parameters;
+use crate::value::OneOrMore;
+
+/// A quantity that is measured.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Names and units of its entries.
+    pub channels: Vec<Channel>,
+    /// Variances of their noise.
+    pub variances: Vec<Value>,
+}
+
+/// The keys of a sensor beside those of its quantity.
+const KEYS: &[&str] = &["variance", DEVIATION];
+
+/// What a sensor has beside its quantity.
+#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct File {
+    /// Variance of the noise, one for all or one for each number that is measured, in squares of the unit; above 0.
+    variance: OneOrMore,
+}
+
+/// How the table of a sensor at a place gives its noise.
+pub struct Noise<'a> {
+    document: &'a Document<'a>,
+    at: &'a [Place<'a>],
+    /// `variance` or `deviation`.
+    key: &'static str,
+}
+
+impl<'a> Noise<'a> {
+    /// Which key it has, and the table with `variance` in its place.
+    ///
+    /// # Errors
+    /// Where it has both.
+    pub fn of<'t>(
+        table: Reader<'t>,
+        (document, at): (&'a Document<'a>, &'a [Place<'a>]),
+    ) -> Result<(Self, Reader<'t>), FileError> {
+        let wrong = |message: &str| Unfit::new(DEVIATION, message).at(document, at);
+        let (key, table) = with_noise_key(table).map_err(wrong)?;
+        Ok((Self { document, at, key }, table))
+    }
+
+    /// The variance of each of `count` entries, from what the key gives.
+    ///
+    /// # Errors
+    /// Where there are neither one nor as many, or one is not above 0.
+    pub fn variances(&self, given: OneOrMore, count: usize, parameters: &Parameters) -> Result<Vec<Value>, FileError> {
+        let wrong = |message: String| Unfit::new(self.key, message).at(self.document, self.at);
+        let each = given.each(count).map_err(wrong)?;
+        variances(self.key, each, parameters)
+            .map_err(|found| wrong(format!("must be above 0, as every sensor has some noise; {found}")))
+    }
+}
+
+/// Reads the sensor of kind `kind` from its table at a place, without the key `kind`.
+///
+/// # Errors
+/// Where the table is wrong, or does not fit the model.
+pub fn read_sensor(
+    (kind, table): (&str, Reader),
+    (document, at): (&Document, &[Place]),
+    context: &Context,
+) -> Result<Sensor, FileError> {
+    let unfit = |key: &'static str, message: &str| Unfit::new(key, message).at(document, at);
+    let (noise, keys_of_noise) = Noise::of(table, (document, at))?;
+    let quantity = context.read((kind, table.beside(KEYS)), (document, at))?;
+    if quantity.depends_on_control() {
+        let why = "cannot be measured: it depends on the control, which is chosen after measuring";
+        return Err(unfit("kind", &format!("`{kind}` {why}")));
+    }
+    if quantity.is_empty() {
+        return Err(unfit("select", "name at least one"));
+    }
+    let file = File::deserialize(keys_of_noise.only(KEYS)).map_err(|error| document.read_error(at, error))?;
+    let variances = noise.variances(file.variance, quantity.len(), context.parameters)?;
+    Ok(Sensor { channels: quantity.channels(context.vocabulary), quantity, variances })
+}
+
+/// The schema of each kind's table, by name.
+pub fn sensor_schemas(
+    kinds: &Kinds,
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
+    let common = <File as schemars::JsonSchema>::json_schema(generator);
+    let all = kinds.schemas(generator).into_iter().filter(|(kind, _)| !kinds.is_of_control(kind));
+    all.map(|(kind, own)| (kind, with_deviation(merged(own, &common)))).collect()
+}

@@ -1,0 +1,272 @@
+//! What quantities may refer to by name.
+
+use supple_text::{nearest, owned};
+
+use crate::channels::{Channel, Channels};
+use crate::document::{Document, FileError, Place};
+use crate::physics::{FileSensor, Model, frame_signals, locked_message};
+
+/// What quantities may refer to: the names and sizes of the model.
+#[derive(Clone, Debug)]
+pub struct Vocabulary {
+    /// Names and units of states and controls.
+    pub channels: Channels,
+    /// Names of the states.
+    pub states: Vec<String>,
+    /// Names of the joints, of which `q.NAME` and `v.NAME` are states.
+    pub joints: Vec<String>,
+    /// Names of the joints that a task has taken out.
+    pub locked: Vec<String>,
+    /// Names of the frames, whose signals come first.
+    pub frames: Vec<String>,
+    /// Names of the model's signals.
+    pub signals: Vec<String>,
+    /// Names of the elements of compliance, of which `NAME.FORCE` are signals.
+    pub couplings: Vec<String>,
+    /// Elastic joints, and the elements of compliance of which `q.NAME` and `v.NAME` are states of their motors.
+    pub motors: Vec<(String, String)>,
+    /// Names of the drives, in the order of the controls; none where they have no joints.
+    pub drives: Vec<String>,
+    /// Sensors of the robot's file.
+    pub file_sensors: Vec<FileSensor>,
+}
+
+/// A table that does not fit its model: the key that is wrong, and what is valid.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{key}: {message}")]
+pub struct Unfit {
+    /// Key in the table.
+    pub key: &'static str,
+    /// What was found and what is valid.
+    pub message: String,
+    /// Advice, where there is any.
+    pub help: Option<String>,
+}
+
+impl Unfit {
+    /// Without advice.
+    pub fn new(key: &'static str, message: impl Into<String>) -> Self {
+        Self { key, message: message.into(), help: None }
+    }
+
+    /// The same with advice.
+    #[must_use]
+    pub fn with_help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+
+    /// The error of a file that has the table at a place.
+    pub fn at(self, document: &Document, at: &[Place]) -> FileError {
+        let at: Vec<Place> = at.iter().copied().chain([self.key.into()]).collect();
+        FileError { help: self.help, ..document.error(&at, self.message) }
+    }
+
+    /// A name that is none of `valid`: `what` says so. With the nearest of them as advice.
+    pub fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
+        let message = format!("{what}: {}", owned(valid));
+        Self { key, message, help: nearest(name, valid) }
+    }
+}
+
+/// Signals of elements that are no forces: deflections begin with this.
+pub const DEFLECTION: &str = "deflection";
+
+impl Vocabulary {
+    /// The names and sizes of a model.
+    pub fn of<M: Model>(model: &M) -> Self {
+        Self {
+            channels: model.channels(),
+            states: model.state_names(),
+            joints: model.joint_names(),
+            locked: model.locked_joints(),
+            frames: model.frame_names(),
+            signals: model.signals(),
+            couplings: model.coupling_names(),
+            motors: model.motors(),
+            drives: model.drive_names(),
+            file_sensors: model.file_sensors(),
+        }
+    }
+
+    /// How many controls there are.
+    pub fn controls(&self) -> usize {
+        self.channels.controls.len()
+    }
+
+    /// The place of a state.
+    pub fn state(&self, key: &'static str, name: &str) -> Result<usize, Unfit> {
+        self.states.iter().position(|state| state == name).ok_or_else(|| {
+            let what = format!("the model has no state `{name}`");
+            self.if_locked(key, name).unwrap_or_else(|| Unfit::unknown(key, &what, name, &self.states))
+        })
+    }
+
+    /// The channel of a state; without a unit where the model gives none.
+    pub fn state_channel(&self, place: usize) -> Channel {
+        let named = || Channel::new(self.states.get(place).map_or("", String::as_str), "");
+        self.channels.states.get(place).cloned().unwrap_or_else(named)
+    }
+
+    /// The name of a signal.
+    pub fn signal_name(&self, place: usize) -> &str {
+        self.signals.get(place).map_or("", String::as_str)
+    }
+
+    /// What is wrong with the name of a joint or of a state, where that is one of a locked joint.
+    fn if_locked(&self, key: &'static str, name: &str) -> Option<Unfit> {
+        let (message, help) = locked_message(name, &self.locked)?;
+        Some(Unfit { help: Some(help), ..Unfit::new(key, message) })
+    }
+
+    /// The joints with these names, or all where none are given; at least one.
+    pub fn selected_joints(&self, select: Option<Vec<String>>) -> Result<Vec<String>, Unfit> {
+        if self.joints.is_empty() {
+            return Err(Unfit::new("kind", "the model has no joints"));
+        }
+        let select = select.unwrap_or_else(|| self.joints.clone());
+        if select.is_empty() {
+            return Err(Unfit::new("select", "name at least one joint"));
+        }
+        match select.iter().find(|name| !self.joints.contains(name)) {
+            None => Ok(select),
+            Some(name) => Err(self.if_locked("select", name).unwrap_or_else(|| {
+                Unfit::unknown("select", &format!("the robot has no moving joint `{name}`"), name, &self.joints)
+            })),
+        }
+    }
+
+    /// The element of compliance that makes a joint elastic.
+    pub fn motor_of(&self, joint: &str) -> Option<&str> {
+        self.motors.iter().find(|(own, _)| own == joint).map(|(_, element)| element.as_str())
+    }
+
+    /// The place of a frame's first signal; those of [`FRAME_SIGNALS`](crate::FRAME_SIGNALS) follow.
+    pub fn frame(&self, name: &str) -> Result<usize, Unfit> {
+        let place = self.frames.iter().position(|frame| frame == name);
+        let unknown = || {
+            let what = format!("the model has no link or frame `{name}`");
+            Unfit::unknown("frame", &what, name, &self.frames)
+        };
+        place.map(frame_signals).ok_or_else(unknown)
+    }
+
+    /// The name of the frame that a signal is of.
+    pub fn frame_of(&self, signal: usize) -> &str {
+        self.frames.get(signal / frame_signals(1)).map_or("", String::as_str)
+    }
+
+    /// The places of signals with whole names.
+    pub fn signals_of(&self, names: &[String]) -> Result<Vec<usize>, Unfit> {
+        let find = |name: &String| {
+            // Signals of the robot as a whole come last.
+            let place = self.signals.iter().rposition(|other| other == name);
+            let what = format!("the model has no signal `{name}`");
+            place.ok_or_else(|| Unfit::unknown("select", &what, name, &self.signals))
+        };
+        names.iter().map(find).collect()
+    }
+
+    /// The places and names of an element's signals: of its deflections, or all others.
+    fn of_coupling(&self, coupling: &str, deflections: bool) -> Result<Vec<(usize, &str)>, Unfit> {
+        if !self.couplings.iter().any(|other| other == coupling) {
+            let what = format!("the model has no compliance `{coupling}`");
+            return Err(Unfit::unknown("coupling", &what, coupling, &self.couplings));
+        }
+        let own = |(place, signal): (usize, &'_ String)| {
+            let name = signal.strip_prefix(coupling)?.strip_prefix('.')?.len();
+            Some((place, name))
+        };
+        let all = self.signals.iter().enumerate().skip(frame_signals(self.frames.len()));
+        let named = all.filter_map(own).map(|(place, name)| {
+            let signal = self.signal_name(place);
+            (place, &signal[signal.len() - name..])
+        });
+        Ok(named.filter(|(_, name)| name.starts_with(DEFLECTION) == deflections).collect())
+    }
+
+    /// The places of an element's forces or deflections by name; of all where none are given, but for the depth of a
+    /// contact, which is no force.
+    pub fn coupling(
+        &self,
+        coupling: &str,
+        select: Option<Vec<String>>,
+        deflections: bool,
+    ) -> Result<Vec<usize>, Unfit> {
+        let own = self.of_coupling(coupling, deflections)?;
+        let Some(select) = select else {
+            return Ok(own.iter().filter(|(_, name)| *name != "penetration").map(|&(place, _)| place).collect());
+        };
+        if select.is_empty() {
+            return Err(Unfit::new("select", "name at least one"));
+        }
+        let names: Vec<&str> = own.iter().map(|&(_, name)| name).collect();
+        let find = |name: &String| {
+            let place = own.iter().find(|(_, other)| other == name).map(|&(place, _)| place);
+            place.ok_or_else(|| Unfit::unknown("select", &format!("`{coupling}` has no `{name}`"), name, &names))
+        };
+        select.iter().map(find).collect()
+    }
+
+    /// The place of a contact's signal, by the contact's name where the model has named ones.
+    pub fn contact_signal(&self, contact: Option<&str>, signal: &'static str) -> Result<usize, Unfit> {
+        let ending = |other: &'_ String| {
+            let name = other.strip_suffix(signal)?.strip_suffix('.')?;
+            Some(name.to_owned())
+        };
+        let named: Vec<String> = self.signals.iter().filter_map(ending).collect();
+        match contact {
+            Some(name) => {
+                let whole = format!("{name}.{signal}");
+                self.signals.iter().position(|other| *other == whole).ok_or_else(|| {
+                    Unfit::unknown("contact", &format!("the model has no contact `{name}`"), name, &named)
+                })
+            }
+            None => self.signals.iter().position(|other| other == signal).ok_or_else(|| {
+                if named.is_empty() {
+                    return Unfit::new("kind", format!("the model has no contact: it has no signal `{signal}`"));
+                }
+                let message = format!("is missing: the model has {}", supple_text::quoted(&named));
+                Unfit { help: Some("name the contact".into()), ..Unfit::new("contact", message) }
+            }),
+        }
+    }
+
+    /// What a signal of a contact is, for people: with the contact's name where it has one.
+    pub fn contact_channel(&self, signal: usize, what: &str, unit: &str) -> Channel {
+        match self.signal_name(signal).rsplit_once('.') {
+            Some((contact, _)) => Channel::new(format!("{what} of {contact}"), unit),
+            None => Channel::new(what, unit),
+        }
+    }
+
+    /// The channel of an element's force or deflection, `NAME.SIGNAL`.
+    pub fn coupling_channel(&self, place: usize) -> Channel {
+        let name = self.signal_name(place);
+        let (element, signal) = name.rsplit_once('.').unwrap_or(("", name));
+        let unit = match signal {
+            "contact_force" | "force_x" | "force_y" | "force_z" => "N",
+            "torque_x" | "torque_y" | "torque_z" => "N m",
+            "penetration" | "deflection_x" | "deflection_y" | "deflection_z" => "m",
+            "deflection_roll" | "deflection_pitch" | "deflection_yaw" => "rad",
+            "torque" => self.torque_unit(element),
+            _ => self.deflection_unit(element),
+        };
+        Channel::new(name, unit)
+    }
+
+    /// The unit of the position of what an element acts on; empty where that is not known.
+    fn deflection_unit(&self, element: &str) -> &str {
+        let joint = self.motors.iter().find(|(_, own)| own == element).map(|(joint, _)| joint);
+        let state = joint.and_then(|joint| self.states.iter().position(|state| *state == format!("q.{joint}")));
+        state.and_then(|place| self.channels.states.get(place)).map_or("", |channel| channel.unit.as_str())
+    }
+
+    /// The unit of the effort of an element that acts on a joint.
+    pub fn torque_unit(&self, element: &str) -> &'static str {
+        match self.deflection_unit(element) {
+            "rad" => "N m",
+            "m" => "N",
+            _ => "",
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What a plan looks like over time: bodies, the forces between them, and what the controller knows of where they are.
+//!
+//! A model that can be drawn gives a [`Picture`] at one point ([`Model::picture`](crate::Model::picture)); a [`Scene`]
+//! is the film of them along a plan, at no more than [`MOST_FRAMES`] times.
+
+use serde::{Deserialize, Serialize};
+
+mod picture;
+mod track;
+
+pub use picture::{Landmark, LandmarkKind, Picture, PlacedBody, PlacedConnection, Seen};
+pub use supple_robot::Pose;
+pub use track::Track;
+pub use track::round;
+
+/// At how many times a scene shows a plan at most.
+pub const MOST_FRAMES: usize = 101;
+
+/// A moving picture of a plan. All lengths are in m and in the axes of the world; rotations are quaternions
+/// `w, x, y, z` of length 1.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// Time of each frame, s.
+    pub time: Track<1>,
+    /// A typical length of what is drawn, m: that of the robot when stretched, for sizes of marks.
+    pub size: f64,
+    /// What is there.
+    pub bodies: Vec<Body>,
+    /// Springs, bushings and contacts.
+    pub connections: Vec<Connection>,
+    /// How well points are known.
+    pub beliefs: Vec<PointBelief>,
+    /// Walls, and how well their places are known.
+    pub walls: Vec<Wall>,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// Its name.
+    pub name: String,
+    /// What to draw where it has no meshes, or they cannot be read.
+    pub shapes: Vec<Shape>,
+    /// Its meshes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<MeshFile>,
+    /// Where its frame's origin is.
+    pub position: Track<3>,
+    /// How it is turned.
+    pub rotation: Track<4>,
+}
+
+/// A simple shape on a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shape {
+    /// What it is.
+    pub solid: Solid,
+    /// Its centre in the body's frame.
+    pub position: [f64; 3],
+    /// How it is turned in that frame.
+    pub rotation: [f64; 4],
+}
+
+/// A solid about its own centre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solid {
+    /// Edges along x, y and z.
+    Box {
+        /// Their lengths.
+        size: [f64; 3],
+    },
+    /// A ball.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+    },
+    /// With its axis along z.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Its length.
+        length: f64,
+    },
+    /// With its axis along z: a cylinder with half a ball on either end.
+    Capsule {
+        /// Its radius.
+        radius: f64,
+        /// Its length without the half balls.
+        length: f64,
+    },
+}
+
+/// A file with a mesh on a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshFile {
+    /// Where the file is, as the robot's file was named.
+    pub path: std::path::PathBuf,
+    /// Where it is in the body's frame.
+    pub position: [f64; 3],
+    /// How it is turned in that frame.
+    pub rotation: [f64; 4],
+    /// Factor by axis of the mesh, before it is turned.
+    pub scale: [f64; 3],
+}
+
+/// What a connection is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ConnectionKind {
+    /// Along a line or beside a joint.
+    Spring,
+    /// A spring in six directions.
+    Bushing,
+    /// With a wall.
+    Contact,
+}
+
+/// What pulls or presses between two points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Connection {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: ConnectionKind,
+    /// Where the first end is.
+    pub from: Track<3>,
+    /// Where the second end is.
+    pub to: Track<3>,
+    /// Force on what is at the second end, N.
+    pub force: Track<3>,
+    /// Torque on what is at the second end, N m.
+    pub torque: Track<3>,
+}
+
+/// How well the place of a point is known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointBelief {
+    /// Its name.
+    pub name: String,
+    /// Where it is on the plan.
+    pub position: Track<3>,
+    /// Covariance of where it is given all measurements so far, m^2: xx, xy, xz, yy, yz, zz. To first order about the
+    /// plan: `J Sigma J'` with the Jacobian `J` of the point by the state.
+    pub covariance: Track<6>,
+}
+
+/// A wall, drawn as a plate.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Wall {
+    /// Its name.
+    pub name: String,
+    /// Centre of the plate's outer face.
+    pub position: Track<3>,
+    /// How it is turned: z is the normal, out of the wall.
+    pub rotation: [f64; 4],
+    /// Edges of the plate: two along the wall, and how thick it is.
+    pub size: [f64; 3],
+    /// Standard deviation of its place along the normal, m.
+    pub deviation: Track<1>,
+}
+
+impl Shape {
+    /// A shape at a point of its body, not turned.
+    pub fn at(position: [f64; 3], solid: Solid) -> Self {
+        Self { solid, position, rotation: [1.0, 0.0, 0.0, 0.0] }
+    }
+
+    /// A shape at a pose in its body.
+    pub fn placed(pose: &Pose, solid: Solid) -> Self {
+        Self { solid, position: pose.position, rotation: quaternion(&pose.rotation) }
+    }
+}
+
+/// The unit quaternion `w, x, y, z` of a rotation matrix by rows, with `w` at least 0 (Shepperd's method).
+pub fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
+    // Four times the products of each entry with the largest one.
+    let squares = [
+        1.0 + r[0][0] + r[1][1] + r[2][2],
+        1.0 + r[0][0] - r[1][1] - r[2][2],
+        1.0 - r[0][0] + r[1][1] - r[2][2],
+        1.0 - r[0][0] - r[1][1] + r[2][2],
+    ];
+    let largest = (1..4).fold(0, |best, i| if squares[i] > squares[best] { i } else { best });
+    let (wx, wy, wz) = (r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]);
+    let (xy, xz, yz) = (r[0][1] + r[1][0], r[0][2] + r[2][0], r[1][2] + r[2][1]);
+    let products = match largest {
+        0 => [squares[0], wx, wy, wz],
+        1 => [wx, squares[1], xy, xz],
+        2 => [wy, xy, squares[2], yz],
+        _ => [wz, xz, yz, squares[3]],
+    };
+    let length = products.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+    let sign = if products[0] < 0.0 { -1.0 } else { 1.0 };
+    products.map(|entry| sign * entry / length)
+}
+
+/// The rotation, by rows, whose third column is the direction `axis`, of any length above 0; z where it has none.
+pub fn turned_to(axis: [f64; 3]) -> [[f64; 3]; 3] {
+    use supple_robot::vector::{cross, dot, scale, sub};
+    let length = dot(axis, axis).sqrt();
+    if !(length > 0.0 && length.is_finite()) {
+        return Pose::IDENTITY.rotation;
+    }
+    let axis = scale(1.0 / length, axis);
+    let least = (0..3).fold(0, |least, i| if axis[i].abs() < axis[least].abs() { i } else { least });
+    let mut helper = [0.0; 3];
+    helper[least] = 1.0;
+    let across = sub(helper, scale(axis[least], axis));
+    let first = scale(1.0 / dot(across, across).sqrt(), across);
+    let second = cross(axis, first);
+    [0, 1, 2].map(|row| [first[row], second[row], axis[row]])
+}

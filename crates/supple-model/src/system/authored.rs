@@ -1,0 +1,375 @@
+use std::sync::OnceLock;
+use supple_kernels::graph::{Batch, Program, Source};
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Dimensions;
+use supple_lqg::KnotAdjoints;
+
+use super::kept::Kept;
+use super::programs::Recorder;
+use super::trace::{residuals, values};
+use super::wide::Along;
+use super::{Constraints, Curvature, Points, System, Variation, make_convex};
+use crate::contacts::{Contact, ContactState, WantedForce};
+use crate::cost::Cost;
+use crate::followed::{self, Followed, FollowedNumber};
+use crate::quantity::{Quantity, Vocabulary};
+use crate::scene::Seen;
+use crate::{Channels, Limit, Model, Point, Value};
+
+/// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
+///
+/// The physics is recorded as a graph, differentiated there, and compiled to one program per function; each is made
+/// when it is first asked for. It is the same at every step.
+#[derive(Debug)]
+pub struct Authored<M> {
+    model: M,
+    costs: Vec<Cost>,
+    followed: Vec<Followed>,
+    /// Limits that plans keep; none where there are none.
+    pub(super) kept: Option<Kept>,
+    /// Names of the model, by which numbers that are followed are called.
+    vocabulary: OnceLock<Vocabulary>,
+    time_step: Value,
+    parameters: usize,
+    size: Dimensions,
+    programs: Programs,
+    /// The same with wider contacts and friction, by two parameters more.
+    widened: OnceLock<Option<Box<Self>>>,
+}
+
+#[derive(Debug, Default)]
+struct Programs {
+    step: OnceLock<Program>,
+    advance: OnceLock<Program>,
+    observe: OnceLock<Program>,
+    picks: OnceLock<Option<Vec<usize>>>,
+    cost: [OnceLock<Program>; 2],
+    dynamics_jacobian: OnceLock<Program>,
+    /// With the time step as one parameter more.
+    dynamics_jacobian_with: OnceLock<Program>,
+    measurement_jacobian: OnceLock<Program>,
+    /// By curvature, of a stage and of the end.
+    cost_quadratic: [[OnceLock<Program>; 2]; 2],
+    dynamics_curvature: OnceLock<Program>,
+    responses: OnceLock<Program>,
+    curvature_along: OnceLock<Program>,
+    affine_in_controls: OnceLock<bool>,
+    /// How landmarks move with the states.
+    landmarks: OnceLock<Program>,
+    contract_dynamics: OnceLock<Program>,
+    contract_measurement: OnceLock<Program>,
+    contract_cost: [OnceLock<Program>; 2],
+    /// Of a stage and of the end.
+    parameter_gradient: [OnceLock<Program>; 2],
+    parameter_gradient_along: [OnceLock<Program>; 2],
+}
+
+impl<M: Model> Authored<M> {
+    /// A model with the costs of a task, its time step in s, and how many parameters there are.
+    pub fn new(model: M, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Self {
+        let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
+        let (followed, kept, vocabulary) = (Vec::new(), None, OnceLock::new());
+        Self { model, costs, followed, kept, vocabulary, time_step, parameters, size, programs, widened }
+    }
+
+    /// The same with quantities that are followed along plans.
+    #[must_use]
+    pub fn following(self, followed: Vec<Followed>) -> Self {
+        Self { kept: Kept::of(&followed), followed, ..self }
+    }
+
+    pub(super) fn vocabulary(&self) -> &Vocabulary {
+        self.vocabulary.get_or_init(|| Vocabulary::of(&self.model))
+    }
+
+    pub(super) fn recorder(&self) -> Recorder<'_, M> {
+        let Self { model, costs, time_step, parameters, .. } = self;
+        Recorder { model, costs, time_step: *time_step, parameters: *parameters }
+    }
+
+    fn program<'a>(&self, cell: &'a OnceLock<Program>, record: impl FnOnce(&Recorder<M>) -> Program) -> &'a Program {
+        cell.get_or_init(|| record(&self.recorder()))
+    }
+
+    fn cost(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> f64 {
+        let program = self.program(&self.programs.cost[usize::from(last)], |recorder| recorder.cost(last));
+        let mut cost = [0.0];
+        program.run_single(&[x, u], phi, &mut [&mut cost]);
+        cost[0]
+    }
+}
+
+/// Up to how many unknowns of a step one program finds all second derivatives of the dynamics; it grows with the third power
+/// of their number.
+const MOST_UNKNOWNS: usize = 16;
+
+/// The stages and the end of a batch.
+pub(super) fn parts(at: &Points) -> [(bool, Batch); 2] {
+    let end = Batch { first: at.stages, count: usize::from(at.has_end) };
+    [(false, Batch { first: 0, count: at.stages }), (true, end)]
+}
+
+/// What is read at the points themselves.
+pub(super) fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
+    [at.states.into(), at.controls.into()]
+}
+
+/// A source that is read at the state after.
+pub(super) fn after(matrices: &Matrices) -> Source<'_> {
+    Source { matrices, shift: 1 }
+}
+
+impl<M: Model> System for Authored<M> {
+    fn dimensions(&self) -> Dimensions {
+        self.size
+    }
+
+    fn state_names(&self) -> Vec<String> {
+        self.model.state_names()
+    }
+
+    fn channels(&self) -> Channels {
+        self.model.channels()
+    }
+
+    fn limits(&self) -> Vec<Limit> {
+        self.model.limits()
+    }
+
+    fn contacts(&self) -> Vec<Contact> {
+        self.model.contacts()
+    }
+
+    fn contact_states(&self, x: &[f64], phi: &[f64]) -> Vec<ContactState> {
+        let idle = vec![0.0; self.size.controls];
+        self.model.contact_states(&Point { x, u: &idle, phi, time_step: self.time_step.resolve(phi), w: &[] })
+    }
+
+    fn wanted_forces(&self, phi: &[f64]) -> Vec<WantedForce> {
+        let contacts = self.model.contacts();
+        let place = |signal| contacts.iter().position(|contact| contact.force_signal == Some(signal));
+        let of_cost = |(index, cost): (usize, &Cost)| {
+            let (kind, wanted) = (cost.name(), if cost.counts(phi) { cost.wanted(phi) } else { Vec::new() });
+            let known = |(signal, target)| Some(WantedForce { cost: index, kind, contact: place(signal)?, target });
+            wanted.into_iter().filter_map(known).collect::<Vec<_>>()
+        };
+        self.costs.iter().enumerate().flat_map(of_cost).collect()
+    }
+
+    fn picture(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Option<Seen> {
+        let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
+        let picture = self.model.picture(&at)?;
+        let positions = self.model.landmarks(&at);
+        let mut entries = vec![0.0; 3 * positions.len() * x.len()];
+        if !entries.is_empty() {
+            let program = self.program(&self.programs.landmarks, |r| r.landmarks());
+            program.run_single(&[x, u], phi, &mut [&mut entries]);
+        }
+        let row = |place: usize, axis: usize| entries[(3 * place + axis) * x.len()..][..x.len()].to_vec();
+        let jacobians = (0..positions.len()).map(|place| [0, 1, 2].map(|axis| row(place, axis))).collect();
+        Some(Seen { picture, positions, jacobians })
+    }
+
+    fn depends_on(&self, parameters: usize) -> Vec<bool> {
+        let mut dependencies = self.recorder().dependencies(self.kept.as_ref().map(|kept| &kept.ends));
+        dependencies.resize(parameters, false);
+        dependencies
+    }
+
+    fn step(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]) {
+        self.program(&self.programs.step, |r| r.step()).run_single(&[x, u], phi, &mut [next]);
+    }
+
+    fn advance(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
+        let mut cost = [0.0];
+        let program = self.program(&self.programs.advance, |r| r.advance());
+        program.run_single(&[x, u], phi, &mut [next, &mut cost]);
+        cost[0]
+    }
+
+    fn observe(&self, _: usize, x: &[f64], phi: &[f64], y: &mut [f64]) {
+        self.program(&self.programs.observe, |r| r.observe()).run_single(&[x], phi, &mut [y]);
+    }
+
+    fn picks(&self) -> Option<&[usize]> {
+        self.programs.picks.get_or_init(|| self.recorder().picks()).as_deref()
+    }
+
+    fn stage_cost(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
+        self.cost(x, u, phi, false)
+    }
+
+    fn final_cost(&self, x: &[f64], phi: &[f64], _: &mut Scratch) -> f64 {
+        self.cost(x, &[], phi, true)
+    }
+
+    fn cost_names(&self) -> Vec<String> {
+        let own = self.model.own_cost(false).or(self.model.own_cost(true)).map(|_| "the model's own".to_owned());
+        let named = |(index, cost): (usize, &Cost)| format!("{} {}", index + 1, cost.name());
+        self.costs.iter().enumerate().map(named).chain(own).collect()
+    }
+
+    fn cost_terms(&self, x: &[f64], u: &[f64], phi: &[f64], last: bool) -> Vec<f64> {
+        let time_step = self.time_step.resolve(phi);
+        let at = Point { x, u, phi, time_step, w: &[] };
+        let term = |(cost, residual): (&Cost, Vec<f64>)| {
+            if cost.weights(last).are_zero() { 0.0 } else { cost.of_residual(&residual, phi, last) }
+        };
+        let mut terms: Vec<f64> = self.costs.iter().zip(residuals(&self.model, &self.costs, &at)).map(term).collect();
+        if self.model.own_cost(false).is_some() || self.model.own_cost(true).is_some() {
+            let mut residual = vec![0.0; self.model.own_cost(last).map_or(0, |cost| cost.residuals)];
+            self.model.own_residual(&at, last, &mut residual);
+            terms.push(self.model.own_norm(&residual, phi, time_step, last));
+        }
+        terms
+    }
+
+    fn followed(&self, phi: &[f64]) -> Vec<FollowedNumber> {
+        followed::numbers(&self.costs, &self.followed, self.vocabulary(), phi)
+    }
+
+    fn follow(&self, x: &[f64], u: &[f64], phi: &[f64]) -> Vec<f64> {
+        let of_costs = self.costs.iter().filter(|cost| followed::shows(cost)).map(|cost| &cost.quantity);
+        let quantities: Vec<&Quantity> =
+            of_costs.chain(self.followed.iter().map(|followed| &followed.quantity)).collect();
+        let at = Point { x, u, phi, time_step: self.time_step.resolve(phi), w: &[] };
+        values(&self.model, &quantities, &at).concat()
+    }
+
+    fn constraints(&self) -> Option<&dyn Constraints> {
+        self.kept.is_some().then_some(self as &dyn Constraints)
+    }
+
+    fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        let program = self.program(&self.programs.dynamics_jacobian, |r| r.dynamics_jacobian());
+        let batch = Batch { first: 0, count: at.stages };
+        program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
+    }
+
+    fn dynamics_jacobian_with(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
+        let program = self.program(&self.programs.dynamics_jacobian_with, |recorder| {
+            let time_step = Value::Parameter(recorder.parameters);
+            Recorder { time_step, parameters: recorder.parameters + 1, ..*recorder }.dynamics_jacobian()
+        });
+        let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
+        let phi = [&phi[..self.parameters], &[time_step]].concat();
+        program.run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);
+        Some(out)
+    }
+
+    fn substeps(&self) -> Option<usize> {
+        self.model.substeps()
+    }
+
+    fn widened(&self) -> Option<&dyn System> {
+        let widened = self.widened.get_or_init(|| {
+            let [length, speed] = [0, 1].map(|more| Value::Parameter(self.parameters + more));
+            let model = self.model.widened(length, speed)?;
+            Some(Box::new(Self::new(model, self.costs.clone(), self.time_step, self.parameters + 2)))
+        });
+        widened.as_deref().map(|system| system as &dyn System)
+    }
+
+    fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        let program = self.program(&self.programs.measurement_jacobian, |r| r.measurement_jacobian());
+        let batch = Batch { first: 0, count: at.count() };
+        program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
+    }
+
+    fn cost_quadratics(
+        &self,
+        at: Points,
+        phi: &[f64],
+        curvature: Curvature,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let cells = &self.programs.cost_quadratic[usize::from(curvature == Curvature::Exact)];
+        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            let cell = &cells[usize::from(last)];
+            let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
+            program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
+        }
+        let convex = |last| self.recorder().is_convex(last);
+        if curvature == Curvature::GaussNewton && !(convex(false) && convex(true)) {
+            make_convex(out, self.size.joint());
+        }
+    }
+
+    fn add_dynamics_curvature(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
+        if unknowns > MOST_UNKNOWNS {
+            let responses = self.program(&self.programs.responses, |r| r.responses());
+            let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
+            let affine = *self.programs.affine_in_controls.get_or_init(|| self.recorder().is_affine_in_controls());
+            let curved = if affine { self.size.states } else { joint };
+            return Along { responses, curvature, joint, curved, unknowns }.add(at, phi, costates, out, scratch);
+        }
+        let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
+        let sources = [at.states.into(), at.controls.into(), after(costates)];
+        let batch = Batch { first: 0, count: at.stages };
+        program.run(batch, (&sources, phi), (Some(out), &mut []), scratch);
+    }
+
+    fn contract(
+        &self,
+        at: Points,
+        phi: &[f64],
+        adjoints: &KnotAdjoints,
+        joint: &mut Matrices,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let programs = &self.programs;
+        let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints;
+        let [x, u] = at_points(at);
+        let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
+        let mut run = |program: &Program, batch| {
+            program.run(batch, (&sources, phi), (Some(&mut *joint), parameters), scratch);
+        };
+        let stages = Batch { first: 0, count: at.stages };
+        run(self.program(&programs.contract_dynamics, |r| r.contract_dynamics()), stages);
+        let all = Batch { first: 0, count: at.count() };
+        run(self.program(&programs.contract_measurement, |r| r.contract_measurement()), all);
+        if *has_cost {
+            for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+                let cell = &programs.contract_cost[usize::from(last)];
+                run(self.program(cell, |recorder| recorder.contract_cost(last)), batch);
+            }
+        }
+    }
+
+    fn add_parameter_gradient(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        variation: Option<Variation>,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let [x, u] = at_points(at);
+        let mut sources = [x, u, after(costates), x, x, x, x, x];
+        if let Some(Variation { joint, costates }) = variation {
+            sources[super::trace::source::VARIATION] = joint.into();
+            sources[super::trace::source::COSTATE_VARIATION] = after(costates);
+        }
+        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            let cell = usize::from(last);
+            let program = match variation {
+                None => self.program(&self.programs.parameter_gradient[cell], |r| r.parameter_gradient(last)),
+                Some(_) => {
+                    self.program(&self.programs.parameter_gradient_along[cell], |r| r.parameter_gradient_along(last))
+                }
+            };
+            program.run(batch, (&sources, phi), (None, parameters), scratch);
+        }
+    }
+}

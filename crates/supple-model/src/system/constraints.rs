@@ -1,0 +1,83 @@
+use supple_kernels::{Matrices, Scratch};
+
+use super::Points;
+use crate::Channel;
+
+/// An end of a limit that plans keep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptEnd {
+    /// What is limited.
+    pub channel: Channel,
+    /// Whether it is the most that the number may be, and otherwise the least.
+    pub upper: bool,
+}
+
+/// Limits of a task that its plans keep: `e(x, u) <= 0` at every step, with one excess `e` for each end of a limit.
+///
+/// Ends of numbers that depend on the control hold at stages 0 to N - 1, those of others at 1 to N: the first state is
+/// given. Where an end does not hold, its excess is minus infinity. `z = (x, u)`; matrices are those of [`Matrices`].
+pub trait Constraints: Send + Sync {
+    /// The ends, q of them, in the order of excesses.
+    fn ends(&self) -> Vec<KeptEnd>;
+
+    /// The bounds of the ends at `phi`, q of them, in the units of their numbers.
+    fn bounds(&self, phi: &[f64]) -> Vec<f64>;
+
+    /// By how much each number is beyond its end at every point: vectors of length q.
+    fn excesses(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// `e_z` at every point: q x (n + m); zeros in rows of ends that do not hold there.
+    fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// Adds `(mu' e)_zz` to the square part of `out`, (n + m) x (n + m + 1), at every point; `multipliers` are vectors of
+    /// length q.
+    fn add_excess_curvature(
+        &self,
+        at: Points,
+        phi: &[f64],
+        multipliers: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    );
+
+    /// Adds to `parameters` the gradient by `phi` of `sum mu' e`, or with a variation the derivative of that gradient
+    /// along it.
+    fn add_excess_parameter_gradient(
+        &self,
+        at: Points,
+        phi: &[f64],
+        multipliers: &Matrices,
+        variation: Option<ExcessVariation>,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    );
+}
+
+/// Variations of trajectory and multipliers, along which second derivatives are contracted.
+#[derive(Clone, Copy, Debug)]
+pub struct ExcessVariation<'a> {
+    /// Of state and control together, vectors of length n + m, stages and end (where the control's part is 0).
+    pub joint: &'a Matrices,
+    /// Of the multipliers, vectors of length q.
+    pub multipliers: &'a Matrices,
+}
+
+impl dyn Constraints + '_ {
+    /// The excesses at all points, as new vectors; `ends` is their length q.
+    pub fn excesses_at(&self, at: Points, phi: &[f64], ends: usize, scratch: &mut Scratch) -> Matrices {
+        let mut excesses = Matrices::vectors(at.count(), ends);
+        self.excesses(at, phi, &mut excesses, scratch);
+        excesses
+    }
+}
+
+/// Adds `slope e_z` to the last column of one matrix `[H | h]`, given by its padded rows, and `rho e_z' e_z` to its square part.
+pub fn add_excess(quadratic: &mut [f64], stride: usize, gradient: &[f64], (slope, rho): (f64, f64)) {
+    let joint = gradient.len();
+    for (entry, row) in gradient.iter().zip(quadratic.chunks_exact_mut(stride)) {
+        row[joint] += slope * entry;
+        if rho * entry != 0.0 {
+            row.iter_mut().zip(gradient).for_each(|(to, other)| *to += rho * entry * other);
+        }
+    }
+}

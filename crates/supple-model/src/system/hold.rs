@@ -1,0 +1,54 @@
+use nalgebra::{DMatrix, DVector};
+use supple_kernels::{Matrices, Scratch};
+
+use super::{Points, System, Times};
+
+/// The controls that keep the system at the state `x` as nearly as they can, length m (theory, equation P.3b): gravity
+/// compensation, where every joint has a drive. Zeros where they cannot be found.
+pub fn holding_controls(system: &dyn System, x: &[f64], phi: &[f64]) -> Vec<f64> {
+    let mut found = vec![0.0; system.dimensions().controls];
+    let mut missed = miss(system, x, &found, phi);
+    // Once for what is linear in the controls, and once more for what is nearly so.
+    for _ in 0..2 {
+        let Some(step) = correction(system, x, &found, phi) else { break };
+        let next: Vec<f64> = found.iter().zip(&step).map(|(u, step)| u + step).collect();
+        let misses = miss(system, x, &next, phi);
+        if misses.is_nan() || misses >= missed {
+            break;
+        }
+        (found, missed) = (next, misses);
+    }
+    found
+}
+
+/// `|f(x, u) - x|^2`
+fn miss(system: &dyn System, x: &[f64], u: &[f64], phi: &[f64]) -> f64 {
+    drift(system, x, u, phi).iter().map(|entry| entry * entry).sum()
+}
+
+/// `f(x, u) - x`
+fn drift(system: &dyn System, x: &[f64], u: &[f64], phi: &[f64]) -> Vec<f64> {
+    let mut next = vec![0.0; x.len()];
+    system.step(0, x, u, phi, &mut next);
+    next.iter().zip(x).map(|(next, x)| next - x).collect()
+}
+
+/// The least squares solution of `B du = x - f(x, u)`.
+fn correction(system: &dyn System, x: &[f64], u: &[f64], phi: &[f64]) -> Option<Vec<f64>> {
+    let (n, m) = (x.len(), u.len());
+    let (mut states, mut controls) = (Matrices::vectors(1, n), Matrices::vectors(1, m));
+    states.vector_mut(0).copy_from_slice(x);
+    controls.vector_mut(0).copy_from_slice(u);
+    let at = Points { states: &states, controls: &controls, stages: 1, has_end: false, times: Times::From(0) };
+    let mut jacobian = Matrices::zeros(1, n, n + m);
+    system.dynamics_jacobians(at, phi, &mut jacobian, &mut Scratch::new());
+    let b = DMatrix::from_fn(n, m, |i, j| jacobian.get(0, i, n + j));
+    let target = DVector::from_vec(drift(system, x, u, phi));
+    if !(b.iter().all(|entry| entry.is_finite()) && target.iter().all(|entry| entry.is_finite())) {
+        return None;
+    }
+    let svd = b.svd(true, true);
+    let least = svd.singular_values.max() * 1e-10;
+    let solution = svd.solve(&-target, least).ok()?;
+    Some(solution.iter().copied().collect())
+}

@@ -1,0 +1,250 @@
+//! What solvers call: a model and its costs as plain functions of `f64` with all derivatives, over batches of points.
+//!
+//! [`Authored`] gives all of it for every [`Model`](crate::Model) by differentiation, and [`Sequence`] for arrays of
+//! matrices. A system whose derivatives come from elsewhere implements [`System`] itself.
+
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::{Dimensions, KnotAdjoints};
+
+use crate::contacts::{Contact, ContactState, WantedForce};
+use crate::followed::FollowedNumber;
+use crate::scene::Seen;
+use crate::trajectory::Trajectory;
+use crate::{Channels, Limit};
+
+mod arrays;
+mod authored;
+mod batch;
+mod constraints;
+mod convex;
+mod hold;
+mod kept;
+mod programs;
+mod roll_out;
+mod sequence;
+mod trace;
+mod wide;
+
+pub use crate::trajectory::{Points, Times};
+pub use arrays::Arrays;
+pub use authored::Authored;
+pub use batch::Variation;
+pub use constraints::add_excess;
+pub use constraints::{Constraints, ExcessVariation, KeptEnd};
+pub use convex::make_convex;
+pub use hold::holding_controls;
+pub use roll_out::RollOut;
+pub use sequence::Sequence;
+
+/// Which second derivatives of the cost are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curvature {
+    /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
+    /// convex by [`make_convex`].
+    GaussNewton,
+    /// All of them.
+    Exact,
+}
+
+/// A controlled system with costs and all derivatives that planning and design need.
+///
+/// `phi` holds all parameters, `t` is the step, from 0; matrices are those of [`Matrices`], `z = (x, u)`. Functions may
+/// differ from step to step. Methods write every entry that can be non-zero and rely on the others being zero, so each
+/// output belongs to one system for its life.
+///
+/// Functions at single points are called where points come one by one; batches and roll-outs are methods of their own,
+/// for systems that do better than to go through their points.
+pub trait System: Send + Sync {
+    /// Lengths of state, control and measurement.
+    fn dimensions(&self) -> Dimensions;
+
+    /// Names of the states.
+    fn state_names(&self) -> Vec<String>;
+
+    /// What the numbers of state, control and measurement are, for people.
+    fn channels(&self) -> Channels {
+        Channels::plain(self.state_names(), self.dimensions())
+    }
+
+    /// What states and controls must stay within for the real thing.
+    fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+
+    /// Its contacts; none where it has none, or they are not known.
+    fn contacts(&self) -> Vec<Contact> {
+        Vec::new()
+    }
+
+    /// The contacts at a state, in the order of [`System::contacts`].
+    fn contact_states(&self, _x: &[f64], _phi: &[f64]) -> Vec<ContactState> {
+        Vec::new()
+    }
+
+    /// The forces that costs want from contacts.
+    fn wanted_forces(&self, _phi: &[f64]) -> Vec<WantedForce> {
+        Vec::new()
+    }
+
+    /// What it looks like at a point; none where it cannot be drawn.
+    fn picture(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Option<Seen> {
+        None
+    }
+
+    /// How many steps there are, N; none where it can go on for any number of them.
+    fn steps(&self) -> Option<usize> {
+        None
+    }
+
+    /// Which parameters any of the functions depend on.
+    fn depends_on(&self, parameters: usize) -> Vec<bool>;
+
+    /// `next = f(x, u)` at step t = 0..N-1.
+    fn step(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64]);
+
+    /// `next = f(x, u)`; returns the stage cost `l(x, u)`, both at step t = 0..N-1.
+    fn advance(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], scratch: &mut Scratch) -> f64 {
+        self.step(t, x, u, phi, next);
+        self.stage_cost(t, x, u, phi, scratch)
+    }
+
+    /// `y = g(x)` at step t = 0..N.
+    fn observe(&self, t: usize, x: &[f64], phi: &[f64], y: &mut [f64]);
+
+    /// Which state each measurement is, where every one is just a state; none where any is not, or that is not known.
+    fn picks(&self) -> Option<&[usize]> {
+        None
+    }
+
+    /// The stage cost `l(x, u)` at step t = 0..N-1.
+    fn stage_cost(&self, t: usize, x: &[f64], u: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
+
+    /// The final cost `l_N(x)`.
+    fn final_cost(&self, x: &[f64], phi: &[f64], scratch: &mut Scratch) -> f64;
+
+    /// Names of the terms of the cost; empty where they are not known apart.
+    fn cost_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The terms of the cost at a stage, or at the end, in the order of [`System::cost_names`].
+    fn cost_terms(&self, _x: &[f64], _u: &[f64], _phi: &[f64], _last: bool) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The numbers that are followed along plans at `phi`: of quantities that costs weigh, limits and curves.
+    fn followed(&self, _phi: &[f64]) -> Vec<FollowedNumber> {
+        Vec::new()
+    }
+
+    /// These numbers at a point, in the same order; those that depend on the control mean nothing at the end.
+    fn follow(&self, _x: &[f64], _u: &[f64], _phi: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The limits that plans keep; none where there are none.
+    fn constraints(&self) -> Option<&dyn Constraints> {
+        None
+    }
+
+    /// `f(x, u)` at every stage, vectors of length n.
+    fn step_all(&self, at: Points, phi: &[f64], next: &mut Matrices, _: &mut Scratch) {
+        for i in 0..at.stages {
+            self.step(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, next.vector_mut(i));
+        }
+    }
+
+    /// `g(x)` at every state, vectors of length p.
+    fn observe_all(&self, at: Points, phi: &[f64], y: &mut Matrices, _: &mut Scratch) {
+        for i in 0..at.count() {
+            self.observe(at.times.of(i), at.states.vector(i), phi, y.vector_mut(i));
+        }
+    }
+
+    /// `l(x, u)` at every stage: as many numbers.
+    fn stage_costs(&self, at: Points, phi: &[f64], out: &mut [f64], scratch: &mut Scratch) {
+        for (i, out) in out.iter_mut().enumerate().take(at.stages) {
+            *out = self.stage_cost(at.times.of(i), at.states.vector(i), at.controls.vector(i), phi, scratch);
+        }
+    }
+
+    /// `l_N(x)` at states that are all ends: as many numbers.
+    fn final_costs(&self, states: &Matrices, phi: &[f64], out: &mut [f64], scratch: &mut Scratch) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.final_cost(states.vector(i), phi, scratch);
+        }
+    }
+
+    /// Fills `out` with the noise-free trajectory from step 0 on under `law`; returns its cost.
+    fn roll_out(&self, law: RollOut, phi: &[f64], out: &mut Trajectory, scratch: &mut Scratch) -> f64 {
+        roll_out::step_by_step(self, law, phi, out, scratch)
+    }
+
+    /// `[A B] = [f_x f_u]` at every stage: n x (n + m).
+    fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// `[A B]` at one point at step t, were the time step `time_step`, s: one matrix, n x (n + m). None where that is not
+    /// known.
+    fn dynamics_jacobian_with(
+        &self,
+        _t: usize,
+        _x: &[f64],
+        _u: &[f64],
+        _phi: &[f64],
+        _time_step: f64,
+    ) -> Option<Matrices> {
+        None
+    }
+
+    /// Into how many steps of integration a time step is divided, where tasks can choose that.
+    fn substeps(&self) -> Option<usize> {
+        None
+    }
+
+    /// The same system with wider and softer contacts, and friction that sets in over higher speeds, with which planning
+    /// finds contacts from afar. It has two parameters more, after all others: the length by which contacts are wider, m, and
+    /// the speed by which friction is, m/s or rad/s. None where there are neither contacts nor friction.
+    fn widened(&self) -> Option<&dyn System> {
+        None
+    }
+
+    /// `C = g_x` at every state: p x n.
+    fn measurement_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
+
+    /// `[l_zz | l_z]` at every point: (n + m) x (n + m + 1).
+    fn cost_quadratics(&self, at: Points, phi: &[f64], curvature: Curvature, out: &mut Matrices, scratch: &mut Scratch);
+
+    /// Adds the second derivatives of `lambda_{t+1}' f` by `z` to the square part of `out` at every stage.
+    fn add_dynamics_curvature(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    );
+
+    /// The gradient of `sum over points of <adjoint, knot>`, the adjoints held fixed: by `z`, added to the last column
+    /// of `joint` ((n + m) x (n + m + 1)), and by the parameters, added to `parameters`.
+    fn contract(
+        &self,
+        at: Points,
+        phi: &[f64],
+        adjoints: &KnotAdjoints,
+        joint: &mut Matrices,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    );
+
+    /// Adds to `parameters` the gradient by `phi` of the Lagrangian `sum l + lambda_{t+1}' f`, or with a variation
+    /// `(dz, dlambda)` the derivative of that gradient along it.
+    fn add_parameter_gradient(
+        &self,
+        at: Points,
+        phi: &[f64],
+        costates: &Matrices,
+        variation: Option<Variation>,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    );
+}

@@ -1,0 +1,305 @@
+//! Numbers of a problem: written out, parameters, and expressions of parameters.
+
+use std::borrow::Cow;
+use std::cell::RefCell;
+
+mod expression;
+mod parse;
+mod range;
+
+pub use expression::Expression;
+use expression::{Operator, Tree};
+
+use serde::de::{self, Deserialize, Deserializer, Visitor};
+use supple_kernels::Scalar;
+use supple_text::quoted;
+
+/// A number of the problem: written out, the name of a declared parameter, or an expression of parameters.
+///
+/// Anything numeric in a task file is a `Value`, so that stiffnesses, noise variances and weights can all be designed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// The number itself.
+    Number(f64),
+    /// The parameter with this index in [`Parameters`](crate::parameters::Parameters).
+    Parameter(usize),
+    /// An expression of parameters.
+    Expression(Expression),
+}
+
+impl Value {
+    /// The value as a scalar, given all parameters as scalars.
+    pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
+        match self {
+            Self::Number(number) => S::constant(number),
+            Self::Parameter(index) => phi[index],
+            Self::Expression(expression) => expression.resolve(phi),
+        }
+    }
+
+    /// The derivative by each parameter that it depends on: the parameter's index, and the slope at `phi`.
+    pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
+        match self {
+            Self::Number(_) => Vec::new(),
+            Self::Parameter(index) => vec![(index, 1.0)],
+            Self::Expression(expression) => expression.slopes(phi),
+        }
+    }
+
+    /// Adds its gradient by all parameters, times a weight, to `out`.
+    pub fn add_gradient(self, phi: &[f64], weight: f64, out: &mut [f64]) {
+        match self {
+            Self::Number(_) => {}
+            Self::Parameter(index) => out[index] += weight,
+            Self::Expression(_) => {
+                self.slopes(phi).into_iter().for_each(|(index, slope)| out[index] += weight * slope);
+            }
+        }
+    }
+
+    /// What a text in the place of a number means: the name of a parameter, or an expression of their names.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn read(text: &str, index_of: &mut impl FnMut(&str) -> Option<usize>, declared: &[String]) -> Result<Self, String> {
+        if let Some(index) = index_of(text) {
+            return Ok(Self::Parameter(index));
+        }
+        if text.trim().is_empty() {
+            return Err(format!(
+                "must be a number, the name of a parameter or an expression of parameters; found {text:?}"
+            ));
+        }
+        if text.parse::<f64>().is_ok() {
+            return Err(undeclared(text, declared));
+        }
+        let known = |name: &str| index_of(name).ok_or_else(|| undeclared(name, declared));
+        // `a-b` may be meant as a name as well as a difference.
+        let tree = parse::parse(text, &mut { known })
+            .map_err(|error| if is_name(text) { undeclared(text, declared) } else { error })?;
+        let expression = Expression::new(tree);
+        if !expression.parameters().is_empty() {
+            return Ok(Self::Expression(expression));
+        }
+        let number = expression.resolve::<f64>(&[]);
+        if number.is_finite() { Ok(Self::Number(number)) } else { Err(format!("is {number}, not a finite number")) }
+    }
+
+    /// This times another value.
+    pub fn times(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Number(a), Self::Number(b)) => Self::Number(a * b),
+            (Self::Number(0.0), _) | (_, Self::Number(0.0)) => Self::Number(0.0),
+            _ => self.with(Operator::Multiply, other),
+        }
+    }
+
+    /// This divided by another value.
+    pub fn over(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Number(a), Self::Number(b)) => Self::Number(a / b),
+            (Self::Number(0.0), _) => self,
+            _ => self.with(Operator::Divide, other),
+        }
+    }
+
+    /// Its square.
+    pub fn squared(self) -> Self {
+        match self {
+            Self::Number(number) => Self::Number(number * number),
+            _ => self.with(Operator::Power, Self::Number(2.0)),
+        }
+    }
+
+    fn with(self, operator: Operator, other: Self) -> Self {
+        Self::Expression(Expression::new(Tree::Binary(operator, Box::new([self.tree(), other.tree()]))))
+    }
+
+    fn tree(self) -> Tree {
+        match self {
+            Self::Number(number) => Tree::Number(number),
+            Self::Parameter(index) => Tree::Parameter(index),
+            Self::Expression(expression) => expression.tree().clone(),
+        }
+    }
+
+    /// What to say of a value that can be as low as `least`, where that is too low.
+    pub fn found(self, least: f64) -> String {
+        match self {
+            Self::Number(_) => format!("found {least}"),
+            Self::Parameter(_) => format!("its parameter can be {least}"),
+            Self::Expression(_) => format!("within the bounds of its parameters it can be {least}"),
+        }
+    }
+
+    /// Whether this is a number, and zero: a term that can be left out.
+    pub fn is_zero(self) -> bool {
+        self == Self::Number(0.0)
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl Default for Value {
+    fn default() -> Self {
+        Self::Number(0.0)
+    }
+}
+
+/// The names that a [`Value`] may use while a file is read, and which of them it did.
+#[derive(Debug, Default)]
+struct Names {
+    declared: Vec<String>,
+    used: Vec<bool>,
+}
+
+thread_local! {
+    static NAMES: RefCell<Names> = RefCell::default();
+}
+
+/// Reads something whose [`Value`]s may name the `declared` parameters; returns it with which of them it named.
+///
+/// Serde has no other way to hand a context to nested fields; errors keep the place of the value.
+pub fn with_names<T>(declared: &[String], read: impl FnOnce() -> T) -> (T, Vec<bool>) {
+    let fresh = Names { declared: declared.to_vec(), used: vec![false; declared.len()] };
+    let outer = NAMES.replace(fresh);
+    let result = read();
+    (result, NAMES.replace(outer).used)
+}
+
+impl<'de> Deserialize<'de> for Value {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Number;
+
+        impl Visitor<'_> for Number {
+            type Value = Value;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number, the name of a parameter or an expression of parameters")
+            }
+            fn visit_f64<E: de::Error>(self, number: f64) -> Result<Value, E> {
+                if number.is_finite() {
+                    Ok(Value::Number(number))
+                } else {
+                    Err(E::custom(format!("{number} is not a finite number")))
+                }
+            }
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Value, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Value, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Value, E> {
+                NAMES.with_borrow_mut(|Names { declared, used }| {
+                    let mut index_of = |name: &str| {
+                        let index = declared.iter().position(|declared| declared == name)?;
+                        used[index] = true;
+                        Some(index)
+                    };
+                    Value::read(text, &mut index_of, declared).map_err(E::custom)
+                })
+            }
+        }
+
+        deserializer.deserialize_any(Number)
+    }
+}
+
+/// What to say of text in place of a number that names no parameter.
+fn undeclared(name: &str, declared: &[String]) -> String {
+    if name.parse::<f64>().is_ok() {
+        return format!("numbers stand without quotes; found \"{name}\"");
+    }
+    let add = format!("parameter `{name}` is not declared: add a table [parameters.{}]", as_key(name));
+    if declared.is_empty() { add } else { format!("{add}, or use one of {}", quoted(declared)) }
+}
+
+/// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
+pub fn is_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
+}
+
+/// A name as files write it in keys: quoted where it must be.
+pub fn as_key(name: &str) -> Cow<'_, str> {
+    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    if bare { name.into() } else { format!("{name:?}").into() }
+}
+
+impl schemars::JsonSchema for Value {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Value".into()
+    }
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "A number, the name of a parameter declared under [parameters], or an expression of such names",
+            "anyOf": [{ "type": "number" }, { "type": "string", "minLength": 1 }]
+        })
+    }
+}
+
+/// One number, or a list of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneOrMore(pub Vec<Value>);
+
+impl OneOrMore {
+    /// The number of each of `len` entries.
+    ///
+    /// # Errors
+    /// Where there are neither one nor as many: what is valid, and what was found.
+    pub fn each(self, len: usize) -> Result<Vec<Value>, String> {
+        match self.0 {
+            list if list.len() == len => Ok(list),
+            list if list.len() == 1 => Ok(vec![list[0]; len]),
+            list => Err(format!("must be one number, or {len} of them, one for each entry; found {}", list.len())),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for OneOrMore {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Numbers;
+
+        impl<'de> Visitor<'de> for Numbers {
+            type Value = OneOrMore;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number, the name of a parameter, or a list of them")
+            }
+            fn visit_f64<E: de::Error>(self, number: f64) -> Result<OneOrMore, E> {
+                Value::deserialize(de::value::F64Deserializer::new(number)).map(|value| OneOrMore(vec![value]))
+            }
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<OneOrMore, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<OneOrMore, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<OneOrMore, E> {
+                Value::deserialize(de::value::StrDeserializer::new(name)).map(|value| OneOrMore(vec![value]))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<OneOrMore, A::Error> {
+                Vec::deserialize(de::value::SeqAccessDeserializer::new(list)).map(OneOrMore)
+            }
+        }
+
+        deserializer.deserialize_any(Numbers)
+    }
+}
+
+impl schemars::JsonSchema for OneOrMore {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "OneOrMore".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let value = generator.subschema_for::<Value>();
+        schemars::json_schema!({
+            "description": "A number, or a list of numbers",
+            "anyOf": [value, { "type": "array", "items": value }]
+        })
+    }
+}

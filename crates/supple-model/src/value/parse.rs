@@ -1,0 +1,121 @@
+//! Text as an expression.
+
+use winnow::Parser;
+use winnow::ascii::{float, multispace0};
+use winnow::combinator::{Infix, Prefix, alt, delimited, eof, expression, opt, peek, preceded, terminated};
+use winnow::error::ContextError;
+use winnow::token::{any, take_till, take_while};
+
+use super::expression::{Function, Operator, Tree};
+
+/// Characters that an expression has at most, and open parentheses.
+const MOST_CHARACTERS: usize = 500;
+const MOST_OPEN: usize = 50;
+
+type Result<T> = winnow::Result<T, ContextError>;
+
+/// What stands in the place of a name while it is parsed.
+#[derive(Debug)]
+enum Parsed {
+    Number(f64),
+    Name(String),
+    Negative(Box<Parsed>),
+    Binary(Operator, Box<[Parsed; 2]>),
+    Call(String, Box<Parsed>),
+}
+
+/// The expression that a text is, with the index of each name; or what is wrong with it.
+pub(super) fn parse(
+    text: &str,
+    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, String>,
+) -> std::result::Result<Tree, String> {
+    let [open, closed] = ['(', ')'].map(|symbol| text.matches(symbol).count());
+    if text.len() > MOST_CHARACTERS || open > MOST_OPEN {
+        return Err(format!(
+            "an expression has at most {MOST_CHARACTERS} characters and {MOST_OPEN} parentheses; found {} and {open}",
+            text.len()
+        ));
+    }
+    if open != closed {
+        return Err(format!("is no expression of parameters: {open} parentheses open and {closed} close"));
+    }
+    let parsed = terminated(sum, (multispace0, eof)).parse(text).map_err(|error| {
+        let (before, after) = text.split_at(error.offset());
+        let after = if after.trim().is_empty() { "the end".to_owned() } else { format!("`{}`", after.trim()) };
+        let before =
+            if before.trim().is_empty() { "at the beginning".to_owned() } else { format!("after `{}`", before.trim()) };
+        format!("is no expression of parameters: {before} came {after}")
+    })?;
+    bind(parsed, index_of)
+}
+
+fn bind(
+    parsed: Parsed,
+    index_of: &mut impl FnMut(&str) -> std::result::Result<usize, String>,
+) -> std::result::Result<Tree, String> {
+    Ok(match parsed {
+        Parsed::Number(number) => Tree::Number(number),
+        Parsed::Name(name) => Tree::Parameter(index_of(&name)?),
+        Parsed::Negative(of) => match bind(*of, index_of)? {
+            Tree::Number(number) => Tree::Number(-number),
+            of => Tree::Negative(Box::new(of)),
+        },
+        Parsed::Binary(operator, of) => {
+            let [a, b] = *of;
+            Tree::Binary(operator, Box::new([bind(a, index_of)?, bind(b, index_of)?]))
+        }
+        Parsed::Call(name, of) => {
+            let known = Function::ALL.iter().find(|(known, _)| *known == name);
+            let Some(&(_, function)) = known else {
+                let names: Vec<&str> = Function::ALL.iter().map(|(name, _)| *name).collect();
+                return Err(format!("there is no function `{name}`: use one of {}", supple_text::quoted(&names)));
+            };
+            Tree::Function(function, Box::new(bind(*of, index_of)?))
+        }
+    })
+}
+
+/// Applies an operator to what stands on its sides.
+type Applied = fn(&mut &str, Parsed, Parsed) -> Result<Parsed>;
+
+fn sum(input: &mut &str) -> Result<Parsed> {
+    let symbol = |symbol: char| delimited(multispace0, symbol, multispace0);
+    let apply = |operator: Operator| -> Applied {
+        match operator {
+            Operator::Add => |_, a, b| Ok(Parsed::Binary(Operator::Add, Box::new([a, b]))),
+            Operator::Subtract => |_, a, b| Ok(Parsed::Binary(Operator::Subtract, Box::new([a, b]))),
+            Operator::Multiply => |_, a, b| Ok(Parsed::Binary(Operator::Multiply, Box::new([a, b]))),
+            Operator::Divide => |_, a, b| Ok(Parsed::Binary(Operator::Divide, Box::new([a, b]))),
+            Operator::Power => |_, a, b| Ok(Parsed::Binary(Operator::Power, Box::new([a, b]))),
+        }
+    };
+    // A power binds more tightly than the sign before its base.
+    expression(preceded(multispace0, operand))
+        .prefix(symbol('-').map(|_| Prefix(6, |_: &mut &str, of| Ok(Parsed::Negative(Box::new(of))))))
+        .infix(alt((
+            symbol('+').map(|_| Infix::Left(3, apply(Operator::Add))),
+            symbol('-').map(|_| Infix::Left(3, apply(Operator::Subtract))),
+            symbol('*').map(|_| Infix::Left(5, apply(Operator::Multiply))),
+            symbol('/').map(|_| Infix::Left(5, apply(Operator::Divide))),
+            symbol('^').map(|_| Infix::Right(8, apply(Operator::Power))),
+        )))
+        .parse_next(input)
+}
+
+fn operand(input: &mut &str) -> Result<Parsed> {
+    let starts = |c: char| c.is_alphabetic() || c == '_';
+    let goes_on = |c: char| c.is_alphanumeric() || "_.".contains(c);
+    let word = (any.verify(move |&c: &char| starts(c)), take_while(0.., goes_on)).take();
+    let closed = || (multispace0, ')');
+    let call = preceded('(', terminated(sum, closed()));
+    alt((
+        delimited('(', sum, closed()),
+        delimited('{', take_till(1.., '}'), '}').map(|name: &str| Parsed::Name(name.to_owned())),
+        (word, opt(call)).map(|(name, of): (&str, Option<Parsed>)| match of {
+            Some(of) => Parsed::Call(name.to_owned(), Box::new(of)),
+            None => Parsed::Name(name.to_owned()),
+        }),
+        preceded(peek(any.verify(|c: &char| c.is_ascii_digit() || *c == '.')), float).map(Parsed::Number),
+    ))
+    .parse_next(input)
+}
