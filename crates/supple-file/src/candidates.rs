@@ -1,6 +1,7 @@
 //! `[catalogue]`: sensors that a robot may have or not, in the task file or in a table of comma-separated values.
 
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -12,7 +13,7 @@ use supple_model::document::{Document, Place, with_deviation};
 use supple_model::model::{AnyModel, Entry, Equipment, Source};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::{Context, Kinds, Noise, Vocabulary, read_sensor, sensor_schemas};
-use supple_model::value::{OneOrMore, Value};
+use supple_model::value::{Names, OneOrMore, Value};
 use supple_text::{FileError, nearest, quoted, read_text};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -117,14 +118,14 @@ pub(super) fn equip(
     let shown = path.display().to_string();
     let text = read_text(&path).map_err(|error| document.error_of_file(&place, error))?;
     let table = CsvTable::parse(&text, &shown)?;
-    let table = as_document(&table);
+    let table = as_document(&table, document.names());
     let building = Building { document: &table, top: document, at: vec!["sensors".into()], parameters, kinds, which };
     let (model, sensors) = building.build(&file, model)?;
     Ok((model, (Some(sensors), vec![path])))
 }
 
 /// A table of comma-separated values as a list `sensors` of tables, whose keys are the columns; empty cells are left out.
-fn as_document<'a>(table: &'a CsvTable<'a>) -> Document<'a> {
+fn as_document<'a>(table: &'a CsvTable<'a>, names: Option<Rc<Names>>) -> Document<'a> {
     let one = |row: &'a CsvRow| {
         let mut sensor = DeTable::new();
         let cells = table.header.cells.iter().zip(row.cells.iter().zip(table.spans(row)));
@@ -137,7 +138,11 @@ fn as_document<'a>(table: &'a CsvTable<'a>) -> Document<'a> {
     let sensors: DeArray = table.rows.iter().map(one).collect();
     let mut root = DeTable::new();
     root.insert(Spanned::new(0..0, "sensors".into()), Spanned::new(0..0, DeValue::Array(sensors)));
-    Document::of_cells(table.name, table.text, root)
+    let document = Document::of_cells(table.name, table.text, root);
+    match names {
+        Some(names) => document.naming(names),
+        None => document,
+    }
 }
 
 /// Reads the sensors of a catalogue.

@@ -15,13 +15,14 @@ mod tasks;
 mod varying;
 
 use std::path::Path;
+use std::rc::Rc;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use supple::Problem;
 use supple::settings::{DesignSettings, PlanSettings};
+use supple_model::Names;
 use supple_model::model::{Kinds, ModelFile, Robot, Source};
-use supple_model::value::with_names;
 
 pub use candidates::WithSensors;
 pub use schema::{json_schema, json_schema_of};
@@ -112,18 +113,15 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
         let message = "needs a parameter with a price: [parameters.NAME] price = { inverse = 1.0 }";
         return Err(document.error(&["design".into(), key.into()], message));
     }
-    let (read, used) = with_names(&parameters.names(), || {
-        let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
-        let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
-        let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
-        let files: Vec<_> = model.files().into_iter().chain(tables).collect();
-        let warnings = [model.warnings(), of_tasks.clone()].concat();
-        Ok((tasks, files, (warnings, [model.every_warning(), of_tasks].concat()), catalogue))
-    });
-    let (tasks, mut files, (warnings, every_warning), catalogue) = read?;
-    files.extend(catalogues);
-    if let Some(unused) = used.iter().position(|used| !used) {
-        let name = &parameters.get(unused).name;
+    let names = Rc::new(Names::new(parameters.names()));
+    let document = document.naming(names.clone());
+    let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
+    let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
+    let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
+    let files = model.files().into_iter().chain(tables).chain(catalogues).collect();
+    let warnings = [model.warnings(), of_tasks.clone()].concat();
+    let every_warning = [model.every_warning(), of_tasks].concat();
+    if let Some(name) = names.unused() {
         let place = ["parameters".into(), Place::Key(name)];
         let message = format!("parameter `{name}` is declared but never used");
         return Err(document
@@ -150,9 +148,9 @@ pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileErr
         return Err(document.error(&["model".into(), "kind".into()], message));
     }
     let parameters = parameters::read(&document, folder, &mut Vec::new())?;
+    let document = document.naming(Rc::new(Names::new(parameters.names())));
     let source = Source { document: &document, parameters: &parameters, folder, kinds: &kinds };
-    let read = || <Robot as ModelFile>::read(&source);
-    let robot = with_names(&parameters.names(), read).0?;
+    let robot = <Robot as ModelFile>::read(&source)?;
     Ok(robot.described(&parameters.initial()))
 }
 

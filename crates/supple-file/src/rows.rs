@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_model::Value;
 use supple_model::document::matches;
+use supple_model::value::OneOrList;
 use supple_text::nearest;
 
 /// A list of numbers, a list of rows of numbers, or numbers by name.
@@ -29,10 +30,10 @@ impl<'de> Deserialize<'de> for Rows {
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Rows, A::Error> {
                 let (mut flat, mut nested) = (Vec::new(), Vec::new());
-                while let Some(entry) = list.next_element::<Entry>()? {
+                while let Some(entry) = list.next_element::<OneOrList>()? {
                     match entry {
-                        Entry::Number(value) => flat.push(value),
-                        Entry::Row(row) => nested.push(row),
+                        OneOrList::One(value) => flat.push(value),
+                        OneOrList::List(row) => nested.push(row),
                     }
                 }
                 match (flat.is_empty(), nested.is_empty()) {
@@ -44,43 +45,6 @@ impl<'de> Deserialize<'de> for Rows {
         }
 
         deserializer.deserialize_any(Entries)
-    }
-}
-
-/// A number or a row of numbers.
-enum Entry {
-    Number(Value),
-    Row(Vec<Value>),
-}
-
-impl<'de> Deserialize<'de> for Entry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-
-        impl<'de> Visitor<'de> for Either {
-            type Value = Entry;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a number, the name of a parameter, or a row of them")
-            }
-            fn visit_f64<E: de::Error>(self, number: f64) -> Result<Entry, E> {
-                Value::deserialize(de::value::F64Deserializer::new(number)).map(Entry::Number)
-            }
-            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Entry, E> {
-                self.visit_f64(number as f64)
-            }
-            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Entry, E> {
-                self.visit_f64(number as f64)
-            }
-            fn visit_str<E: de::Error>(self, name: &str) -> Result<Entry, E> {
-                Value::deserialize(de::value::StrDeserializer::new(name)).map(Entry::Number)
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Entry, A::Error> {
-                Vec::deserialize(de::value::SeqAccessDeserializer::new(list)).map(Entry::Row)
-            }
-        }
-
-        deserializer.deserialize_any(Either)
     }
 }
 

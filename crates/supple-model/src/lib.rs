@@ -43,7 +43,7 @@ pub use physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, Model, OwnCost, POW
 pub use supple_kernels::{Matrices, Scalar, Scratch};
 pub use supple_lqg::Dimensions;
 pub use trajectory::Trajectory;
-pub use value::{Value, is_name, with_names};
+pub use value::{Names, Value, is_name};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

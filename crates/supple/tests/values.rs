@@ -1,7 +1,7 @@
 //! Numbers of task files in other words: expressions of parameters, standard deviations, and noise and weights per second.
 #![allow(clippy::unwrap_used)]
 
-use supple::{EvaluateOptions, Problem};
+use supple::{EvaluateOptions, Names, Problem};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
 
@@ -72,7 +72,7 @@ fn every_operation_is_what_it_says() {
         ("1e1 * a", 20.0),
         ("3 * 2", 6.0),
     ] {
-        let (value, _) = supple::with_names(&names, || serde_json::from_value::<supple::Value>(text.into()).unwrap());
+        let value = Names::new(names.clone()).value(text).unwrap();
         assert_close(value.resolve::<f64>(&phi), expected, 1e-14);
         let step = 1e-6;
         for (parameter, slope) in value.slopes(&phi) {
@@ -90,8 +90,12 @@ fn every_operation_is_what_it_says() {
 #[test]
 fn the_parameters_of_an_expression_count_as_used() {
     let names: Vec<String> = ["a", "b", "c"].map(str::to_owned).to_vec();
-    let (_, used) = supple::with_names(&names, || serde_json::from_value::<supple::Value>("c * a".into()).unwrap());
-    assert_eq!(used, [true, false, true]);
+    let names = Names::new(names);
+    assert_eq!(names.unused(), Some("a"));
+    names.value("c * a").unwrap();
+    assert_eq!(names.unused(), Some("b"));
+    names.value("b").unwrap();
+    assert_eq!(names.unused(), None);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call, vjp};
 
 use super::{Absolute, Quadratic};
-use crate::document::{Document, FileError, Place, ReadError, Reader, Registry, Variant};
+use crate::document::{Document, FileError, Place, ReadError, Registry, Variant};
 use crate::parameters::Parameters;
 
 /// What a kind of norm defines.
@@ -175,7 +175,7 @@ impl Norms {
             Some(build) => build(given),
             None => Err(given.unknown(&self.0.names())),
         };
-        let norm = Reader::new(value).variant(&self.0.names()).and_then(read);
+        let norm = document.reader(value).variant(&self.0.names()).and_then(read);
         norm.map_err(|error| document.read_error(at, error))
     }
 

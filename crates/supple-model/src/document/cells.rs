@@ -8,18 +8,26 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::reader::{ReadError, Reader};
+use crate::value::Names;
 
 /// A cell.
 pub(super) struct Cell<'a> {
     pub text: &'a str,
     /// Its bytes in the file.
     pub span: Range<usize>,
+    /// The names that values may use.
+    pub names: Option<&'a Names>,
 }
 
 /// What is between the entries of a list.
 const BETWEEN: char = ';';
 
-impl Cell<'_> {
+impl<'a> Cell<'a> {
+    /// Whether it is neither a number nor a list.
+    pub fn is_text(&self) -> bool {
+        !self.text.contains(BETWEEN) && self.text.parse::<f64>().is_err()
+    }
+
     /// Reads a list where there is more than one entry, else a number where it is one, else text.
     pub fn read_any<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         if self.text.contains(BETWEEN) {
@@ -46,7 +54,7 @@ impl Cell<'_> {
             Spanned::new(span, DeValue::String(word.into()))
         });
         let words: Vec<_> = words.filter(|word| word.get_ref().as_str() != Some("")).collect();
-        let mut left = Words { words: &words, next: 0 };
+        let mut left = Words { words: &words, next: 0, names: self.names };
         let value = visitor.visit_seq(&mut left)?;
         match words.len() - left.next {
             0 => Ok(value),
@@ -62,6 +70,7 @@ impl Cell<'_> {
 struct Words<'a> {
     words: &'a [Spanned<DeValue<'a>>],
     next: usize,
+    names: Option<&'a Names>,
 }
 
 impl<'de> SeqAccess<'de> for Words<'_> {
@@ -88,7 +97,8 @@ impl<'a> Entry<'a, '_> {
     fn word(self) -> Result<Reader<'a>, ReadError> {
         let word = self.of.words.get(self.of.next).ok_or_else(|| ReadError::custom("is missing"))?;
         self.of.next += 1;
-        Ok(Reader::new(word).of_cells())
+        let reader = Reader::new(word).of_cells();
+        Ok(self.of.names.map_or(reader, |names| reader.naming(names)))
     }
 }
 
@@ -120,6 +130,14 @@ impl<'de> Deserializer<'de> for Entry<'_, '_> {
         self.word()?.deserialize_enum(name, variants, visitor)
     }
 
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        self.word()?.deserialize_newtype_struct(name, visitor)
+    }
+
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         visitor.visit_seq(self.of)
     }
@@ -129,7 +147,7 @@ impl<'de> Deserializer<'de> for Entry<'_, '_> {
     }
 
     forward_to_deserialize_any! {
-        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf option unit unit_struct newtype_struct
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char bytes byte_buf option unit unit_struct
         tuple_struct map struct identifier ignored_any
     }
 }

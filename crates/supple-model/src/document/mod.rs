@@ -14,13 +14,14 @@ pub use registry::Registry;
 pub use supple_text::FileError;
 
 use std::ops::Range;
+use std::rc::Rc;
 
 use serde::de::DeserializeOwned;
 use supple_text::{nearest, quoted};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::value::as_key;
+use crate::value::{Names, as_key};
 use reader::join;
 
 /// A step on the way to a place in a file.
@@ -51,6 +52,8 @@ pub struct Document<'a> {
     root: Spanned<DeValue<'a>>,
     /// Whether its texts are cells, which may stand for numbers and lists.
     of_cells: bool,
+    /// The names that values may use.
+    names: Option<Rc<Names>>,
 }
 
 impl<'a> Document<'a> {
@@ -62,7 +65,7 @@ impl<'a> Document<'a> {
         match DeTable::parse(text) {
             Ok(table) => {
                 let root = Spanned::new(0..0, DeValue::Table(table.into_inner()));
-                Ok(Self { name, text, root, of_cells: false })
+                Ok(Self { name, text, root, of_cells: false, names: None })
             }
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
@@ -80,13 +83,30 @@ impl<'a> Document<'a> {
     /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number, or a
     /// list with `;` between its entries.
     pub fn of_cells(name: &'a str, text: &'a str, root: DeTable<'a>) -> Self {
-        Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true }
+        Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true, names: None }
+    }
+
+    /// The same document, whose values may use names of parameters.
+    #[must_use]
+    pub fn naming(self, names: Rc<Names>) -> Self {
+        Self { names: Some(names), ..self }
+    }
+
+    /// The names that its values may use.
+    pub fn names(&self) -> Option<Rc<Names>> {
+        self.names.clone()
     }
 
     /// Reads a value of this document.
-    pub fn reader<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
-        let reader = Reader::new(value);
-        if self.of_cells { reader.of_cells() } else { reader }
+    pub fn reader<'b>(&'b self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+        let mut reader = Reader::new(value);
+        if self.of_cells {
+            reader = reader.of_cells();
+        }
+        match &self.names {
+            Some(names) => reader.naming(names),
+            None => reader,
+        }
     }
 
     /// The value at a place.

@@ -13,7 +13,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::cells::Cell;
-use crate::value::as_key;
+use crate::value::{Names, VALUE, as_key};
 
 /// Why a value could not be read, and where in it.
 #[derive(Debug)]
@@ -124,12 +124,14 @@ pub struct Reader<'a> {
     renamed: Option<(&'static str, &'static str)>,
     /// Whether texts are cells of a table, which may stand for numbers and lists.
     of_cells: bool,
+    /// The names that values may use; none where they may use none.
+    names: Option<&'a Names>,
 }
 
 impl<'a> Reader<'a> {
     /// A reader of all of a value.
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false }
+        Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false, names: None }
     }
 
     /// The same with texts that are cells of a table, which may stand for numbers and lists.
@@ -137,15 +139,20 @@ impl<'a> Reader<'a> {
         Self { of_cells: true, ..self }
     }
 
+    /// The same, whose values may use names.
+    pub fn naming(self, names: &'a Names) -> Self {
+        Self { names: Some(names), ..self }
+    }
+
     /// A reader of a value inside of this one.
-    fn inside<'b>(&self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
-        Reader { of_cells: self.of_cells, ..Reader::new(value) }
+    fn inside(&self, value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { of_cells: self.of_cells, names: self.names, ..Reader::new(value) }
     }
 
     /// The value as a cell; none where it is no text of a table.
     fn cell(&self) -> Option<Cell<'_>> {
         match self.value.get_ref() {
-            DeValue::String(text) if self.of_cells => Some(Cell { text, span: self.value.span() }),
+            DeValue::String(text) if self.of_cells => Some(Cell { text, span: self.value.span(), names: self.names }),
             _ => None,
         }
     }
@@ -299,8 +306,20 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         self.deserialize_seq(visitor)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, ReadError> {
-        visitor.visit_newtype_struct(self)
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        if name != VALUE {
+            return visitor.visit_newtype_struct(self);
+        }
+        match (self.value.get_ref(), self.names) {
+            (DeValue::String(text), Some(names)) if self.cell().is_none_or(|cell| cell.is_text()) => {
+                names.value(text).map_err(ReadError::custom)?.visit(visitor)
+            }
+            _ => self.deserialize_any(visitor),
+        }
     }
 
     fn deserialize_struct<V: Visitor<'de>>(

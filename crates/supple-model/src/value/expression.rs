@@ -71,6 +71,18 @@ impl Expression {
         Self(new)
     }
 
+    /// Its place among all expressions that are kept.
+    pub(super) fn place(self) -> usize {
+        let kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        kept.iter().position(|known| std::ptr::eq(*known, self.0)).unwrap_or(usize::MAX)
+    }
+
+    /// The one at a place.
+    pub(super) fn at(place: usize) -> Option<Self> {
+        let kept = KEPT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        kept.get(place).map(|tree| Self(tree))
+    }
+
     pub(super) fn tree(self) -> &'static Tree {
         self.0
     }

@@ -1,16 +1,19 @@
 //! Numbers of a problem: written out, parameters, and expressions of parameters.
 
 use std::borrow::Cow;
-use std::cell::RefCell;
 
 mod expression;
+mod names;
 mod parse;
 mod range;
+mod read;
 
 pub use expression::Expression;
 use expression::{Operator, Tree};
+pub use names::Names;
+pub use read::{OneOrList, VALUE};
 
-use serde::de::{self, Deserialize, Deserializer, Visitor};
+use serde::{Deserialize, Deserializer};
 use supple_kernels::Scalar;
 use supple_text::quoted;
 
@@ -150,66 +153,6 @@ impl Default for Value {
     }
 }
 
-/// The names that a [`Value`] may use while a file is read, and which of them it did.
-#[derive(Debug, Default)]
-struct Names {
-    declared: Vec<String>,
-    used: Vec<bool>,
-}
-
-thread_local! {
-    static NAMES: RefCell<Names> = RefCell::default();
-}
-
-/// Reads something whose [`Value`]s may name the `declared` parameters; returns it with which of them it named.
-///
-/// Serde has no other way to hand a context to nested fields; errors keep the place of the value.
-pub fn with_names<T>(declared: &[String], read: impl FnOnce() -> T) -> (T, Vec<bool>) {
-    let fresh = Names { declared: declared.to_vec(), used: vec![false; declared.len()] };
-    let outer = NAMES.replace(fresh);
-    let result = read();
-    (result, NAMES.replace(outer).used)
-}
-
-impl<'de> Deserialize<'de> for Value {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Number;
-
-        impl Visitor<'_> for Number {
-            type Value = Value;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a number, the name of a parameter or an expression of parameters")
-            }
-            fn visit_f64<E: de::Error>(self, number: f64) -> Result<Value, E> {
-                if number.is_finite() {
-                    Ok(Value::Number(number))
-                } else {
-                    Err(E::custom(format!("{number} is not a finite number")))
-                }
-            }
-            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Value, E> {
-                self.visit_f64(number as f64)
-            }
-            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Value, E> {
-                self.visit_f64(number as f64)
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Value, E> {
-                NAMES.with_borrow_mut(|Names { declared, used }| {
-                    let mut index_of = |name: &str| {
-                        let index = declared.iter().position(|declared| declared == name)?;
-                        used[index] = true;
-                        Some(index)
-                    };
-                    Value::read(text, &mut index_of, declared).map_err(E::custom)
-                })
-            }
-        }
-
-        deserializer.deserialize_any(Number)
-    }
-}
-
 /// What to say of text in place of a number that names no parameter.
 fn undeclared(name: &str, declared: &[String]) -> String {
     if name.parse::<f64>().is_ok() {
@@ -262,32 +205,10 @@ impl OneOrMore {
 
 impl<'de> Deserialize<'de> for OneOrMore {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Numbers;
-
-        impl<'de> Visitor<'de> for Numbers {
-            type Value = OneOrMore;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a number, the name of a parameter, or a list of them")
-            }
-            fn visit_f64<E: de::Error>(self, number: f64) -> Result<OneOrMore, E> {
-                Value::deserialize(de::value::F64Deserializer::new(number)).map(|value| OneOrMore(vec![value]))
-            }
-            fn visit_i64<E: de::Error>(self, number: i64) -> Result<OneOrMore, E> {
-                self.visit_f64(number as f64)
-            }
-            fn visit_u64<E: de::Error>(self, number: u64) -> Result<OneOrMore, E> {
-                self.visit_f64(number as f64)
-            }
-            fn visit_str<E: de::Error>(self, name: &str) -> Result<OneOrMore, E> {
-                Value::deserialize(de::value::StrDeserializer::new(name)).map(|value| OneOrMore(vec![value]))
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<OneOrMore, A::Error> {
-                Vec::deserialize(de::value::SeqAccessDeserializer::new(list)).map(OneOrMore)
-            }
-        }
-
-        deserializer.deserialize_any(Numbers)
+        OneOrList::deserialize(deserializer).map(|given| match given {
+            OneOrList::One(value) => Self(vec![value]),
+            OneOrList::List(list) => Self(list),
+        })
     }
 }
 

@@ -9,7 +9,7 @@ use supple::noise::{Covariance, NamedVariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters};
 use supple::plan::PlanSettings;
 use supple::system::System;
-use supple::{Matrices, Problem, Task, Value};
+use supple::{Matrices, Names, Problem, Task, Value};
 
 /// A problem but for its systems.
 #[derive(Deserialize)]
@@ -27,12 +27,12 @@ pub struct Described {
 struct DescribedTask {
     name: String,
     steps: usize,
-    time_step: Value,
-    bound: Option<Value>,
+    time_step: Written,
+    bound: Option<Written>,
     information_weight: f64,
-    initial_state: Vec<Value>,
+    initial_state: Vec<Written>,
     /// One row for all steps, or one per step.
-    initial_control: Vec<Vec<Value>>,
+    initial_control: Vec<Vec<Written>>,
     /// Least and greatest value of each control; none for infinite ones.
     control_bounds: Option<[Vec<Option<f64>>; 2]>,
     initial: DescribedCovariance,
@@ -40,36 +40,61 @@ struct DescribedTask {
     measurement: DescribedCovariance,
     /// What varies of the measurement's variances with the state.
     #[serde(default)]
-    varying: Vec<NamedVariance>,
+    varying: Vec<DescribedVariance>,
 }
 
 /// A list of variances, all entries, or all entries at each step.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum DescribedCovariance {
-    Diagonal(Vec<Value>),
-    Full(Vec<Vec<Value>>),
+    Diagonal(Vec<Written>),
+    Full(Vec<Vec<Written>>),
     Sequence(Vec<Vec<Vec<f64>>>),
 }
 
-/// Names of the parameters of a description, by which its other numbers may be told.
-///
-/// # Errors
-/// Where it is no description.
-pub fn parameter_names(plain: &str) -> Result<Vec<String>, serde_json::Error> {
-    #[derive(Deserialize)]
-    struct Names {
-        parameters: Vec<Name>,
+/// A number as Python gives it: written out, or a text that names parameters.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Number(f64),
+    Text(String),
+}
+
+impl Written {
+    /// # Errors
+    /// What is wrong with the number called `what`.
+    fn resolve(&self, what: &str, names: &Names) -> Result<Value, String> {
+        match self {
+            Self::Number(number) => Ok(Value::Number(*number)),
+            Self::Text(text) => names.value(text).map_err(|wrong| format!("{what}: {wrong}")),
+        }
     }
-    #[derive(Deserialize)]
-    struct Name {
-        name: String,
-    }
-    let Names { parameters } = serde_json::from_str(plain)?;
-    Ok(parameters.into_iter().map(|parameter| parameter.name).collect())
+}
+
+fn resolve_all(list: &[Written], what: &str, names: &Names) -> Result<Vec<Value>, String> {
+    list.iter().map(|number| number.resolve(what, names)).collect()
+}
+
+fn resolve_rows(rows: &[Vec<Written>], what: &str, names: &Names) -> Result<Vec<Vec<Value>>, String> {
+    rows.iter().map(|row| resolve_all(row, what, names)).collect()
+}
+
+/// [`NamedVariance`] with numbers as Python gives them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DescribedVariance {
+    measurement: Vec<String>,
+    state: String,
+    center: Written,
+    coefficient: Written,
 }
 
 impl Described {
+    /// Names of the parameters.
+    pub fn parameter_names(&self) -> Vec<String> {
+        self.parameters.iter().map(|parameter| parameter.name.clone()).collect()
+    }
+
     /// How many steps each task lasts.
     pub fn steps(&self) -> Vec<usize> {
         self.tasks.iter().map(|task| task.steps).collect()
@@ -90,7 +115,8 @@ impl Described {
         planning.check().map_err(|(key, message)| format!("planning: {key}: {message}"))?;
         design.check().map_err(|(key, message)| format!("design: {key}: {message}"))?;
         let parameters = Parameters::new(parameters);
-        let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters));
+        let names = Names::new(parameters.names());
+        let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters, &names));
         let tasks = tasks.collect::<Result<_, _>>()?;
         let (files, warnings) = (Vec::new(), Vec::new());
         let every_warning = warnings.clone();
@@ -99,8 +125,10 @@ impl Described {
 }
 
 impl DescribedTask {
-    fn build(self, system: Arc<dyn System>, parameters: &Parameters) -> Result<Task, String> {
+    fn build(self, system: Arc<dyn System>, parameters: &Parameters, names: &Names) -> Result<Task, String> {
         let at = |what: &str| format!("task `{}`: {what}", self.name);
+        let in_task = |what: String| at(&what);
+        let time_step = self.time_step.resolve("time_step", names).map_err(in_task)?;
         let most = supple::most_steps(system.dimensions());
         if !(1..=most).contains(&self.steps) {
             return Err(at(&format!("steps must be from 1 to {most} with so many states; found {}", self.steps)));
@@ -108,7 +136,7 @@ impl DescribedTask {
         if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
             return Err(at(&format!("information_weight must be at least 0; found {}", self.information_weight)));
         }
-        if let Some(least) = parameters.least(self.time_step).filter(|&least| least <= 0.0) {
+        if let Some(least) = parameters.least(time_step).filter(|&least| least <= 0.0) {
             return Err(at(&format!("time_step must be above 0; it can be {least}")));
         }
         let bounds = self.control_bounds.map(|[lower, upper]| {
@@ -122,23 +150,30 @@ impl DescribedTask {
         let mut channels = system.channels();
         // States go by the names of the system, whatever else is said of them to people.
         channels.states.iter_mut().zip(system.state_names()).for_each(|(channel, name)| channel.name = name);
-        let find = |(number, law): (usize, &NamedVariance)| {
-            law.find(&channels, parameters).map_err(|wrong| at(&format!("noise: varying[{number}].{wrong}")))
+        let find = |(number, law): (usize, &DescribedVariance)| {
+            let at = |wrong: &dyn std::fmt::Display| at(&format!("noise: varying[{number}].{wrong}"));
+            let law = NamedVariance {
+                measurement: law.measurement.clone(),
+                state: law.state.clone(),
+                center: law.center.resolve("center", names).map_err(|wrong| at(&wrong))?,
+                coefficient: law.coefficient.resolve("coefficient", names).map_err(|wrong| at(&wrong))?,
+            };
+            law.find(&channels, parameters).map_err(|wrong| at(&wrong))
         };
         let varying = self.varying.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?.concat();
         let task = Task {
             name: self.name.clone(),
             steps: self.steps,
-            time_step: self.time_step,
-            bound: self.bound,
+            time_step,
+            bound: self.bound.map(|bound| bound.resolve("bound", names)).transpose().map_err(in_task)?,
             information_weight: self.information_weight,
-            initial_state: self.initial_state,
-            initial_control: self.initial_control,
+            initial_state: resolve_all(&self.initial_state, "initial_state", names).map_err(in_task)?,
+            initial_control: resolve_rows(&self.initial_control, "initial_control", names).map_err(in_task)?,
             control_bounds: bounds.map(|bounds| ControlBounds::new(&bounds)),
             noise: NoiseModel {
-                initial: self.initial.build("initial").map_err(|error| at(&error))?,
-                process: self.process.build("process").map_err(|error| at(&error))?,
-                measurement: self.measurement.build("measurement").map_err(|error| at(&error))?,
+                initial: self.initial.build("initial", names).map_err(in_task)?,
+                process: self.process.build("process", names).map_err(in_task)?,
+                measurement: self.measurement.build("measurement", names).map_err(in_task)?,
                 varying,
             },
             system,
@@ -150,11 +185,12 @@ impl DescribedTask {
 
 impl DescribedCovariance {
     /// The covariance, or what is wrong with its shape.
-    fn build(self, what: &str) -> Result<Covariance, String> {
+    fn build(&self, what: &str, names: &Names) -> Result<Covariance, String> {
+        let noise = || format!("noise: {what}");
         match self {
-            Self::Diagonal(entries) => Ok(Covariance::Diagonal(entries)),
-            Self::Full(rows) => Ok(Covariance::Full(rows)),
-            Self::Sequence(matrices) => sequence(&matrices, what).map(Covariance::Sequence),
+            Self::Diagonal(entries) => resolve_all(entries, &noise(), names).map(Covariance::Diagonal),
+            Self::Full(rows) => resolve_rows(rows, &noise(), names).map(Covariance::Full),
+            Self::Sequence(matrices) => sequence(matrices, what).map(Covariance::Sequence),
         }
     }
 }

@@ -59,9 +59,8 @@ pub fn problem(description: &Bound<'_, PyDict>, failures: &Failures) -> PyResult
     let wrong = |message: String| errors::usage(py, &message);
     let plain: String = field(description, "plain")?.extract()?;
     let misread = |error: serde_json::Error| wrong(format!("the description of the task: {error}"));
-    let names = describe::parameter_names(&plain).map_err(misread)?;
-    let (read, _) = supple::with_names(&names, || serde_json::from_str::<describe::Described>(&plain));
-    let described = read.map_err(misread)?;
+    let described: describe::Described = serde_json::from_str(&plain).map_err(misread)?;
+    let names = described.parameter_names();
     let systems = field(description, "systems")?.cast_into::<PyList>()?;
     let mut made = Vec::new();
     for (entry, steps) in systems.iter().zip(described.steps()) {

@@ -1,0 +1,37 @@
+use std::cell::RefCell;
+
+use super::Value;
+
+/// The names of parameters that the values of a file may use, and which of them they did.
+#[derive(Debug, Default)]
+pub struct Names {
+    declared: Vec<String>,
+    used: RefCell<Vec<bool>>,
+}
+
+impl Names {
+    /// The names of all parameters, in their order; none is used yet.
+    pub fn new(declared: Vec<String>) -> Self {
+        let used = RefCell::new(vec![false; declared.len()]);
+        Self { declared, used }
+    }
+
+    /// What a text in the place of a number means: a parameter, or an expression of parameters. They count as used.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn value(&self, text: &str) -> Result<Value, String> {
+        let mut index_of = |name: &str| {
+            let index = self.declared.iter().position(|declared| declared == name)?;
+            self.used.borrow_mut()[index] = true;
+            Some(index)
+        };
+        Value::read(text, &mut index_of, &self.declared)
+    }
+
+    /// The first name that no value used.
+    pub fn unused(&self) -> Option<&str> {
+        let index = self.used.borrow().iter().position(|used| !used)?;
+        Some(&self.declared[index])
+    }
+}
