@@ -1,0 +1,82 @@
+//! Times the parts of an iteration of task files, in process on one thread, and prints one line of JSON for each part:
+//! `cargo bench -p supple --bench parts -- FILE.toml ..`. `SECONDS_EACH` is how long each part is repeated (1),
+//! `PART` the only one that is timed.
+//!
+//! `benches/python/robot_parts.py` writes such files for any URDF file and runs crocoddyl beside it.
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use supple::gradient::Functional;
+use supple::lqg::{Belief, Information, Policy, Regularisation, information, kalman, solve_riccati};
+use supple::pipeline::TaskState;
+use supple::plan::{PlanSettings, rollout};
+use supple::system::Curvature;
+use supple::{Linearise, Scratch};
+
+/// Runs work again and again, and prints the least and the median time of a run, ms.
+fn time(name: &str, seconds: f64, mut work: impl FnMut()) {
+    if std::env::var("PART").is_ok_and(|part| part != name) {
+        return;
+    }
+    work();
+    let begin = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < 5 || begin.elapsed().as_secs_f64() < seconds {
+        let start = Instant::now();
+        work();
+        times.push(1e3 * start.elapsed().as_secs_f64());
+    }
+    times.sort_by(f64::total_cmp);
+    let (least, median) = (times[0], times[times.len() / 2]);
+    println!("{{\"name\": \"{name}\", \"least_ms\": {least}, \"median_ms\": {median}, \"runs\": {}}}", times.len());
+}
+
+fn main() {
+    let seconds = std::env::var("SECONDS_EACH").ok().and_then(|text| text.parse().ok()).unwrap_or(1.0);
+    for path in std::env::args().skip(1).filter(|argument| !argument.starts_with("--")) {
+        let problem = supple_file::load(&path).unwrap();
+        let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
+        let system = &*task.system;
+        let size = system.dimensions();
+        println!(
+            "{{\"file\": {path:?}, \"states\": {}, \"controls\": {}, \"measurements\": {}, \"steps\": {}}}",
+            size.states, size.controls, size.measurements, task.steps
+        );
+        let mut state = TaskState::new(task);
+        state.evaluate(task, &phi, &PlanSettings::default(), None).unwrap();
+        let trajectory = state.plan.trajectory.clone();
+        let (mut knots, mut candidate) = (state.plan.knots.clone(), trajectory.clone());
+        let mut policy = Policy::zeros(size, task.steps);
+        let mut belief = Belief::zeros(size.states, size.measurements, task.steps);
+        let mut found = Information::default();
+        let (mut gradient, mut scratch) = (Vec::new(), Scratch::new());
+        time("linearise", seconds, || {
+            let at = black_box(&trajectory).points();
+            knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
+        });
+        time("riccati", seconds, || {
+            let cost = black_box(&knots.cost);
+            solve_riccati(&knots.dynamics, cost, Regularisation::default(), &mut policy).unwrap();
+        });
+        time("rollout", seconds, || {
+            rollout(system, &phi, black_box(&trajectory), (&policy, 1.0), &mut candidate, &mut scratch);
+        });
+        time("iteration", seconds, || {
+            let at = black_box(&trajectory).points();
+            knots.linearise_plan(system, at, &phi, Curvature::GaussNewton, &mut scratch);
+            solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+            rollout(system, &phi, &trajectory, (&policy, 1.0), &mut candidate, &mut scratch);
+        });
+        time("kalman_and_information", seconds, || {
+            kalman(black_box(&state.plan.knots), &state.noise, &mut belief).unwrap();
+            information(&belief, &state.noise, &mut found).unwrap();
+        });
+        // With the belief anew each time, so that nothing is known from the last time.
+        time("information_gradient", seconds, || {
+            state.assess(task, &phi).unwrap();
+            state.total_gradient(task, &phi, Functional::INFORMATION, &mut gradient).unwrap();
+        });
+    }
+}
