@@ -1,6 +1,6 @@
 //! Tasks, and the studies that are made of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -15,7 +15,7 @@ use supple_study::pareto::ParetoOptions;
 use supple_study::sensors::SensorsOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
-use supple_study::{About, LoadedTask, Made, OWN_MODEL, Source, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{About, Folder, LoadedTask, Made, OWN_MODEL, RESULT, Source, StudyError, StudyResult, Watch, check_writable};
 
 use crate::arrays::to_python;
 use crate::errors;
@@ -46,6 +46,23 @@ impl NativeTask {
         let result = found.map_err(|error| errors::of_study(py, &error))?;
         let made = Made { arguments, ..Made::here(command, seed, &self.task) };
         Ok(Kept::new(made, result))
+    }
+
+    /// The same for studies whose journal, in the folder, keeps finished parts: it holds the result at the end.
+    fn resumable(
+        &self,
+        py: Python<'_>,
+        command: (&str, Vec<String>, u64),
+        (out, progress): (Option<PathBuf>, Option<&Bound<'_, PyAny>>),
+        work: impl FnOnce(&LoadedTask, Option<&Path>, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
+    ) -> PyResult<Kept> {
+        let of_study = |error| errors::of_study(py, &error);
+        let Some(folder) = out else { return self.study(py, command, progress, |task, watch| work(task, None, watch)) };
+        check_writable(&folder, RESULT).map_err(of_study)?;
+        let kept = self.study(py, command, progress, |task, watch| work(task, Some(&folder), watch))?;
+        let Folder { made, result, .. } = &*kept.0;
+        Folder::conclude(&folder, made, result).map_err(of_study)?;
+        Ok(kept)
     }
 }
 
@@ -267,7 +284,7 @@ impl NativeTask {
     }
 
     /// Costs in closed loop as a noise grows.
-    #[pyo3(signature = (made, designs, vary, *, sizes, progress))]
+    #[pyo3(signature = (made, designs, vary, *, sizes, out, progress))]
     fn robustness(
         &self,
         py: Python<'_>,
@@ -275,27 +292,29 @@ impl NativeTask {
         designs: Vec<Designed>,
         vary: (String, AxisValues),
         sizes: (usize, u64),
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let options = options::robustness(py, &self.task, designs, vary, sizes)?;
-        self.study(py, ("robustness", made, options.seed), progress, |task, watch| {
-            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, None, watch)?)))
+        self.resumable(py, ("robustness", made, options.seed), (out, progress), |task, out, watch| {
+            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, out, watch)?)))
         })
     }
 
     /// The front of information against cost.
-    #[pyo3(signature = (made, *, sizes, progress))]
+    #[pyo3(signature = (made, *, sizes, out, progress))]
     fn pareto(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         sizes: (usize, usize, u64),
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let (points, starts, seed) = sizes;
         let options = ParetoOptions { points, starts, seed };
-        self.study(py, ("pareto", made, seed), progress, |task, watch| {
-            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, None, watch)?)))
+        self.resumable(py, ("pareto", made, seed), (out, progress), |task, out, watch| {
+            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, out, watch)?)))
         })
     }
 
@@ -331,16 +350,18 @@ impl NativeTask {
     }
 
     /// The paths of searches; `options` as JSON.
+    #[pyo3(signature = (made, options, *, out, progress))]
     fn trace(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         options: &str,
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let options: TraceOptions = from_json(py, options)?;
-        self.study(py, ("trace", made, options.seed), progress, |task, watch| {
-            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, None, watch)?)))
+        self.resumable(py, ("trace", made, options.seed), (out, progress), |task, out, watch| {
+            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, out, watch)?)))
         })
     }
 }
