@@ -8,14 +8,16 @@ use pyo3::types::PyDict;
 use rayon::ThreadPoolBuilder;
 use supple::design::{Control, DesignSettings};
 use supple::parameters::Scale;
-use supple::{EvaluateOptions, Matrices, Named};
+use supple::{EvaluateOptions, Kinds, Matrices, Named};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
 use supple_study::sensors::SensorsOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
-use supple_study::{About, Folder, LoadedTask, Made, OWN_MODEL, RESULT, Source, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{
+    About, Folder, LoadedTask, Made, OWN_MODEL, RESULT, Source, StudyError, StudyResult, Watch, check_writable,
+};
 
 use crate::arrays::to_python;
 use crate::errors;
@@ -96,17 +98,18 @@ impl NativeTask {
         let phi = problem.parameters.initial();
         let text = description.get_item("source")?.map_or_else(|| Ok(String::new()), |text| text.extract())?;
         let sources = vec![Source { path: OWN_MODEL.to_owned(), text }];
-        Ok(Self { task: LoadedTask { problem, phi, sources }, failures })
+        Ok(Self { task: LoadedTask { problem, phi, sources, kinds: Kinds::default() }, failures })
     }
 
     /// The same task with other values of some parameters.
     fn with_values(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Self> {
-        let LoadedTask { problem, phi, sources } = &self.task;
-        let mut phi = phi.clone();
+        let mut task = self.task.clone();
         for (name, value) in &values {
-            problem.parameters.set(&mut phi, name, *value).map_err(|error| errors::of_compute(py, &error.into()))?;
+            task.problem
+                .parameters
+                .set(&mut task.phi, name, *value)
+                .map_err(|error| errors::of_compute(py, &error.into()))?;
         }
-        let task = LoadedTask { problem: problem.clone(), phi, sources: sources.clone() };
         Ok(Self { task, failures: self.failures.clone() })
     }
 
