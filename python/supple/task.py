@@ -380,6 +380,7 @@ class Task:
         vary: Grid,
         rollouts: int = 20,
         seed: int = 0,
+        out: str | os.PathLike[str] | None = None,
         executor: Workers | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
@@ -393,7 +394,8 @@ class Task:
             vary: The parameter that grows, with the role ``study``, and its values: ``{"wall_variance": [1e-5, 1e-3]}``.
             rollouts: Roll-outs at every level.
             seed: Seed of the roll-outs.
-            executor: Where designs and levels are simulated, as in :meth:`sweep`.
+            out: A folder for the result, whose journal stores finished parts meanwhile: the same call resumes from it.
+            executor: Where designs and levels are simulated, as in :meth:`sweep`; not with `out`.
             progress: ``True`` for a tqdm bar, or a custom object.
             at: Values of parameters of ``start``.
             **parameters: Values of parameters of ``start``.
@@ -401,6 +403,8 @@ class Task:
         check_counts(rollouts=rollouts, seed=seed)
         if len(vary) != 1:
             raise UsageError(f"vary names {len(vary)} parameters: one is varied at a time")
+        if out is not None and executor is not None:
+            raise UsageError("out keeps what threads of this process found: leave out executor, or save the result at the end")
         task = self.at(at, **parameters)
         ((name, values),) = vary.items()
         axis: Vary = (name, axis_values(name, values))
@@ -410,7 +414,7 @@ class Task:
         made = task._made("robustness", words + option_words(rollouts=rollouts, seed=seed))
         with watching(progress) as seer, logged("robustness"):
             if executor is None:
-                kept = task._native.robustness(made, chosen, axis, sizes=(rollouts, seed), progress=seer)
+                kept = task._native.robustness(made, chosen, axis, sizes=(rollouts, seed), out=out, progress=seer)
             else:
                 from . import executors
 
@@ -423,16 +427,27 @@ class Task:
         points: int = 20,
         starts: int = 4,
         seed: int = 0,
+        out: str | os.PathLike[str] | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Pareto:
-        """Traces the Pareto front of information and cost: designs of least information as all cost limits vary together."""
+        """Traces the Pareto front of information and cost: designs of least information as all cost limits vary together.
+
+        Args:
+            points: Points of the front.
+            starts: Starts of the searches for its ends.
+            seed: Seed of the starts.
+            out: A folder for the result, whose journal stores finished parts meanwhile: the same call resumes from it.
+            progress: ``True`` for a tqdm bar, or a custom object.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
         check_counts(points=points, starts=starts, seed=seed)
         task = self.at(at, **parameters)
         made = task._made("pareto", option_words(points=points, starts=starts, seed=seed))
         with watching(progress) as seer, logged("pareto"):
-            return Pareto(task._native.pareto(made, sizes=(points, starts, seed), progress=seer), task)
+            return Pareto(task._native.pareto(made, sizes=(points, starts, seed), out=out, progress=seer), task)
 
     def bound(
         self,
@@ -512,11 +527,23 @@ class Task:
         methods: Sequence[Literal["sqp", "cobyla", "barrier"]] = ("sqp", "barrier"),
         gradients: Sequence[Literal["total", "frozen"]] = ("total", "frozen"),
         seed: int = 0,
+        out: str | os.PathLike[str] | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
         **parameters: float,
     ) -> Trace:
-        """Records the paths of searches, for every method and gradient from every start."""
+        """Records the paths of searches, for every method and gradient from every start.
+
+        Args:
+            starts: Starts of every method and gradient.
+            methods: Optimisers.
+            gradients: Gradients that they are given.
+            seed: Seed of the starts.
+            out: A folder for the result, whose journal stores finished parts meanwhile: the same call resumes from it.
+            progress: ``True`` for a tqdm bar, or a custom object.
+            at: Values of parameters.
+            **parameters: Values of parameters.
+        """
         check_counts(starts=starts, seed=seed)
         methods, gradients = list(methods), list(gradients)
         check_choice("methods", methods, METHODS)
@@ -526,7 +553,7 @@ class Task:
         words = ["--method", ",".join(methods), "--gradient", ",".join(gradients)]
         made = task._made("trace", words + option_words(starts=starts, seed=seed))
         with watching(progress) as seer, logged("trace"):
-            return Trace(task._native.trace(made, json.dumps(options), seer), task)
+            return Trace(task._native.trace(made, json.dumps(options), out=out, progress=seer), task)
 
     def explore(
         self,

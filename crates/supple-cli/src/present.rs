@@ -29,7 +29,6 @@ pub fn present_resumable(
     output: &Output,
     stopped: Option<String>,
 ) -> Result<Outcome, Failure> {
-    let is_whole = stopped.is_none();
     let outcome = match stopped {
         Some(text) => {
             let resumes = if output.out.is_some() { "resumes" } else { "resumes where it has --out" };
@@ -38,11 +37,11 @@ pub fn present_resumable(
         }
         None => Outcome::Success,
     };
-    let outcome = outcome.and(present(result, made, output)?);
-    if let (true, Some(folder)) = (is_whole, &output.out) {
-        forget(folder)?;
+    let folder = output.out.as_deref();
+    if let Some(folder) = folder {
+        Folder::conclude(folder, made, result)?;
     }
-    Ok(outcome)
+    Ok(outcome.and(print(result, made, folder, output.json)?))
 }
 
 /// What a study found; none where it was stopped before there was a result, but its journal keeps parts to resume from.

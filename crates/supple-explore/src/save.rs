@@ -78,7 +78,7 @@ impl OnScreen<'_> {
 
     /// Whether a text says what is on screen.
     fn check(&self, text: &str, name: &str) -> Result<(), String> {
-        let read = supple_file::parse(text, name).map_err(|error| error.to_string())?;
+        let read = supple_file::parse_with(text, name, self.loaded.kinds.clone()).map_err(|error| error.to_string())?;
         let (turned, phi) = turned(self.loaded, self.knobs, self.values)?;
         let parameters = read.parameters.initial();
         let is_near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
@@ -126,9 +126,10 @@ impl OnScreen<'_> {
                 ));
             }
             let (_, phi) = turned(self.loaded, self.knobs, self.values)?;
-            return Ok(LoadedTask { problem: problem.clone(), phi, sources: sources.clone() });
+            return Ok(LoadedTask { phi, ..self.loaded.clone() });
         }
-        LoadedTask::restore(&self.sources(self.task_text()?), &[]).map_err(|error| error.to_string())
+        let kinds = self.loaded.kinds.clone();
+        LoadedTask::restore_with(&self.sources(self.task_text()?), &[], kinds).map_err(|error| error.to_string())
     }
 
     /// The files of the task, with another text of the task file.

@@ -265,7 +265,8 @@ impl State {
         let Some(file) = &self.file else {
             return respond(request, 409, PLAIN, "a stored result is shown: there is no file to read again\n");
         };
-        match LoadedTask::load(file, &[]) {
+        let kinds = self.shown.read().unwrap_or_else(PoisonError::into_inner).loaded.kinds.clone();
+        match LoadedTask::load_with(file, &[], kinds) {
             Err(error) => respond(request, 422, PLAIN, &format!("{error}\n")),
             Ok(loaded) => {
                 let mut shown = self.shown.write().unwrap_or_else(PoisonError::into_inner);

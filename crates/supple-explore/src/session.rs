@@ -126,7 +126,7 @@ impl Session {
     /// What a page must know first.
     pub fn hello(&self) -> Value {
         let shown = self.shown();
-        let Shown { loaded: LoadedTask { problem, phi, sources }, knobs, generation } = &*shown;
+        let Shown { loaded: LoadedTask { problem, phi, sources, .. }, knobs, generation } = &*shown;
         let about = About::of(problem);
         let tasks: Vec<Value> = problem
             .tasks
@@ -340,7 +340,7 @@ impl Worker<'_> {
 
     fn design(&self) -> Result<(), String> {
         let (problem, phi) = self.turned(&self.ask.values)?;
-        let task = LoadedTask { problem, phi, sources: self.shown.loaded.sources.clone() };
+        let task = LoadedTask { problem, phi, ..self.shown.loaded.clone() };
         let tell = |mut visited: Value| {
             let design: Vec<f64> = serde_json::from_value(visited["parameters"].take()).unwrap_or_default();
             visited["design"] = json!(with_parameters(&self.shown.knobs, &self.ask.values, &design));

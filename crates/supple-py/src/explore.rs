@@ -9,7 +9,6 @@ use std::thread::JoinHandle;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple_explore::{Explorer, Surroundings};
-use supple_study::LoadedTask;
 
 use crate::errors;
 use crate::own::Failures;
@@ -60,8 +59,7 @@ impl NativeExplorer {
         // An exception of before is not one of the page's.
         drop(task.failures.take());
         let surroundings = Arc::new(Interpreter(task.failures.clone()));
-        let LoadedTask { problem, phi, sources } = &task.task;
-        let loaded = LoadedTask { problem: problem.clone(), phi: phi.clone(), sources: sources.clone() };
+        let loaded = task.task.clone();
         let opened = py.detach(|| Explorer::open_within(surroundings, loaded, file, port));
         let explorer = Arc::new(opened.map_err(|error| errors::usage(py, &in_python(&error.to_string())))?);
         let serving = Arc::clone(&explorer);

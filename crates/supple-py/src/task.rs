@@ -1,6 +1,6 @@
 //! Tasks, and the studies that are made of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -8,14 +8,16 @@ use pyo3::types::PyDict;
 use rayon::ThreadPoolBuilder;
 use supple::design::{Control, DesignSettings};
 use supple::parameters::Scale;
-use supple::{EvaluateOptions, Matrices, Named};
+use supple::{EvaluateOptions, Kinds, Matrices, Named};
 use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::ParetoOptions;
 use supple_study::sensors::SensorsOptions;
 use supple_study::sweep::{SweepOptions, TABLE_CSV};
 use supple_study::trace::TraceOptions;
-use supple_study::{About, LoadedTask, Made, OWN_MODEL, Source, StudyError, StudyResult, Watch, check_writable};
+use supple_study::{
+    About, Folder, LoadedTask, Made, OWN_MODEL, RESULT, Source, StudyError, StudyResult, Watch, check_writable,
+};
 
 use crate::arrays::to_python;
 use crate::errors;
@@ -46,6 +48,23 @@ impl NativeTask {
         let result = found.map_err(|error| errors::of_study(py, &error))?;
         let made = Made { arguments, ..Made::here(command, seed, &self.task) };
         Ok(Kept::new(made, result))
+    }
+
+    /// The same for studies whose journal, in the folder, keeps finished parts: it holds the result at the end.
+    fn resumable(
+        &self,
+        py: Python<'_>,
+        command: (&str, Vec<String>, u64),
+        (out, progress): (Option<PathBuf>, Option<&Bound<'_, PyAny>>),
+        work: impl FnOnce(&LoadedTask, Option<&Path>, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
+    ) -> PyResult<Kept> {
+        let of_study = |error| errors::of_study(py, &error);
+        let Some(folder) = out else { return self.study(py, command, progress, |task, watch| work(task, None, watch)) };
+        check_writable(&folder, RESULT).map_err(of_study)?;
+        let kept = self.study(py, command, progress, |task, watch| work(task, Some(&folder), watch))?;
+        let Folder { made, result, .. } = &*kept.0;
+        Folder::conclude(&folder, made, result).map_err(of_study)?;
+        Ok(kept)
     }
 }
 
@@ -79,17 +98,18 @@ impl NativeTask {
         let phi = problem.parameters.initial();
         let text = description.get_item("source")?.map_or_else(|| Ok(String::new()), |text| text.extract())?;
         let sources = vec![Source { path: OWN_MODEL.to_owned(), text }];
-        Ok(Self { task: LoadedTask { problem, phi, sources }, failures })
+        Ok(Self { task: LoadedTask { problem, phi, sources, kinds: Kinds::default() }, failures })
     }
 
     /// The same task with other values of some parameters.
     fn with_values(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Self> {
-        let LoadedTask { problem, phi, sources } = &self.task;
-        let mut phi = phi.clone();
+        let mut task = self.task.clone();
         for (name, value) in &values {
-            problem.parameters.set(&mut phi, name, *value).map_err(|error| errors::of_compute(py, &error.into()))?;
+            task.problem
+                .parameters
+                .set(&mut task.phi, name, *value)
+                .map_err(|error| errors::of_compute(py, &error.into()))?;
         }
-        let task = LoadedTask { problem: problem.clone(), phi, sources: sources.clone() };
         Ok(Self { task, failures: self.failures.clone() })
     }
 
@@ -267,7 +287,7 @@ impl NativeTask {
     }
 
     /// Costs in closed loop as a noise grows.
-    #[pyo3(signature = (made, designs, vary, *, sizes, progress))]
+    #[pyo3(signature = (made, designs, vary, *, sizes, out, progress))]
     fn robustness(
         &self,
         py: Python<'_>,
@@ -275,27 +295,29 @@ impl NativeTask {
         designs: Vec<Designed>,
         vary: (String, AxisValues),
         sizes: (usize, u64),
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let options = options::robustness(py, &self.task, designs, vary, sizes)?;
-        self.study(py, ("robustness", made, options.seed), progress, |task, watch| {
-            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, None, watch)?)))
+        self.resumable(py, ("robustness", made, options.seed), (out, progress), |task, out, watch| {
+            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, out, watch)?)))
         })
     }
 
     /// The front of information against cost.
-    #[pyo3(signature = (made, *, sizes, progress))]
+    #[pyo3(signature = (made, *, sizes, out, progress))]
     fn pareto(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         sizes: (usize, usize, u64),
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let (points, starts, seed) = sizes;
         let options = ParetoOptions { points, starts, seed };
-        self.study(py, ("pareto", made, seed), progress, |task, watch| {
-            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, None, watch)?)))
+        self.resumable(py, ("pareto", made, seed), (out, progress), |task, out, watch| {
+            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, out, watch)?)))
         })
     }
 
@@ -331,16 +353,18 @@ impl NativeTask {
     }
 
     /// The paths of searches; `options` as JSON.
+    #[pyo3(signature = (made, options, *, out, progress))]
     fn trace(
         &self,
         py: Python<'_>,
         made: Vec<String>,
         options: &str,
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
         let options: TraceOptions = from_json(py, options)?;
-        self.study(py, ("trace", made, options.seed), progress, |task, watch| {
-            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, None, watch)?)))
+        self.resumable(py, ("trace", made, options.seed), (out, progress), |task, out, watch| {
+            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, out, watch)?)))
         })
     }
 }

@@ -8,6 +8,7 @@ use crate::bound::BoundStudy;
 use crate::checksums;
 use crate::design::DesignReport;
 use crate::evaluate::EvaluateReport;
+use crate::journal::forget;
 use crate::pareto::Pareto;
 use crate::robustness::Robustness;
 use crate::sensors::Sensors;
@@ -99,6 +100,16 @@ impl StudyResult {
         }
     }
 
+    /// Whether it was told to stop before all of it was found; a journal may keep the parts that were.
+    pub fn is_stopped(&self) -> bool {
+        match self {
+            Self::Robustness(result) => result.stopped,
+            Self::Pareto(result) => result.stopped,
+            Self::Trace(result) => result.stopped,
+            _ => false,
+        }
+    }
+
     /// All of its numbers that are not finite, but for those that say why.
     pub fn not_finite(&self) -> Vec<NotFinite> {
         match self {
@@ -171,6 +182,16 @@ impl Folder {
         let text = json.map_err(|error| StudyError::io(&file, error.into()))? + "\n";
         write_text(&file, text.as_bytes())?;
         checksums::save(path)
+    }
+
+    /// The same for a study whose journal keeps its finished parts: that of one that was not stopped is removed, as its result
+    /// says it all.
+    ///
+    /// # Errors
+    /// Where a file cannot be written or removed.
+    pub fn conclude(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
+        Self::save(path, made, result)?;
+        if result.is_stopped() { Ok(()) } else { forget(path) }
     }
 
     /// Reads folders; after that of a study file those of its steps. A folder that is named twice is read once.

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use supple::parameters::Parameters;
-use supple::{Named, Problem, Task};
+use supple::{Kinds, Named, Problem, Task};
 use supple_file::read_text;
 
 use crate::StudyError;
@@ -65,6 +65,7 @@ impl About {
 }
 
 /// A task file as it was read, and the parameters to start from.
+#[derive(Clone)]
 pub struct LoadedTask {
     /// What there is to solve.
     pub problem: Problem,
@@ -72,6 +73,8 @@ pub struct LoadedTask {
     pub phi: Vec<f64>,
     /// The task file, then the robot's file where there is one.
     pub sources: Vec<Source>,
+    /// The kinds that the task file may name.
+    pub kinds: Kinds,
 }
 
 impl LoadedTask {
@@ -80,9 +83,17 @@ impl LoadedTask {
     /// # Errors
     /// Where a file cannot be read or anything in it is wrong, or a parameter is unknown or out of bounds.
     pub fn load(path: &Path, set: &[(String, f64)]) -> Result<Self, StudyError> {
+        Self::load_with(path, set, Kinds::default())
+    }
+
+    /// The same of a file that may name other kinds than those of the library.
+    ///
+    /// # Errors
+    /// As of [`load`](Self::load).
+    pub fn load_with(path: &Path, set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
         let text = supple_text::read_given(path)?;
         let name = path.display().to_string();
-        let problem = supple_file::parse(&text, &name)?;
+        let problem = supple_file::parse_with(&text, &name, kinds.clone())?;
         let mut phi = problem.parameters.initial();
         for (name, value) in set {
             problem.parameters.set(&mut phi, name, *value)?;
@@ -91,7 +102,7 @@ impl LoadedTask {
         for path in &problem.files {
             sources.push(Source { path: path.display().to_string(), text: read_text(path)? });
         }
-        Ok(Self { problem, phi, sources })
+        Ok(Self { problem, phi, sources, kinds })
     }
 
     /// The same from the texts that [`load`](Self::load) read, the task file's first: no file is read.
@@ -99,9 +110,17 @@ impl LoadedTask {
     /// # Errors
     /// Where there is no text, or as of [`load`](Self::load).
     pub fn restore(sources: &[Source], set: &[(String, f64)]) -> Result<Self, StudyError> {
+        Self::restore_with(sources, set, Kinds::default())
+    }
+
+    /// The same of a file that may name other kinds than those of the library.
+    ///
+    /// # Errors
+    /// As of [`restore`](Self::restore).
+    pub fn restore_with(sources: &[Source], set: &[(String, f64)], kinds: Kinds) -> Result<Self, StudyError> {
         let Some(first) = sources.first() else { return Err(StudyError::usage("there is no text of a task file")) };
         let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
-        supple_text::with_texts(texts, || Self::load(Path::new(&first.path), set))
+        supple_text::with_texts(texts, || Self::load_with(Path::new(&first.path), set, kinds))
     }
 
     /// The parameters by name.

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use outsider::kinds;
 use supple::check::check;
 use supple::design::{Control, DesignSettings, NoObserver, design};
-use supple::{EvaluateOptions, Problem};
+use supple::EvaluateOptions;
 
 type Tested = Result<(), Box<dyn Error>>;
 
@@ -142,7 +142,7 @@ fn without_them_files_that_name_them_are_refused() -> Tested {
 
 #[test]
 fn the_schema_has_them() {
-    let schema = kinds().json_schema().to_string();
+    let schema = supple_file::json_schema_of(&kinds()).to_string();
     for key in ["bearing", "camera", "tendon", "frame_a", "cauchy", "cart_pole", "cart_mass"] {
         assert!(schema.contains(&format!("\"{key}\"")), "`{key}` is not in the schema");
     }

@@ -4,7 +4,6 @@ use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
 use outsider::PatternSearch;
-use supple::Problem;
 use supple::design::{Aim, Control, DesignSettings, NoObserver, Searcher};
 
 #[test]

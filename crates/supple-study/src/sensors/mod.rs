@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth};
-use supple_file::WithSensors;
+use supple_file::{ReadOptions, WithSensors};
 use supple_text::with_texts;
 
 mod report;
@@ -135,7 +135,7 @@ pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<
 
 /// The candidates, with what kind each is.
 fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<String>), StudyError> {
-    let LoadedTask { problem, phi, sources } = task;
+    let LoadedTask { problem, phi, sources, kinds } = task;
     let (Some(_), Some(first)) = (&problem.catalogue, sources.first()) else {
         let selection = Selection::of_measurements(problem, phi, only)?;
         let kinds = vec!["measurement".to_owned(); selection.candidates.len()];
@@ -143,7 +143,8 @@ fn selection(task: &LoadedTask, only: Option<&str>) -> Result<(Selection, Vec<St
     };
     // The task as it was read has the chosen sensors only.
     let texts = sources.iter().map(|source| (source.path.clone(), source.text.clone()));
-    let problem = with_texts(texts, || supple_file::parse_with(&first.text, &first.path, WithSensors::All))?;
+    let options = ReadOptions { kinds: kinds.clone(), sensors: WithSensors::All };
+    let problem = with_texts(texts, || supple_file::parse_with(&first.text, &first.path, options))?;
     let sensors = problem.catalogue.clone().unwrap_or_default();
     let kinds = sensors.iter().map(|sensor| sensor.kind.clone()).collect();
     let candidates =

@@ -1,0 +1,30 @@
+//! Studies take tasks whose kinds are of this crate.
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use outsider::kinds;
+use supple_study::pareto::{ParetoOptions, run};
+use supple_study::{Folder, LoadedTask, Made, Silent, StudyResult, Watch};
+
+const REACH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tasks/reach.toml");
+
+#[test]
+fn a_front_is_found_stored_and_read() -> Result<(), Box<dyn Error>> {
+    let task = LoadedTask::load_with(Path::new(REACH), &[], kinds())?;
+    let folder = tempfile::tempdir()?;
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let options = ParetoOptions { points: 2, starts: 1, seed: 0 };
+    let front = run(&task, &options, Some(folder.path()), watch)?;
+    assert_eq!(front.points.len(), 2);
+    let made = Made::here("pareto", 0, &task);
+    Folder::conclude(folder.path(), &made, &StudyResult::Pareto(Box::new(front)))?;
+    let read = Folder::load(folder.path())?;
+    let again = LoadedTask::restore_with(&read.made.sources, &[], kinds())?;
+    assert_eq!(again.problem.tasks.len(), task.problem.tasks.len());
+    // Without them the same text is refused, by name.
+    let Err(refused) = LoadedTask::restore(&read.made.sources, &[]) else { return Err("it is read".into()) };
+    assert!(refused.to_string().contains("must be one of"), "{refused}");
+    Ok(())
+}
