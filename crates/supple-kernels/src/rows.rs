@@ -253,6 +253,54 @@ pub fn transpose<L: Lanes>(out: &mut [f64], out_stride: usize, a: &[f64], stride
     }
 }
 
+/// Asks for numbers that are used soon, so that they are near when they are.
+#[inline(always)]
+pub fn fetch(numbers: &[f64]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in numbers.chunks(LANES) {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+        // SAFETY: a hint, which reads and writes nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.as_ptr().cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = numbers;
+}
+
+/// Adds `a'` (rows x cols, `a` being cols x rows) to the lower triangle of `out`. Numbers right of the diagonal, up to the next
+/// multiple of [`LANES`], are changed too.
+#[inline(always)]
+pub fn add_transposed_lower<L: Lanes>(
+    (out, out_stride): (&mut [f64], usize),
+    (a, stride): (&[f64], usize),
+    (rows, cols): (usize, usize),
+) {
+    if rows == 0 || cols == 0 {
+        return;
+    }
+    assert!(out.len() > (rows - 1) * out_stride + cols - 1 && a.len() > (cols - 1) * stride + rows - 1);
+    let whole = |len: usize| if L::WIDE { len - len % LANES } else { 0 };
+    let (whole_rows, whole_cols) = (whole(rows), whole(cols));
+    for i in (0..whole_rows).step_by(LANES) {
+        for j in (0..whole_cols.min(i + LANES)).step_by(LANES) {
+            // SAFETY: whole blocks of eight by eight lie inside both.
+            unsafe {
+                let block = L::transposed(load_block::<L>(a.as_ptr().add(j * stride + i), stride));
+                let to = out.as_mut_ptr().add(i * out_stride + j);
+                for (row, moved) in block.into_iter().enumerate() {
+                    let to = to.add(row * out_stride);
+                    (L::load(to) + moved).store(to);
+                }
+            }
+        }
+    }
+    for i in 0..rows {
+        let first = if i < whole_rows { whole_cols } else { 0 };
+        for j in first..cols.min(i + 1) {
+            out[i * out_stride + j] += a[j * stride + i];
+        }
+    }
+}
+
 /// Eight rows of eight numbers, `stride` apart.
 ///
 /// # Safety

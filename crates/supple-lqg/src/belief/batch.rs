@@ -104,9 +104,9 @@ impl Job for PredictAll<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let shape = Shape::of(self.knots.dimensions);
-        let carried = Carried::of(&self.knots.dynamics);
+        let suggested = Carried::suggested(&self.knots.dynamics);
         for sample in 0..self.belief.corrected.count() {
-            predict::<L>(shape, carried, (sample, sample), self.knots, self.w, self.belief);
+            predict::<L>(shape, suggested, (sample, sample), self.knots, self.w, self.belief);
         }
     }
 }

@@ -130,11 +130,11 @@ fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Beli
     belief.repairs = 0;
     let picks = knots.picks.as_deref().filter(|_| noise.measurements_are_independent());
     belief.form = if picks.is_some() { Form::EachAlone } else { Form::Together };
-    let carried = Carried::of(&knots.dynamics);
+    let suggested = Carried::suggested(&knots.dynamics);
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
         if t > 0 {
-            predict::<L>(shape, carried, (t - 1, t), knots, noise.process.at(t - 1), belief);
+            predict::<L>(shape, suggested, (t - 1, t), knots, noise.process.at(t - 1), belief);
         }
         match picks {
             Some(picks) => sequential::correct::<L>(shape, t, (picks, noise.measurement.at(t)), belief)
@@ -160,7 +160,7 @@ fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Beli
 #[inline(always)]
 pub(super) fn predict<L: Lanes>(
     shape: Shape,
-    carried: Option<Carried>,
+    suggested: Option<Carried>,
     (from, to): (usize, usize),
     knots: &Knots,
     w: &[f64],
@@ -170,6 +170,7 @@ pub(super) fn predict<L: Lanes>(
     let Belief { predicted, corrected, work: Work { square, transposed, .. }, .. } = belief;
     let (a_sigma, transposed) = (square.at_mut(0), transposed.at_mut(0));
     let (sigma, predicted) = (corrected.at(from), predicted.at_mut(to));
+    let carried = suggested.filter(|carried| carried.holds(knots.dynamics.at(from), wide));
     let h = carried.map_or(0, |carried| carried.rows);
     let f = &knots.dynamics.at(from)[h * wide..];
     multiply::<L>(a_sigma, Left::plain(f, wide), sigma, stride, (n - h, n), Into::Set);

@@ -124,6 +124,9 @@ pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
     result
 }
 
+/// States from which the matrices of a horizon are more than a core's own memory holds.
+const LARGE: usize = 24;
+
 struct Sweep<'a> {
     lq: Lq<'a>,
     policy: &'a mut Policy,
@@ -159,12 +162,17 @@ fn sweep<L: Lanes>(shape: Shape, lq: Lq, policy: &mut Policy) -> Result<Decrease
         }
         policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
     }
-    let carried = Carried::of(dynamics);
+    let suggested = Carried::suggested(dynamics);
     let mut total = Decrease::default();
     for t in (0..steps).rev() {
         let Policy { curvature, slope, q, products, .. } = policy;
         let next = (curvature.at(t + 1), slope.vector(t + 1));
+        let carried = suggested.filter(|carried| carried.holds(dynamics.at(t), shape.wide()));
         quadratic::<L>(shape, carried, (dynamics.at(t), cost.at(t)), next, q.at_mut(0), products);
+        if shape.n >= LARGE && t > 0 {
+            rows::fetch(dynamics.at(t - 1));
+            rows::fetch(cost.at(t - 1));
+        }
         let decrease = if lq.limits.is_none() && lq.regularisation == Regularisation::default() {
             minimise::<L>(shape, t, policy)
         } else {

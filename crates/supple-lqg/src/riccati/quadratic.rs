@@ -56,7 +56,7 @@ pub(super) fn quadratic<L: Lanes>(
             let moved = (&product[h * stride..], stride);
             let left = Left::transposed(rates, stride);
             multiply_lower::<L>((q, wide), left, moved, (joint, n - h), Into::AddTo(cost));
-            carry(shape, h, next, product, q);
+            carry::<L>(shape, h, next, product, q);
             slope.fill(0.0);
             slope[..h].copy_from_slice(&next_slope[..h]);
             for i in 0..n - h {
@@ -98,7 +98,7 @@ fn combine(shape: Shape, carried: Carried, s: &[f64], out: &mut [f64]) {
 
 /// Adds `E' S_qq E + E' T_q F_v + (E' T_q F_v)'` to the lower triangle.
 #[inline(always)]
-fn carry(shape: Shape, h: usize, s: &[f64], product: &[f64], q: &mut [f64]) {
+fn carry<L: Lanes>(shape: Shape, h: usize, s: &[f64], product: &[f64], q: &mut [f64]) {
     let (joint, narrow, stride, wide) = (shape.joint(), shape.narrow(), shape.wide(), shape.full());
     for a in 0..h {
         let (row, s) = (&mut q[a * wide..=a * wide + a], &s[a * narrow..=a * narrow + a]);
@@ -106,10 +106,5 @@ fn carry(shape: Shape, h: usize, s: &[f64], product: &[f64], q: &mut [f64]) {
             *to += moved + s;
         }
     }
-    for a in 0..joint {
-        let row = &mut q[a * wide..a * wide + h.min(a + 1)];
-        for (b, to) in row.iter_mut().enumerate() {
-            *to += product[b * stride + a];
-        }
-    }
+    rows::add_transposed_lower::<L>((q, wide), (product, stride), (joint, h));
 }
