@@ -1,4 +1,4 @@
-"""Physics of one's own: a pole on a cart, whose spring and angle sensor are to be designed.
+"""Custom physics: a pole on a cart, whose spring and angle sensor are to be designed.
 
 Its twin in Rust is crates/supple/examples/03_own_model.rs; both print the same.
 """

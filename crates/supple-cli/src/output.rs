@@ -22,7 +22,7 @@ pub fn print_text(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// A line about what goes on, on standard error.
+/// A line about progress, on standard error.
 pub fn note(text: &str) {
     // Nobody is left to tell where this fails.
     let _ = writeln!(std::io::stderr(), "{}", plain(text));

@@ -156,7 +156,7 @@ impl Session {
         })
     }
 
-    /// Does one job; whatever goes wrong is told to the page.
+    /// Does one job; errors are sent to the page.
     fn work(&self, view: View, job: &Job<Ask>) {
         let shown = self.shown();
         let ask = &job.what;

@@ -34,9 +34,9 @@ pub enum WithSensors {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CatalogueFile {
-    /// Measurements of the model that are there whatever is chosen, by name; all of them where left out.
+    /// Measurements of the model that are there whatever is chosen, by name; default: all of them.
     base: Option<Vec<String>>,
-    /// Names of the sensors that the robot has; none where left out.
+    /// Names of the sensors that the robot has; default: none.
     #[serde(default)]
     chosen: Vec<String>,
     /// The sensors: a list of tables, each with a `kind`, or the name of a file with one line for each.

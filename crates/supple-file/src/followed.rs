@@ -14,9 +14,9 @@ const KEYS: &[&str] = &["lower", "upper", "enforce"];
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LimitFile {
-    /// The least that it may be, one number for all entries or one each, in its units; none where left out.
+    /// The least that it may be, one number for all entries or one each, in its units; default: none.
     lower: Option<OneOrMore>,
-    /// The most that it may be, one number for all entries or one each, in its units; none where left out.
+    /// The most that it may be, one number for all entries or one each, in its units; default: none.
     upper: Option<OneOrMore>,
     /// Whether plans keep the limit, and not only results tell where they do not.
     #[serde(default)]

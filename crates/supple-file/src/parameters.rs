@@ -26,7 +26,7 @@ pub(super) struct ParameterFile {
     /// Who may change it: the design search, or only the user.
     #[serde(default)]
     role: Role,
-    /// What its value costs, in units of the budget of `[design]`; nothing where left out.
+    /// What its value costs, in units of the budget of `[design]`; default: nothing.
     price: Option<Price>,
     /// The values that can be had: a list of them, with or without prices and names, or a CSV file.
     catalogue: Option<CatalogueFile>,

@@ -32,9 +32,9 @@ pub(super) struct TaskFile {
     steps: usize,
     /// Time step, s.
     time_step: Value,
-    /// The expected cost may be at most this. Without it any cost will do.
+    /// The expected cost may be at most this. Without it there is no limit.
     bound: Option<Value>,
-    /// Weight of its information in the objective; 1 where left out.
+    /// Weight of its information in the objective; default: 1.
     #[serde(default = "one")]
     information_weight: f64,
     /// Mean of the first state: one number per state, or by the states' names. What is left out of a robot is at rest
@@ -98,7 +98,7 @@ struct NoiseFile {
     process: Option<Rows>,
     /// Standard deviations of the process, in the place of `process`.
     process_deviation: Option<Rows>,
-    /// Of the measurement, p; positive definite. That of the model's sensors where left out.
+    /// Of the measurement, p; positive definite. Default: that of the model's sensors.
     measurement: Option<Rows>,
     /// Standard deviations of the measurement, in the place of `measurement`.
     measurement_deviation: Option<Rows>,

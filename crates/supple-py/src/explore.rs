@@ -19,7 +19,7 @@ use crate::task::NativeTask;
 static FIRST: AtomicU32 = AtomicU32::new(0);
 
 /// The interpreter, around computations of an explorer: a study that ends by Ctrl-C leaves them alone, and exceptions of a
-/// model in Python are told to the page.
+/// model in Python are sent to the page.
 struct Interpreter(Failures);
 
 impl Surroundings for Interpreter {

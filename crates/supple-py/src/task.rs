@@ -123,7 +123,7 @@ impl NativeTask {
         to_python(py, &Named::new(&self.task.problem.parameters, &self.task.phi))
     }
 
-    /// What of the files is ignored or most likely wrong.
+    /// Warnings about ignored or most likely wrong parts of the files.
     fn warnings(&self) -> Vec<String> {
         self.task.problem.warnings.clone()
     }

@@ -73,7 +73,7 @@ impl<'a> Part<'a> {
         self.results(|result| if let StudyResult::Design(report) = result { Some(&**report) } else { None })
     }
 
-    /// Designs that were evaluated by themselves.
+    /// Other designs, which were evaluated only.
     pub fn evaluations(&self) -> Vec<(&str, &'a Evaluation)> {
         self.results(|result| if let StudyResult::Evaluate(report) = result { Some(&report.evaluation) } else { None })
     }
@@ -112,8 +112,8 @@ impl<'a> Part<'a> {
         self.folders.iter().filter_map(|(name, folder)| Some((name.as_str(), pick(&folder.result)?))).collect()
     }
 
-    /// All designs with an evaluation: where searches began and ended, then those evaluated by themselves. A start that
-    /// several searches share is there once.
+    /// All designs with an evaluation: starts and ends of searches, then other designs. A start that several searches share
+    /// is there once.
     pub fn designs(&self) -> Vec<Shown<'a>> {
         let searches = self.searches();
         let mut shown: Vec<Shown<'a>> = Vec::new();

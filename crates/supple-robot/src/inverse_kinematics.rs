@@ -37,7 +37,7 @@ pub struct PoseGoal {
     pub frame: Pose,
     /// Where its origin is to be in the world, m.
     pub position: [f64; 3],
-    /// How it is to be turned in the world, by rows; any way where left out.
+    /// How it is to be turned in the world, by rows; default: any way.
     pub rotation: Option<[[f64; 3]; 3]>,
 }
 
@@ -61,7 +61,7 @@ pub struct Reached {
     pub q: Vec<f64>,
     /// How far the frame's origin is from where it is to be, m.
     pub distance: f64,
-    /// By which angle the frame is turned from how it is to be, rad; 0 where any turn will do.
+    /// By which angle the frame is turned from how it is to be, rad; 0 where the orientation is free.
     pub angle: f64,
     /// Degrees of freedom that move the frame and are at a limit.
     pub at_limits: Vec<usize>,

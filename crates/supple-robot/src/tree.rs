@@ -1,4 +1,4 @@
-//! What of a robot moves, and with which coordinates.
+//! Moving parts of a robot, and their coordinates.
 
 use crate::{Joint, JointKind, Key, Robot};
 

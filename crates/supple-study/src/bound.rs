@@ -13,13 +13,13 @@ use crate::{Cell, Column, LoadedTask, StudyError, Table, Watch, write_text};
 /// What a study of bounds does.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundOptions {
-    /// The task; all of them where left out.
+    /// The task; default: all of them.
     pub task: Option<String>,
-    /// The expected cost to keep; the design's own where left out.
+    /// The expected cost to keep; default: the design's own.
     pub cost: Option<f64>,
     /// Bounds by step of the steady state instead of those over the horizon.
     pub stationary: bool,
-    /// Points of a curve of the minimum over the cost; none where left out.
+    /// Points of a curve of the minimum over the cost; default: none.
     pub curve: Option<usize>,
 }
 
@@ -82,7 +82,7 @@ const MOST_POINTS: usize = 10_000;
 ///
 /// # Errors
 /// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 or more than
-/// 10,000 points, or it is told to stop.
+/// 10,000 points, or it is stopped.
 pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<BoundStudy, StudyError> {
     let wrong = |message: String| Err(StudyError::usage(message));
     match options.curve {
@@ -119,7 +119,7 @@ pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<Bo
     Ok(BoundStudy { options: options.clone(), report, curves })
 }
 
-/// Does work unless it is told to stop.
+/// Does work unless it is stopped.
 fn stoppable<T>(watch: Watch, work: impl FnOnce() -> Result<T, StudyError>) -> Result<T, StudyError> {
     if watch.is_stopped() { Err(StudyError::Stopped) } else { work() }
 }

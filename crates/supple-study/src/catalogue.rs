@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple::design::{CatalogueDesign, CatalogueMethod, Combination, Design, DesignStatus, Searcher};
 use supple::{Named, Problem};
 
-/// How many of the best combinations are told.
+/// How many of the best combinations are reported.
 const BEST: usize = 10;
 
 /// The entries of catalogues that were chosen.

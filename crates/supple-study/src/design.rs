@@ -142,7 +142,7 @@ pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Re
 /// Does one start of the same search, for [`combine`]: what it found, for another process to read.
 ///
 /// # Errors
-/// Where there is nothing to design, total gradients are asked for along sampled plans, or it is told to stop.
+/// Where there is nothing to design, total gradients are asked for along sampled plans, or it is stopped.
 pub fn run_start(
     task: &LoadedTask,
     settings: &DesignSettings,

@@ -85,7 +85,7 @@ impl TraceRun {
 }
 
 /// Runs every search and keeps what it visits. All methods and gradients begin from the same starts, and all other
-/// settings are those of the task. What was visited until it is told to stop is kept; with a folder, a journal there keeps the
+/// settings are those of the task. What was visited until it is stopped is kept; with a folder, a journal there keeps the
 /// searches that ended, and the same study resumes from it.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ pub trait Progress: Send + Sync {
     fn say(&self, _message: &str) {}
 }
 
-/// Looks away.
+/// Ignores all progress.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

@@ -1,4 +1,4 @@
-//! Physics of one's own: a pole on a cart, whose length and place sensor are to be designed.
+//! Custom physics: a pole on a cart, whose length and place sensor are to be designed.
 //!
 //! Run by `cargo run --release -p supple --example 03_own_model`. Its twin in Python, `python/examples/03_own_model.py`,
 //! prints the same.

@@ -35,7 +35,7 @@ pub struct Problem {
     pub files: Vec<PathBuf>,
     /// Sensors to choose from; none where the task file has no catalogue.
     pub catalogue: Option<Vec<CatalogueSensor>>,
-    /// What of the files is ignored or most likely wrong, for people; empty where all is well.
+    /// Warnings about ignored or most likely wrong parts of the files; empty if there are none.
     pub warnings: Vec<String>,
     /// The same with a sentence for every single thing, where `warnings` has one for all of a kind.
     pub every_warning: Vec<String>,
@@ -140,7 +140,7 @@ pub struct Task {
     pub steps: usize,
     /// Time step, s.
     pub time_step: Value,
-    /// The expected cost may be at most this, D; without a bound any cost will do.
+    /// The expected cost may be at most this, D; without a bound there is no limit.
     pub bound: Option<Value>,
     /// Weight of its information in the objective.
     pub information_weight: f64,

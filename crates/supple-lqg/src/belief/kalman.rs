@@ -25,7 +25,7 @@ pub struct Belief {
     pub(super) pivots: Matrices,
     /// How the last sweep took measurements.
     pub(super) form: Form,
-    /// How often rounding had to be mended for `Sigma` to stay positive semidefinite.
+    /// How often rounding errors were repaired so that `Sigma` stays positive semidefinite.
     pub repairs: usize,
     pub(super) work: Work,
 }

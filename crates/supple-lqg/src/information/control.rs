@@ -11,9 +11,9 @@ use crate::riccati::Policy;
 /// Directed information from the state to the controls, `DI(x^N -> u^N)`: nats at each control, N of them (theory,
 /// equation I.8).
 ///
-/// What of the measurements reaches the controls: at most [`information`](super::information). Exact for the linearised
-/// closed loop `u = ubar + K (mu - xbar)`. A combination of the controls that past controls tell already, to 1e-12 of
-/// its variance, tells nothing new.
+/// The information from the measurements that reaches the controls: at most [`information`](super::information). Exact for
+/// the linearised closed loop `u = ubar + K (mu - xbar)`. A combination of the controls that past controls determine, to
+/// 1e-12 of its variance, adds nothing.
 ///
 /// # Errors
 /// Where `V` is not positive definite.

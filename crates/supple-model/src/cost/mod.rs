@@ -197,13 +197,13 @@ const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight",
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct File {
-    /// Where the quantity should be, in its units: one number per entry; 0 where left out, but for forces of contacts,
+    /// Where the quantity should be, in its units: one number per entry; default: 0, but for forces of contacts,
     /// places of frames and the centre of mass. Of `frame_pose` the three of the position are enough.
     #[serde(alias = "position")]
     target: Option<OneOrMore>,
     /// Weight in every stage, one over the square of the unit (with the quadratic norm).
     weight: Value,
-    /// Weight in the final cost; as `weight` where left out. Of what depends on the control there is none.
+    /// Weight in the final cost; default: `weight`. Of what depends on the control there is none.
     final_weight: Option<Value>,
     /// How the distance becomes a cost, by kind.
     #[serde(default)]

@@ -22,7 +22,7 @@ pub struct File {
     Q: Vec<Vec<Value>>,
     /// Weight of the control, m x m.
     R: Vec<Vec<Value>>,
-    /// Weight of the last state, n x n; as `Q` where left out.
+    /// Weight of the last state, n x n; default: `Q`.
     #[serde(rename = "final")]
     last: Option<Vec<Vec<Value>>>,
 }

@@ -1,4 +1,4 @@
-//! Schemas of tables that are told apart by their `kind`.
+//! Schemas of tables that differ by their `kind`.
 
 use serde_json::{Value as Json, json};
 

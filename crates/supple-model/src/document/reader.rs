@@ -157,7 +157,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Leaves out keys of the table that are read apart, up to three times; what is unknown is told with these among the
+    /// Leaves out keys of the table that are read apart, up to three times; errors about unknown keys list these among the
     /// valid ones, but for the key `kind`.
     pub fn beside(self, keys: &'static [&'static str]) -> Self {
         Self { apart: [self.apart[1], self.apart[2], keys], ..self }
@@ -207,7 +207,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Where some keys are read apart, an unknown one is told with all that are valid.
+    /// Where some keys are read apart, errors about unknown ones list all that are valid.
     fn check_keys(&self, entries: &Table, own: &[&'static str]) -> Result<(), ReadError> {
         let apart = || self.apart.iter().flat_map(|keys| keys.iter().copied()).filter(|&key| key != "kind");
         if apart().next().is_none() {

@@ -56,7 +56,7 @@ pub trait ModelFile: Model + Clone {
         Vec::new()
     }
 
-    /// What of the files that it names is ignored or most likely wrong.
+    /// Warnings about ignored or most likely wrong parts of the files that it names.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
@@ -121,7 +121,7 @@ pub trait AnyModel {
     fn variances(&self) -> Option<Vec<Value>>;
     /// The files that it names, but for meshes.
     fn files(&self) -> Vec<PathBuf>;
-    /// What of the files that it names is ignored or most likely wrong, in one sentence for all of a kind.
+    /// Warnings about ignored or most likely wrong parts of the files that it names, one sentence per kind.
     fn warnings(&self) -> Vec<String>;
     /// The same with a sentence for every single thing.
     fn every_warning(&self) -> Vec<String>;
@@ -130,7 +130,7 @@ pub trait AnyModel {
     /// The first state where nothing is said of single states.
     ///
     /// # Errors
-    /// What of the keyframe or pose does not fit.
+    /// The key of the keyframe or pose that does not fit, and why.
     fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit>;
     /// States that are the same as another one where the first state does not name them: both places.
     fn followers(&self) -> Vec<(usize, usize)>;

@@ -22,7 +22,7 @@ pub struct PoseFile {
     pub frame: String,
     /// Where its origin is in the world, m: numbers, no parameters.
     pub position: [f64; 3],
-    /// Its roll, pitch and yaw in the world, rad; any orientation where left out.
+    /// Its roll, pitch and yaw in the world, rad; default: any orientation.
     pub rpy: Option<[f64; 3]>,
 }
 

@@ -24,7 +24,7 @@ pub enum Price {
     Power {
         /// `c`, the price at the reference.
         coefficient: f64,
-        /// The exponent; negative where small values are dear.
+        /// The exponent; negative where small values are expensive.
         exponent: f64,
         /// The value at which the price is `c`; above 0.
         reference: f64,

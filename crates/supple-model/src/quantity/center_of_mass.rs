@@ -18,7 +18,7 @@ pub struct CenterOfMass {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Which coordinates of the world count; all where left out.
+    /// Which coordinates of the world count; default: all.
     axes: Option<Vec<Axis>>,
 }
 

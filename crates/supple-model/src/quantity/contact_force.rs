@@ -20,7 +20,7 @@ pub struct ContactForce {
 pub struct File {
     /// Name of the contact, in models that name theirs.
     contact: Option<String>,
-    /// Force gamma over which pulling is cut off, N; where left out, the force is as it is.
+    /// Force gamma over which pulling is cut off, N; default: the force is not cut off.
     smoothing: Option<Value>,
 }
 

@@ -15,7 +15,7 @@ pub struct Control {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Names of the controls; all where left out.
+    /// Names of the controls; default: all.
     select: Option<Vec<String>>,
 }
 

@@ -17,7 +17,7 @@ pub struct CouplingForce {
 pub struct File {
     /// Name of the element of compliance.
     coupling: String,
-    /// Which of its forces or deflections; all where left out.
+    /// Which of its forces or deflections; default: all.
     select: Option<Vec<String>>,
 }
 

@@ -19,7 +19,7 @@ pub struct FramePoint {
 pub struct File {
     /// Name of the frame or link.
     frame: String,
-    /// Which coordinates of the world count; all where left out.
+    /// Which coordinates of the world count; default: all.
     axes: Option<Vec<Axis>>,
 }
 

@@ -24,7 +24,7 @@ pub struct File {
     /// Roll, pitch and yaw of the orientation from which turns are measured, rad; the closer to the frame's the better.
     #[serde(default, alias = "rpy")]
     reference: [f64; 3],
-    /// Length over which a turn counts as a distance, m/rad; where left out, turns are angles.
+    /// Length over which a turn counts as a distance, m/rad; default: turns are angles.
     lever: Option<Value>,
 }
 

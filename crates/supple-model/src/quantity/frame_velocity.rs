@@ -20,7 +20,7 @@ pub struct FrameVelocity {
 pub struct File {
     /// Name of the frame or link.
     frame: String,
-    /// Which of `vx`, `vy`, `vz`, `wx`, `wy` and `wz`; all where left out.
+    /// Which of `vx`, `vy`, `vz`, `wx`, `wy` and `wz`; default: all.
     select: Option<Vec<String>>,
 }
 

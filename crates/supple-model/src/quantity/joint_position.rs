@@ -16,7 +16,7 @@ pub struct JointPosition {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Names of the joints; all that move where left out.
+    /// Names of the joints; default: all that move.
     select: Option<Vec<String>>,
     /// Which side of an elastic joint is meant.
     #[serde(default)]

@@ -16,7 +16,7 @@ pub struct JointTorque {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Names of the joints, each of which must be an elastic joint; all elastic joints where left out.
+    /// Names of the joints, each of which must be an elastic joint; default: all elastic joints.
     select: Option<Vec<String>>,
 }
 

@@ -17,7 +17,7 @@ pub struct Power {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Names of joints with plain drives and of actuators; all where left out.
+    /// Names of joints with plain drives and of actuators; default: all.
     select: Option<Vec<String>>,
 }
 

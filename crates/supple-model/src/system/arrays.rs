@@ -15,23 +15,23 @@ pub struct Arrays {
     pub B: Matrices,
     /// Measurement, p x n, N + 1 of them.
     pub C: Matrices,
-    /// What is added to the next state, length n, N of them; 0 where left out.
+    /// What is added to the next state, length n, N of them; default: 0.
     pub c: Option<Matrices>,
-    /// What is added to the measurement, length p, N + 1 of them; 0 where left out.
+    /// What is added to the measurement, length p, N + 1 of them; default: 0.
     pub d: Option<Matrices>,
     /// Weight of the state, n x n, N of them. Of this and other weights `x'Mx`, only the symmetric part matters.
     pub Q: Matrices,
-    /// Weight of state and control together, n x m, N of them; 0 where left out.
+    /// Weight of state and control together, n x m, N of them; default: 0.
     pub S: Option<Matrices>,
     /// Weight of the control, m x m, N of them.
     pub R: Matrices,
-    /// Linear cost of the state, length n, N of them; 0 where left out.
+    /// Linear cost of the state, length n, N of them; default: 0.
     pub q: Option<Matrices>,
-    /// Linear cost of the control, length m, N of them; 0 where left out.
+    /// Linear cost of the control, length m, N of them; default: 0.
     pub r: Option<Matrices>,
-    /// Weight of the last state, n x n, one; as the last of `Q` where left out.
+    /// Weight of the last state, n x n, one; default: the last of `Q`.
     pub QN: Option<Matrices>,
-    /// Linear cost of the last state, length n, one; as the last of `q` where left out.
+    /// Linear cost of the last state, length n, one; default: the last of `q`.
     pub qN: Option<Matrices>,
 }
 

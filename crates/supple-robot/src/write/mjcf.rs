@@ -3,7 +3,7 @@ use super::equipment::{actuators, followers, keys, sensors, walls};
 use super::text::{Attributes, Text};
 use crate::Robot;
 
-/// A robot as text, and what of it the text does not hold.
+/// A robot as text, and the parts that the text cannot express.
 #[derive(Clone, Debug)]
 pub struct Written {
     /// The text.

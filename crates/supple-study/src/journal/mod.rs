@@ -72,7 +72,7 @@ impl Journal {
         .map_err(|error| match error {
             StudyError::Io { what, error } => {
                 let message =
-                    format!("{error}; what was done before is kept: once this is mended, the same command goes on");
+                    format!("{error}; what was done before is kept: once this is fixed, the same command resumes");
                 StudyError::Io { what, error: std::io::Error::new(error.kind(), message) }
             }
             other => other,

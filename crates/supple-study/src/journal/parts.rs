@@ -78,7 +78,7 @@ impl Parts {
     /// A part: as it was found before, or as it is found now, and then kept.
     ///
     /// # Errors
-    /// Those of the work and of the journal; where it is told to stop, as what was under way then may be cut short.
+    /// Those of the work and of the journal; if it is stopped, as what was under way then may be cut short.
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,

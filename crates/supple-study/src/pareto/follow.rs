@@ -24,7 +24,7 @@ const SAME: f64 = 1e-9;
 const NARROW: f64 = 1e-6;
 
 /// Follows the front from both ends, keeps the better of both at every point, searches anew where neither is an optimum,
-/// and mends what is not monotone. Where it is told to stop: the points found until then, and true.
+/// and corrects what is not monotone. If it is stopped: the points found until then, and true.
 pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Point>, bool), StudyError> {
     let watch = front.watch;
     let factors = factors(ends, count);

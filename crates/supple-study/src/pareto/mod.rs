@@ -1,6 +1,6 @@
 //! Pareto fronts: the least information over the bound on cost.
 //!
-//! All bounds are one factor times those of the task. At the front's loose end the factor is just so large that no
+//! All bounds are one factor times those of the task. At the front's unconstrained end the factor is just so large that no
 //! bound matters; at its tight end it is the least that any design meets. Between them the front is followed from both
 //! ends, each point's search beginning at its neighbour's design and plans, and anew where neither leads to an optimum.
 
@@ -30,7 +30,7 @@ use follow::{Point, follow};
 pub struct ParetoOptions {
     /// Points of the front.
     pub points: usize,
-    /// Starts at its loose end.
+    /// Starts at its unconstrained end.
     pub starts: usize,
     /// Seed of starts.
     pub seed: u64,
@@ -95,12 +95,12 @@ const MOST_POINTS: usize = 10_000;
 /// The square root of a point's distance to the tight end, in factors, grows evenly along the front: near that end
 /// information falls as the root of the room that the bounds give. Of three points and more one has the factor 1, where
 /// that lies between the ends. Every point needs no more information than those that are tighter: where a search found
-/// less at a tighter point, that point's design is taken up. Points that were found until it is told to stop are kept;
+/// less at a tighter point, that point's design is taken up. Points that were found until it is stopped are kept;
 /// with a folder, a journal there keeps the searches that ended, and the same study resumes from it.
 ///
 /// # Errors
 /// Where there are fewer than 2 points or more than 10,000, there is nothing to design, no task has a bound, or a bound is not
-/// above 0; where an end cannot be evaluated; where it is told to stop before both ends are known; where the journal cannot be
+/// above 0; where an end cannot be evaluated; if it is stopped before both ends are known; where the journal cannot be
 /// written, is damaged, or belongs to another study.
 pub fn run(
     task: &LoadedTask,
@@ -149,7 +149,7 @@ impl Front<'_> {
     /// A search that is a part of the study, by the part's name.
     ///
     /// # Errors
-    /// Those of the search and of the journal; where it is told to stop, as what was stopped on its way is no point of a front.
+    /// Those of the search and of the journal; if it is stopped, as what was stopped on its way is no point of a front.
     fn part(
         &self,
         name: &str,

@@ -172,12 +172,12 @@ pub struct Paired {
 /// Makes a study of robustness.
 ///
 /// Every design is planned on the cheapest branch of local minima that a search at the nominal parameters finds. What
-/// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is told to stop
+/// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is stopped
 /// are kept; with a folder, a journal there keeps them as well, and the same study resumes from it.
 ///
 /// # Errors
 /// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be
-/// planned; where it is told to stop before any cell was computed; where the journal cannot be written, is damaged, or belongs to
+/// planned; if it is stopped before any cell was computed; where the journal cannot be written, is damaged, or belongs to
 /// another study.
 pub fn run(
     task: &LoadedTask,

@@ -75,7 +75,7 @@ impl Optimum {
     /// The best of all starts of the task's design search.
     ///
     /// # Errors
-    /// Where the starts are not of this task, none of them could be evaluated, or it is told to stop.
+    /// Where the starts are not of this task, none of them could be evaluated, or it is stopped.
     pub fn of(task: &LoadedTask, starts: Vec<Found>, stop: &AtomicBool) -> Result<Self, StudyError> {
         let control = Control { observer: &NoObserver, stop };
         let found: Design = best_of(task, &task.problem.design, starts, (0.0, control))?;

@@ -47,7 +47,7 @@ impl RobustnessUnits {
     /// Rolls out cells, by their numbers in the result.
     ///
     /// # Errors
-    /// Where their design cannot be planned, there are no such cells, or it is told to stop.
+    /// Where their design cannot be planned, there are no such cells, or it is stopped.
     pub fn cells(&self, task: &LoadedTask, numbers: Range<usize>, stop: &AtomicBool) -> Result<Vec<Costs>, StudyError> {
         if numbers.end > cells(task, &self.options) {
             return Err(StudyError::usage("these cells are not of this study"));

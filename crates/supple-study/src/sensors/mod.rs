@@ -50,7 +50,7 @@ pub struct SensorsOptions {
     pub goal: SensorGoal,
     /// How.
     pub method: SensorMethod,
-    /// The only task that is looked at; all of them where left out.
+    /// The only task that is looked at; default: all of them.
     pub task: Option<String>,
 }
 

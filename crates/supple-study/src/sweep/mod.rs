@@ -95,7 +95,7 @@ impl Sweep {
 }
 
 /// Evaluates every point of a grid on all threads of the current pool; with a folder, a journal in it keeps what is
-/// done, and the same sweep goes on from there. Told to stop, it ends with the points that are done.
+/// done, and the same sweep resumes there. Told to stop, it ends with the points that are done.
 ///
 /// # Errors
 /// Where a grid is empty, or the journal cannot be written, is damaged, or belongs to something else.

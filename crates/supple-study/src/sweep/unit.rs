@@ -36,7 +36,7 @@ impl SweepUnits {
     /// those of [`run`](super::run).
     ///
     /// # Errors
-    /// Where it is told to stop, or the unit is none of this sweep.
+    /// If it is stopped, or the unit is none of this sweep.
     pub fn work(&self, unit: &SweepUnit, stop: &AtomicBool) -> Result<Vec<String>, StudyError> {
         if unit.segments.end > self.study.grid.segments() {
             return Err(StudyError::usage("these segments are not of this sweep"));

@@ -25,9 +25,9 @@ const LN_2: f64 = std::f64::consts::LN_2;
 /// What bounds are asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundOptions {
-    /// The task; all of them where left out.
+    /// The task; default: all of them.
     pub task: Option<String>,
-    /// D, the expected cost to keep: over the task, or per step where stationary; the design's own where left out.
+    /// D, the expected cost to keep: over the task, or per step where stationary; default: the design's own.
     pub cost: Option<f64>,
     /// Bounds by step of the steady state instead of those over the horizon; for linear models that do not change over time.
     pub stationary: bool,
@@ -132,7 +132,7 @@ impl Bounding {
         } else {
             let horizon = horizon_of_plan(&state.plan, &state.noise)?;
             let floor = product_growth(&horizon.dynamics, task.steps)?;
-            // Other laws than the regulator's are told in remarks: the bounds are those of their prices.
+            // Remarks name laws other than the regulator's: the bounds are those of their prices.
             let plan = &state.plan;
             let plain =
                 matches!(plan.mode, PlanMode::Nominal | PlanMode::Sampled) && !plan.policy.clamped.contains(&true);

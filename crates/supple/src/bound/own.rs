@@ -14,7 +14,7 @@ pub(super) struct Own {
     pub status: PlanStatus,
     /// Its expected cost; none where its filter has no steady state.
     pub cost: Option<f64>,
-    /// What of it is for not knowing the state; none where the law is not that of the prices.
+    /// The part due to uncertainty about the state; none where the law is not that of the prices.
     pub price: Option<f64>,
     /// Nats at each control.
     pub control: Option<Vec<f64>>,

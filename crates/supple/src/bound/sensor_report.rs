@@ -79,7 +79,7 @@ pub struct Direction {
     pub text: String,
 }
 
-/// Parts of the time that are told apart.
+/// Parts of the time that are distinguished.
 const WINDOWS: usize = 5;
 
 /// A state counts in words when its part deviates by at least this share of the greatest one.

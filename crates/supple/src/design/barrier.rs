@@ -2,7 +2,7 @@ use supple_kernels::math;
 
 use super::outer::{Ending, Optimiser, OuterProblem, Units};
 
-/// The paper's descent with its signs mended (theory, equation D.4), in the parameters themselves:
+/// The paper's descent with signs corrected (theory, equation D.4), in the parameters themselves:
 ///
 /// ```text
 /// phi <- phi - h (dDI/dphi + sum_i beta / (D_i - J_i) dJ_i/dphi)      h = tanh(min_i (D_i - J_i) + gamma)

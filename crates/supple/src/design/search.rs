@@ -64,7 +64,7 @@ pub trait Observer: Send + Sync {
     fn observe(&self, event: Event);
 }
 
-/// Looks away.
+/// Ignores all progress.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoObserver;
 

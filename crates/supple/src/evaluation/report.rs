@@ -91,7 +91,7 @@ pub struct TaskEvaluation {
     pub relative_stationarity: f64,
     /// Iterations that had to raise the regularisation.
     pub regularised_iterations: usize,
-    /// How often rounding in the belief had to be mended.
+    /// How often rounding errors in the belief were repaired.
     pub belief_repairs: usize,
     /// Different local minima of the plan seen, where they were searched for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -170,7 +170,7 @@ pub struct InformationReport {
     /// number and time by the sixth.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needed_takes_long: bool,
-    /// What of it reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
+    /// The part that reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlInformation>,
 }

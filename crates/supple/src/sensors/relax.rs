@@ -43,7 +43,7 @@ impl Region {
         (0..self.fixed.len()).filter(|&one| self.fixed[one].is_none()).collect()
     }
 
-    /// What of budget and count is left for the free ones.
+    /// The budget and count left for the free ones.
     fn room(&self, prices: &[f64]) -> (Option<f64>, Option<usize>) {
         let held: f64 = self.held().map(|one| prices[one]).sum();
         let count = self.held().count();

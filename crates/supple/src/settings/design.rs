@@ -135,7 +135,7 @@ pub enum Method {
     Sqp,
     /// Linear approximations without gradients (COBYLA), for objectives with kinks and jumps.
     Cobyla,
-    /// The paper's barrier descent, its signs mended (theory, equation D.4).
+    /// The paper's barrier descent, with signs corrected (theory, equation D.4).
     Barrier,
 }
 

@@ -45,12 +45,12 @@ struct Servo {
 #[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DriveFile {
-    /// Torque or force on the joint for a unit of the drive's force; not 0; that of the file or 1 where left out.
+    /// Torque or force on the joint for a unit of the drive's force; not 0; default: that of the file or 1.
     gear: Option<Value>,
     /// Inertia of the rotor, felt `gear^2` times at the joint, kg m^2; at least 0.
     #[serde(default)]
     rotor_inertia: Value,
-    /// Stiffness of a position actuator of the file, N m/rad or N/m; at least 0; that of the file where left out.
+    /// Stiffness of a position actuator of the file, N m/rad or N/m; at least 0; default: that of the file.
     kp: Option<Value>,
     /// Damping of a position or velocity actuator of the file, N m s/rad or N s/m; at least 0; that of the file where
     /// left out.

@@ -31,7 +31,7 @@ pub struct File {
     /// Whether joints that follow others are joints of their own.
     #[serde(default)]
     independent_mimic: bool,
-    /// Acceleration by gravity in the world, m/s^2; that of the robot's file where left out, or 0, 0, -9.81.
+    /// Acceleration by gravity in the world, m/s^2; default: that of the robot's file, or 0, 0, -9.81.
     gravity: Option<[Value; 3]>,
     /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
     /// actuators of the file where left out, or all joints of the file that move where it has none.

@@ -143,7 +143,7 @@ impl Override {
         }
     }
 
-    /// The keys that were given, with their values, and the least that each may be; none where any will do.
+    /// The keys that were given, with their values, and the minimum of each; none where any value is valid.
     pub fn rules(&self) -> Vec<(&'static str, Value, Option<f64>)> {
         let list = match self {
             Self::Link { mass, inertia_scale, .. } => {

@@ -87,7 +87,7 @@ impl Robot {
             pose.frame, reached.distance
         );
         let help = match pose.rpy {
-            Some(_) => "move the pose nearer, or leave out `rpy` where any orientation will do",
+            Some(_) => "move the pose nearer, or leave out `rpy` if the orientation is free",
             None => "move the position nearer to the robot",
         };
         Unfit::new("", message).with_help(help)

@@ -10,7 +10,7 @@ use crate::errors;
 /// An array on its way to Python: its numbers, and the lengths of its axes.
 pub struct Given(pub Vec<f64>, pub Vec<usize>);
 
-/// What a method of the backend is told.
+/// Arguments of a method of the backend.
 pub enum Argument {
     Array(Given),
     /// Two arrays as a tuple.

@@ -1,4 +1,4 @@
-//! Names of attributes that MJCF knows, so that others are told of: most often they are misspelt.
+//! Names of attributes that MJCF defines, so that others are reported: most often they are misspelt.
 
 use supple_text::FileError;
 

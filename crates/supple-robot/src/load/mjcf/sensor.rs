@@ -1,4 +1,4 @@
-//! The `sensor` sections: what of the robot is measured.
+//! The `sensor` sections: measured quantities of the robot.
 
 use std::collections::{HashMap, HashSet};
 

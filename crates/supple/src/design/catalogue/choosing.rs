@@ -96,7 +96,7 @@ impl<'a> Choosing<'a> {
         self.searcher.control.is_stopped()
     }
 
-    /// Designs combinations in parallel, until it is told to stop; the nearest to the design without catalogues in any case, as there
+    /// Designs combinations in parallel, until it is stopped; the nearest to the design without catalogues in any case, as there
     /// has to be something to show. `of` is how many there are to be, for the observer.
     pub fn design_all(&mut self, combinations: Vec<Vec<usize>>, of: usize) {
         let nearest: Vec<usize> = self.around().into_iter().map(|[nearer, _]| nearer).collect();

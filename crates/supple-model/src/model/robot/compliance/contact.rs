@@ -46,7 +46,7 @@ pub struct File {
     frame: String,
     /// Normal of the wall in the world, out of the wall; of any length above 0; required without `geom`.
     normal: Option<[f64; 3]>,
-    /// A point of the world from which the wall's place is counted along the normal, m; the origin where left out.
+    /// A point of the world from which the wall's place is counted along the normal, m; default: the origin.
     point: Option<[Value; 3]>,
     /// Name of a plane or box of the robot's file that does not move, in place of `normal` and `point`.
     geom: Option<String>,
