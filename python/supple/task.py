@@ -404,7 +404,9 @@ class Task:
         if len(vary) != 1:
             raise UsageError(f"vary names {len(vary)} parameters: one is varied at a time")
         if out is not None and executor is not None:
-            raise UsageError("out keeps what threads of this process found: leave out executor, or save the result at the end")
+            raise UsageError(
+                "out keeps what threads of this process found: leave out executor, or save the result at the end"
+            )
         task = self.at(at, **parameters)
         ((name, values),) = vary.items()
         axis: Vary = (name, axis_values(name, values))

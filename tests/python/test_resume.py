@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
 import supple
 
 Call = Callable[..., "supple.Pareto | supple.Trace | supple.Robustness"]
