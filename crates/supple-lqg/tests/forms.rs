@@ -3,8 +3,8 @@
 
 use nalgebra::DMatrix;
 use supple_lqg::{
-    Belief, BeliefAdjoint, BeliefSeeds, Dimensions, Information, KnotAdjoints, Knots, Matrices, Noise, information,
-    kalman, mend, reverse_kalman,
+    Belief, BeliefAdjoint, BeliefSeeds, Dimensions, Information, KnotAdjoints, Knots, Matrices, Noise, Policy,
+    Regularisation, information, kalman, mend, reverse_kalman, solve_riccati,
 };
 
 /// Numbers between -1 and 1.
@@ -123,6 +123,70 @@ fn positions_that_follow_rates() {
             let worst = (&found - &expected).abs().max();
             assert!(worst <= 1e-13 * expected.abs().max(), "{n} {t}: {worst:e}");
             assert_eq!(found, found.transpose(), "symmetric to the last bit");
+        }
+    }
+}
+
+/// Sweeps see the structure step by step: here every third step lacks it.
+#[test]
+fn positions_that_follow_rates_at_some_steps() {
+    for (n, m, steps) in [(24, 5, 7), (30, 1, 5), (58, 29, 4)] {
+        let (half, mut random) = (n / 2, Random((n + m) as u64));
+        let dimensions = Dimensions { states: n, controls: m, measurements: 1 };
+        let mut knots = Knots::zeros(dimensions, steps);
+        let joint = n + m;
+        for t in 0..=steps {
+            let mut cost = DMatrix::zeros(joint, joint + 1);
+            cost.view_mut((0, 0), (joint, joint))
+                .copy_from(&(random.covariance(joint) + DMatrix::identity(joint, joint)));
+            cost.set_column(joint, &random.matrix(joint, 1).column(0));
+            store(&mut knots.cost, t, &cost);
+            store(&mut knots.measurement, t, &random.matrix(1, n));
+            if t < steps {
+                let mut all = random.matrix(n, joint) / (n as f64).sqrt();
+                if t % 3 != 2 {
+                    let rates = all.rows(half, half).into_owned();
+                    all.rows_mut(0, half).copy_from(&(rates * 0.01));
+                    (0..half).for_each(|i| all[(i, i)] += 1.0);
+                }
+                store(&mut knots.dynamics, t, &all);
+            }
+        }
+        let mut policy = Policy::zeros(dimensions, steps);
+        solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+        let whole = |t: usize| dense(&knots.cost, t);
+        let mut s = whole(steps).view((0, 0), (n, n)).into_owned();
+        let mut slope = whole(steps).view((0, joint), (n, 1)).into_owned();
+        for t in (0..steps).rev() {
+            let (f, cost) = (dense(&knots.dynamics, t), whole(t));
+            let q = cost.columns(0, joint) + f.transpose() * &s * &f;
+            let by_z = cost.columns(joint, 1) + f.transpose() * &slope;
+            let solved = q.view((n, n), (m, m)).into_owned().cholesky().unwrap();
+            let feedback = -solved.solve(&q.view((n, 0), (m, n)).into_owned());
+            let feedforward = -solved.solve(&by_z.rows(n, m).into_owned());
+            s = q.view((0, 0), (n, n)) + q.view((0, n), (n, m)) * &feedback;
+            slope = by_z.rows(0, n) + q.view((0, n), (n, m)) * &feedforward;
+            for (found, expected) in [
+                (dense(&policy.feedback, t), feedback),
+                (dense(&policy.curvature, t), s.clone()),
+                (dense(&policy.slope, t), slope.transpose()),
+                (dense(&policy.feedforward, t), feedforward.transpose()),
+            ] {
+                let worst = (&found - &expected).abs().max();
+                assert!(worst <= 1e-11 * expected.abs().max(), "{n} {m} {t}: {worst:e}");
+            }
+        }
+        let mut noise = Noise::zeros(n, 1);
+        store(&mut noise.initial, 0, &random.covariance(n));
+        store(&mut noise.process, 0, &(random.covariance(n) * 0.01));
+        noise.measurement.set(0, 0, 0, 0.1);
+        let mut belief = Belief::zeros(n, 1, steps);
+        kalman(&knots, &noise, &mut belief).unwrap();
+        for t in 0..steps {
+            let a = dense(&knots.dynamics, t).columns(0, n).into_owned();
+            let expected = &a * dense(&belief.corrected, t) * a.transpose() + dense(&noise.process, 0);
+            let worst = (dense(&belief.predicted, t + 1) - &expected).abs().max();
+            assert!(worst <= 1e-13 * expected.abs().max(), "{n} {t}: {worst:e}");
         }
     }
 }
