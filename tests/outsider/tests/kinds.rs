@@ -4,9 +4,9 @@ use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
 use outsider::kinds;
+use supple::EvaluateOptions;
 use supple::check::check;
 use supple::design::{Control, DesignSettings, NoObserver, design};
-use supple::EvaluateOptions;
 
 type Tested = Result<(), Box<dyn Error>>;
 
