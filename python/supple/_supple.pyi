@@ -127,8 +127,7 @@ class NativeTask:
     def robustness(
         self,
         made: list[str],
-        designs: _Designs,
-        vary: tuple[str, _Axis],
+        studied: tuple[_Designs, tuple[str, _Axis]],
         *,
         sizes: tuple[int, int],
         out: _Path | None,

@@ -416,7 +416,7 @@ class Task:
         made = task._made("robustness", words + option_words(rollouts=rollouts, seed=seed))
         with watching(progress) as seer, logged("robustness"):
             if executor is None:
-                kept = task._native.robustness(made, chosen, axis, sizes=(rollouts, seed), out=out, progress=seer)
+                kept = task._native.robustness(made, (chosen, axis), sizes=(rollouts, seed), out=out, progress=seer)
             else:
                 from . import executors
 

@@ -1,7 +1,7 @@
 //! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
 //!
 //! [`load`] reads a file, [`parse`] a text. Files that name kinds of other crates are read by [`load_with`] their
-//! [`Kinds`](supple::Kinds). [`json_schema`] describes the files to editors.
+//! [`Kinds`]. [`json_schema`] describes the files to editors.
 
 mod candidates;
 mod catalogue;

@@ -286,18 +286,18 @@ impl NativeTask {
         })
     }
 
-    /// Costs in closed loop as a noise grows.
-    #[pyo3(signature = (made, designs, vary, *, sizes, out, progress))]
+    /// Costs in closed loop as a noise grows; `studied` are the designs and what varies.
+    #[pyo3(signature = (made, studied, *, sizes, out, progress))]
     fn robustness(
         &self,
         py: Python<'_>,
         made: Vec<String>,
-        designs: Vec<Designed>,
-        vary: (String, AxisValues),
+        studied: (Vec<Designed>, (String, AxisValues)),
         sizes: (usize, u64),
         out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
+        let (designs, vary) = studied;
         let options = options::robustness(py, &self.task, designs, vary, sizes)?;
         self.resumable(py, ("robustness", made, options.seed), (out, progress), |task, out, watch| {
             Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, out, watch)?)))
