@@ -1,4 +1,4 @@
-"""Checks of arguments, and their form in the native part and on the command line."""
+"""Checks of arguments, and their form in the native part."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from ._arrays import check_unmasked
 from .errors import UsageError
 
-__all__ = ["Axes", "Chosen", "Vary", "axis_text", "axis_values", "bound_points", "bound_words", "check_choice"]
-__all__ += ["check_counts", "design_text", "designs_of", "finite", "logged", "option_words", "pairs"]
+__all__ = ["Axes", "Chosen", "Vary", "axis_values", "bound_points", "check_choice", "check_counts", "designs_of"]
+__all__ += ["finite", "logged", "pairs"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -82,25 +82,12 @@ def finite(name: str, value: float | None) -> float | None:
     return number
 
 
-def option_words(**options: int) -> list[str]:
-    return [word for name, value in options.items() for word in (f"--{name}", str(value))]
-
-
 def bound_points(curve: bool | int) -> int | None:
     """Number of points of a curve of bounds: 20 for ``True``."""
     if isinstance(curve, bool):
         return 20 if curve else None
     check_counts(curve=curve)
     return int(curve) or None
-
-
-def bound_words(task: str | None, cost: float | None, points: int | None, stationary: bool) -> list[str]:
-    words = [] if task is None else [f"--task={task}"]
-    if cost is not None:
-        words.append(f"--cost={cost!r}")
-    if points is not None:
-        words.append(f"--curve={points}")
-    return words + (["--stationary"] if stationary else [])
 
 
 def axis_values(name: str, values: ArrayLike) -> str | list[float]:
@@ -116,10 +103,6 @@ def axis_values(name: str, values: ArrayLike) -> str | list[float]:
     return [float(value) for value in array]
 
 
-def axis_text(values: str | list[float]) -> str:
-    return values if isinstance(values, str) else ",".join(repr(value) for value in values)
-
-
 def designs_of(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Chosen:
     if isinstance(designs, str):
         return [designs]
@@ -127,7 +110,3 @@ def designs_of(designs: Mapping[str, Mapping[str, float]] | Iterable[str]) -> Ch
         return list(designs)
     standing = ("start", "optimum")
     return [name if name in standing and not values else (name, pairs(values)) for name, values in designs.items()]
-
-
-def design_text(name: str, values: list[tuple[str, float]]) -> str:
-    return f"{name}=" + ",".join(f"{parameter}:{value!r}" for parameter, value in values)

@@ -55,7 +55,6 @@ class _Shown:
 
 def sweep(
     task: Task,
-    made: list[str],
     axes: Axes,
     sizes: tuple[int, int, int],
     workers: Workers,
@@ -86,12 +85,12 @@ def sweep(
 
             context = _units.context(task, collector.shared())
             crew.run(context, units(), collector.segments_left(), keep, lambda units: shown.advance(units and points))
-            return collector.finish(made)
+            return collector.finish()
         finally:
             collector.close()
 
 
-def design(task: Task, made: list[str], settings: str, workers: Workers, seer: Progress | None) -> Kept:
+def design(task: Task, settings: str, workers: Workers, seer: Progress | None) -> Kept:
     """Searches for a design from every start; ``settings`` are all settings as JSON."""
     shown = _Shown(seer)
     collector = DesignCollector(task._native, settings)
@@ -99,12 +98,11 @@ def design(task: Task, made: list[str], settings: str, workers: Workers, seer: P
     with Crew(workers, LOST) as crew:
         crew.hello()
         found = _starts(task, crew, collector, shown, "starts")
-    return collector.finish(made, found, time.perf_counter() - clock)
+    return collector.finish(found, time.perf_counter() - clock)
 
 
 def robustness(
     task: Task,
-    made: list[str],
     designs: Chosen,
     vary: Vary,
     sizes: tuple[int, int],
@@ -123,7 +121,7 @@ def robustness(
         shown.begin("designs and levels", 0, len(planned) + len(cells))
         designed = _all(crew, context, planned, shown)
         sampled = _all(crew, context, cells, shown)
-    return collector.finish(made, designed, sampled)
+    return collector.finish(designed, sampled)
 
 
 def _starts(task: Task, crew: Crew, collector: DesignCollector, shown: _Shown, what: str) -> list[bytes]:

@@ -53,8 +53,14 @@ class Result:
 
     @cached_property
     def made(self) -> dict[str, Any]:
-        """Everything that determined it: version, command, arguments, seed, texts of files, title and parameters."""
+        """Everything that determined it: version, study with all options, texts of files, title and parameters."""
         return self._kept.made()
+
+    @property
+    def command_line(self) -> list[str]:
+        """The words that ask the program ``supple`` for the same; empty if the task is not a file."""
+        of_file = self.task is None or self.task._recipe[0] == "load"
+        return self._kept.words() if of_file and self.made["study"]["task"] != "own model" else []
 
     def to_json(self) -> str:
         """The result as the command line prints it with ``--json``."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +11,7 @@ from ._records import Record, build
 from .results import Result
 from .table import Table
 
-__all__ = ["SensorSet", "SensorValue", "Sensors", "SensorsCertificate", "sensors_words"]
+__all__ = ["SensorSet", "SensorValue", "Sensors", "SensorsCertificate"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -154,13 +153,3 @@ class Sensors(Result):
                 (name, f"saves {sensor.saved_alone:.6g} alone, {sensor.saved_beyond_others:.6g} beyond all others")
             )
         return rows
-
-
-def sensors_words(options: Mapping[str, Any]) -> list[str]:
-    """The equivalent options of the command line."""
-    names = {"goal": "for"}
-    words: list[str] = []
-    for name, value in options.items():
-        if value is not None:
-            words.append(f"--{names.get(name, name)}={value if isinstance(value, (str, int)) else repr(value)}")
-    return words

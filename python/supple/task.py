@@ -12,18 +12,14 @@ from numpy.typing import ArrayLike
 from . import _html
 from ._arrays import finite_array
 from ._asked import (
-    axis_text,
     axis_values,
     bound_points,
-    bound_words,
     check_choice,
     check_counts,
     check_name,
-    design_text,
     designs_of,
     finite,
     logged,
-    option_words,
     pairs,
 )
 from ._records import build
@@ -35,13 +31,14 @@ from .errors import UsageError
 from .parameter import CatalogueEntry, Parameter
 from .progress import Progress, watching
 from .results import Design, Evaluation
-from .sensors import Sensors, sensors_words
+from .sensors import Sensors
 from .studies import Pareto, Robustness, Sweep, Trace
 
 if TYPE_CHECKING:
     from ._asked import Axes, Vary
     from ._crew import Workers
     from ._records import Array
+    from ._supple import Kept
     from .explorer import Explorer
     from .model import DerivativeError
 
@@ -151,16 +148,16 @@ class Task:
         task = self.at(at, **parameters)
         rollouts = task._native.rollouts() if rollouts is None else rollouts
         check_counts(rollouts=rollouts, branches=branches, seed=seed)
-        words = ["--gradient", gradient] if gradient else []
-        words += option_words(rollouts=rollouts, branches=branches, seed=seed)
-        kept = task._native.evaluate(
-            task._made("evaluate", words),
-            gradients=(gradient in ("total", "both"), gradient in ("frozen", "both")),
-            sizes=(rollouts, branches, seed),
-            needed=needed,
-            trajectories=trajectories,
-        )
-        return Evaluation(kept, task)
+        options: dict[str, Any] = {
+            "total_gradient": gradient in ("total", "both"),
+            "frozen_gradient": gradient in ("frozen", "both"),
+            "needed": bool(needed),
+            "rollouts": int(rollouts),
+            "branches": int(branches),
+            "seed": int(seed),
+            "trajectories": bool(trajectories),
+        }
+        return Evaluation(task._conduct("evaluate", options), task)
 
     @overload
     def simulate(
@@ -310,15 +307,12 @@ class Task:
         given = {"starts": starts, "seed": seed, "method": method, "gradient": gradient, "rollouts": rollouts}
         aim = dict(information) if isinstance(information, Mapping) else information
         wanted.update({key: value for key, value in {**given, "information": aim}.items() if value is not None})
-        words = [word for key, value in given.items() if value is not None for word in (f"--{key}", str(value))]
-        words += ["--information", json.dumps(aim) if isinstance(aim, dict) else aim] if aim is not None else []
-        made = task._made("design", words)
         with watching(progress) as seer, logged("design"):
             if executor is None:
-                return Design(task._native.design(made, json.dumps(wanted), seer), task)
+                return Design(task._conduct("design", wanted, progress=seer), task)
             from . import executors
 
-            return Design(executors.design(task, made, json.dumps(wanted), executor, seer), task)
+            return Design(executors.design(task, json.dumps(wanted), executor, seer), task)
 
     def sweep(
         self,
@@ -358,17 +352,13 @@ class Task:
             raise UsageError("jobs are threads of this process, and executor has workers of its own: give one of them")
         task = self.at(at, **parameters)
         axes: Axes = [(name, axis_values(name, values)) for name, values in grid.items()]
-        words = [word for name, values in axes for word in ("--grid", f"{name}={axis_text(values)}")]
-        made = task._made("sweep", words + option_words(rollouts=rollouts, starts=starts, seed=seed))
         sizes = (rollouts, starts, seed)
         with watching(progress) as seer, logged("sweep"):
             if executor is None:
-                kept = task._native.sweep(made, axes, sizes=sizes, place=(jobs, out), progress=seer)
-            else:
-                from . import executors
+                return Sweep(task._native.sweep(axes, sizes=sizes, place=(jobs, out), progress=seer), task)
+            from . import executors
 
-                kept = executors.sweep(task, made, axes, sizes, executor, out, seer)
-        found = Sweep(kept, task)
+            found = Sweep(executors.sweep(task, axes, sizes, executor, out, seer), task)
         if out is not None:
             found.save(out)
         return found
@@ -411,16 +401,13 @@ class Task:
         ((name, values),) = vary.items()
         axis: Vary = (name, axis_values(name, values))
         chosen = designs_of(designs)
-        texts = [one if isinstance(one, str) else design_text(*one) for one in chosen]
-        words = ["--designs", ",".join(texts), "--vary", f"{name}={axis_text(axis[1])}"]
-        made = task._made("robustness", words + option_words(rollouts=rollouts, seed=seed))
         with watching(progress) as seer, logged("robustness"):
             if executor is None:
-                kept = task._native.robustness(made, (chosen, axis), sizes=(rollouts, seed), out=out, progress=seer)
+                kept = task._native.robustness((chosen, axis), sizes=(rollouts, seed), out=out, progress=seer)
             else:
                 from . import executors
 
-                kept = executors.robustness(task, made, chosen, axis, (rollouts, seed), executor, seer)
+                kept = executors.robustness(task, chosen, axis, (rollouts, seed), executor, seer)
         return Robustness(kept, task)
 
     def pareto(
@@ -447,9 +434,9 @@ class Task:
         """
         check_counts(points=points, starts=starts, seed=seed)
         task = self.at(at, **parameters)
-        made = task._made("pareto", option_words(points=points, starts=starts, seed=seed))
+        options = {"points": int(points), "starts": int(starts), "seed": int(seed)}
         with watching(progress) as seer, logged("pareto"):
-            return Pareto(task._native.pareto(made, sizes=(points, starts, seed), out=out, progress=seer), task)
+            return Pareto(task._conduct("pareto", options, out=out, progress=seer), task)
 
     def bound(
         self,
@@ -475,11 +462,11 @@ class Task:
             **parameters: Values of parameters.
         """
         check_name("task", task)
-        points, cost, stationary = bound_points(curve), finite("cost", cost), bool(stationary)
+        options: dict[str, Any] = {"task": task, "cost": finite("cost", cost), "stationary": bool(stationary)}
+        options["curve"] = bound_points(curve)
         found = self.at(at, **parameters)
-        made = found._made("bound", bound_words(task, cost, points, stationary))
         with watching(progress) as seer, logged("bound"):
-            return Bounds(found._native.bound(made, (task, cost, stationary), curve=points, progress=seer), found)
+            return Bounds(found._conduct("bound", options, progress=seer), found)
 
     def sensors(
         self,
@@ -518,9 +505,8 @@ class Task:
         options: dict[str, Any] = {"budget": finite("budget", budget), "cost": finite("cost", cost)}
         options |= {"count": None if count is None else int(count), "goal": goal, "method": method, "task": task}
         found = self.at(at, **parameters)
-        made = found._made("sensors", sensors_words(options))
         with watching(progress) as seer, logged("sensors"):
-            return Sensors(found._native.sensors(made, json.dumps(options), seer), found)
+            return Sensors(found._conduct("sensors", options, progress=seer), found)
 
     def trace(
         self,
@@ -551,11 +537,9 @@ class Task:
         check_choice("methods", methods, METHODS)
         check_choice("gradients", gradients, GRADIENTS)
         task = self.at(at, **parameters)
-        options = {"starts": starts, "methods": methods, "gradients": gradients, "seed": seed}
-        words = ["--method", ",".join(methods), "--gradient", ",".join(gradients)]
-        made = task._made("trace", words + option_words(starts=starts, seed=seed))
+        options = {"starts": int(starts), "methods": methods, "gradients": gradients, "seed": int(seed)}
         with watching(progress) as seer, logged("trace"):
-            return Trace(task._native.trace(made, json.dumps(options), out=out, progress=seer), task)
+            return Trace(task._conduct("trace", options, out=out, progress=seer), task)
 
     def explore(
         self,
@@ -583,12 +567,17 @@ class Task:
 
         return explore(self.at(at, **parameters), port, browser)
 
-    def _made(self, command: str, words: list[str]) -> list[str]:
-        """The equivalent command line; empty if there is none."""
-        if self._recipe[0] != "load":
-            return []
-        sets = [word for name, value in self._changed.items() for word in ("--set", f"{name}={value!r}")]
-        return [command, str(self._recipe[1]), *sets, *words]
+    def _conduct(
+        self,
+        study: str,
+        options: Mapping[str, Any],
+        *,
+        out: str | os.PathLike[str] | None = None,
+        progress: Progress | None = None,
+    ) -> Kept:
+        """Does a study with these options."""
+        work = json.dumps({"run": study, "options": options})
+        return self._native.conduct(work, out=out, progress=progress)
 
     def __reduce__(self) -> tuple[Any, ...]:
         from ._recipes import make

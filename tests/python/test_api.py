@@ -317,7 +317,7 @@ def test_tasks_from_texts_name_no_command_that_would_do_something_else() -> None
     text = Path("tasks/iiwa_door.toml").read_text().replace("steps = 500", "steps = 40")
     door = supple.loads(text, "tasks/iiwa_door.toml", k1=1e5)
     found = door.evaluate(trajectories=False)
-    assert found.made["arguments"] == []
+    assert found.command_line == []
     assert found.made["sources"][0]["text"] == text
     again = pickle.loads(pickle.dumps(door))
     assert again.evaluate(trajectories=False).to_json() == found.to_json()

@@ -77,7 +77,7 @@ def test_bounds_are_the_same_text(program: Path) -> None:
     found = supple.load("tasks/two_mass.toml").bound(k1=135.912, k2=171.458)
     words = ("--set", "k1=135.912", "--set", "k2=171.458", "--json")
     assert found.to_json().strip() == run(program, "bound", "tasks/two_mass.toml", *words).strip()
-    again: Any = json.loads(run(program, *found.made["arguments"], "--json"))
+    again: Any = json.loads(run(program, *found.command_line, "--json"))
     assert again["minimum_bits_per_step"] == found.minimum_bits_per_step
 
 
@@ -97,7 +97,7 @@ def test_folders_go_both_ways(program: Path, tmp_path: Path) -> None:
 
 def test_the_command_that_does_the_same_is_kept(program: Path, tmp_path: Path) -> None:
     found = supple.load("tasks/two_mass.toml", k1=150.0).evaluate(gradient="total")
-    words = found.made["arguments"]
+    words = found.command_line
     assert words[:2] == ["evaluate", "tasks/two_mass.toml"]
     again: Any = json.loads(run(program, *words, "--json"))
     assert again["objective"]["information_nats"] == found.information.nats

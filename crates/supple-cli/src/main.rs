@@ -54,17 +54,10 @@ fn main() -> ExitCode {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     arguments.common.apply()?;
     match arguments.command {
-        Command::Design(options) => commands::design(&options),
-        Command::Evaluate(options) => commands::evaluate(&options),
+        Command::Study(study) => commands::conduct(study.asks()),
         Command::Check(options) => commands::check(&options),
-        Command::Sweep(options) => commands::sweep(&options),
-        Command::Robustness(options) => commands::robustness(&options),
-        Command::Pareto(options) => commands::pareto(&options),
-        Command::Sensors(options) => commands::sensors(&options),
-        Command::Bound(options) => commands::bound(&options),
-        Command::Trace(options) => commands::trace(&options),
         Command::Explore(options) => commands::explore(&options),
-        Command::Study(options) => commands::study(&options, &arguments.common),
+        Command::StudyFile(options) => commands::study(&options),
         Command::Report(options) => commands::report(&options),
         Command::Plot(options) => commands::plot(&options),
         Command::Show(options) => commands::show(&options),

@@ -1,17 +1,13 @@
+use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use supple::design::{Event, Observer};
 use supple::halt;
 use supple_study::Watch;
 
 /// Set by Ctrl-C and by SIGTERM: long work stops soon and keeps what it found.
 pub static STOP: AtomicBool = AtomicBool::new(false);
-
-/// A signal so soon after the first is the same one, sent by the terminal and by a study.
-const SAME_SIGNAL: Duration = Duration::from_millis(500);
 
 /// How work ends that a signal stops.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -22,81 +18,21 @@ pub enum Stopping {
     Now,
 }
 
-/// Listens for Ctrl-C and SIGTERM from now on; a second one ends the program at once.
+/// Listens for Ctrl-C and SIGTERM from now on, and says how what comes next ends; a second signal ends the program at once.
 pub fn listen(stopping: Stopping) {
-    let first = OnceLock::new();
-    let handler = move || {
-        let now = Instant::now();
-        if now.duration_since(*first.get_or_init(|| now)) > SAME_SIGNAL {
-            std::process::exit(130);
-        }
-        STOP.store(true, Ordering::SeqCst);
-        halt::request(stopping == Stopping::Now);
-    };
-    // Where signals cannot be listened for, Ctrl-C ends the program as usual.
-    let _ = ctrlc::set_handler(handler);
-}
-
-/// A progress line on standard error, where that is a terminal.
-pub struct Progress {
-    bar: ProgressBar,
-    feasibility: f64,
-    state: Mutex<State>,
-}
-
-#[derive(Default)]
-struct State {
-    evaluations: usize,
-    ended: usize,
-    of: usize,
-    /// Of catalogues: how many are done, and how many there are.
-    combinations: Option<(usize, usize)>,
-    best: Option<f64>,
-}
-
-impl Progress {
-    /// Of a search in which costs may be above their bounds by a share `feasibility`.
-    pub fn new(feasibility: f64) -> Self {
-        let bar = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, feasibility, state: Mutex::default() }
-    }
-
-    pub fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-impl Observer for Progress {
-    fn observe(&self, event: Event) {
-        let Ok(mut state) = self.state.lock() else { return };
-        match event {
-            Event::StartBegan { of, .. } => state.of = of,
-            Event::StartEnded { .. } => state.ended += 1,
-            Event::Evaluated { information, violation, .. } => {
-                state.evaluations += 1;
-                if violation <= self.feasibility && state.best.is_none_or(|best| information < best) {
-                    state.best = Some(information);
-                }
+    static NOW: AtomicBool = AtomicBool::new(false);
+    static LISTENS: Once = Once::new();
+    NOW.store(stopping == Stopping::Now, Ordering::SeqCst);
+    LISTENS.call_once(|| {
+        let handler = || {
+            if STOP.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
             }
-            Event::Combination { done, of } => state.combinations = Some((done, of)),
-            Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
-        }
-        let best = state.best.map_or_else(
-            || "none feasible yet".to_owned(),
-            |nats| format!("{:.2} bits", nats / std::f64::consts::LN_2),
-        );
-        let State { evaluations, ended, of, combinations, .. } = &*state;
-        self.bar.set_message(match combinations {
-            Some((done, of)) => {
-                format!("{done} of {of} combinations of catalogue entries; best without catalogues: {best}")
-            }
-            None => format!("{ended} of {of} starts, {evaluations} designs, best {best}"),
-        });
-    }
+            halt::request(NOW.load(Ordering::SeqCst));
+        };
+        // Where signals cannot be listened for, Ctrl-C ends the program as usual.
+        let _ = ctrlc::set_handler(handler);
+    });
 }
 
 /// Does long work with a bar, until it is done or a signal stops it.

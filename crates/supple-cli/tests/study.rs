@@ -43,7 +43,7 @@ fn a_study_makes_its_steps_figures_and_a_report() {
     let folder = with_study(STUDY);
     let run = folder.run(&["study", "study.toml"]);
     assert_eq!(run.code, Some(0), "{run:?}");
-    assert!(run.stderr.contains("step 2 of 3, line: supple sweep task.toml --grid=k1=log:20:120:5 --out study/line"));
+    assert!(run.stderr.contains("step 2 of 3, line: supple sweep task.toml --grid k1=log:20:120:5 --out study/line"));
     assert!(run.stdout.contains("A small study\n\n3 steps in "), "{}", run.stdout);
     for file in ["best/result.json", "line/table.csv", "start/result.json", "figures/line.svg", "report.html"] {
         assert!(folder.path("study").join(file).exists(), "{file}");
@@ -113,14 +113,80 @@ fn an_option_that_a_command_has_not_is_found_before_anything_runs() {
 }
 
 #[test]
+fn options_that_do_not_fit_the_task_are_found_before_anything_runs() {
+    for (from, to, said) in [
+        (
+            "k1=log:20:120:5",
+            "k1=log:20:1200:5",
+            "study.toml:9:8: `line`: --grid k1=log:20:1200:5: 1200 is outside the bounds",
+        ),
+        ("rollouts = 2", "set = \"k3=1\"", "`start`: --set k3=1: "),
+        ("rollouts = 2", "threads = 1", "is an option of `supple study` itself"),
+        ("task = \"task.toml\"\ngrid", "task = \"tusk.toml\"\ngrid", "`line`: tusk.toml: "),
+    ] {
+        let folder = with_study(&edited(STUDY, from, to));
+        let error = folder.run(&["study", "study.toml"]);
+        assert!(error.error().contains(said), "{to}: {}", error.error());
+        assert_eq!(folder.names(), ["study.toml", "task.toml"], "{to}: nothing was made");
+    }
+}
+
+#[test]
 fn a_step_that_cannot_be_made_ends_the_study_and_keeps_the_others() {
-    let folder = with_study(&edited(STUDY, "k1=log:20:120:5", "k1=log:20:1200:5"));
+    let folder = with_study(&edited(
+        STUDY,
+        "run = \"sweep\"\ntask = \"task.toml\"\ngrid = \"k1=log:20:120:5\"",
+        "run = \"bound\"\ntask = \"task.toml\"\nstationary = true",
+    ));
+    std::fs::write(
+        folder.path("study.toml"),
+        edited(
+            &std::fs::read_to_string(folder.path("study.toml")).unwrap(),
+            "from = [\"line\", \"best\"]",
+            "from = [\"best\"]",
+        ),
+    )
+    .unwrap();
     let run = folder.run(&["study", "study.toml"]);
-    assert_eq!(run.code, Some(2));
-    assert!(
-        run.stderr.contains("is outside the bounds of `k1`") && run.stderr.contains("error: line failed"),
-        "{}",
-        run.stderr
-    );
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("error: step 2 of 3, line failed"), "{}", run.stderr);
     assert!(folder.path("study/best/result.json").exists() && !folder.path("study/report.html").exists());
+}
+
+/// Every study, asked for in the program's words: it is kept as a value, whose words ask for the same.
+#[test]
+fn the_words_of_every_study_ask_for_the_same() {
+    let folder = Folder::with_task(TWO_MASS);
+    let vary = "drive_variance=log:1e-3:1e-2:3";
+    let asked: [&[&str]; 10] = [
+        &["design", "--starts", "2", "--set", "k1=50", "--rollouts", "4"],
+        &["design", "--method", "cobyla", "--information", "used", "--starts", "1", "--rollouts", "0"],
+        &["evaluate", "--gradient", "both", "--rollouts", "3", "--seed", "5"],
+        &["sweep", "--grid", "k1=log:20:120:4", "--grid", "k2=30,31.5,70", "--rollouts", "2"],
+        &["robustness", "--designs", "start,soft=k1:30,k2:40.5", "--vary", vary, "--rollouts", "2"],
+        &["pareto", "--points", "3", "--starts", "1"],
+        &["trace", "--starts", "1", "--method", "barrier", "--gradient", "total,frozen"],
+        &["sensors", "--count", "1", "--for", "information", "--method", "greedy"],
+        &["bound", "--cost", "25"],
+        &["bound", "--curve=3", "--task", "press"],
+    ];
+    for (number, asked) in asked.iter().enumerate() {
+        let made = |words: &[&str], out: &str| {
+            let run = folder.run(&[words, &["--out", out]].concat());
+            assert!(matches!(run.code, Some(0 | 1)), "{words:?}: {run:?}");
+            supple_study::Folder::load(&folder.path(out)).unwrap()
+        };
+        let first = made(&[&asked[..1], &["task.toml"], &asked[1..]].concat(), &format!("{number}a"));
+        let study = first.made.study.clone().unwrap();
+        let words = study.words();
+        let again = made(&words.iter().map(String::as_str).collect::<Vec<_>>(), &format!("{number}b"));
+        assert_eq!(again.made, first.made, "{study}");
+        let text = |folder: &supple_study::Folder| {
+            let mut result =
+                serde_json::from_str::<serde_json::Value>(&folder.result.json().unwrap()).unwrap_or_default();
+            result.as_object_mut().map(|result| result.remove("seconds"));
+            result
+        };
+        assert_eq!(text(&again), text(&first), "{study}");
+    }
 }

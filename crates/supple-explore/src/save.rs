@@ -1,11 +1,13 @@
 //! What is kept of the design on screen: a result, a report, or a task file that begins with it.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
-use supple::{EvaluateOptions, Matrices};
+use supple::Matrices;
 use supple_file::{Document, Place};
-use supple_study::evaluate::EvaluateReport;
-use supple_study::{About, Folder, LoadedTask, Made, OWN_MODEL, Source, StudyResult, write_text};
+use supple_study::evaluate::EvaluateOptions;
+use supple_study::study::Work;
+use supple_study::{Folder, LoadedTask, Made, OWN_MODEL, Silent, Source, Watch, write_text};
 
 use crate::knobs::{Kind, Knob, changes, covariance, turned};
 use crate::noise_text::{Edit, noise_edits, plain_number};
@@ -157,17 +159,17 @@ impl OnScreen<'_> {
     fn folder(&self, path: PathBuf) -> Result<Folder, String> {
         let (problem, phi) = turned(self.loaded, self.knobs, self.values)?;
         let text = self.task_text()?;
-        let options = EvaluateOptions {
+        let work = Work::Evaluate(EvaluateOptions {
             total_gradient: true,
             needed: true,
             rollouts: problem.rollouts(None),
             trajectories: true,
             ..Default::default()
-        };
-        let evaluation = problem.evaluate(&phi, &options).map_err(|error| error.to_string())?;
-        let made = Made::of_sources("evaluate", 0, self.sources(text), About::of(&problem));
-        let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
-        Ok(Folder { path, made, result })
+        });
+        let task = LoadedTask { problem, phi, sources: self.sources(text), kinds: self.loaded.kinds.clone() };
+        let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+        let result = work.run(&task, None, watch).map_err(|error| error.to_string())?;
+        Ok(Folder { path, made: Made::of(&task, work), result })
     }
 
     /// Writes the folder of a result to the current folder, under a name that is free.

@@ -10,6 +10,7 @@ use supple::EvaluateOptions;
 use supple::design::{GradientKind, Method};
 use supple_figures::{Figure, Kind, MOST_ENTRIES, draw};
 use supple_study::evaluate::EvaluateReport;
+use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, StudyResult};
 
 fn assert_short(figure: &Figure, what: &str) {
@@ -25,7 +26,7 @@ fn evaluated(path: &Path) -> Folder {
     let wanted = EvaluateOptions { trajectories: true, ..Default::default() };
     let evaluation = task.problem.evaluate(&task.phi, &wanted).unwrap();
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
-    Folder { path: PathBuf::from("evaluated"), made: Made::here("test", 0, &task), result }
+    Folder { path: PathBuf::from("evaluated"), made: Made::of(&task, Work::Evaluate(Default::default())), result }
 }
 
 #[test]

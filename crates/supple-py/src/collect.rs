@@ -8,8 +8,9 @@ use pyo3::types::PyBytes;
 use supple::design::{Control, DesignSettings, NoObserver};
 use supple_study::design::Found;
 use supple_study::robustness::{Costs, DesignChoice, RobustDesign, RobustnessOptions};
-use supple_study::sweep::{Collector, SweepUnit, TABLE_CSV};
-use supple_study::{Made, StudyError, StudyResult, check_writable, robustness};
+use supple_study::study::Work;
+use supple_study::sweep::{Collector, SweepOptions, SweepUnit};
+use supple_study::{Made, StudyError, StudyResult, robustness};
 
 use crate::errors;
 use crate::options::{AxisValues, Designed};
@@ -33,8 +34,7 @@ fn unpack<T: serde::de::DeserializeOwned>(py: Python<'_>, all: &[Vec<u8>]) -> Py
 #[pyclass(name = "SweepCollector", module = "supple._supple", frozen)]
 pub struct SweepCollector {
     task: Py<NativeTask>,
-    shared: Vec<u8>,
-    seed: u64,
+    options: SweepOptions,
     /// There until it is finished.
     collector: Mutex<Option<Collector>>,
 }
@@ -73,21 +73,20 @@ impl SweepCollector {
         out: Option<PathBuf>,
     ) -> PyResult<Self> {
         let native = task.get();
-        let options = native.sweep_options(py, grid, sizes)?;
+        let options = crate::options::sweep(py, &native.task, grid, sizes)?;
         let opened = py.detach(|| {
             if let Some(folder) = &out {
-                check_writable(folder, TABLE_CSV)?;
+                Work::Sweep(options.clone()).check_folder(folder)?;
             }
-            let collector = Collector::open(&native.task, &options, out.as_deref())?;
-            Ok::<_, StudyError>((collector, to_bytes(&Shared::Sweep(options))?))
+            Collector::open(&native.task, &options, out.as_deref())
         });
-        let (collector, shared) = opened.map_err(|error| errors::of_study(py, &error))?;
-        Ok(Self { task, shared, seed: sizes.2, collector: Mutex::new(Some(collector)) })
+        let collector = opened.map_err(|error| errors::of_study(py, &error))?;
+        Ok(Self { task, options, collector: Mutex::new(Some(collector)) })
     }
 
     /// What its units share, for `Units`.
-    fn shared<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, &self.shared)
+    fn shared<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        pack(py, &Shared::Sweep(self.options.clone()))
     }
 
     /// Points that were done before, and all points.
@@ -129,11 +128,11 @@ impl SweepCollector {
     }
 
     /// Closes it and makes the result, which has to be complete.
-    fn finish(&self, py: Python<'_>, made: Vec<String>) -> PyResult<Kept> {
+    fn finish(&self, py: Python<'_>) -> PyResult<Kept> {
         let sweep = py.detach(|| self.lock().take().ok_or_else(closed).and_then(Collector::finish));
         let sweep = sweep.and_then(|sweep| if sweep.complete { Ok(sweep) } else { Err(StudyError::Stopped) });
         let sweep = sweep.map_err(|error| errors::of_study(py, &error))?;
-        let made = Made { arguments: made, ..Made::here("sweep", self.seed, &self.task.get().task) };
+        let made = Made::of(&self.task.get().task, Work::Sweep(self.options.clone()));
         Ok(Kept::new(made, StudyResult::Sweep(Box::new(sweep))))
     }
 }
@@ -165,10 +164,10 @@ impl DesignCollector {
     }
 
     /// Makes the result of what all starts found, in their order, in so many seconds.
-    fn finish(&self, py: Python<'_>, made: Vec<String>, found: Vec<Vec<u8>>, seconds: f64) -> PyResult<Kept> {
+    fn finish(&self, py: Python<'_>, found: Vec<Vec<u8>>, seconds: f64) -> PyResult<Kept> {
         let found: Vec<Found> = unpack(py, &found)?;
         let settings = &self.settings;
-        self.task.get().study(py, ("design", made, settings.seed), None, |task, watch| {
+        self.task.get().made_by(py, Work::Design(Box::new(settings.clone())), None, |_, task, watch| {
             let control = Control { observer: &NoObserver, stop: watch.stop };
             let report = supple_study::design::combine(task, settings, found, (seconds, control))?;
             Ok(StudyResult::Design(Box::new(report)))
@@ -196,7 +195,7 @@ impl RobustnessCollector {
         sizes: (usize, u64),
     ) -> PyResult<Self> {
         let loaded = &task.get().task;
-        let options = crate::options::robustness(py, loaded, designs, vary, sizes)?;
+        let options = crate::options::robustness(py, loaded, (designs, vary), sizes)?;
         let parts = robustness::parts(loaded, &options).map_err(|error| errors::of_study(py, &error))?;
         Ok(Self { task, options, parts })
     }
@@ -229,10 +228,10 @@ impl RobustnessCollector {
     }
 
     /// Makes the result of what all designs and cells found, in their order.
-    fn finish(&self, py: Python<'_>, made: Vec<String>, designs: Vec<Vec<u8>>, cells: Vec<Vec<u8>>) -> PyResult<Kept> {
+    fn finish(&self, py: Python<'_>, designs: Vec<Vec<u8>>, cells: Vec<Vec<u8>>) -> PyResult<Kept> {
         let designs: Vec<RobustDesign> = unpack(py, &designs)?;
         let costs = unpack::<Vec<Costs>>(py, &cells)?.into_iter().flatten().collect();
-        self.task.get().study(py, ("robustness", made, self.options.seed), None, |task, _| {
+        self.task.get().made_by(py, Work::Robustness(self.options.clone()), None, |_, task, _| {
             let result = robustness::combine(task, &self.options, designs, costs)?;
             Ok(StudyResult::Robustness(Box::new(result)))
         })

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use supple::parameters::Scale;
 use supple_study::LoadedTask;
 use supple_study::robustness::{DesignChoice, RobustnessOptions};
-use supple_study::sweep::Axis;
+use supple_study::sweep::{Axis, SweepOptions};
 
 use crate::errors;
 
@@ -82,6 +82,21 @@ impl Designed {
     }
 }
 
+/// What a sweep is asked to do; sizes are the roll-outs, the starts and the seed.
+///
+/// # Errors
+/// Where an axis is wrong.
+pub fn sweep(
+    py: Python<'_>,
+    task: &LoadedTask,
+    grid: Vec<(String, AxisValues)>,
+    (rollouts, starts, seed): (usize, usize, u64),
+) -> PyResult<SweepOptions> {
+    let axis = |(name, values): (String, AxisValues)| values.axis(py, &name, task, Scale::Linear);
+    let axes = grid.into_iter().map(axis).collect::<PyResult<_>>()?;
+    Ok(SweepOptions { axes, rollouts, starts, seed })
+}
+
 /// What a study of robustness is asked to do; sizes are the roll-outs and the seed.
 ///
 /// # Errors
@@ -89,8 +104,7 @@ impl Designed {
 pub fn robustness(
     py: Python<'_>,
     task: &LoadedTask,
-    designs: Vec<Designed>,
-    (name, values): (String, AxisValues),
+    (designs, (name, values)): (Vec<Designed>, (String, AxisValues)),
     (rollouts, seed): (usize, u64),
 ) -> PyResult<RobustnessOptions> {
     let parameter = task.problem.parameters.iter().find(|parameter| parameter.name == name);

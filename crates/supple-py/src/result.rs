@@ -7,6 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use supple_figures::{FigureError, Format, Kind, Width, draw, render};
+use supple_study::study::Study;
 use supple_study::sweep::Holds;
 use supple_study::{Cell, Folder, Made, StudyResult, Table};
 
@@ -45,6 +46,11 @@ impl Kept {
     #[getter]
     fn kind(&self) -> &'static str {
         self.0.result.kind()
+    }
+
+    /// The words of the command line that asks for the same.
+    fn words(&self) -> Vec<String> {
+        self.0.made.study.as_ref().map(Study::words).unwrap_or_default()
     }
 
     /// What made it, as a dict.

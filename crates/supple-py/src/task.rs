@@ -1,23 +1,14 @@
 //! Tasks, and the studies that are made of them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::ThreadPoolBuilder;
-use supple::design::{Control, DesignSettings};
-use supple::parameters::Scale;
-use supple::{EvaluateOptions, Kinds, Matrices, Named};
-use supple_study::bound::BoundOptions;
-use supple_study::evaluate::EvaluateReport;
-use supple_study::pareto::ParetoOptions;
-use supple_study::sensors::SensorsOptions;
-use supple_study::sweep::{SweepOptions, TABLE_CSV};
-use supple_study::trace::TraceOptions;
-use supple_study::{
-    About, Folder, LoadedTask, Made, OWN_MODEL, RESULT, Source, StudyError, StudyResult, Watch, check_writable,
-};
+use supple::design::DesignSettings;
+use supple::{Kinds, Matrices, Named};
+use supple_study::study::{Work, on_threads};
+use supple_study::{About, Folder, LoadedTask, Made, OWN_MODEL, Source, StudyError, StudyResult, Watch};
 
 use crate::arrays::to_python;
 use crate::errors;
@@ -26,7 +17,7 @@ use crate::own::{self, Failures};
 use crate::plant;
 use crate::pool;
 use crate::result::Kept;
-use crate::watch::{Search, long};
+use crate::watch::long;
 
 /// A problem with the values of its parameters.
 #[pyclass(name = "NativeTask", module = "supple._supple", frozen)]
@@ -36,35 +27,41 @@ pub struct NativeTask {
 }
 
 impl NativeTask {
-    /// Does long work on this task and makes a result of what it finds.
-    pub fn study(
+    /// Does a study of this task. Its journal, where it has one, is in the folder, which holds the result at the end.
+    fn study(
         &self,
         py: Python<'_>,
-        (command, arguments, seed): (&str, Vec<String>, u64),
+        work: Work,
+        (jobs, out): (Option<usize>, Option<PathBuf>),
         progress: Option<&Bound<'_, PyAny>>,
-        work: impl FnOnce(&LoadedTask, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
-    ) -> PyResult<Kept> {
-        let found = long(py, progress, &self.failures, |watch| work(&self.task, watch))?;
-        let result = found.map_err(|error| errors::of_study(py, &error))?;
-        let made = Made { arguments, ..Made::here(command, seed, &self.task) };
-        Ok(Kept::new(made, result))
-    }
-
-    /// The same for studies whose journal, in the folder, keeps finished parts: it holds the result at the end.
-    fn resumable(
-        &self,
-        py: Python<'_>,
-        command: (&str, Vec<String>, u64),
-        (out, progress): (Option<PathBuf>, Option<&Bound<'_, PyAny>>),
-        work: impl FnOnce(&LoadedTask, Option<&Path>, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
     ) -> PyResult<Kept> {
         let of_study = |error| errors::of_study(py, &error);
-        let Some(folder) = out else { return self.study(py, command, progress, |task, watch| work(task, None, watch)) };
-        check_writable(&folder, RESULT).map_err(of_study)?;
-        let kept = self.study(py, command, progress, |task, watch| work(task, Some(&folder), watch))?;
-        let Folder { made, result, .. } = &*kept.0;
-        Folder::conclude(&folder, made, result).map_err(of_study)?;
+        let folder = out.as_deref();
+        folder.map_or(Ok(()), |folder| work.check_folder(folder)).map_err(of_study)?;
+        let kept = self.made_by(py, work, progress, |work, task, watch| {
+            match on_threads(jobs, || work.run(task, folder, watch))? {
+                StudyResult::Sweep(sweep) if !sweep.complete => Err(StudyError::Stopped),
+                result => Ok(result),
+            }
+        })?;
+        if let Some(folder) = folder {
+            let Folder { made, result, .. } = &*kept.0;
+            Folder::conclude(folder, made, result).map_err(of_study)?;
+        }
         Ok(kept)
+    }
+
+    /// Makes the result of work on this task, whoever did it.
+    pub fn made_by(
+        &self,
+        py: Python<'_>,
+        work: Work,
+        progress: Option<&Bound<'_, PyAny>>,
+        result: impl FnOnce(&Work, &LoadedTask, Watch<'_>) -> Result<StudyResult, StudyError> + Send,
+    ) -> PyResult<Kept> {
+        let found = long(py, progress, &self.failures, |watch| result(&work, &self.task, watch))?;
+        let result = found.map_err(|error| errors::of_study(py, &error))?;
+        Ok(Kept::new(Made::of(&self.task, work), result))
     }
 }
 
@@ -143,34 +140,6 @@ impl NativeTask {
         self.task.problem.rollouts(None)
     }
 
-    /// Evaluates the design that the parameters are.
-    #[pyo3(signature = (made, *, gradients, sizes, needed, trajectories))]
-    fn evaluate(
-        &self,
-        py: Python<'_>,
-        made: Vec<String>,
-        gradients: (bool, bool),
-        sizes: (usize, usize, u64),
-        needed: bool,
-        trajectories: bool,
-    ) -> PyResult<Kept> {
-        let (rollouts, branches, seed) = sizes;
-        let wanted = EvaluateOptions {
-            total_gradient: gradients.0,
-            frozen_gradient: gradients.1,
-            needed,
-            rollouts,
-            seed,
-            branches,
-            trajectories,
-            ..Default::default()
-        };
-        self.study(py, ("evaluate", made, seed), None, |task, _| {
-            let evaluation = task.problem.evaluate(&task.phi, &wanted)?;
-            Ok(StudyResult::Evaluate(Box::new(EvaluateReport { evaluation })))
-        })
-    }
-
     /// The states of a task, (N + 1, n), that controls, (N, m), lead to without noise and feedback.
     fn simulate(
         &self,
@@ -241,158 +210,60 @@ impl NativeTask {
         to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
     }
 
-    /// Searches for a design; `settings` are the task's, changed, as JSON.
-    fn design(
+    /// Does a study: what to do, as JSON. A study with a folder resumes from its journal.
+    #[pyo3(signature = (work, *, out, progress))]
+    fn conduct(
         &self,
         py: Python<'_>,
-        made: Vec<String>,
-        settings: &str,
+        work: &str,
+        out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let settings = design_settings(py, settings)?;
-        self.study(py, ("design", made, settings.seed), progress, |task, watch| {
-            let search = Search::new(watch.progress, settings.feasibility);
-            let control = Control { observer: &search, stop: watch.stop };
-            Ok(StudyResult::Design(Box::new(supple_study::design::run(task, &settings, control)?)))
-        })
+        let work: Work = from_json(py, work)?;
+        if let Work::Design(settings) = &work {
+            check_settings(py, settings)?;
+        }
+        self.study(py, work, (None, out), progress)
     }
 
     /// Evaluates every design of a grid; `place` is how many points at once, and the folder of the journal.
-    #[pyo3(signature = (made, grid, *, sizes, place, progress))]
+    #[pyo3(signature = (grid, *, sizes, place, progress))]
     fn sweep(
         &self,
         py: Python<'_>,
-        made: Vec<String>,
         grid: Vec<(String, AxisValues)>,
         sizes: (usize, usize, u64),
         place: (Option<usize>, Option<PathBuf>),
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let (jobs, out) = place;
-        let options = self.sweep_options(py, grid, sizes)?;
-        if let Some(folder) = &out {
-            check_writable(folder, TABLE_CSV).map_err(|error| errors::of_study(py, &error))?;
-        }
-        self.study(py, ("sweep", made, sizes.2), progress, |task, watch| {
-            let sweep = || supple_study::sweep::run(task, &options, out.as_deref(), watch);
-            let sweep = match jobs {
-                None => sweep()?,
-                Some(jobs) => {
-                    let pool = ThreadPoolBuilder::new().num_threads(jobs).build();
-                    pool.map_err(|error| StudyError::usage(format!("jobs = {jobs}: {error}")))?.install(sweep)?
-                }
-            };
-            if sweep.complete { Ok(StudyResult::Sweep(Box::new(sweep))) } else { Err(StudyError::Stopped) }
-        })
+        let work = Work::Sweep(options::sweep(py, &self.task, grid, sizes)?);
+        self.study(py, work, place, progress)
     }
 
     /// Costs in closed loop as a noise grows; `studied` are the designs and what varies.
-    #[pyo3(signature = (made, studied, *, sizes, out, progress))]
+    #[pyo3(signature = (studied, *, sizes, out, progress))]
     fn robustness(
         &self,
         py: Python<'_>,
-        made: Vec<String>,
         studied: (Vec<Designed>, (String, AxisValues)),
         sizes: (usize, u64),
         out: Option<PathBuf>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Kept> {
-        let (designs, vary) = studied;
-        let options = options::robustness(py, &self.task, designs, vary, sizes)?;
-        self.resumable(py, ("robustness", made, options.seed), (out, progress), |task, out, watch| {
-            Ok(StudyResult::Robustness(Box::new(supple_study::robustness::run(task, &options, out, watch)?)))
-        })
-    }
-
-    /// The front of information against cost.
-    #[pyo3(signature = (made, *, sizes, out, progress))]
-    fn pareto(
-        &self,
-        py: Python<'_>,
-        made: Vec<String>,
-        sizes: (usize, usize, u64),
-        out: Option<PathBuf>,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Kept> {
-        let (points, starts, seed) = sizes;
-        let options = ParetoOptions { points, starts, seed };
-        self.resumable(py, ("pareto", made, seed), (out, progress), |task, out, watch| {
-            Ok(StudyResult::Pareto(Box::new(supple_study::pareto::run(task, &options, out, watch)?)))
-        })
-    }
-
-    /// How little information would do; `sought` is the task, the cost to keep, and whether it is about the steady state.
-    #[pyo3(signature = (made, sought, *, curve, progress))]
-    fn bound(
-        &self,
-        py: Python<'_>,
-        made: Vec<String>,
-        sought: (Option<String>, Option<f64>, bool),
-        curve: Option<usize>,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Kept> {
-        let (task, cost, stationary) = sought;
-        let options = BoundOptions { task, cost, stationary, curve };
-        self.study(py, ("bound", made, 0), progress, |task, watch| {
-            Ok(StudyResult::Bound(Box::new(supple_study::bound::run(task, &options, watch)?)))
-        })
-    }
-
-    /// Sets of sensors, and what each is worth; `options` as JSON.
-    fn sensors(
-        &self,
-        py: Python<'_>,
-        made: Vec<String>,
-        options: &str,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Kept> {
-        let options: SensorsOptions = from_json(py, options)?;
-        self.study(py, ("sensors", made, 0), progress, |task, watch| {
-            Ok(StudyResult::Sensors(Box::new(supple_study::sensors::run(task, &options, watch)?)))
-        })
-    }
-
-    /// The paths of searches; `options` as JSON.
-    #[pyo3(signature = (made, options, *, out, progress))]
-    fn trace(
-        &self,
-        py: Python<'_>,
-        made: Vec<String>,
-        options: &str,
-        out: Option<PathBuf>,
-        progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Kept> {
-        let options: TraceOptions = from_json(py, options)?;
-        self.resumable(py, ("trace", made, options.seed), (out, progress), |task, out, watch| {
-            Ok(StudyResult::Trace(Box::new(supple_study::trace::run(task, &options, out, watch)?)))
-        })
-    }
-}
-
-impl NativeTask {
-    /// What a sweep is asked to do.
-    ///
-    /// # Errors
-    /// Where an axis is wrong.
-    pub fn sweep_options(
-        &self,
-        py: Python<'_>,
-        grid: Vec<(String, AxisValues)>,
-        (rollouts, starts, seed): (usize, usize, u64),
-    ) -> PyResult<SweepOptions> {
-        let axis = |(name, values): (String, AxisValues)| values.axis(py, &name, &self.task, Scale::Linear);
-        let axes = grid.into_iter().map(axis).collect::<PyResult<_>>()?;
-        Ok(SweepOptions { axes, rollouts, starts, seed })
+        let work = Work::Robustness(options::robustness(py, &self.task, studied, sizes)?);
+        self.study(py, work, (None, out), progress)
     }
 }
 
 /// Settings of a design search, checked.
 pub fn design_settings(py: Python<'_>, json: &str) -> PyResult<DesignSettings> {
-    let settings: DesignSettings = from_json(py, json)?;
-    match settings.check() {
-        Ok(()) => Ok(settings),
-        Err((key, message)) => Err(errors::usage(py, &format!("{key}: {message}"))),
-    }
+    let settings = from_json(py, json)?;
+    check_settings(py, &settings)?;
+    Ok(settings)
+}
+
+fn check_settings(py: Python<'_>, settings: &DesignSettings) -> PyResult<()> {
+    settings.check().map_err(|(key, message)| errors::usage(py, &format!("{key}: {message}")))
 }
 
 fn from_json<T: serde::de::DeserializeOwned>(py: Python<'_>, json: &str) -> PyResult<T> {

@@ -6,7 +6,6 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use supple::design::{Event, Observer};
 use supple_study::{Progress, Watch};
 
 use crate::errors;
@@ -136,55 +135,5 @@ impl Drop for End<'_> {
     fn drop(&mut self) {
         self.0.lock().1 = true;
         self.0.ended.notify_all();
-    }
-}
-
-/// A design search's events as progress.
-pub struct Search<'a> {
-    progress: &'a dyn Progress,
-    feasibility: f64,
-    state: Mutex<State>,
-}
-
-#[derive(Default)]
-struct State {
-    begun: bool,
-    evaluations: usize,
-    best: Option<f64>,
-}
-
-impl<'a> Search<'a> {
-    /// Of a search in which costs may be above their bounds by a share `feasibility`.
-    pub fn new(progress: &'a dyn Progress, feasibility: f64) -> Self {
-        Self { progress, feasibility, state: Mutex::default() }
-    }
-}
-
-impl Observer for Search<'_> {
-    fn observe(&self, event: Event<'_>) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        match event {
-            Event::StartBegan { of, .. } => {
-                if !std::mem::replace(&mut state.begun, true) {
-                    self.progress.begin("starts", 0, of as u64);
-                }
-            }
-            Event::StartEnded { .. } => self.progress.advance(1),
-            Event::Evaluated { information, violation, .. } => {
-                state.evaluations += 1;
-                if violation <= self.feasibility && state.best.is_none_or(|best| information < best) {
-                    state.best = Some(information);
-                }
-                let best = match state.best {
-                    Some(nats) => format!("{:.2} bits", nats / std::f64::consts::LN_2),
-                    None => "none feasible yet".to_owned(),
-                };
-                self.progress.say(&format!("{} designs, best {best}", state.evaluations));
-            }
-            Event::Combination { done, of } => {
-                self.progress.say(&format!("{done} of {of} combinations of catalogues"));
-            }
-            Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
-        }
     }
 }

@@ -57,7 +57,7 @@ fn unused(name: &str, taken: impl Fn(&str) -> bool) -> String {
 /// The last part of a folder's path, or what it holds.
 fn folder_name(folder: &Folder) -> String {
     let name = folder.path.file_name().map(|name| name.to_string_lossy().into_owned());
-    name.unwrap_or_else(|| folder.made.command.clone())
+    name.unwrap_or_else(|| folder.result.kind().to_owned())
 }
 
 impl<'a> Part<'a> {

@@ -12,10 +12,10 @@ use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
 use supple_study::sensors::SensorsOptions;
-use supple_study::study::Study;
+use supple_study::study::Work;
 use supple_study::sweep::{Axis, Sweep, SweepOptions};
 use supple_study::trace::{Trace, TraceOptions, TracePoint, TraceRun};
-use supple_study::{Cell, Column, Folder, LoadedTask, Made, Silent, Source, StudyResult, Table, Watch};
+use supple_study::{Cell, Column, Folder, LoadedTask, Made, Silent, Source, Steps, StudyResult, Table, Watch};
 
 fn task(name: &str) -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
@@ -23,7 +23,11 @@ fn task(name: &str) -> LoadedTask {
 }
 
 fn folder(name: &str, task: &LoadedTask, result: StudyResult) -> Folder {
-    Folder { path: PathBuf::from("results").join(name), made: Made::here("test", 0, task), result }
+    Folder {
+        path: PathBuf::from("results").join(name),
+        made: Made::of(task, Work::Evaluate(Default::default())),
+        result,
+    }
 }
 
 fn design(task: &LoadedTask, starts: usize, evaluations: usize) -> StudyResult {
@@ -221,7 +225,7 @@ fn whatever_files_hold_is_shown_as_text() {
     folder.made.about.title = hostile.into();
     folder.made.about.tasks[0].name = hostile.into();
     folder.made.sources[0].text = format!("title = '{hostile}'");
-    folder.made.arguments = vec![hostile.into(), "--out".into()];
+    folder.made.study.as_mut().unwrap().task = hostile.into();
     let StudyResult::Design(report) = &mut folder.result else { panic!() };
     for at in [&mut report.start, &mut report.optimum] {
         at.tasks[0].name = hostile.into();
@@ -296,7 +300,7 @@ fn without_results_there_is_no_page() {
     let nothing = page(&[]).unwrap_err();
     assert!(matches!(nothing, ReportError::Nothing(_)));
     let task = task("two_mass_small.toml");
-    let study = StudyResult::Study(Box::new(Study { steps: Vec::new(), figures: Vec::new() }));
+    let study = StudyResult::Study(Box::new(Steps { steps: Vec::new(), figures: Vec::new() }));
     let mut study = folder("study", &task, study);
     study.made.about.title = "A study".into();
     assert!(page(&[study.clone()]).is_err());

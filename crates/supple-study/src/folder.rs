@@ -1,25 +1,16 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use supple::design::DesignStatus;
 use supple_file::read_text;
 
-use crate::bound::BoundStudy;
 use crate::checksums;
-use crate::design::DesignReport;
-use crate::evaluate::EvaluateReport;
 use crate::journal::forget;
-use crate::pareto::Pareto;
-use crate::robustness::Robustness;
-use crate::sensors::Sensors;
-use crate::study::Study;
-use crate::sweep::Sweep;
-use crate::trace::Trace;
+use crate::study::{Study, StudyFile, Work};
 use crate::write::RESULT;
-use crate::{About, LoadedTask, NotFinite, Source, StudyError, not_finite, write_text};
+use crate::{About, LoadedTask, Source, StudyError, StudyResult, write_text};
 
 /// The version of the layout of result folders.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What made a result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,121 +19,33 @@ pub struct Made {
     pub format: u32,
     /// Version of supple.
     pub supple: String,
-    /// The command's name.
-    pub command: String,
-    /// All arguments of the program.
-    pub arguments: Vec<String>,
-    /// Seed of everything random.
-    pub seed: u64,
-    /// The task file, then the robot's file where there is one.
+    /// What was done; none for the result of a study file, whose steps have their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study: Option<Study>,
+    /// The task file, then the robot's file where there is one; or the study file.
     pub sources: Vec<Source>,
     /// What the task is.
     pub about: About,
 }
 
 impl Made {
-    /// By this version, with the arguments of this program.
-    pub fn here(command: &str, seed: u64, task: &LoadedTask) -> Self {
-        Self::of_sources(command, seed, task.sources.clone(), About::of(&task.problem))
+    /// By this version: work on a task.
+    pub fn of(task: &LoadedTask, work: Work) -> Self {
+        let study = Some(Study::of(task, work));
+        Self { study, about: About::of(&task.problem), ..Self::of_files(task.sources.clone()) }
     }
 
-    /// The same, of any files.
-    pub fn of_sources(command: &str, seed: u64, sources: Vec<Source>, about: About) -> Self {
+    /// By this version: all steps of a study file.
+    pub fn of_study_file(file: &StudyFile) -> Self {
         Self {
-            format: FORMAT,
-            supple: env!("CARGO_PKG_VERSION").to_owned(),
-            command: command.to_owned(),
-            arguments: std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect(),
-            seed,
-            sources,
-            about,
-        }
-    }
-}
-
-/// A result of any study.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(tag = "kind", content = "result", rename_all = "snake_case")]
-pub enum StudyResult {
-    /// Of `supple design`.
-    Design(Box<DesignReport>),
-    /// Of `supple evaluate`.
-    Evaluate(Box<EvaluateReport>),
-    /// Of `supple sweep`.
-    Sweep(Box<Sweep>),
-    /// Of `supple robustness`.
-    Robustness(Box<Robustness>),
-    /// Of `supple pareto`.
-    Pareto(Box<Pareto>),
-    /// Of `supple trace`.
-    Trace(Box<Trace>),
-    /// Of `supple sensors`.
-    Sensors(Box<Sensors>),
-    /// Of `supple bound`.
-    Bound(Box<BoundStudy>),
-    /// Of `supple study`: the folders of its steps.
-    Study(Box<Study>),
-}
-
-impl StudyResult {
-    /// The command that makes such results: `design`, `evaluate`...
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Design(_) => "design",
-            Self::Evaluate(_) => "evaluate",
-            Self::Sweep(_) => "sweep",
-            Self::Robustness(_) => "robustness",
-            Self::Pareto(_) => "pareto",
-            Self::Trace(_) => "trace",
-            Self::Sensors(_) => "sensors",
-            Self::Bound(_) => "bound",
-            Self::Study(_) => "study",
+            about: About { title: file.title.clone(), ..About::default() },
+            ..Self::of_files(vec![file.source.clone()])
         }
     }
 
-    /// Whether it was told to stop before all of it was found; a journal may keep the parts that were.
-    pub fn is_stopped(&self) -> bool {
-        match self {
-            Self::Robustness(result) => result.stopped,
-            Self::Pareto(result) => result.stopped,
-            Self::Trace(result) => result.stopped,
-            _ => false,
-        }
-    }
-
-    /// All of its numbers that are not finite, but for those that say why.
-    pub fn not_finite(&self) -> Vec<NotFinite> {
-        match self {
-            Self::Design(result) => not_finite(result),
-            Self::Evaluate(result) => not_finite(&result.evaluation),
-            // Cells of a table hold finite numbers only; the column `error` says what others lack.
-            Self::Sweep(_) => Vec::new(),
-            Self::Robustness(result) => not_finite(result),
-            Self::Pareto(result) => not_finite(result),
-            Self::Trace(result) => not_finite(result),
-            Self::Sensors(result) => not_finite(result),
-            Self::Bound(result) => not_finite(result),
-            Self::Study(result) => not_finite(result),
-        }
-    }
-
-    /// The result as programs read it: one JSON object; of a sweep its table, as lines of JSON.
-    ///
-    /// # Errors
-    /// Where it cannot be told in JSON.
-    pub fn json(&self) -> Result<String, StudyError> {
-        let text = match self {
-            Self::Design(result) => serde_json::to_string_pretty(result),
-            Self::Evaluate(result) => serde_json::to_string_pretty(&result.evaluation),
-            Self::Sweep(result) => Ok(result.table.to_jsonl()),
-            Self::Robustness(result) => serde_json::to_string_pretty(result),
-            Self::Pareto(result) => serde_json::to_string_pretty(result),
-            Self::Trace(result) => serde_json::to_string_pretty(result),
-            Self::Sensors(result) => serde_json::to_string_pretty(result),
-            Self::Bound(result) => return result.json(),
-            Self::Study(result) => serde_json::to_string_pretty(result),
-        };
-        text.map_err(|error| StudyError::Usage(error.to_string()))
+    fn of_files(sources: Vec<Source>) -> Self {
+        let supple = env!("CARGO_PKG_VERSION").to_owned();
+        Self { format: FORMAT, supple, study: None, sources, about: About::default() }
     }
 }
 
@@ -184,14 +87,14 @@ impl Folder {
         checksums::save(path)
     }
 
-    /// The same for a study whose journal keeps its finished parts: that of one that was not stopped is removed, as its result
-    /// says it all.
+    /// The same, and removes the journal of a study that was not stopped: its result says it all. That of a sweep stays, which
+    /// knows the rows of its table.
     ///
     /// # Errors
     /// Where a file cannot be written or removed.
     pub fn conclude(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
         Self::save(path, made, result)?;
-        if result.is_stopped() { Ok(()) } else { forget(path) }
+        if result.is_stopped() || matches!(result, StudyResult::Sweep(_)) { Ok(()) } else { forget(path) }
     }
 
     /// Reads folders; after that of a study file those of its steps. A folder that is named twice is read once.
@@ -214,26 +117,18 @@ impl Folder {
         Ok(found)
     }
 
-    /// Whether a folder already holds what a command would make: the same words, files and version, and not stopped halfway.
-    pub fn is_made(folder: &Path, words: &[String]) -> bool {
-        let Ok(Self { made, result, .. }) = Self::load(folder) else { return false };
-        if !checksums::changed(folder).is_empty() {
-            return false;
-        }
-        let complete = match &result {
-            StudyResult::Sweep(sweep) => sweep.complete,
-            // Starts that were not begun are not in the list.
-            StudyResult::Design(design) => {
-                design.status != DesignStatus::Stopped
-                    && design.starts.iter().all(|start| start.status != DesignStatus::Stopped)
-            }
-            StudyResult::Robustness(study) => !study.stopped,
-            StudyResult::Pareto(front) => !front.stopped,
-            StudyResult::Trace(study) => !study.stopped,
-            _ => true,
-        };
+    /// The result that a folder already holds of a study: of the same files, by this version, not changed since, and not
+    /// stopped halfway.
+    pub fn load_made(path: &Path, study: &Study) -> Option<Self> {
+        let folder = Self::load(path).ok()?;
+        let Self { made, result, .. } = &folder;
         let same = |source: &Source| read_text(&source.path).is_ok_and(|text| text == source.text);
-        complete && made.arguments == words && made.supple == env!("CARGO_PKG_VERSION") && made.sources.iter().all(same)
+        let is_made = made.study.as_ref() == Some(study)
+            && made.supple == env!("CARGO_PKG_VERSION")
+            && made.sources.iter().all(same)
+            && !result.is_stopped()
+            && checksums::changed(path).is_empty();
+        is_made.then_some(folder)
     }
 
     /// Checks that a folder holds no result of another kind, which a new one would replace: `kind` is that of

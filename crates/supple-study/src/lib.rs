@@ -1,7 +1,8 @@
 //! Studies of compliant robots: what is computed over many designs or noises, kept in folders, and read again.
 //!
-//! Every study is a function from a [`LoadedTask`] and options to a plain result. [`Folder`] keeps a result with all
-//! that made it.
+//! A [`Study`](study::Study) is a value: what to do, to which task, with which options. [`Work::run`](study::Work::run) does it
+//! and gives a plain [`StudyResult`]; [`Folder`] keeps a result with all that made it.
+//!
 pub mod bound;
 mod catalogue;
 mod checksums;
@@ -16,6 +17,7 @@ mod journal;
 mod lenient;
 pub mod pareto;
 mod picture;
+mod result;
 pub mod robustness;
 pub mod sensors;
 pub mod study;
@@ -29,9 +31,10 @@ mod write;
 pub use checksums::{CHECKSUMS, changed};
 pub use error::StudyError;
 pub use finite::{NotFinite, not_finite};
-pub use folder::{Folder, Made, StudyResult};
+pub use folder::{Folder, Made};
 pub use journal::{JOURNAL, forget, kept_parts};
 pub use picture::picture;
+pub use result::{Steps, StudyResult};
 pub use table::{Cell, Column, Table};
 pub use task::{About, AboutTask, LoadedTask, OWN_MODEL, Source};
 pub use watch::{Progress, Silent, Watch};

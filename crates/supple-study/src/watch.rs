@@ -1,4 +1,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use supple::design::{Event, Observer};
 
 /// Sees how far long work is; called from several threads.
 pub trait Progress: Send + Sync {
@@ -34,5 +37,55 @@ impl Watch<'_> {
     /// Whether to stop.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// A design search's events as progress.
+pub(crate) struct Searching<'a> {
+    progress: &'a dyn Progress,
+    feasibility: f64,
+    seen: Mutex<Seen>,
+}
+
+#[derive(Default)]
+struct Seen {
+    begun: bool,
+    evaluations: usize,
+    best: Option<f64>,
+}
+
+impl<'a> Searching<'a> {
+    /// Of a search in which costs may be above their bounds by a share `feasibility`.
+    pub fn new(progress: &'a dyn Progress, feasibility: f64) -> Self {
+        Self { progress, feasibility, seen: Mutex::default() }
+    }
+}
+
+impl Observer for Searching<'_> {
+    fn observe(&self, event: Event<'_>) {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        match event {
+            Event::StartBegan { of, .. } => {
+                if !std::mem::replace(&mut seen.begun, true) {
+                    self.progress.begin("starts", 0, of as u64);
+                }
+            }
+            Event::StartEnded { .. } => self.progress.advance(1),
+            Event::Evaluated { information, violation, .. } => {
+                seen.evaluations += 1;
+                if violation <= self.feasibility && seen.best.is_none_or(|best| information < best) {
+                    seen.best = Some(information);
+                }
+                let best = match seen.best {
+                    Some(nats) => format!("{:.2} bits", nats / std::f64::consts::LN_2),
+                    None => "none feasible yet".to_owned(),
+                };
+                self.progress.say(&format!("{} designs, best {best}", seen.evaluations));
+            }
+            Event::Combination { done, of } => {
+                self.progress.say(&format!("{done} of {of} combinations of catalogue entries"));
+            }
+            Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
+        }
     }
 }

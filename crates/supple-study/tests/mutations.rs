@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use supple::EvaluateOptions;
 use supple_study::evaluate::EvaluateReport;
+use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, RESULT, Source, StudyError, StudyResult};
 
 /// Changed files of each shipped task.
@@ -172,7 +173,7 @@ fn changed_results_are_read_or_refused() {
     let options = EvaluateOptions { rollouts: 2, trajectories: true, ..EvaluateOptions::default() };
     let evaluation = task.problem.evaluate(&task.phi, &options).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let made = Made::here("evaluate", 0, &task);
+    let made = Made::of(&task, Work::Evaluate(Default::default()));
     Folder::save(folder.path(), &made, &StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }))).unwrap();
     let text = std::fs::read_to_string(folder.path().join(RESULT)).unwrap();
     let (mut random, mut fine) = (Random(2), 0);

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use supple::design::{Control, DesignSettings, DesignStatus, NoObserver};
 use supple_study::sensors::{Search, SensorGoal, SensorMethod, SensorValue, Sensors, SensorsOptions, SetBy, run};
+use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, Silent, StudyError, StudyResult, Watch};
 
 fn repository(path: &str) -> PathBuf {
@@ -105,11 +106,11 @@ fn a_task_is_worth_the_same_with_its_chosen_sensors() {
 fn a_result_survives_its_folder() {
     let task = task("wiping_arm_sensors.toml");
     let options = SensorsOptions { budget: Some(8.0), goal: SensorGoal::Information, ..Default::default() };
-    let found = study("wiping_arm_sensors.toml", options).unwrap();
+    let found = study("wiping_arm_sensors.toml", options.clone()).unwrap();
     assert!(found.certificate.bound >= found.chosen.information_bits * (1.0 - 1e-9));
     assert_ne!(found.greedy.as_ref().unwrap().by, SetBy::Search);
     let folder = std::env::temp_dir().join(format!("supple-sensors-{}", std::process::id()));
-    let made = Made::here("sensors", 0, &task);
+    let made = Made::of(&task, Work::Sensors(options));
     Folder::save(&folder, &made, &StudyResult::Sensors(Box::new(found.clone()))).unwrap();
     let read = Folder::load(&folder).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();

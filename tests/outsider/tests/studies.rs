@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use outsider::kinds;
-use supple_study::pareto::{ParetoOptions, run};
+use supple_study::pareto::ParetoOptions;
+use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, Silent, StudyResult, Watch};
 
 const REACH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tasks/reach.toml");
@@ -15,12 +16,13 @@ fn a_front_is_found_stored_and_read() -> Result<(), Box<dyn Error>> {
     let task = LoadedTask::load_with(Path::new(REACH), &[], kinds())?;
     let folder = tempfile::tempdir()?;
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
-    let options = ParetoOptions { points: 2, starts: 1, seed: 0 };
-    let front = run(&task, &options, Some(folder.path()), watch)?;
-    assert_eq!(front.points.len(), 2);
-    let made = Made::here("pareto", 0, &task);
-    Folder::conclude(folder.path(), &made, &StudyResult::Pareto(Box::new(front)))?;
+    let work = Work::Pareto(ParetoOptions { points: 2, starts: 1, seed: 0 });
+    let result = work.run(&task, Some(folder.path()), watch)?;
+    assert!(matches!(&result, StudyResult::Pareto(front) if front.points.len() == 2));
+    let made = Made::of(&task, work);
+    Folder::conclude(folder.path(), &made, &result)?;
     let read = Folder::load(folder.path())?;
+    assert_eq!(read.made, made);
     let again = LoadedTask::restore_with(&read.made.sources, &[], kinds())?;
     assert_eq!(again.problem.tasks.len(), task.problem.tasks.len());
     // Without them the same text is refused, by name.

@@ -5,8 +5,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::Level;
 use supple::design::InformationWeights;
 use supple::design::{GradientKind, Method};
-use supple_study::{Folder, LoadedTask, RESULT, check_writable};
+use supple_study::LoadedTask;
 
+use crate::commands::Asks;
 use crate::failure::Failure;
 use crate::output::warn;
 use crate::template::Template;
@@ -48,18 +49,6 @@ enum Instructions {
 }
 
 impl Common {
-    /// Threads to use, where that is said.
-    pub fn threads(&self) -> Option<usize> {
-        self.threads
-    }
-
-    /// The words that ask for the same vector instructions.
-    pub fn instruction_words(&self) -> Vec<String> {
-        let name =
-            self.instructions.and_then(|instructions| Some(instructions.to_possible_value()?.get_name().to_owned()));
-        name.map_or_else(Vec::new, |name| vec![format!("--instructions={name}")])
-    }
-
     pub fn apply(&self) -> Result<(), Failure> {
         if let Some(instructions) = self.instructions {
             let level = match instructions {
@@ -81,32 +70,10 @@ impl Common {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Find the parameters with the least information that stay within every cost limit
-    Design(DesignOptions),
-    /// Plan the tasks at given parameters and compute information, cost and gradients
-    Evaluate(EvaluateOptions),
+    #[command(flatten)]
+    Study(StudyCommand),
     /// Validate a task file and compare every derivative with finite differences
     Check(CheckOptions),
-    /// Evaluate a grid of designs
-    ///
-    /// With --out, a journal in the folder records finished points, and the same command resumes after an interruption.
-    /// With --json, one JSON object per point is printed.
-    Sweep(SweepOptions),
-    /// Compare the costs of designs in closed loop as a noise variance grows
-    Robustness(RobustnessOptions),
-    /// Trace the Pareto front of information and cost
-    Pareto(ParetoOptions),
-    /// Compute the minimum information required, over all sensors and controllers, with a certificate
-    Bound(BoundOptions),
-    /// Choose sensors from a catalogue and report what each sensor is worth
-    ///
-    /// With --budget or --count: the set within these limits that has the lowest expected cost (or the most
-    /// information). With --cost: the cheapest set that keeps the expected cost within the limit. If the task file has
-    /// no catalogue, the candidates are the task's own measurements, without prices; if nothing has a price, the
-    /// cheapest set is the smallest.
-    Sensors(SensorsOptions),
-    /// Record the paths of design searches
-    Trace(TraceOptions),
     /// Explore designs with sliders, in a page in the browser
     ///
     /// Serves a page on 127.0.0.1 to the browser of this machine: sliders for all parameters, limits and noise; plan,
@@ -114,7 +81,8 @@ pub enum Command {
     /// machine, and only the printed address with its token is answered. Ctrl-C ends it.
     Explore(ExploreOptions),
     /// Run all studies in a study file and write a report
-    Study(StudyOptions),
+    #[command(name = "study")]
+    StudyFile(StudyOptions),
     /// Write one HTML page of results
     Report(ReportOptions),
     /// Draw a figure of a result
@@ -149,6 +117,51 @@ pub enum Command {
     },
 }
 
+/// The commands that do a study of a task.
+#[derive(Debug, Subcommand)]
+pub enum StudyCommand {
+    /// Find the parameters with the least information that stay within every cost limit
+    Design(DesignOptions),
+    /// Plan the tasks at given parameters and compute information, cost and gradients
+    Evaluate(EvaluateOptions),
+    /// Evaluate a grid of designs
+    ///
+    /// With --out, a journal in the folder records finished points, and the same command resumes after an interruption.
+    /// With --json, one JSON object per point is printed.
+    Sweep(SweepOptions),
+    /// Compare the costs of designs in closed loop as a noise variance grows
+    Robustness(RobustnessOptions),
+    /// Trace the Pareto front of information and cost
+    Pareto(ParetoOptions),
+    /// Compute the minimum information required, over all sensors and controllers, with a certificate
+    Bound(BoundOptions),
+    /// Choose sensors from a catalogue and report what each sensor is worth
+    ///
+    /// With --budget or --count: the set within these limits that has the lowest expected cost (or the most
+    /// information). With --cost: the cheapest set that keeps the expected cost within the limit. If the task file has
+    /// no catalogue, the candidates are the task's own measurements, without prices; if nothing has a price, the
+    /// cheapest set is the smallest.
+    Sensors(SensorsOptions),
+    /// Record the paths of design searches
+    Trace(TraceOptions),
+}
+
+impl StudyCommand {
+    /// What is asked for.
+    pub fn asks(&self) -> &dyn Asks {
+        match self {
+            Self::Design(options) => options,
+            Self::Evaluate(options) => options,
+            Self::Sweep(options) => options,
+            Self::Robustness(options) => options,
+            Self::Pareto(options) => options,
+            Self::Bound(options) => options,
+            Self::Sensors(options) => options,
+            Self::Trace(options) => options,
+        }
+    }
+}
+
 /// Reads a whole number between two others. The greatest keep what is asked for within memory.
 fn count(least: u64, most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(least..=most)
@@ -168,14 +181,18 @@ pub struct TaskArguments {
 }
 
 impl TaskArguments {
-    /// The task, and its parameters as set; warnings go to standard error.
+    /// The task, and its parameters as set.
     pub fn load(&self) -> Result<LoadedTask, Failure> {
         let mut loaded = LoadedTask::load(&self.task, &[])?;
         set(&mut loaded, &self.set)?;
+        Ok(loaded)
+    }
+
+    /// Prints the task's warnings on standard error.
+    pub fn warn(&self, loaded: &LoadedTask) {
         let problem = &loaded.problem;
         let warnings = if self.verbose { &problem.every_warning } else { &problem.warnings };
         warnings.iter().for_each(|warning| warn(warning));
-        Ok(loaded)
     }
 }
 
@@ -200,15 +217,6 @@ pub struct Output {
     /// Print one JSON object and nothing else
     #[arg(long)]
     pub json: bool,
-}
-
-impl Output {
-    /// Checks that the result, of the command with this name, can be kept, before long work is done for it.
-    pub fn check(&self, command: &str) -> Result<(), Failure> {
-        let Some(folder) = &self.out else { return Ok(()) };
-        Folder::check_kind(folder, command)?;
-        Ok(check_writable(folder, RESULT)?)
-    }
 }
 
 #[derive(Args, Debug)]

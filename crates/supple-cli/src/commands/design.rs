@@ -1,49 +1,41 @@
-use supple::Problem;
-use supple::design::{Control, DesignSettings, DesignStatus};
-use supple_study::{Made, StudyResult};
+use supple_study::LoadedTask;
+use supple_study::study::Work;
 
-use crate::Outcome;
-use crate::arguments::DesignOptions;
+use super::conduct::Asks;
+use crate::arguments::{DesignOptions, Output, TaskArguments};
 use crate::failure::Failure;
-use crate::present::present;
-use crate::progress::{Progress, STOP, Stopping, listen};
 
 /// `supple design TASK`
-pub fn design(options: &DesignOptions) -> Result<Outcome, Failure> {
-    let loaded = options.task.load()?;
-    let settings = settings(options, &loaded.problem)?;
-    options.output.check("design")?;
-    listen(Stopping::AtPause);
-    let progress = Progress::new(settings.feasibility);
-    let found = supple_study::design::run(&loaded, &settings, Control { observer: &progress, stop: &STOP });
-    progress.finish();
-    let report = found?;
-    let made = Made::here("design", settings.seed, &loaded);
-    let trusted = report.status == DesignStatus::Converged && report.optimum.warnings().next().is_none();
-    let outcome = if trusted { Outcome::Success } else { Outcome::Shortfall };
-    Ok(outcome.and(present(&StudyResult::Design(Box::new(report)), &made, &options.output)?))
-}
+impl Asks for DesignOptions {
+    fn task(&self) -> &TaskArguments {
+        &self.task
+    }
 
-fn settings(options: &DesignOptions, problem: &Problem) -> Result<DesignSettings, Failure> {
-    let mut settings = problem.design.clone();
-    if let Some(method) = options.method {
-        settings.method = method.into();
+    fn output(&self) -> &Output {
+        &self.output
     }
-    if let Some(gradient) = options.gradient {
-        settings.gradient = gradient.into();
+
+    fn work(&self, task: &LoadedTask) -> Result<Work, Failure> {
+        let mut settings = task.problem.design.clone();
+        if let Some(method) = self.method {
+            settings.method = method.into();
+        }
+        if let Some(gradient) = self.gradient {
+            settings.gradient = gradient.into();
+        }
+        if let Some(starts) = self.starts {
+            settings.starts = starts;
+        }
+        if let Some(seed) = self.seed {
+            settings.seed = seed;
+        }
+        if let Some(information) = self.information {
+            settings.information = information.weights();
+        }
+        if let Some(rollouts) = self.rollouts {
+            settings.rollouts = Some(rollouts);
+        }
+        settings.check().map_err(|(key, message)| Failure::usage(format!("--{key}: {message}")))?;
+        Ok(Work::Design(Box::new(settings)))
     }
-    if let Some(starts) = options.starts {
-        settings.starts = starts;
-    }
-    if let Some(seed) = options.seed {
-        settings.seed = seed;
-    }
-    if let Some(information) = options.information {
-        settings.information = information.weights();
-    }
-    if let Some(rollouts) = options.rollouts {
-        settings.rollouts = Some(rollouts);
-    }
-    settings.check().map_err(|(key, message)| Failure::usage(format!("--{key}: {message}")))?;
-    Ok(settings)
 }

@@ -2,6 +2,7 @@
 
 mod bound;
 mod check;
+mod conduct;
 mod design;
 mod evaluate;
 mod explore;
@@ -19,23 +20,16 @@ mod sweep;
 mod trace;
 mod validate;
 
-pub use bound::bound;
 pub use check::check;
-pub use design::design;
-pub use evaluate::evaluate;
+pub use conduct::{Asks, conduct};
 pub use explore::explore;
 pub use export::export;
 pub use new::new;
-pub use pareto::pareto;
 pub use plot::plot;
 pub use report::report;
 pub use robot::robot;
-pub use robustness::robustness;
-pub use sensors::sensors;
 pub use show::show;
 pub use study::study;
-pub use sweep::sweep;
-pub use trace::trace;
 pub use validate::validate;
 
 use clap::CommandFactory;

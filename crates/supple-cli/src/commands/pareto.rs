@@ -1,26 +1,22 @@
-use supple::design::DesignStatus;
-use supple_study::{Made, StudyResult};
+use supple_study::LoadedTask;
+use supple_study::study::Work;
 
-use crate::Outcome;
-use crate::arguments::ParetoOptions;
+use super::conduct::Asks;
+use crate::arguments::{Output, ParetoOptions, TaskArguments};
 use crate::failure::Failure;
-use crate::pages::stopped_front;
-use crate::present::{found_or_kept, present_resumable};
-use crate::progress::{Stopping, watched};
 
 /// `supple pareto TASK`
-pub fn pareto(options: &ParetoOptions) -> Result<Outcome, Failure> {
-    let loaded = options.task.load()?;
-    let ParetoOptions { points, starts, seed, .. } = *options;
-    let wanted = supple_study::pareto::ParetoOptions { points, starts, seed };
-    options.output.check("pareto")?;
-    let folder = options.output.out.as_deref();
-    let found = watched(Stopping::AtPause, |watch| supple_study::pareto::run(&loaded, &wanted, folder, watch));
-    let Some(front) = found_or_kept(found, &options.output)? else { return Ok(Outcome::Shortfall) };
-    let made = Made::here("pareto", seed, &loaded);
-    let whole = front.points.iter().all(|point| point.status == DesignStatus::Converged && point.warnings.is_empty());
-    let outcome = if whole { Outcome::Success } else { Outcome::Shortfall };
-    let stopped = stopped_front(&front);
-    let result = StudyResult::Pareto(Box::new(front));
-    Ok(outcome.and(present_resumable(&result, &made, &options.output, stopped)?))
+impl Asks for ParetoOptions {
+    fn task(&self) -> &TaskArguments {
+        &self.task
+    }
+
+    fn output(&self) -> &Output {
+        &self.output
+    }
+
+    fn work(&self, _: &LoadedTask) -> Result<Work, Failure> {
+        let Self { points, starts, seed, .. } = *self;
+        Ok(Work::Pareto(supple_study::pareto::ParetoOptions { points, starts, seed }))
+    }
 }

@@ -17,9 +17,9 @@ pub fn show(options: &ShowOptions) -> Result<Outcome, Failure> {
         for step in &study.steps {
             let step = Folder::load(&options.folder.join(step))?;
             warn_changed(&step.path);
-            outcome = outcome.and(print(&step.result, &step.made, Some(&step.path), false)?);
+            outcome = outcome.and(print(&step.result, &step.made.about, Some(&step.path), false)?);
             print_text("\n")?;
         }
     }
-    Ok(outcome.and(print(&folder.result, &folder.made, Some(&folder.path), options.json)?))
+    Ok(outcome.and(print(&folder.result, &folder.made.about, Some(&folder.path), options.json)?))
 }

@@ -13,8 +13,4 @@ mod sweep;
 mod trace;
 
 pub use check::check_page;
-pub use pareto::stopped_front;
-pub use result::result_page;
-pub use robustness::stopped_robustness;
-pub use sweep::untrusted;
-pub use trace::stopped_trace;
+pub use result::{result_page, stopped};

@@ -1,17 +1,16 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use supple_study::study::Study;
-use supple_study::{About, StudyResult};
+use supple_study::{About, Steps, StudyResult};
 
 use super::bound::bound_page;
 use super::design::design_page;
 use super::evaluation::evaluation_page;
-use super::pareto::pareto_page;
-use super::robustness::robustness_page;
+use super::pareto::{pareto_page, stopped_front};
+use super::robustness::{robustness_page, stopped_robustness};
 use super::sensors::sensors_page;
 use super::sweep::{sweep_page, table_page};
-use super::trace::trace_page;
+use super::trace::{stopped_trace, trace_page};
 use crate::tables::heading;
 
 /// The page of a result: what its command prints, and `supple show` again. `folder` is where it is kept.
@@ -30,7 +29,7 @@ pub fn result_page(about: &About, result: &StudyResult, folder: Option<&Path>) -
     }
 }
 
-fn study_page(about: &About, study: &Study, folder: &Path) -> String {
+fn study_page(about: &About, study: &Steps, folder: &Path) -> String {
     let mut page = heading(about);
     let mut line = |what: &str, path: &Path| {
         let _ = writeln!(page, "  {}: {what}", path.display());
@@ -43,4 +42,14 @@ fn study_page(about: &About, study: &Study, folder: &Path) -> String {
     }
     line("the report", &folder.join(supple_study::study::REPORT));
     page
+}
+
+/// How far a result is that was stopped; none where it was not.
+pub fn stopped(result: &StudyResult) -> Option<String> {
+    match result {
+        StudyResult::Pareto(front) => stopped_front(front),
+        StudyResult::Robustness(study) => stopped_robustness(study),
+        StudyResult::Trace(study) => stopped_trace(study),
+        _ => None,
+    }
 }

@@ -1,9 +1,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use supple::plan::PlanStatus;
 use supple_study::JOURNAL;
-use supple_study::sweep::{MISSES_CONTACT, Sweep, TABLE_CSV, TABLE_JSONL};
+use supple_study::sweep::{Sweep, TABLE_CSV, TABLE_JSONL, misses_contact};
 use supple_study::{About, Cell, Column, RESULT};
 
 use crate::tables::{align_right, heading, number, table, title};
@@ -105,28 +104,6 @@ fn constants(about: &About, sweep: &Sweep) -> Vec<String> {
 fn failed(sweep: &Sweep) -> usize {
     let Some(error) = sweep.table.column("error") else { return 0 };
     sweep.table.rows.iter().filter(|row| row[error] != Cell::Missing).count()
-}
-
-/// How many points could not be evaluated, or have a plan that did not converge or never touches a contact from which a cost
-/// wants a force.
-pub fn untrusted(sweep: &Sweep) -> usize {
-    let names = sweep.table.columns.iter().enumerate();
-    let missed: Vec<usize> = names.filter(|(_, column)| misses_contact(column).is_some()).map(|(i, _)| i).collect();
-    let error = sweep.table.column("error");
-    let is_status = |column: &Column| column.name.ends_with(".status");
-    let statuses: Vec<usize> = (0..sweep.table.columns.len()).filter(|&i| is_status(&sweep.table.columns[i])).collect();
-    let converged = Cell::Text(PlanStatus::Converged.to_string());
-    let is_untrusted = |row: &&Vec<Cell>| {
-        error.is_some_and(|error| row[error] != Cell::Missing)
-            || missed.iter().any(|&column| row[column] == Cell::Number(1.0))
-            || statuses.iter().any(|&column| row[column] != converged)
-    };
-    sweep.table.rows.iter().filter(is_untrusted).count()
-}
-
-/// The task that a column is of that says whether its plan misses a contact.
-fn misses_contact(column: &Column) -> Option<&str> {
-    column.name.strip_suffix(MISSES_CONTACT)?.strip_suffix('.')
 }
 
 /// A line for each task whose plans never touch, at some points, a contact from which a cost wants a force.

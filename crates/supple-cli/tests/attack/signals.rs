@@ -1,6 +1,5 @@
 //! Signals: answered soon, and what is done is kept.
 
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -25,14 +24,6 @@ fn ended(signal: &str, child: Child) -> (Run, Duration) {
     send(signal, &child);
     let run = Run::of(&child.wait_with_output().unwrap());
     (run, clock.elapsed())
-}
-
-fn wait_for(path: &Path) {
-    let clock = Instant::now();
-    while !path.exists() {
-        assert!(clock.elapsed() < Duration::from_secs(60), "{}", path.display());
-        std::thread::sleep(Duration::from_millis(10));
-    }
 }
 
 /// A study of a long search, and the same search alone.
@@ -64,18 +55,6 @@ fn killing_a_study_left_its_step_behind() {
         assert!(run.stderr.contains("stopped; the same command resumes here"), "{run:?}");
         assert!(folder.path("study/best/result.json").exists() && took < SOON, "{took:?}");
     }
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_study_that_dies_takes_its_step_along() {
-    let folder = with_long_search();
-    let mut child = start(&folder, &["study", "study.toml"]);
-    std::thread::sleep(Duration::from_secs(2));
-    child.kill().unwrap();
-    child.wait().unwrap();
-    // Its step was told to end, and keeps what it found.
-    wait_for(&folder.path("study/best/result.json"));
 }
 
 #[test]

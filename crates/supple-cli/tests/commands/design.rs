@@ -115,11 +115,11 @@ fn out_writes_a_result_with_all_that_made_it() {
     let file: Value = serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
     assert_eq!(file["result"], printed);
     assert_eq!(file["sources"], json!([{ "path": "task.toml", "text": TWO_MASS }]));
-    assert_eq!((&file["kind"], &file["command"], &file["seed"]), (&json!("design"), &json!("design"), &json!(7)));
-    assert_eq!(file["supple"], env!("CARGO_PKG_VERSION"));
-    assert_eq!(file["arguments"], json!(arguments));
-    let settings = &file["result"]["settings"];
-    assert_eq!((&settings["seed"], &settings["starts"]), (&json!(7), &json!(1)));
+    assert_eq!((&file["kind"], &file["supple"]), (&json!("design"), &json!(env!("CARGO_PKG_VERSION"))));
+    let study = &file["study"];
+    assert_eq!((&study["run"], &study["task"]), (&json!("design"), &json!("task.toml")));
+    assert_eq!((&study["set"], &study["options"]), (&json!({ "k1": 50.0 }), &file["result"]["settings"]));
+    assert_eq!((&study["options"]["seed"], &study["options"]["starts"]), (&json!(7), &json!(1)));
     let mut left: Vec<_> =
         std::fs::read_dir(folder.path("out")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     left.sort();

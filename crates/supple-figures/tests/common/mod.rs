@@ -12,6 +12,7 @@ use supple_study::bound::BoundOptions;
 use supple_study::evaluate::EvaluateReport;
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint};
 use supple_study::robustness::{DesignChoice, PlannedFor, RobustCell, RobustDesign, Robustness, RobustnessOptions};
+use supple_study::study::Work;
 use supple_study::sweep::{self, Axis, SweepOptions};
 use supple_study::trace::{Trace, TraceOptions, TracePoint, TraceRun};
 use supple_study::{Folder, LoadedTask, Made, Silent, StudyResult, Watch};
@@ -22,7 +23,7 @@ pub fn task() -> LoadedTask {
 }
 
 pub fn folder(name: &str, result: StudyResult) -> Folder {
-    Folder { path: PathBuf::from(name), made: Made::here("test", 0, &task()), result }
+    Folder { path: PathBuf::from(name), made: Made::of(&task(), Work::Evaluate(Default::default())), result }
 }
 
 pub fn design() -> Folder {

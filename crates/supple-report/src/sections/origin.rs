@@ -1,7 +1,8 @@
 //! What made the results.
 
 use maud::{Markup, html};
-use supple_study::Made;
+use supple_study::OWN_MODEL;
+use supple_study::study::Study;
 
 use super::Context;
 use crate::html::{table, words};
@@ -16,9 +17,9 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     let rows: Vec<Vec<String>> = part
         .folders
         .iter()
-        .map(|(name, folder)| {
-            let made = &folder.made;
-            vec![name.clone(), command(made), made.supple.clone(), made.seed.to_string()]
+        .filter_map(|(name, folder)| {
+            let study = folder.made.study.as_ref()?;
+            Some(vec![name.clone(), command(study), folder.made.supple.clone(), study.work.seed().to_string()])
         })
         .collect();
     Some(html! {
@@ -36,34 +37,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     })
 }
 
-/// The command line that made a result; what Python was asked where there is none.
-fn command(made: &Made) -> String {
-    if made.arguments.is_empty() {
-        return format!("{} in Python", made.command);
-    }
-    let words = std::iter::once("supple").chain(made.arguments.iter().map(String::as_str));
-    words.map(quoted).collect::<Vec<_>>().join(" ")
-}
-
-/// An argument as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |letter: char| letter.is_alphanumeric() || "-_./=:,+@%".contains(letter);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn arguments_can_be_pasted_into_a_shell() {
-        assert_eq!(quoted("--set"), "--set");
-        assert_eq!(quoted("k 1"), "'k 1'");
-        assert_eq!(quoted("it's"), "'it'\\''s'");
-        assert_eq!(quoted(""), "''");
-    }
+/// The command line that asks for a result; what Python was asked where there is no task file.
+fn command(study: &Study) -> String {
+    if study.task == OWN_MODEL { format!("{} in Python", study.work.command()) } else { study.to_string() }
 }

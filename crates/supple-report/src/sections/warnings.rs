@@ -1,6 +1,6 @@
 use maud::{Markup, html};
 use supple::{Evaluation, LimitViolation, TaskEvaluation, TrajectoryReport};
-use supple_study::sweep::MISSES_CONTACT;
+use supple_study::sweep::misses_contact;
 
 use crate::numbers::number;
 use crate::part::Part;
@@ -19,7 +19,7 @@ pub fn warnings(part: &Part) -> Vec<String> {
         list.push(format!("The sweep in {folder} is not complete: it has {rows} points."));
     }
     for (folder, sweep) in part.sweeps() {
-        for column in sweep.table.columns.iter().filter(|column| column.name.ends_with(MISSES_CONTACT)) {
+        for column in sweep.table.columns.iter().filter(|column| misses_contact(column).is_some()) {
             let missed = sweep.table.numbers(&column.name).unwrap_or_default();
             let count = missed.iter().filter(|&&missed| missed == 1.0).count();
             let all = missed.len();

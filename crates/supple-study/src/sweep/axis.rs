@@ -46,6 +46,40 @@ impl Axis {
         Ok(axis)
     }
 
+    /// Values from one to another, both of which are hit exactly.
+    pub(crate) fn spread(scale: Scale, [from, to]: [f64; 2], count: usize) -> Result<Vec<f64>, String> {
+        if count == 0 {
+            return Err("COUNT = 0: the axis would be empty; COUNT is at least 1".to_owned());
+        }
+        if scale == Scale::Log && !(from > 0.0 && to > 0.0) {
+            return Err(format!("a logarithmic axis needs positive ends; found {from} and {to}"));
+        }
+        if count > 1 && from == to {
+            return Err(format!("FROM and TO are both {from}, so COUNT must be 1; found {count}"));
+        }
+        let (least, greatest) = (from.min(to), from.max(to));
+        let last = count - 1;
+        let value = |i: usize| {
+            let share = i as f64 / last as f64;
+            let between = match scale {
+                Scale::Linear => from + share * (to - from),
+                Scale::Log => from * math::powf(to / from, share),
+            };
+            between.clamp(least, greatest)
+        };
+        Ok((0..count)
+            .map(|i| {
+                if i == 0 {
+                    from
+                } else if i == last {
+                    to
+                } else {
+                    value(i)
+                }
+            })
+            .collect())
+    }
+
     /// What is wrong with the axis, and what is valid.
     pub(super) fn check(&self, task: &LoadedTask) -> Result<(), String> {
         let Parameter { name, bounds: [lower, upper], .. } = find(&self.parameter, task)?;
@@ -101,7 +135,7 @@ fn values(spec: &str, parameter: &Parameter, spread: Scale) -> Result<(Scale, Ve
             let most = MOST_POINTS;
             let count: u64 = count.parse().map_err(|_| format!("COUNT = `{count}` is no whole number; {FORMS}"))?;
             match usize::try_from(count).ok().filter(|&count| count <= most) {
-                Some(count) => Ok((scale, range(scale, [from, to], count)?)),
+                Some(count) => Ok((scale, Axis::spread(scale, [from, to], count)?)),
                 None => Err(too_many(count as f64)),
             }
         }
@@ -113,40 +147,6 @@ fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| format!("`{text}` is no number; {FORMS}"))
-}
-
-/// Values from one to another, both of which are hit exactly.
-fn range(scale: Scale, [from, to]: [f64; 2], count: usize) -> Result<Vec<f64>, String> {
-    if count == 0 {
-        return Err("COUNT = 0: the axis would be empty; COUNT is at least 1".to_owned());
-    }
-    if scale == Scale::Log && !(from > 0.0 && to > 0.0) {
-        return Err(format!("a logarithmic axis needs positive ends; found {from} and {to}"));
-    }
-    if count > 1 && from == to {
-        return Err(format!("FROM and TO are both {from}, so COUNT must be 1; found {count}"));
-    }
-    let (least, greatest) = (from.min(to), from.max(to));
-    let last = count - 1;
-    let value = |i: usize| {
-        let share = i as f64 / last as f64;
-        let between = match scale {
-            Scale::Linear => from + share * (to - from),
-            Scale::Log => from * math::powf(to / from, share),
-        };
-        between.clamp(least, greatest)
-    };
-    Ok((0..count)
-        .map(|i| {
-            if i == 0 {
-                from
-            } else if i == last {
-                to
-            } else {
-                value(i)
-            }
-        })
-        .collect())
 }
 
 #[cfg(test)]

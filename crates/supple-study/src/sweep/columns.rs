@@ -83,7 +83,12 @@ fn of_contacts(task: &Task) -> Vec<Column> {
 
 /// The last part of the name of a task's column that says whether its plan never touches a contact from which a cost
 /// wants a force.
-pub const MISSES_CONTACT: &str = "misses_contact";
+const MISSES_CONTACT: &str = "misses_contact";
+
+/// The task that a column is of that says whether its plan misses a contact.
+pub fn misses_contact(column: &Column) -> Option<&str> {
+    column.name.strip_suffix(MISSES_CONTACT)?.strip_suffix('.')
+}
 
 /// What a column of a sweep holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

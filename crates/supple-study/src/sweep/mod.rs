@@ -18,16 +18,17 @@ mod work;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use supple::plan::PlanStatus;
 
 pub use self::axis::Axis;
 pub use self::collector::Collector;
-pub use self::columns::{Holds, MISSES_CONTACT};
+pub use self::columns::{Holds, misses_contact};
 pub use self::journal::kept_points;
 #[cfg(feature = "parquet")]
 pub use self::parquet::TABLE_PARQUET;
 pub use self::unit::{SweepUnit, SweepUnits};
 use self::work::work;
-use crate::{Column, LoadedTask, StudyError, Table, Watch, write_text};
+use crate::{Cell, Column, LoadedTask, StudyError, Table, Watch, write_text};
 
 /// Points that a grid has at most: its table has to fit into memory.
 pub const MOST_POINTS: usize = 10_000_000;
@@ -73,6 +74,22 @@ pub struct Sweep {
 }
 
 impl Sweep {
+    /// How many points could not be evaluated, or have a plan that did not converge or never touches a contact from which a
+    /// cost wants a force.
+    pub fn untrusted(&self) -> usize {
+        let Table { columns, rows, .. } = &self.table;
+        let missed: Vec<usize> = (0..columns.len()).filter(|&i| misses_contact(&columns[i]).is_some()).collect();
+        let statuses: Vec<usize> = (0..columns.len()).filter(|&i| columns[i].name.ends_with(".status")).collect();
+        let error = self.table.column("error");
+        let converged = Cell::Text(PlanStatus::Converged.to_string());
+        let is_untrusted = |row: &&Vec<Cell>| {
+            error.is_some_and(|error| row[error] != Cell::Missing)
+                || missed.iter().any(|&column| row[column] == Cell::Number(1.0))
+                || statuses.iter().any(|&column| row[column] != converged)
+        };
+        rows.iter().filter(is_untrusted).count()
+    }
+
     /// Writes `table.csv` and `table.jsonl`; with the feature `parquet`, `table.parquet` too.
     pub(crate) fn save_table(&self, folder: &Path) -> Result<(), StudyError> {
         #[cfg(feature = "parquet")]

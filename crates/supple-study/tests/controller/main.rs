@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use supple::EvaluateOptions;
 use supple_study::controller::ExportedController;
 use supple_study::evaluate::EvaluateReport;
+use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, StudyResult};
 
 /// A file of the repository.
@@ -34,7 +35,11 @@ fn evaluated(task: &LoadedTask, seed: u64) -> Folder {
     let wanted = EvaluateOptions { seed, trajectories: true, ..Default::default() };
     let evaluation = task.problem.evaluate(&task.phi, &wanted).unwrap();
     let result = StudyResult::Evaluate(Box::new(EvaluateReport { evaluation }));
-    Folder { path: PathBuf::new(), made: Made::here("evaluate", seed, task), result }
+    Folder {
+        path: PathBuf::new(),
+        made: Made::of(task, Work::Evaluate(supple_study::evaluate::EvaluateOptions { seed, ..Default::default() })),
+        result,
+    }
 }
 
 /// The controller of a task of an evaluation, and the measurements of its run in closed loop with the plant itself.

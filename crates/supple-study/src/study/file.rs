@@ -6,18 +6,9 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer};
 use supple::FileError;
 use supple_file::{Document, Place, read_text};
-
-/// The result of a study file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Study {
-    /// Names of its steps; each has a folder of its name.
-    pub steps: Vec<String>,
-    /// Files of its figures, as seen from its folder.
-    pub figures: Vec<String>,
-}
 
 /// A study file as it was read.
 #[derive(Clone, Debug)]
@@ -247,8 +238,9 @@ impl Reading<'_> {
         words: &mut Vec<String>,
     ) -> Result<(), FileError> {
         for (key, value) in keys {
-            if matches!(key.as_str(), "out" | "json" | "help" | "version") {
-                let message = "is for the command line; the results of a step go to a folder of its name".to_owned();
+            if matches!(key.as_str(), "out" | "json" | "help" | "version" | "threads" | "instructions") {
+                let message =
+                    "is an option of `supple study` itself; a step's result goes to a folder of its name".to_owned();
                 return Err(self.error(place, &key, message));
             }
             let option = format!("--{}", key.replace('_', "-"));

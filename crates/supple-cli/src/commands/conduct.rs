@@ -1,0 +1,108 @@
+//! Studies that commands ask for: done, kept and shown.
+
+use std::path::Path;
+
+use supple_study::study::{Work, on_threads};
+use supple_study::sweep::Sweep;
+use supple_study::{Folder, JOURNAL, LoadedTask, Made, StudyError, StudyResult, forget, kept_parts};
+
+use crate::Outcome;
+use crate::arguments::{Output, TaskArguments};
+use crate::failure::Failure;
+use crate::output::{print_text, warn};
+use crate::pages::stopped;
+use crate::present::print;
+use crate::progress::{Stopping, watched};
+
+/// The arguments of a command that does a study.
+pub trait Asks {
+    /// The task.
+    fn task(&self) -> &TaskArguments;
+
+    /// Where the result goes.
+    fn output(&self) -> &Output;
+
+    /// What to do to the task.
+    fn work(&self, task: &LoadedTask) -> Result<Work, Failure>;
+
+    /// How many threads work, where that is not left to the program.
+    fn jobs(&self) -> Option<usize> {
+        None
+    }
+}
+
+/// Does what a command asks for.
+pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
+    let task = asks.task().load()?;
+    asks.task().warn(&task);
+    let work = asks.work(&task)?;
+    make(&task, work, asks.output(), asks.jobs())
+}
+
+/// Does work on a task, keeps the result where a folder is given, and prints it.
+pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>) -> Result<Outcome, Failure> {
+    let folder = output.out.as_deref();
+    folder.map_or(Ok(()), |folder| work.check_folder(folder))?;
+    let found = watched(stopping(&work), |watch| on_threads(jobs, || work.run(task, folder, watch)));
+    let Some(result) = found_or_kept(found, folder)? else { return Ok(Outcome::Shortfall) };
+    if let StudyResult::Sweep(sweep) = &result
+        && !sweep.complete
+    {
+        return interrupted(sweep, output);
+    }
+    if let Some(text) = stopped(&result) {
+        let resumes = if folder.is_some() { "resumes" } else { "resumes where it has --out" };
+        warn(&format!("{text}; the same command {resumes}"));
+    }
+    let made = Made::of(task, work);
+    if let Some(folder) = folder {
+        Folder::conclude(folder, &made, &result)?;
+    }
+    let outcome = if result.falls_short() { Outcome::Shortfall } else { Outcome::Success };
+    Ok(outcome.and(print(&result, &made.about, folder, output.json)?))
+}
+
+/// Studies whose parts under way are of use end at their next pause.
+fn stopping(work: &Work) -> Stopping {
+    if matches!(work, Work::Design(_) | Work::Pareto(_) | Work::Trace(_)) { Stopping::AtPause } else { Stopping::Now }
+}
+
+/// What a study found; none where it was stopped before there was a result, but its journal keeps parts to resume from.
+fn found_or_kept(
+    found: Result<StudyResult, StudyError>,
+    folder: Option<&Path>,
+) -> Result<Option<StudyResult>, Failure> {
+    match (found, folder) {
+        (Err(StudyError::Stopped), Some(folder)) => {
+            let parts = kept_parts(folder)?;
+            if parts == 0 {
+                forget(folder)?;
+                return Err(StudyError::Stopped.into());
+            }
+            let (journal, s) = (folder.join(JOURNAL), if parts == 1 { "" } else { "s" });
+            warn(&format!(
+                "stopped before there was a result; {parts} finished part{s} of the study: stored in {}; the same command \
+                 resumes",
+                journal.display()
+            ));
+            Ok(None)
+        }
+        (found, _) => Ok(Some(found?)),
+    }
+}
+
+/// Says how far a sweep is that was interrupted, and prints its rows where lines of JSON are asked for.
+fn interrupted(sweep: &Sweep, output: &Output) -> Result<Outcome, Failure> {
+    if output.json {
+        print_text(&sweep.table.to_jsonl())?;
+    }
+    let (done, points) = (sweep.table.rows.len(), sweep.options.points());
+    warn(&match &output.out {
+        Some(folder) => format!(
+            "interrupted: {done} of {points} points are done and stored in {}; the same command resumes",
+            folder.join(JOURNAL).display()
+        ),
+        None => format!("interrupted: {done} of {points} points were done; without --out, nothing is stored"),
+    });
+    Ok(Outcome::Shortfall)
+}

@@ -1,0 +1,142 @@
+use serde::{Deserialize, Serialize};
+use supple::bound::TaskBound;
+use supple::design::DesignStatus;
+
+use crate::bound::{BoundStudy, Curve};
+use crate::design::DesignReport;
+use crate::evaluate::EvaluateReport;
+use crate::pareto::{Pareto, ParetoPoint};
+use crate::robustness::Robustness;
+use crate::sensors::Sensors;
+use crate::sweep::Sweep;
+use crate::trace::Trace;
+use crate::{NotFinite, StudyError, not_finite};
+
+/// The result of a study file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Steps {
+    /// Names of its steps; each has a folder of its name.
+    pub steps: Vec<String>,
+    /// Files of its figures, as seen from its folder.
+    pub figures: Vec<String>,
+}
+
+/// A result of any study.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "result", rename_all = "snake_case")]
+pub enum StudyResult {
+    /// Of `supple design`.
+    Design(Box<DesignReport>),
+    /// Of `supple evaluate`.
+    Evaluate(Box<EvaluateReport>),
+    /// Of `supple sweep`.
+    Sweep(Box<Sweep>),
+    /// Of `supple robustness`.
+    Robustness(Box<Robustness>),
+    /// Of `supple pareto`.
+    Pareto(Box<Pareto>),
+    /// Of `supple trace`.
+    Trace(Box<Trace>),
+    /// Of `supple sensors`.
+    Sensors(Box<Sensors>),
+    /// Of `supple bound`.
+    Bound(Box<BoundStudy>),
+    /// Of `supple study`: the folders of its steps.
+    Study(Box<Steps>),
+}
+
+impl StudyResult {
+    /// The command that makes such results: `design`, `evaluate`...
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Design(_) => "design",
+            Self::Evaluate(_) => "evaluate",
+            Self::Sweep(_) => "sweep",
+            Self::Robustness(_) => "robustness",
+            Self::Pareto(_) => "pareto",
+            Self::Trace(_) => "trace",
+            Self::Sensors(_) => "sensors",
+            Self::Bound(_) => "bound",
+            Self::Study(_) => "study",
+        }
+    }
+
+    /// Whether it was told to stop before all of it was found; a journal may keep the parts that were.
+    pub fn is_stopped(&self) -> bool {
+        match self {
+            // Starts that were not begun are not in the list.
+            Self::Design(result) => {
+                result.status == DesignStatus::Stopped
+                    || result.starts.iter().any(|start| start.status == DesignStatus::Stopped)
+            }
+            Self::Sweep(result) => !result.complete,
+            Self::Robustness(result) => result.stopped,
+            Self::Pareto(result) => result.stopped,
+            Self::Trace(result) => result.stopped,
+            Self::Evaluate(_) | Self::Sensors(_) | Self::Bound(_) | Self::Study(_) => false,
+        }
+    }
+
+    /// Whether it is less than what was asked for: stopped, not converged, above a limit, with warnings, or with numbers that
+    /// are not finite.
+    pub fn falls_short(&self) -> bool {
+        let as_asked = match self {
+            Self::Design(result) => {
+                result.status == DesignStatus::Converged && result.optimum.warnings().next().is_none()
+            }
+            Self::Evaluate(result) => result.evaluation.feasible && result.evaluation.warnings().next().is_none(),
+            Self::Sweep(result) => result.untrusted() < result.table.rows.len(),
+            Self::Robustness(result) => {
+                result.cells.iter().all(|cell| cell.error.is_none() && cell.diverged == 0)
+                    && result.designs.iter().all(|design| design.warnings.is_empty())
+            }
+            Self::Pareto(result) => {
+                let found = |point: &ParetoPoint| point.status == DesignStatus::Converged && point.warnings.is_empty();
+                result.points.iter().all(found)
+            }
+            Self::Bound(result) => {
+                let proved = |task: &TaskBound| task.status.is_converged() && task.proved && task.is_finite();
+                let found = |curve: &Curve| curve.points.iter().all(|point| point.error.is_none());
+                result.report.tasks.iter().all(proved) && result.curves.iter().all(found)
+            }
+            // How searches ended is what was asked for; a set of sensors has its certificate.
+            Self::Trace(_) | Self::Sensors(_) | Self::Study(_) => true,
+        };
+        !as_asked || self.is_stopped() || !self.not_finite().is_empty()
+    }
+
+    /// All of its numbers that are not finite, but for those that say why.
+    pub fn not_finite(&self) -> Vec<NotFinite> {
+        match self {
+            Self::Design(result) => not_finite(result),
+            Self::Evaluate(result) => not_finite(&result.evaluation),
+            // Cells of a table hold finite numbers only; the column `error` says what others lack.
+            Self::Sweep(_) => Vec::new(),
+            Self::Robustness(result) => not_finite(result),
+            Self::Pareto(result) => not_finite(result),
+            Self::Trace(result) => not_finite(result),
+            Self::Sensors(result) => not_finite(result),
+            Self::Bound(result) => not_finite(result),
+            Self::Study(result) => not_finite(result),
+        }
+    }
+
+    /// The result as programs read it: one JSON object; of a sweep its table, as lines of JSON.
+    ///
+    /// # Errors
+    /// Where it cannot be told in JSON.
+    pub fn json(&self) -> Result<String, StudyError> {
+        let text = match self {
+            Self::Design(result) => serde_json::to_string_pretty(result),
+            Self::Evaluate(result) => serde_json::to_string_pretty(&result.evaluation),
+            Self::Sweep(result) => Ok(result.table.to_jsonl()),
+            Self::Robustness(result) => serde_json::to_string_pretty(result),
+            Self::Pareto(result) => serde_json::to_string_pretty(result),
+            Self::Trace(result) => serde_json::to_string_pretty(result),
+            Self::Sensors(result) => serde_json::to_string_pretty(result),
+            Self::Bound(result) => return result.json(),
+            Self::Study(result) => serde_json::to_string_pretty(result),
+        };
+        text.map_err(|error| StudyError::Usage(error.to_string()))
+    }
+}

@@ -1,0 +1,155 @@
+//! Studies as values: what to do, to which task, with which options.
+//!
+//! The program, study files and Python make [`Study`] values, and nothing but [`Work::run`] does what they say. A result keeps
+//! the value that it was made from ([`Made`](crate::Made)).
+
+mod file;
+mod words;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use supple::Named;
+use supple::design::{Control, DesignSettings};
+
+pub use file::{REPORT, Step, StudyFile};
+
+use crate::bound::BoundOptions;
+use crate::evaluate::EvaluateOptions;
+use crate::pareto::ParetoOptions;
+use crate::robustness::RobustnessOptions;
+use crate::sensors::SensorsOptions;
+use crate::sweep::{SweepOptions, TABLE_CSV};
+use crate::trace::TraceOptions;
+use crate::watch::Searching;
+use crate::{
+    Folder, LoadedTask, OWN_MODEL, RESULT, StudyError, StudyResult, Watch, bound, check_writable, design, evaluate,
+    pareto, robustness, sensors, sweep, trace,
+};
+
+/// What to do, to which task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// Path of the task file, as it was given; [`OWN_MODEL`] where there is none.
+    pub task: String,
+    /// Parameters that differ from the task's initial values.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub set: Named,
+    /// What to do.
+    #[serde(flatten)]
+    pub work: Work,
+}
+
+/// What to do to a task, with all options.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "run", content = "options", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Work {
+    /// Search for the best design.
+    Design(Box<DesignSettings>),
+    /// Evaluate one design.
+    Evaluate(EvaluateOptions),
+    /// Evaluate every design of a grid.
+    Sweep(SweepOptions),
+    /// Compare designs as a noise grows.
+    Robustness(RobustnessOptions),
+    /// Trace the front of information against cost.
+    Pareto(ParetoOptions),
+    /// Record the paths of searches.
+    Trace(TraceOptions),
+    /// Choose sensors.
+    Sensors(SensorsOptions),
+    /// Bound the information from below.
+    Bound(BoundOptions),
+}
+
+impl Study {
+    /// This work on a task, as its parameters are.
+    pub fn of(task: &LoadedTask, work: Work) -> Self {
+        let path = task.sources.first().map_or(OWN_MODEL, |source| &source.path).to_owned();
+        let parameters = &task.problem.parameters;
+        let values = Named::new(parameters, &task.phi).0.into_iter().zip(parameters.initial());
+        let set = values.filter(|((_, value), initial)| value != initial).map(|(named, _)| named).collect();
+        Self { task: path, set: Named(set), work }
+    }
+}
+
+impl Work {
+    /// The command that does it: `design`, `evaluate`...
+    pub fn command(&self) -> &'static str {
+        match self {
+            Self::Design(_) => "design",
+            Self::Evaluate(_) => "evaluate",
+            Self::Sweep(_) => "sweep",
+            Self::Robustness(_) => "robustness",
+            Self::Pareto(_) => "pareto",
+            Self::Trace(_) => "trace",
+            Self::Sensors(_) => "sensors",
+            Self::Bound(_) => "bound",
+        }
+    }
+
+    /// Seed of everything random; 0 where nothing is.
+    pub fn seed(&self) -> u64 {
+        match self {
+            Self::Design(settings) => settings.seed,
+            Self::Evaluate(options) => options.seed,
+            Self::Sweep(options) => options.seed,
+            Self::Robustness(options) => options.seed,
+            Self::Pareto(options) => options.seed,
+            Self::Trace(options) => options.seed,
+            Self::Sensors(_) | Self::Bound(_) => 0,
+        }
+    }
+
+    /// Checks that a folder can take the result, before long work is done for it.
+    ///
+    /// # Errors
+    /// Where it holds a result of another kind, which the new one would replace, or cannot be written to.
+    pub fn check_folder(&self, folder: &Path) -> Result<(), StudyError> {
+        Folder::check_kind(folder, self.command())?;
+        check_writable(folder, if matches!(self, Self::Sweep(_)) { TABLE_CSV } else { RESULT })
+    }
+
+    /// Does the work. Where a folder is given, a journal in it keeps the finished parts of long work, and the same work resumes
+    /// from it; the result itself is for [`Folder::conclude`] to keep.
+    ///
+    /// # Errors
+    /// Where an option is wrong or does not fit the task, nothing can be computed, the journal is of another study or cannot be
+    /// written, or the work was stopped before there was a result.
+    pub fn run(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
+        Ok(match self {
+            Self::Design(settings) => {
+                let observer = Searching::new(watch.progress, settings.feasibility);
+                let control = Control { observer: &observer, stop: watch.stop };
+                StudyResult::Design(Box::new(design::run(task, settings, control)?))
+            }
+            Self::Evaluate(options) => StudyResult::Evaluate(Box::new(evaluate::run(task, options, watch)?)),
+            Self::Sweep(options) => StudyResult::Sweep(Box::new(sweep::run(task, options, folder, watch)?)),
+            Self::Robustness(options) => {
+                StudyResult::Robustness(Box::new(robustness::run(task, options, folder, watch)?))
+            }
+            Self::Pareto(options) => StudyResult::Pareto(Box::new(pareto::run(task, options, folder, watch)?)),
+            Self::Trace(options) => StudyResult::Trace(Box::new(trace::run(task, options, folder, watch)?)),
+            Self::Sensors(options) => StudyResult::Sensors(Box::new(sensors::run(task, options, watch)?)),
+            Self::Bound(options) => StudyResult::Bound(Box::new(bound::run(task, options, watch)?)),
+        })
+    }
+}
+
+fn is_empty(set: &Named) -> bool {
+    set.0.is_empty()
+}
+
+/// Does work on threads of its own where their number is given, or else on those of the caller.
+///
+/// # Errors
+/// Where there cannot be so many threads, or of the work.
+pub fn on_threads<T: Send>(
+    jobs: Option<usize>,
+    work: impl FnOnce() -> Result<T, StudyError> + Send,
+) -> Result<T, StudyError> {
+    let Some(jobs) = jobs else { return work() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
+    pool.map_err(|error| StudyError::usage(format!("jobs = {jobs}: {error}")))?.install(work)
+}
