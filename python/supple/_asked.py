@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from ._arrays import check_unmasked
 from .errors import UsageError
 
-__all__ = ["Axes", "Chosen", "Vary", "axis_values", "bound_points", "check_choice", "check_counts", "designs_of"]
-__all__ += ["finite", "logged", "pairs"]
+__all__ = ["Axes", "Chosen", "Vary", "axis_values", "bound_points", "check_choice", "check_counts", "check_name"]
+__all__ += ["check_out", "designs_of", "finite", "logged", "pairs"]
 
 LOGGER = logging.getLogger("supple")
 
@@ -67,6 +67,13 @@ def check_choice(name: str, values: Iterable[str | None], valid: Iterable[str | 
 def check_name(name: str, value: str | None) -> None:
     if not (value is None or isinstance(value, str)):
         raise UsageError(f"{name}={value!r}: a name, as text")
+
+
+def check_out(out: object, executor: object) -> None:
+    if out is not None and executor is not None:
+        raise UsageError(
+            "out keeps what threads of this process found: leave out executor, or save the result at the end"
+        )
 
 
 def finite(name: str, value: float | None) -> float | None:

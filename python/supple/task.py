@@ -17,6 +17,7 @@ from ._asked import (
     check_choice,
     check_counts,
     check_name,
+    check_out,
     designs_of,
     finite,
     logged,
@@ -277,6 +278,7 @@ class Task:
         information: Literal["needed", "used", "measured"] | Mapping[str, float] | None = None,
         rollouts: int | None = None,
         settings: Mapping[str, Any] | None = None,
+        out: str | os.PathLike[str] | None = None,
         executor: Workers | None = None,
         progress: bool | Progress | None = None,
         at: Mapping[str, float] | None = None,
@@ -294,8 +296,9 @@ class Task:
                 needed, the search minimises the used information.
             rollouts: Closed-loop roll-outs at the start and at the optimum.
             settings: Other settings of the search, by the names in the task file's ``[design]``.
+            out: A folder for the result, whose journal stores finished starts meanwhile: the same call resumes from it.
             executor: Where the searches run: a ``concurrent.futures`` executor, a number of processes, or a function that makes
-                an executor; default: the threads of this process. The result is the same.
+                an executor; default: the threads of this process. The result is the same. Not with `out`.
             progress: ``True`` for a tqdm bar, or a custom object (:class:`supple.Progress`).
             at: Values of parameters to start from.
             **parameters: Values of parameters to start from.
@@ -307,9 +310,10 @@ class Task:
         given = {"starts": starts, "seed": seed, "method": method, "gradient": gradient, "rollouts": rollouts}
         aim = dict(information) if isinstance(information, Mapping) else information
         wanted.update({key: value for key, value in {**given, "information": aim}.items() if value is not None})
+        check_out(out, executor)
         with watching(progress) as seer, logged("design"):
             if executor is None:
-                return Design(task._conduct("design", wanted, progress=seer), task)
+                return Design(task._conduct("design", wanted, out=out, progress=seer), task)
             from . import executors
 
             return Design(executors.design(task, json.dumps(wanted), executor, seer), task)
@@ -393,10 +397,7 @@ class Task:
         check_counts(rollouts=rollouts, seed=seed)
         if len(vary) != 1:
             raise UsageError(f"vary names {len(vary)} parameters: one is varied at a time")
-        if out is not None and executor is not None:
-            raise UsageError(
-                "out keeps what threads of this process found: leave out executor, or save the result at the end"
-            )
+        check_out(out, executor)
         task = self.at(at, **parameters)
         ((name, values),) = vary.items()
         axis: Vary = (name, axis_values(name, values))

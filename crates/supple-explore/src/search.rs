@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use supple::design::{Control, Event, Observer};
-use supple_study::design::{DesignReport, run};
-use supple_study::{LoadedTask, StudyError};
+use supple::design::{Event, Observer};
+use supple_study::design::{DesignReport, run_observed};
+use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
 /// Progress is sent as often as that.
 const PERIOD: Duration = Duration::from_millis(60);
@@ -55,7 +55,7 @@ pub fn search(
     let mut settings = task.problem.design.clone();
     (settings.starts, settings.rollouts) = (starts.max(1), Some(0));
     let live = Live { tell, state: Mutex::new(State { evaluations: 0, told: None }) };
-    run(task, &settings, Control { observer: &live, stop })
+    run_observed(task, &settings, &live, (None, Watch { progress: &Silent, stop }))
 }
 
 /// How a search ended.

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver};
+use supple::design::{DesignSettings, DesignStatus, GradientKind, Method};
 use supple::parameters::Scale;
 use supple::{EvaluateOptions, Named};
 use supple_report::{ReportError, page};
@@ -32,8 +32,8 @@ fn folder(name: &str, task: &LoadedTask, result: StudyResult) -> Folder {
 
 fn design(task: &LoadedTask, starts: usize, evaluations: usize) -> StudyResult {
     let settings = DesignSettings { starts, max_evaluations: evaluations, ..task.problem.design.clone() };
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
-    StudyResult::Design(Box::new(supple_study::design::run(task, &settings, control).unwrap()))
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    StudyResult::Design(Box::new(supple_study::design::run(task, &settings, None, watch).unwrap()))
 }
 
 fn evaluation(task: &LoadedTask, phi: &[f64]) -> StudyResult {

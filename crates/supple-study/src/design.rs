@@ -1,8 +1,12 @@
 //! Designs: the search, and the report of what it found.
 
+use std::path::Path;
+use std::time::Instant;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::design::{
-    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, Split, StartSummary,
+    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Observer, Searcher, Split, StartSummary,
 };
 use supple::pipeline::TaskState;
 use supple::{
@@ -12,7 +16,9 @@ use supple::{
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
-use crate::{LoadedTask, StudyError};
+use crate::journal::{Identity, Parts};
+use crate::watch::Searching;
+use crate::{LoadedTask, StudyError, Watch};
 
 /// What `supple design --json` prints.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -128,15 +134,64 @@ pub struct StartReport {
 }
 
 /// Searches for a design, chooses from the catalogues that parameters have, and evaluates where it began and ended, with
-/// trajectories.
+/// trajectories. With a folder, a journal there keeps the starts that ended, and the same search resumes from it.
 ///
 /// # Errors
-/// Where there is nothing to design, or not even the first start can be evaluated.
-pub fn run(task: &LoadedTask, settings: &DesignSettings, control: Control) -> Result<DesignReport, StudyError> {
+/// Where there is nothing to design, or not even the first start can be evaluated; where the journal cannot be written, is
+/// damaged, or belongs to another search.
+pub fn run(
+    task: &LoadedTask,
+    settings: &DesignSettings,
+    folder: Option<&Path>,
+    watch: Watch,
+) -> Result<DesignReport, StudyError> {
+    run_observed(task, settings, &Searching::new(watch.progress, settings.feasibility), (folder, watch))
+}
+
+/// The same, with an observer of every design that is evaluated.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_observed(
+    task: &LoadedTask,
+    settings: &DesignSettings,
+    observer: &dyn Observer,
+    (folder, watch): (Option<&Path>, Watch),
+) -> Result<DesignReport, StudyError> {
     let LoadedTask { problem, phi, .. } = task;
     check_designable(task)?;
-    let found = supple::design::design(problem, phi, settings, control)?;
-    report(problem, phi, &searcher(task, settings, control), &found)
+    let searcher = searcher(task, settings, Control { observer, stop: watch.stop });
+    let parts = Parts::open(folder, &identity(task, settings)?)?;
+    watch.progress.begin("starts", 0, settings.starts as u64);
+    let clock = Instant::now();
+    let search = |start: usize| {
+        let name = format!("start {start}");
+        if let Some(found) = parts.find::<Found>(&name)? {
+            watch.progress.advance(1);
+            return Ok(Some(found.summary(problem)?));
+        }
+        // The first start is always made: it is what there is to show.
+        if start > 0 && watch.is_stopped() {
+            return Ok(None);
+        }
+        let summary = searcher.search_start(phi, start)?;
+        // What was under way when it was told to stop may be cut short.
+        if !watch.is_stopped() {
+            parts.keep(&name, &Found::of(summary.clone()))?;
+        }
+        watch.progress.advance(1);
+        Ok(Some(summary))
+    };
+    let starts: Vec<_> = (0..settings.starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
+    let starts = starts.into_iter().flatten().collect();
+    let found = searcher.choose(searcher.combine(starts, clock.elapsed().as_secs_f64())?)?;
+    report(problem, phi, &searcher, &found)
+}
+
+/// What a search is.
+fn identity(task: &LoadedTask, settings: &DesignSettings) -> Result<Identity, StudyError> {
+    let text = serde_json::to_string_pretty(settings).map_err(|error| StudyError::usage(error.to_string()))?;
+    Ok(Identity::of("design search", task, &(text + "\n"), &[]))
 }
 
 /// Does one start of the same search, for [`combine`]: what it found, for another process to read.

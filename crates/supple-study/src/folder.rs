@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple_file::read_text;
 
 use crate::checksums;
-use crate::journal::forget;
+use crate::journal::{JOURNAL, forget, kept_parts};
 use crate::study::{Study, StudyFile, Work};
 use crate::write::RESULT;
 use crate::{About, LoadedTask, Source, StudyError, StudyResult, write_text};
@@ -87,14 +87,15 @@ impl Folder {
         checksums::save(path)
     }
 
-    /// The same, and removes the journal of a study that was not stopped: its result says it all. That of a sweep stays, which
+    /// The same, and removes the journal where there is nothing to resume: the result says it all. That of a sweep stays, which
     /// knows the rows of its table.
     ///
     /// # Errors
     /// Where a file cannot be written or removed.
     pub fn conclude(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
         Self::save(path, made, result)?;
-        if result.is_stopped() || matches!(result, StudyResult::Sweep(_)) { Ok(()) } else { forget(path) }
+        let resumes = result.is_stopped() && path.join(JOURNAL).exists() && kept_parts(path)? > 0;
+        if resumes || matches!(result, StudyResult::Sweep(_)) { Ok(()) } else { forget(path) }
     }
 
     /// Reads folders; after that of a study file those of its steps. A folder that is named twice is read once.

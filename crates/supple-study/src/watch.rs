@@ -40,7 +40,7 @@ impl Watch<'_> {
     }
 }
 
-/// A design search's events as progress.
+/// What a design search has found so far, said beside its progress.
 pub(crate) struct Searching<'a> {
     progress: &'a dyn Progress,
     feasibility: f64,
@@ -49,7 +49,6 @@ pub(crate) struct Searching<'a> {
 
 #[derive(Default)]
 struct Seen {
-    begun: bool,
     evaluations: usize,
     best: Option<f64>,
 }
@@ -65,12 +64,6 @@ impl Observer for Searching<'_> {
     fn observe(&self, event: Event<'_>) {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
-            Event::StartBegan { of, .. } => {
-                if !std::mem::replace(&mut seen.begun, true) {
-                    self.progress.begin("starts", 0, of as u64);
-                }
-            }
-            Event::StartEnded { .. } => self.progress.advance(1),
             Event::Evaluated { information, violation, .. } => {
                 seen.evaluations += 1;
                 if violation <= self.feasibility && seen.best.is_none_or(|best| information < best) {
@@ -85,7 +78,10 @@ impl Observer for Searching<'_> {
             Event::Combination { done, of } => {
                 self.progress.say(&format!("{done} of {of} combinations of catalogue entries"));
             }
-            Event::Stepped { .. } | Event::SearchingBranches { .. } => {}
+            Event::StartBegan { .. }
+            | Event::StartEnded { .. }
+            | Event::Stepped { .. }
+            | Event::SearchingBranches { .. } => {}
         }
     }
 }

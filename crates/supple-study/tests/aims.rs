@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 
 use supple::aims::weighted_information;
 use supple::design::InformationWeights;
-use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, best_plan};
+use supple::design::{DesignSettings, DesignStatus, best_plan};
 use supple::pipeline::TaskState;
 use supple::{Evaluation, Verdict};
-use supple_study::LoadedTask;
 use supple_study::design::DesignReport;
+use supple_study::{LoadedTask, Silent, Watch};
 
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
@@ -23,8 +23,8 @@ fn task(name: &str) -> LoadedTask {
 fn designed(task: &LoadedTask, kind: &str, starts: usize) -> DesignReport {
     let information = InformationWeights::of_kind(kind).unwrap();
     let settings = DesignSettings { information, starts, ..task.problem.design.clone() };
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
-    supple_study::design::run(task, &settings, control).unwrap()
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    supple_study::design::run(task, &settings, None, watch).unwrap()
 }
 
 fn row(name: &str, at: &Evaluation, parameters: &[(&str, usize)]) -> String {

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use serde::Serialize;
-use supple::design::{GradientKind, Method};
+use supple::design::{DesignSettings, GradientKind, Method};
 use supple::parameters::Scale;
+use supple_study::design::{self, DesignReport};
 use supple_study::pareto::{self, ParetoOptions};
 use supple_study::robustness::{self, DesignChoice, RobustnessOptions};
 use supple_study::sweep::Axis;
@@ -88,6 +89,16 @@ fn fronts_resume() {
         // From two starts each, and once from the other end.
         assert!(assert_resumes(parts, run) >= 5);
     }
+}
+
+#[test]
+fn design_searches_resume() {
+    let task = small();
+    let settings = DesignSettings { starts: 5, rollouts: Some(2), ..task.problem.design.clone() };
+    let run = |folder: Option<&Path>, watch: Watch| {
+        design::run(&task, &settings, folder, watch).map(|found| DesignReport { seconds: 0.0, ..found })
+    };
+    assert!(assert_resumes(2, run) >= 1);
 }
 
 #[test]

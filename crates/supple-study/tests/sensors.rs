@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use supple::design::{Control, DesignSettings, DesignStatus, NoObserver};
+use supple::design::{DesignSettings, DesignStatus};
 use supple_study::sensors::{Search, SensorGoal, SensorMethod, SensorValue, Sensors, SensorsOptions, SetBy, run};
 use supple_study::study::Work;
 use supple_study::{Folder, LoadedTask, Made, Silent, StudyError, StudyResult, Watch};
@@ -152,8 +152,8 @@ fn designs_at_a_price_are_as_shown() {
     let rows = [(200.0, 0.0), (10.0, 0.0), (200.0, 2.0)].map(|(budget, price_weight)| {
         task.problem.design =
             DesignSettings { budget: Some(budget), price_weight, starts: 1, ..task.problem.design.clone() };
-        let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
-        let found = supple_study::design::run(&task, &task.problem.design, control).unwrap();
+        let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+        let found = supple_study::design::run(&task, &task.problem.design, None, watch).unwrap();
         assert_eq!(found.status, DesignStatus::Converged);
         assert!(found.optimum.feasible);
         multipliers.push(found.budget_nats_per_unit / std::f64::consts::LN_2);

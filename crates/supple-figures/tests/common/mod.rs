@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use supple::design::{Control, DesignStatus, GradientKind, Method, NoObserver};
+use supple::design::{DesignStatus, GradientKind, Method};
 use supple::{EvaluateOptions, Named};
 use supple_figures::Figure;
 use supple_study::bound::BoundOptions;
@@ -28,9 +28,9 @@ pub fn folder(name: &str, result: StudyResult) -> Folder {
 
 pub fn design() -> Folder {
     let task = task();
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
     let settings = supple::design::DesignSettings { starts: 1, ..task.problem.design.clone() };
-    folder("design", StudyResult::Design(Box::new(supple_study::design::run(&task, &settings, control).unwrap())))
+    folder("design", StudyResult::Design(Box::new(supple_study::design::run(&task, &settings, None, watch).unwrap())))
 }
 
 pub fn evaluate() -> Folder {

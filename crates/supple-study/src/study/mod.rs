@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use supple::Named;
-use supple::design::{Control, DesignSettings};
+use supple::design::DesignSettings;
 
 pub use file::{REPORT, Step, StudyFile};
 
@@ -21,7 +21,6 @@ use crate::robustness::RobustnessOptions;
 use crate::sensors::SensorsOptions;
 use crate::sweep::{SweepOptions, TABLE_CSV};
 use crate::trace::TraceOptions;
-use crate::watch::Searching;
 use crate::{
     Folder, LoadedTask, OWN_MODEL, RESULT, StudyError, StudyResult, Watch, bound, check_writable, design, evaluate,
     pareto, robustness, sensors, sweep, trace,
@@ -119,11 +118,7 @@ impl Work {
     /// written, or the work was stopped before there was a result.
     pub fn run(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
         Ok(match self {
-            Self::Design(settings) => {
-                let observer = Searching::new(watch.progress, settings.feasibility);
-                let control = Control { observer: &observer, stop: watch.stop };
-                StudyResult::Design(Box::new(design::run(task, settings, control)?))
-            }
+            Self::Design(settings) => StudyResult::Design(Box::new(design::run(task, settings, folder, watch)?)),
             Self::Evaluate(options) => StudyResult::Evaluate(Box::new(evaluate::run(task, options, watch)?)),
             Self::Sweep(options) => StudyResult::Sweep(Box::new(sweep::run(task, options, folder, watch)?)),
             Self::Robustness(options) => {
