@@ -3,17 +3,18 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::Level;
-use supple::design::InformationWeights;
-use supple::design::{GradientKind, Method};
 use supple_study::LoadedTask;
 
 use crate::commands::Asks;
 use crate::failure::Failure;
 use crate::output::warn;
-use crate::template::Template;
 
+mod designs;
+mod robots;
 mod studies;
 
+pub use designs::{DesignOptions, EvaluateOptions, GradientArgument, GradientChoice, MethodArgument};
+pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{
     AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, FigureArgument, Format,
     ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument,
@@ -220,234 +221,10 @@ pub struct Output {
 }
 
 #[derive(Args, Debug)]
-pub struct DesignOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
-    /// Optimiser
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArgument>,
-    /// Gradient to use
-    #[arg(long, value_enum)]
-    pub gradient: Option<GradientArgument>,
-    /// Information to minimise
-    #[arg(long, value_enum)]
-    pub information: Option<InformationArgument>,
-    /// Number of starts: the initial values first, then seeded random values
-    #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
-    pub starts: Option<usize>,
-    /// Seed of all random numbers
-    #[arg(long, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Closed-loop roll-outs at the first and at the best design; 0 for none [default: the value in the task file, or
-    /// 256, or fewer with more than 32 states]
-    #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
-    pub rollouts: Option<usize>,
-    #[command(flatten)]
-    pub output: Output,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum InformationArgument {
-    /// The minimum that any sensors and any controller need to stay within the cost limit
-    Needed,
-    /// Information that the controller uses
-    Used,
-    /// Information in the measurements
-    Measured,
-}
-
-impl InformationArgument {
-    /// What counts.
-    pub fn weights(self) -> InformationWeights {
-        match self {
-            Self::Needed => InformationWeights::NEEDED,
-            Self::Used => InformationWeights::USED,
-            Self::Measured => InformationWeights::MEASURED,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum MethodArgument {
-    /// Sequential quadratic programming
-    Sqp,
-    /// Linear approximations without gradients
-    Cobyla,
-    /// The paper's barrier descent, with signs corrected
-    Barrier,
-}
-
-impl From<MethodArgument> for Method {
-    fn from(method: MethodArgument) -> Self {
-        match method {
-            MethodArgument::Sqp => Self::Sqp,
-            MethodArgument::Cobyla => Self::Cobyla,
-            MethodArgument::Barrier => Self::Barrier,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum GradientArgument {
-    /// Plan, feedback and filter all vary with the parameters
-    Total,
-    /// Trajectory and gains are held fixed, as in the paper
-    Frozen,
-}
-
-impl From<GradientArgument> for GradientKind {
-    fn from(gradient: GradientArgument) -> Self {
-        match gradient {
-            GradientArgument::Total => Self::Total,
-            GradientArgument::Frozen => Self::Frozen,
-        }
-    }
-}
-
-#[derive(Args, Debug)]
-pub struct EvaluateOptions {
-    #[command(flatten)]
-    pub task: TaskArguments,
-    /// Gradients to print
-    #[arg(long, value_enum, default_value_t = GradientChoice::None)]
-    pub gradient: GradientChoice,
-    /// Closed-loop roll-outs with noise and an extended Kalman filter; 0 for none [default: the value in the task file,
-    /// or 256, or fewer with more than 32 states]
-    #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
-    pub rollouts: Option<usize>,
-    /// Attempts to find a cheaper plan at another local minimum
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
-    pub branches: usize,
-    /// Seed of roll-outs and branch searches
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    pub seed: u64,
-    #[command(flatten)]
-    pub output: Output,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum GradientChoice {
-    /// Plan, feedback and filter all vary with the parameters
-    Total,
-    /// Trajectory and gains are held fixed, as in the paper
-    Frozen,
-    /// Both
-    Both,
-    /// None
-    None,
-}
-
-#[derive(Args, Debug)]
 pub struct CheckOptions {
     #[command(flatten)]
     pub task: TaskArguments,
     /// Print one JSON object and nothing else
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum RobotFormat {
-    /// The format of MuJoCo
-    Mjcf,
-}
-
-/// What the dynamics of `supple robot` are.
-const DYNAMICS: &str = "\
-Dynamics, in SI units and radians:
-  {\"joints\": [..], \"mass_matrix\": [[..]], \"bias\": [..], \"acceleration\": [..],
-   \"frames\": {\"LINK\": {\"position\": [..], \"rotation\": [[..]]}, ..}, \"warnings\": [..]}
-They satisfy mass_matrix acceleration + bias = tau: the bias is Coriolis forces and gravity minus the forces of \
-springs, dampers and friction in the joints. Friction is f v / sqrt(v^2 + 0.01^2), the default in robot models. \
-`acceleration` is null, with a warning, if the mass matrix is singular. Frames are the links' frames in the world; \
-rotation matrices are lists of rows. Warnings are reported on standard error.
-
-Lists such as --q -0.5,1 are in the order of `joints`, which the tree also shows: the moving joints that do not \
-follow another joint. Entries omitted at the end of a list are 0.";
-
-#[derive(Args, Debug)]
-#[command(after_long_help = DYNAMICS)]
-pub struct RobotOptions {
-    /// Robot file (URDF, SDF or MJCF), or a task file: its robot with everything that the task changes in it
-    pub file: PathBuf,
-    /// Let joints that follow others (mimic) move independently
-    #[arg(long)]
-    pub independent_mimic: bool,
-    /// Folder with packages, searched for package://NAME/ and model://NAME/; may be repeated
-    #[arg(long = "package-root", value_name = "DIR")]
-    pub package_roots: Vec<PathBuf>,
-    /// Positions, rad or m
-    #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
-    pub q: Option<String>,
-    /// Velocities, rad/s or m/s
-    #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
-    pub v: Option<String>,
-    /// Torques or forces of the drives, N m or N
-    #[arg(long, value_name = "A,B,..", allow_hyphen_values = true)]
-    pub tau: Option<String>,
-    /// Gravity in the world frame, m/s^2 [default: 0,0,-9.81, regardless of the file; with --to, the file's]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub gravity: Option<String>,
-    /// Write the robot as a file of another format: `mjcf`, which MuJoCo reads
-    #[arg(long, value_enum, value_name = "FORMAT", conflicts_with_all = ["q", "v", "tau", "json"])]
-    pub to: Option<RobotFormat>,
-    /// File to write [default: standard output]
-    #[arg(long, value_name = "PATH", requires = "to")]
-    pub out: Option<PathBuf>,
-    /// Print every warning instead of one line per kind
-    #[arg(long)]
-    pub verbose: bool,
-    /// Print the dynamics as one JSON object and nothing else; without a state, at rest with every position at 0
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-pub enum ModelKind {
-    /// Two masses and a wall
-    TwoMass,
-    /// A linear system in discrete time
-    Linear,
-    /// An arm of rigid bodies, with its robot file
-    Robot,
-}
-
-/// What `--set` of `supple new` may name.
-const NEW_NUMBERS: &str = "\
-Numbers of templates for --set, in SI units: force (N), travel, clearance, tolerance, wall_sd and tip_sd (m), time (s), \
-mass (kg) and stiffness (N/m) of the mount, force_sd (N), disturbance (rad/s in a second), margin of the cost limit. \
-docs/choosing.md explains the rules of thumb by which they are chosen otherwise.
-
-Options that are missing are asked for on a terminal.";
-
-#[derive(Args, Debug)]
-#[command(after_long_help = NEW_NUMBERS)]
-pub struct NewOptions {
-    /// Name of the task; the file is NAME.toml
-    pub name: String,
-    /// Kind of model [default: two_mass]
-    #[arg(long, value_enum, conflicts_with_all = ["robot", "template"])]
-    pub model: Option<ModelKind>,
-    /// Robot file (URDF, SDF or MJCF); the task moves one of its limbs
-    #[arg(long, value_name = "FILE")]
-    pub robot: Option<PathBuf>,
-    /// Folder with packages of the robot file; may be repeated
-    #[arg(long = "package-root", value_name = "DIR", requires = "robot")]
-    pub package_roots: Vec<PathBuf>,
-    /// What the robot does, with a tool on a compliant mount [default: the limb reaches a point, without a mount]
-    #[arg(long, value_enum, requires = "robot")]
-    pub template: Option<Template>,
-    /// Link or frame that the tool is mounted on [default: the one that looks most like it]
-    #[arg(long, value_name = "NAME", requires = "template")]
-    pub frame: Option<String>,
-    /// Outward normal of the wall, such as +z or 0,-1,1 [default: that of the best posture]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "template")]
-    pub wall: Option<String>,
-    /// Where the tool starts, m in the world [default: the best posture]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "template")]
-    pub at: Option<String>,
-    /// Set a number of the template; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE", requires = "template")]
-    pub set: Vec<String>,
 }

@@ -3,15 +3,19 @@
 mod cells;
 mod kinds;
 mod pattern;
+mod read_error;
 mod reader;
 mod registry;
+mod variant;
 
 pub use kinds::{DEVIATION, merged, one_of, plain, variances, with_deviation, with_noise_key};
 pub use pattern::matches;
-pub use reader::{ReadError, Reader, Variant};
+pub use read_error::ReadError;
+pub use reader::Reader;
 pub use registry::NoKeys;
 pub use registry::Registry;
 pub use supple_text::FileError;
+pub use variant::Variant;
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -22,7 +26,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::value::{Names, as_key};
-use reader::join;
+use read_error::join;
 
 /// A step on the way to a place in a file.
 #[derive(Clone, Copy, Debug)]

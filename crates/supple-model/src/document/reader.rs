@@ -1,113 +1,18 @@
 //! Values of a parsed file, by serde.
 
 use std::borrow::Cow;
-use std::ops::Range;
 
-use serde::de::value::{MapDeserializer, StrDeserializer};
-use serde::de::{
-    self, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
-};
+use serde::de::value::StrDeserializer;
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::forward_to_deserialize_any;
 use supple_text::{nearest, quoted};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::cells::Cell;
+use super::read_error::{ReadError, name_of};
+use super::variant::{Variant, within_settings};
 use crate::value::{Names, VALUE, as_key};
-
-/// Why a value could not be read, and where in it.
-#[derive(Debug)]
-pub struct ReadError {
-    /// The path from the value that was read to the one that is wrong.
-    pub path: String,
-    /// Bytes of the text that are meant; none where they are those of the value that was read.
-    pub span: Option<Range<usize>>,
-    /// What was found, and what is valid.
-    pub message: String,
-    /// What to do about it.
-    pub help: Option<String>,
-}
-
-impl ReadError {
-    /// The same error, seen from the table or list whose entry `place`, with bytes `span`, has it.
-    pub(super) fn within(mut self, place: &str, span: Range<usize>) -> Self {
-        self.path = join(place, &self.path);
-        self.span.get_or_insert(span);
-        self
-    }
-}
-
-/// A path, and one from there on.
-pub(super) fn join(path: &str, rest: &str) -> String {
-    let separator = if path.is_empty() || rest.is_empty() || rest.starts_with('[') { "" } else { "." };
-    format!("{path}{separator}{rest}")
-}
-
-impl std::fmt::Display for ReadError {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for ReadError {}
-
-impl de::Error for ReadError {
-    fn custom<T: std::fmt::Display>(message: T) -> Self {
-        Self { path: String::new(), span: None, message: message.to_string(), help: None }
-    }
-    fn invalid_type(found: Unexpected, valid: &dyn de::Expected) -> Self {
-        Self::custom(format_args!("must be {}; found {}", plain(&valid.to_string()), name_of(found)))
-    }
-    fn invalid_value(found: Unexpected, valid: &dyn de::Expected) -> Self {
-        Self::invalid_type(found, valid)
-    }
-    fn invalid_length(found: usize, valid: &dyn de::Expected) -> Self {
-        Self::custom(format_args!("must be {}; found {found}", plain(&valid.to_string())))
-    }
-    fn unknown_field(found: &str, valid: &'static [&'static str]) -> Self {
-        let error = Self::custom(format_args!("unknown key `{found}`; valid are {}", quoted(valid)));
-        Self { help: nearest(found, valid), ..error }
-    }
-    fn unknown_variant(found: &str, valid: &'static [&'static str]) -> Self {
-        let error = Self::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
-        Self { help: nearest(found, valid), ..error }
-    }
-    fn missing_field(key: &'static str) -> Self {
-        Self { path: key.to_owned(), ..Self::custom("is missing") }
-    }
-}
-
-/// What serde expects, in plain words.
-fn plain(valid: &str) -> Cow<'_, str> {
-    match valid {
-        "f32" | "f64" => "a number".into(),
-        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".into(),
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0".into(),
-        "a boolean" => "`true` or `false`".into(),
-        "a string" => "text in quotes".into(),
-        "a sequence" => "a list".into(),
-        "a map" => "a table".into(),
-        _ if valid.starts_with("struct ") => "a table".into(),
-        _ => match valid.strip_prefix("an array of length ") {
-            Some(length) => format!("a list of {length}").into(),
-            None => valid.into(),
-        },
-    }
-}
-
-/// What was found, in plain words.
-fn name_of(found: Unexpected) -> String {
-    match found {
-        Unexpected::Bool(value) => value.to_string(),
-        Unexpected::Unsigned(number) => number.to_string(),
-        Unexpected::Signed(number) => number.to_string(),
-        Unexpected::Float(number) => number.to_string(),
-        Unexpected::Str(text) => format!("{text:?}"),
-        Unexpected::Seq => "a list".into(),
-        Unexpected::Map => "a table".into(),
-        other => other.to_string(),
-    }
-}
 
 /// Reads a value of a parsed file.
 ///
@@ -129,6 +34,11 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Bytes of the value.
+    pub(super) fn span(&self) -> std::ops::Range<usize> {
+        self.value.span()
+    }
+
     /// A reader of all of a value.
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
         Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false, names: None }
@@ -406,112 +316,5 @@ impl<'de> MapAccess<'de> for Table<'_> {
         let Some((key, value)) = self.value else { return Err(ReadError::custom("a value was read before its key")) };
         let read = seed.deserialize(self.of.inside(value));
         read.map_err(|error| error.within(&as_key(key.get_ref()), value.span()))
-    }
-}
-
-/// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
-pub struct Variant<'a> {
-    name: &'a str,
-    /// Bytes of the name, where it is a key.
-    span: Option<Range<usize>>,
-    settings: Option<Reader<'a>>,
-}
-
-impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
-    type Error = ReadError;
-    type Variant = Self;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), ReadError> {
-        match seed.deserialize(StrDeserializer::<ReadError>::new(self.name)) {
-            Ok(value) => Ok((value, self)),
-            Err(error) => Err(ReadError { span: self.span, ..error }),
-        }
-    }
-}
-
-/// An error in the settings of a name, seen from the value that has both.
-fn within_settings(error: ReadError, name: &str, settings: Option<Reader>) -> ReadError {
-    match settings {
-        Some(settings) => error.within(&as_key(name), settings.value.span()),
-        None => error,
-    }
-}
-
-impl<'a> Variant<'a> {
-    /// The name.
-    pub fn name(&self) -> &str {
-        self.name
-    }
-
-    /// The name is none of `valid`.
-    pub fn unknown(self, valid: &[&str]) -> ReadError {
-        let found = self.name;
-        let error = ReadError::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
-        let error = ReadError { help: nearest(found, valid), span: self.span, ..error };
-        within_settings(error, found, self.settings)
-    }
-
-    /// Its settings as a struct; none are needed for one without keys.
-    pub fn read<T: for<'de> de::Deserialize<'de>>(self) -> Result<T, ReadError> {
-        let (name, settings) = (self.name, self.settings);
-        T::deserialize(Settings(self)).map_err(|error| within_settings(error, name, settings))
-    }
-
-    fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
-        let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
-        let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
-        self.settings.ok_or_else(|| ReadError::custom(format_args!("`{}` needs settings: {example}", self.name)))
-    }
-}
-
-impl<'de> VariantAccess<'de> for Variant<'_> {
-    type Error = ReadError;
-
-    fn unit_variant(self) -> Result<(), ReadError> {
-        match self.settings {
-            None => Ok(()),
-            Some(_) => Err(ReadError::custom(format_args!("takes no settings: write \"{}\"", self.name))),
-        }
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ReadError> {
-        seed.deserialize(self.settings(&[])?)
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
-        self.settings(&[])?.deserialize_any(visitor)
-    }
-
-    fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
-        self.settings(keys)?.deserialize_struct("", keys, visitor)
-    }
-}
-
-/// The settings of a name, for a struct.
-struct Settings<'a>(Variant<'a>);
-
-impl<'de> Deserializer<'de> for Settings<'_> {
-    type Error = ReadError;
-
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        name: &'static str,
-        keys: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, ReadError> {
-        if keys.is_empty() {
-            self.0.unit_variant()?;
-            return visitor.visit_map(MapDeserializer::<_, ReadError>::new(std::iter::empty::<(&str, &str)>()));
-        }
-        self.0.settings(keys)?.deserialize_struct(name, keys, visitor)
-    }
-
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
-        self.0.settings(&[])?.deserialize_any(visitor)
-    }
-
-    forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
-        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
     }
 }

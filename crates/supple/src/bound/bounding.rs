@@ -3,15 +3,14 @@
 use supple_kernels::Matrices;
 use supple_lqg::bound::{
     Achieved, BoundSettings, BoundStatus, Horizon, InUnits, Proof, Stationary, VirtualSensor, data_rate_floor,
-    kostina_hassibi, law_distance, minimum_information, observed, product_growth, quantiser_bound, stationary_minimum,
-    virtual_sensors,
+    kostina_hassibi, law_distance, minimum_information, observed, product_growth, stationary_minimum, virtual_sensors,
 };
 use supple_lqg::dense::{congruence, dense, store};
 use supple_model::{Channel, Named};
 
+use super::assemble::reason;
 use super::own::Own;
-use super::report::{BoundReport, TaskBound, order};
-use super::sensor_report::sensor_report;
+use super::report::BoundReport;
 use super::steady::stationary;
 use crate::Error;
 use crate::branches::plan_at;
@@ -72,21 +71,21 @@ impl Problem {
 
 /// What the bounds of one task at one design are found from.
 pub struct Bounding {
-    kind: Kind,
-    settings: BoundSettings,
-    own: Own,
-    channels: Vec<Channel>,
+    pub(super) kind: Kind,
+    pub(super) settings: BoundSettings,
+    pub(super) own: Own,
+    pub(super) channels: Vec<Channel>,
     /// The floor, which is a bound where it is that of all that the cost sees.
-    floor_nats: f64,
+    pub(super) floor_nats: f64,
     /// The part of it that is a bound: over a horizon 0.
-    certain_nats: f64,
+    pub(super) certain_nats: f64,
     /// How far the cost is from one for which the regulator is exact; why it is none of it otherwise.
-    regulator: Result<f64, String>,
-    name: String,
-    time_step: f64,
+    pub(super) regulator: Result<f64, String>,
+    pub(super) name: String,
+    pub(super) time_step: f64,
 }
 
-enum Kind {
+pub(super) enum Kind {
     Horizon(Horizon),
     Stationary(Stationary),
 }
@@ -107,17 +106,17 @@ pub struct BoundPoint {
 }
 
 /// The minimum of either kind.
-struct Minimum {
-    nats: f64,
-    lower_nats: f64,
-    slope: f64,
-    per_step_nats: Vec<f64>,
-    sensors: Vec<VirtualSensor>,
-    predicted: Matrices,
-    iterations: usize,
-    status: BoundStatus,
-    proof: Proof,
-    achieved: Option<Achieved>,
+pub(super) struct Minimum {
+    pub(super) nats: f64,
+    pub(super) lower_nats: f64,
+    pub(super) slope: f64,
+    pub(super) per_step_nats: Vec<f64>,
+    pub(super) sensors: Vec<VirtualSensor>,
+    pub(super) predicted: Matrices,
+    pub(super) iterations: usize,
+    pub(super) status: BoundStatus,
+    pub(super) proof: Proof,
+    pub(super) achieved: Option<Achieved>,
 }
 
 impl Bounding {
@@ -226,7 +225,7 @@ impl Bounding {
     }
 
     /// The best bound in closed form: nats per step.
-    fn closed_form_nats(&self, cost: f64) -> f64 {
+    pub(super) fn closed_form_nats(&self, cost: f64) -> f64 {
         match &self.kind {
             Kind::Horizon(_) => 0.0,
             Kind::Stationary(problem) => kostina_hassibi(problem, cost, self.certain_nats).nats.max(self.certain_nats),
@@ -234,7 +233,7 @@ impl Bounding {
     }
 
     /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of costs.
-    fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
+    pub(super) fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         let proved = |minimum: Minimum| match (&self.regulator, &minimum.proof) {
             (Err(reason), _) => {
                 Minimum { lower_nats: 0.0, proof: Proof::NotProved { reason: reason.clone() }, ..minimum }
@@ -292,104 +291,6 @@ impl Bounding {
             }
         }
     }
-
-    /// All bounds at a cost, or at the design's own.
-    ///
-    /// # Errors
-    /// As of [`point`](Self::point), or where the design has no cost of its own and none is given.
-    pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
-        let own_price = if cost.is_none() { self.own.price } else { None };
-        let cost = cost.or(self.own.cost).ok_or_else(|| Error::NoBound {
-            what: format!("the filter of task `{}` has no steady state, and so no expected cost per step", self.name),
-            advice: "give the cost to keep, or sensors that see every unstable state",
-        })?;
-        let minimum = self.minimum(cost, own_price)?;
-        let steps = self.steps();
-        let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
-        let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
-        let sum = |nats: &Option<Vec<f64>>| nats.as_ref().map(|nats| bits(nats.iter().sum()));
-        let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
-        let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
-        let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
-        // What is proved is right: then rounding has got into the design's own filter.
-        let contradicted = |own: &f64| at_own && bits(minimum.lower_nats) > own * (1.0 + 1e-6) + 1e-9;
-        let mistaken = control.filter(contradicted).or(measurement.filter(contradicted));
-        let (control, measurement) = if mistaken.is_some() { (None, None) } else { (control, measurement) };
-        let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
-        let (kh, vacuous) = self.kostina_hassibi(cost);
-        let mut report = TaskBound {
-            name: self.name.clone(),
-            stationary: matches!(self.kind, Kind::Stationary(_)),
-            status: self.own.status,
-            steps,
-            time_step_s: self.time_step,
-            cost,
-            own_cost: self.own.cost,
-            minimum_cost: self.minimum_cost(),
-            open_loop_cost: self.open_loop_cost(),
-            floor_bits_per_step: bits(self.floor_nats),
-            floor_is_bound: matches!(self.kind, Kind::Stationary(_)) && self.floor_nats - self.certain_nats <= 1e-9,
-            kostina_hassibi_bits_per_step: kh,
-            kostina_hassibi_vacuous: vacuous,
-            closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
-            minimum_bits_per_step: bits(minimum.nats),
-            minimum_lower_bits_per_step: bits(minimum.lower_nats),
-            minimum_bits: total(minimum.nats),
-            proved: matches!(minimum.proof, Proof::Proved { .. }),
-            not_proved: reason(&minimum.proof),
-            proof_distance: match minimum.proof {
-                Proof::Proved { distance } => Some(distance),
-                Proof::NotProved { .. } => None,
-            },
-            achieved_bits_per_step: minimum.achieved.map(|achieved| bits(achieved.nats)),
-            // At the design's own cost, the budget is known apart from the least cost.
-            achieved_cost: minimum
-                .achieved
-                .map(|achieved| if own_price.is_some() { self.minimum_cost() + achieved.cost } else { achieved.cost }),
-            duality_gap_bits: bits(minimum.nats - minimum.lower_nats),
-            price_bits_per_cost: (-total(minimum.slope)).max(0.0),
-            newton_steps: minimum.iterations,
-            minimum_per_step_bits: list(&minimum.per_step_nats),
-            quantiser_bits_per_step: quantiser_bound(total(minimum.nats), &sensor.rank_per_step) / steps as f64,
-            control_bits_per_step: control,
-            control_per_step_bits: list(self.own.control.as_deref().unwrap_or_default()),
-            measurement_bits_per_step: measurement,
-            measurement_per_step_bits: list(self.own.measurement.as_deref().unwrap_or_default()),
-            last_measurement_bits: self.own.last_measurement.map(total),
-            efficiency: share(measurement),
-            control_efficiency: share(control),
-            order: Vec::new(),
-            remarks: self.own.remarks.clone(),
-            virtual_sensor: sensor,
-        };
-        report.order = order(&report);
-        report.remarks.extend(remarks(&report, minimum.status, at_own));
-        if let Some(own) = mistaken {
-            report.remarks.push(format!(
-                "this design's own information came out as {own:.6} bits per step, below what is proved of all: rounding in its \
-                 filter; it is left out"
-            ));
-        }
-        if report.is_finite() {
-            return Ok(report);
-        }
-        Err(Error::NoBound {
-            what: "a result is not a finite number".into(),
-            advice: "scale the states to similar sizes, or shorten the horizon",
-        })
-    }
-
-    fn kostina_hassibi(&self, cost: f64) -> (Option<f64>, Option<super::Vacuous>) {
-        match &self.kind {
-            Kind::Horizon(_) => (None, None),
-            Kind::Stationary(problem) => {
-                let found = kostina_hassibi(problem, cost, self.certain_nats);
-                let silent =
-                    matches!(found.vacuous, Some(super::Vacuous::SingularProcess | super::Vacuous::SingularPrice));
-                ((!silent).then_some(found.nats / LN_2), found.vacuous)
-            }
-        }
-    }
 }
 
 /// `A` of what the cost sees, now or later: what grows unseen needs no information.
@@ -399,35 +300,4 @@ fn priced(problem: &Stationary) -> Matrices {
     let mut out = Matrices::constant(seen.ncols(), seen.ncols());
     store(&mut out, 0, &(seen.transpose() * a * seen));
     out
-}
-
-/// Why a lower bound is not proved.
-fn reason(proof: &Proof) -> Option<String> {
-    match proof {
-        Proof::Proved { .. } => None,
-        Proof::NotProved { reason } => Some(reason.clone()),
-    }
-}
-
-/// What to know of a result beside its numbers.
-fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
-    let mut remarks = Vec::new();
-    if status != BoundStatus::Converged {
-        let end = if status == BoundStatus::MaxIterations { "its steps were used up" } else { "of rounding" };
-        remarks.push(format!(
-            "the search for the minimum ended early, because {end}: the gap that is left is {:.3e} bits per step",
-            report.duality_gap_bits
-        ));
-    }
-    if let Some(reason) = &report.not_proved {
-        remarks.push(format!("the lower bound is not proved: {reason}; the minimum is what the search found"));
-    }
-    let dearer = |cost: &f64| cost - report.cost > 1e-6 * (report.cost - report.minimum_cost).abs();
-    if let Some(cost) = report.achieved_cost.filter(dearer) {
-        remarks.push(format!("the virtual sensor keeps an expected cost of {cost:.7} only, not {:.7}", report.cost));
-    }
-    if !at_own {
-        remarks.push("the efficiency is that at the design's own cost: leave the cost out to see it".to_owned());
-    }
-    remarks
 }

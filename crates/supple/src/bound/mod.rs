@@ -1,6 +1,7 @@
 //! The least directed information that any sensors and any controller of a task need, beside what its own use (method:
 //! docs/theory/bound.md).
 
+mod assemble;
 mod bounding;
 mod own;
 mod report;

@@ -3,140 +3,21 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use supple_robot::{LoadOptions, Tree, load};
 use supple_text::FileError;
 
+use super::Robot;
 use super::compliance::{Element, Names, Rule, find};
 use super::drive::DriveFile;
-use super::insert::{InsertFile, Inserted, insert};
+use super::insert::{Inserted, insert};
+use super::keys::{File, FrameFile, JointFile, LinkFile};
 use super::locked::Locked;
 use super::numbers::{FrameNumbers, Override};
-use super::{Integrator, Robot};
 use crate::Value;
 use crate::document::{Document, Place};
 use crate::model::{Kinds, Source};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
-
-/// `[model]` of kind `robot`. Compliance and sensors are read by kind.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct File {
-    /// The robot's file, URDF, SDF or MJCF, from the folder of the task file.
-    file: String,
-    /// Folders in which packages are looked for, from the folder of the task file.
-    #[serde(default)]
-    package_roots: Vec<String>,
-    /// Whether joints that follow others are joints of their own.
-    #[serde(default)]
-    independent_mimic: bool,
-    /// Acceleration by gravity in the world, m/s^2; default: that of the robot's file, or 0, 0, -9.81.
-    gravity: Option<[Value; 3]>,
-    /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
-    /// actuators of the file where left out, or all joints of the file that move where it has none.
-    actuated: Option<Vec<String>>,
-    /// Joints that are taken out: names of those that are fixed at 0, or at the middle of their range where that does
-    /// not hold 0, or positions by name, rad or m.
-    #[serde(default)]
-    locked: Locked,
-    /// Joints that are inserted at frames, with springs: compliant mounts, doors.
-    #[serde(default)]
-    insert: Vec<InsertFile>,
-    /// Whether actuators of the robot's file are used; if not, all drives are plain.
-    #[serde(default = "yes")]
-    file_actuators: bool,
-    /// Numbers of drives, by joint or actuator.
-    #[serde(default)]
-    drives: BTreeMap<String, DriveFile>,
-    /// Numbers of links, by link, in place of those of the robot's file.
-    #[serde(default)]
-    links: BTreeMap<String, LinkFile>,
-    /// Numbers of joints, by joint, in place of those of the robot's file.
-    #[serde(default)]
-    joints: BTreeMap<String, JointFile>,
-    /// Frames of the task's own, by name.
-    #[serde(default)]
-    frames: BTreeMap<String, FrameFile>,
-    /// Speed over which friction of joints sets in, rad/s or m/s; above 0.
-    #[serde(default = "slow")]
-    friction_smoothing: Value,
-    /// How motion is integrated over a time step.
-    #[serde(default)]
-    integrator: Integrator,
-    /// Steps of integration in each time step.
-    #[serde(default = "one")]
-    #[schemars(range(min = 1, max = 1000))]
-    substeps: usize,
-    /// Compliance: a list of tables, each with a `kind` and a `name`.
-    #[serde(default)]
-    #[schemars(skip)]
-    #[allow(dead_code)]
-    compliance: IgnoredAny,
-    /// Sensors: a list of tables, each with a `kind`; may be none where there is a catalogue.
-    #[serde(default)]
-    #[schemars(skip)]
-    #[allow(dead_code)]
-    sensors: IgnoredAny,
-}
-
-/// Numbers of a link.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct LinkFile {
-    /// Mass, kg; at least 0.
-    mass: Option<Value>,
-    /// Factor on the moments of inertia; at least 0.
-    inertia_scale: Option<Value>,
-    /// Centre of mass in the link's frame, m.
-    center: Option<[Value; 3]>,
-}
-
-/// Numbers of a joint.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct JointFile {
-    /// Damping, N m s/rad or N s/m; at least 0.
-    damping: Option<Value>,
-    /// Friction, N m or N; at least 0.
-    friction: Option<Value>,
-    /// Inertia of the drive felt at the joint, kg m^2 or kg; at least 0.
-    armature: Option<Value>,
-    /// Stiffness of a spring beside the joint, N m/rad or N/m; at least 0.
-    stiffness: Option<Value>,
-    /// Position at which that spring is at rest, rad or m.
-    rest: Option<Value>,
-    /// Added to the joint's place in the parent link, in that link's axes, m.
-    offset: Option<[Value; 3]>,
-    /// Factor on the joint's place in the parent link: how long that link is; at least 0.
-    length_scale: Option<Value>,
-}
-
-/// A frame on a link.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct FrameFile {
-    /// Name of the link, or of a frame of the robot's file, that it is fixed to.
-    on: String,
-    /// Its origin there, m.
-    #[serde(default)]
-    position: [Value; 3],
-    /// Its roll, pitch and yaw there, rad.
-    #[serde(default)]
-    rpy: [Value; 3],
-}
-
-fn slow() -> Value {
-    Value::Number(1e-2)
-}
-
-fn yes() -> bool {
-    true
-}
-
-fn one() -> usize {
-    1
-}
 
 /// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes here.
 const MOST_WORK: usize = 150_000;

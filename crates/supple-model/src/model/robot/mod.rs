@@ -2,15 +2,16 @@
 //!
 //! ```text
 //! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
-//! situation.rs: where everything is               compliance/, drive.rs: forces        signals.rs: what can be measured
+//! situation.rs: where everything is               compliance/, drive.rs: forces        dynamics.rs: inertia and steps
+//! signals.rs: what can be measured
 //! picture.rs: what it looks like
 //! ```
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use supple_kernels::{Ldl, Scalar};
+use supple_kernels::Scalar;
 use supple_lqg::Dimensions;
-use supple_robot::{JointKind, Tree, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
+use supple_robot::{JointKind, Tree};
 
 use super::{Channel, Channels, Kinds, Limit, Model, ModelFile, Point, Source};
 
@@ -24,9 +25,11 @@ use crate::scene::Picture;
 mod compliance;
 mod described;
 mod drive;
+mod dynamics;
 mod file;
 mod insert;
 mod integrator;
+mod keys;
 mod locked;
 mod native;
 mod numbers;
@@ -39,9 +42,9 @@ mod start;
 
 pub use compliance::Couplings;
 pub use compliance::{BesideJoint, Compliance, ComplianceFile, Drawn, Names, Resistance, Rule};
-use compliance::{CONTACT_FORCE, Element, Native};
+use compliance::{CONTACT_FORCE, Element};
 use drive::Drive;
-use integrator::{Integrator, widened};
+use integrator::Integrator;
 use native::{Part, run};
 use numbers::{FrameNumbers, Override};
 use situation::Situation;
@@ -114,158 +117,6 @@ impl Robot {
         };
         let names = self.state_names().into_iter().enumerate();
         names.map(|(place, name)| Channel::new(name, unit(place))).collect()
-    }
-
-    /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
-    fn forces<S: Native>(&self, now: &Situation<S>) -> Forces<S> {
-        let at = now.at;
-        let (_, positions) = self.positions();
-        let smoothing = self.friction_speed(at);
-        let mut forces = Forces {
-            generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
-            wrenches: Vec::new(),
-        };
-        forces.generalised.resize(positions, S::zero());
-        for (drive, &u) in self.drives.iter().zip(at.u) {
-            let place = self.driven(drive);
-            let (mut position, mut rate) = (at.x[place], at.x[positions + place]);
-            if drive.resistance(at, now.lead()).is_some() {
-                rate = now.rates()[place];
-                position = now.lead().mul_add(rate, position);
-            }
-            forces.generalised[place] += drive.force(at, u, position, rate);
-        }
-        for element in &self.compliance {
-            element.kind.over::<S>().apply(&now.seen_by(element), &mut forces);
-        }
-        forces
-    }
-
-    /// The speed over which friction of joints sets in.
-    fn friction_speed<S: Scalar>(&self, at: &Point<S>) -> S {
-        let own = at.value(self.friction_smoothing);
-        self.friction_widening.map_or(own, |speed| widened(at, own, speed))
-    }
-
-    /// Whether any joint has friction.
-    fn has_friction(&self) -> bool {
-        let given =
-            |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
-        self.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.overrides.iter().any(given)
-    }
-
-    /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
-    fn inertia<S: Native>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
-        let (dofs, positions) = self.positions();
-        let mut mass = mass_matrix(&self.tree, &now.numbers, &now.kinematics);
-        for row in &mut mass {
-            row.resize(positions, S::zero());
-        }
-        mass.resize(positions, vec![S::zero(); positions]);
-        for element in &self.compliance {
-            for (i, inertia) in element.kind.over::<S>().inertias(now.at).into_iter().enumerate() {
-                let place = dofs + element.coordinate + i;
-                mass[place][place] += inertia;
-            }
-        }
-        for (place, rotor) in self.rotors(now.at) {
-            mass[place][place] += rotor;
-        }
-        if self.integrator == Integrator::Implicit {
-            self.resist(now, &mut mass);
-        }
-        mass
-    }
-
-    /// Adds how the forces at the end of a step fall with the accelerations (theory, equation R.21).
-    fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
-        let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
-        let (_, positions) = self.positions();
-        let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
-        for (dof, resistance) in joints.into_iter().enumerate() {
-            mass[dof][dof] += lead * resistance;
-        }
-        for drive in &self.drives {
-            if let Some(resistance) = drive.resistance(now.at, lead) {
-                let place = self.driven(drive);
-                mass[place][place] += lead * resistance;
-            }
-        }
-        for element in &self.compliance {
-            for Resistance { block, rows } in element.kind.over::<S>().resistance(&now.seen_by(element)) {
-                let block: Vec<Vec<S>> =
-                    block.iter().map(|row| row.iter().map(|&entry| lead * entry).collect()).collect();
-                for i in 0..positions {
-                    let dot = |weights: &Vec<S>| {
-                        weights.iter().zip(&rows).fold(S::zero(), |sum, (&w, row)| w.mul_add(row[i], sum))
-                    };
-                    let weighed: Vec<S> = block.iter().map(dot).collect();
-                    for j in 0..=i {
-                        mass[i][j] =
-                            weighed.iter().zip(&rows).fold(mass[i][j], |sum, (&w, row)| w.mul_add(row[j], sum));
-                        mass[j][i] = mass[i][j];
-                    }
-                }
-            }
-        }
-    }
-
-    /// Place among all positions of what a drive acts on: its joint, or the motor of an elastic one.
-    fn driven(&self, drive: &Drive) -> usize {
-        drive.motor.map_or(drive.dof, |motor| self.positions().0 + motor)
-    }
-
-    /// Inertias of rotors, felt at their joints or motors.
-    fn rotors<S: Scalar>(&self, at: &Point<S>) -> Vec<(usize, S)> {
-        let felt = |drive: &Drive| {
-            let place = self.driven(drive);
-            (place, at.value(drive.gear).square() * at.value(drive.rotor))
-        };
-        self.drives.iter().map(felt).collect()
-    }
-
-    /// `M a - forces`: 0 at the accelerations.
-    fn unbalanced<S: Native>(&self, now: &Situation<S>, a: &[S]) -> Vec<S> {
-        let (dofs, positions) = self.positions();
-        let forces = self.forces(now);
-        let mut needed = inverse_dynamics(&self.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
-        needed.resize(positions, S::zero());
-        for element in &self.compliance {
-            for (i, inertia) in element.kind.over::<S>().inertias(now.at).into_iter().enumerate() {
-                let place = dofs + element.coordinate + i;
-                needed[place] += inertia * a[place];
-            }
-        }
-        for (place, rotor) in self.rotors(now.at) {
-            needed[place] += rotor * a[place];
-        }
-        needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
-    }
-
-    /// The next state after all sub-steps, each with accelerations of its own.
-    fn substep<S: Native>(&self, at: &Point<S>, next: &mut [S]) {
-        let dt = at.time_step / self.substeps as f64;
-        let mut x = at.x.to_vec();
-        for _ in 0..self.substeps {
-            let at = Point { x: &x, time_step: dt, ..*at };
-            let zero = vec![S::zero(); self.positions().1];
-            let now = Situation::stepping(self, &at, &zero);
-            let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
-            let a: Vec<S> = a.into_iter().map(|a| -a).collect();
-            self.integrate(&x, &a, dt, next);
-            x.copy_from_slice(next);
-        }
-    }
-
-    /// One step of Euler over `dt` from the state `x`, given the accelerations.
-    fn integrate<S: Scalar>(&self, x: &[S], a: &[S], dt: S, next: &mut [S]) {
-        let count = a.len();
-        for i in 0..count {
-            let velocity = x[count + i] + dt * a[i];
-            next[count + i] = velocity;
-            next[i] = x[i] + dt * velocity;
-        }
-        next[2 * count..].copy_from_slice(&x[2 * count..]);
     }
 }
 
@@ -436,7 +287,7 @@ impl Model for Robot {
 impl ModelFile for Robot {
     const NAME: &'static str = "robot";
 
-    type File = file::File;
+    type File = keys::File;
 
     fn read(source: &Source) -> Result<Self, FileError> {
         file::read(source)

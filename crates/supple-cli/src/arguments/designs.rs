@@ -1,0 +1,124 @@
+//! Arguments of searches for designs and of evaluations.
+
+use clap::{Args, ValueEnum};
+use supple::design::{GradientKind, InformationWeights, Method};
+
+use super::{Output, TaskArguments, count};
+
+#[derive(Args, Debug)]
+pub struct DesignOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Optimiser
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArgument>,
+    /// Gradient to use
+    #[arg(long, value_enum)]
+    pub gradient: Option<GradientArgument>,
+    /// Information to minimise
+    #[arg(long, value_enum)]
+    pub information: Option<InformationArgument>,
+    /// Number of starts: the initial values first, then seeded random values
+    #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
+    pub starts: Option<usize>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Closed-loop roll-outs at the first and at the best design; 0 for none [default: the value in the task file, or
+    /// 256, or fewer with more than 32 states]
+    #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
+    pub rollouts: Option<usize>,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum InformationArgument {
+    /// The minimum that any sensors and any controller need to stay within the cost limit
+    Needed,
+    /// Information that the controller uses
+    Used,
+    /// Information in the measurements
+    Measured,
+}
+
+impl InformationArgument {
+    /// What counts.
+    pub fn weights(self) -> InformationWeights {
+        match self {
+            Self::Needed => InformationWeights::NEEDED,
+            Self::Used => InformationWeights::USED,
+            Self::Measured => InformationWeights::MEASURED,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum MethodArgument {
+    /// Sequential quadratic programming
+    Sqp,
+    /// Linear approximations without gradients
+    Cobyla,
+    /// The paper's barrier descent, with signs corrected
+    Barrier,
+}
+
+impl From<MethodArgument> for Method {
+    fn from(method: MethodArgument) -> Self {
+        match method {
+            MethodArgument::Sqp => Self::Sqp,
+            MethodArgument::Cobyla => Self::Cobyla,
+            MethodArgument::Barrier => Self::Barrier,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum GradientArgument {
+    /// Plan, feedback and filter all vary with the parameters
+    Total,
+    /// Trajectory and gains are held fixed, as in the paper
+    Frozen,
+}
+
+impl From<GradientArgument> for GradientKind {
+    fn from(gradient: GradientArgument) -> Self {
+        match gradient {
+            GradientArgument::Total => Self::Total,
+            GradientArgument::Frozen => Self::Frozen,
+        }
+    }
+}
+
+#[derive(Args, Debug)]
+pub struct EvaluateOptions {
+    #[command(flatten)]
+    pub task: TaskArguments,
+    /// Gradients to print
+    #[arg(long, value_enum, default_value_t = GradientChoice::None)]
+    pub gradient: GradientChoice,
+    /// Closed-loop roll-outs with noise and an extended Kalman filter; 0 for none [default: the value in the task file,
+    /// or 256, or fewer with more than 32 states]
+    #[arg(long, value_name = "N", value_parser = count(0, 10_000_000))]
+    pub rollouts: Option<usize>,
+    /// Attempts to find a cheaper plan at another local minimum
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
+    pub branches: usize,
+    /// Seed of roll-outs and branch searches
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GradientChoice {
+    /// Plan, feedback and filter all vary with the parameters
+    Total,
+    /// Trajectory and gains are held fixed, as in the paper
+    Frozen,
+    /// Both
+    Both,
+    /// None
+    None,
+}

@@ -1,0 +1,119 @@
+//! One of several names of a parsed file, by serde.
+
+use std::ops::Range;
+
+use serde::de::value::{MapDeserializer, StrDeserializer};
+use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, Error, VariantAccess, Visitor};
+use serde::forward_to_deserialize_any;
+use supple_text::{nearest, quoted};
+
+use super::read_error::ReadError;
+use super::reader::Reader;
+use crate::value::as_key;
+
+/// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.
+pub struct Variant<'a> {
+    pub(super) name: &'a str,
+    /// Bytes of the name, where it is a key.
+    pub(super) span: Option<Range<usize>>,
+    pub(super) settings: Option<Reader<'a>>,
+}
+
+impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
+    type Error = ReadError;
+    type Variant = Self;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), ReadError> {
+        match seed.deserialize(StrDeserializer::<ReadError>::new(self.name)) {
+            Ok(value) => Ok((value, self)),
+            Err(error) => Err(ReadError { span: self.span, ..error }),
+        }
+    }
+}
+
+/// An error in the settings of a name, seen from the value that has both.
+pub(super) fn within_settings(error: ReadError, name: &str, settings: Option<Reader>) -> ReadError {
+    match settings {
+        Some(settings) => error.within(&as_key(name), settings.span()),
+        None => error,
+    }
+}
+
+impl<'a> Variant<'a> {
+    /// The name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// The name is none of `valid`.
+    pub fn unknown(self, valid: &[&str]) -> ReadError {
+        let found = self.name;
+        let error = ReadError::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));
+        let error = ReadError { help: nearest(found, valid), span: self.span, ..error };
+        within_settings(error, found, self.settings)
+    }
+
+    /// Its settings as a struct; none are needed for one without keys.
+    pub fn read<T: for<'de> de::Deserialize<'de>>(self) -> Result<T, ReadError> {
+        let (name, settings) = (self.name, self.settings);
+        T::deserialize(Settings(self)).map_err(|error| within_settings(error, name, settings))
+    }
+
+    fn settings(self, keys: &[&str]) -> Result<Reader<'a>, ReadError> {
+        let keys: Vec<_> = keys.iter().map(|key| format!("{key} = ..")).collect();
+        let example = format!("{{ {} = {{ {} }} }}", self.name, keys.join(", "));
+        self.settings.ok_or_else(|| ReadError::custom(format_args!("`{}` needs settings: {example}", self.name)))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Variant<'_> {
+    type Error = ReadError;
+
+    fn unit_variant(self) -> Result<(), ReadError> {
+        match self.settings {
+            None => Ok(()),
+            Some(_) => Err(ReadError::custom(format_args!("takes no settings: write \"{}\"", self.name))),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ReadError> {
+        seed.deserialize(self.settings(&[])?)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(&[])?.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, ReadError> {
+        self.settings(keys)?.deserialize_struct("", keys, visitor)
+    }
+}
+
+/// The settings of a name, for a struct.
+struct Settings<'a>(Variant<'a>);
+
+impl<'de> Deserializer<'de> for Settings<'_> {
+    type Error = ReadError;
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        if keys.is_empty() {
+            self.0.unit_variant()?;
+            return visitor.visit_map(MapDeserializer::<_, ReadError>::new(std::iter::empty::<(&str, &str)>()));
+        }
+        self.0.settings(keys)?.deserialize_struct(name, keys, visitor)
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        self.0.settings(&[])?.deserialize_any(visitor)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+    }
+}

@@ -1,0 +1,141 @@
+//! The report of a task's bounds.
+
+use std::f64::consts::LN_2;
+
+use supple_lqg::bound::{BoundStatus, Proof, kostina_hassibi, quantiser_bound};
+
+use super::bounding::{Bounding, Kind};
+use super::report::{TaskBound, order};
+use super::sensor_report::sensor_report;
+use crate::Error;
+
+impl Bounding {
+    /// All bounds at a cost, or at the design's own.
+    ///
+    /// # Errors
+    /// As of [`point`](Self::point), or where the design has no cost of its own and none is given.
+    pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
+        let own_price = if cost.is_none() { self.own.price } else { None };
+        let cost = cost.or(self.own.cost).ok_or_else(|| Error::NoBound {
+            what: format!("the filter of task `{}` has no steady state, and so no expected cost per step", self.name),
+            advice: "give the cost to keep, or sensors that see every unstable state",
+        })?;
+        let minimum = self.minimum(cost, own_price)?;
+        let steps = self.steps();
+        let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
+        let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
+        let sum = |nats: &Option<Vec<f64>>| nats.as_ref().map(|nats| bits(nats.iter().sum()));
+        let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
+        let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
+        let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
+        // What is proved is right: then rounding has got into the design's own filter.
+        let contradicted = |own: &f64| at_own && bits(minimum.lower_nats) > own * (1.0 + 1e-6) + 1e-9;
+        let mistaken = control.filter(contradicted).or(measurement.filter(contradicted));
+        let (control, measurement) = if mistaken.is_some() { (None, None) } else { (control, measurement) };
+        let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
+        let (kh, vacuous) = self.kostina_hassibi(cost);
+        let mut report = TaskBound {
+            name: self.name.clone(),
+            stationary: matches!(self.kind, Kind::Stationary(_)),
+            status: self.own.status,
+            steps,
+            time_step_s: self.time_step,
+            cost,
+            own_cost: self.own.cost,
+            minimum_cost: self.minimum_cost(),
+            open_loop_cost: self.open_loop_cost(),
+            floor_bits_per_step: bits(self.floor_nats),
+            floor_is_bound: matches!(self.kind, Kind::Stationary(_)) && self.floor_nats - self.certain_nats <= 1e-9,
+            kostina_hassibi_bits_per_step: kh,
+            kostina_hassibi_vacuous: vacuous,
+            closed_form_bits_per_step: bits(self.closed_form_nats(cost)),
+            minimum_bits_per_step: bits(minimum.nats),
+            minimum_lower_bits_per_step: bits(minimum.lower_nats),
+            minimum_bits: total(minimum.nats),
+            proved: matches!(minimum.proof, Proof::Proved { .. }),
+            not_proved: reason(&minimum.proof),
+            proof_distance: match minimum.proof {
+                Proof::Proved { distance } => Some(distance),
+                Proof::NotProved { .. } => None,
+            },
+            achieved_bits_per_step: minimum.achieved.map(|achieved| bits(achieved.nats)),
+            // At the design's own cost, the budget is known apart from the least cost.
+            achieved_cost: minimum
+                .achieved
+                .map(|achieved| if own_price.is_some() { self.minimum_cost() + achieved.cost } else { achieved.cost }),
+            duality_gap_bits: bits(minimum.nats - minimum.lower_nats),
+            price_bits_per_cost: (-total(minimum.slope)).max(0.0),
+            newton_steps: minimum.iterations,
+            minimum_per_step_bits: list(&minimum.per_step_nats),
+            quantiser_bits_per_step: quantiser_bound(total(minimum.nats), &sensor.rank_per_step) / steps as f64,
+            control_bits_per_step: control,
+            control_per_step_bits: list(self.own.control.as_deref().unwrap_or_default()),
+            measurement_bits_per_step: measurement,
+            measurement_per_step_bits: list(self.own.measurement.as_deref().unwrap_or_default()),
+            last_measurement_bits: self.own.last_measurement.map(total),
+            efficiency: share(measurement),
+            control_efficiency: share(control),
+            order: Vec::new(),
+            remarks: self.own.remarks.clone(),
+            virtual_sensor: sensor,
+        };
+        report.order = order(&report);
+        report.remarks.extend(remarks(&report, minimum.status, at_own));
+        if let Some(own) = mistaken {
+            report.remarks.push(format!(
+                "this design's own information came out as {own:.6} bits per step, below what is proved of all: rounding in its \
+                 filter; it is left out"
+            ));
+        }
+        if report.is_finite() {
+            return Ok(report);
+        }
+        Err(Error::NoBound {
+            what: "a result is not a finite number".into(),
+            advice: "scale the states to similar sizes, or shorten the horizon",
+        })
+    }
+
+    fn kostina_hassibi(&self, cost: f64) -> (Option<f64>, Option<super::Vacuous>) {
+        match &self.kind {
+            Kind::Horizon(_) => (None, None),
+            Kind::Stationary(problem) => {
+                let found = kostina_hassibi(problem, cost, self.certain_nats);
+                let silent =
+                    matches!(found.vacuous, Some(super::Vacuous::SingularProcess | super::Vacuous::SingularPrice));
+                ((!silent).then_some(found.nats / LN_2), found.vacuous)
+            }
+        }
+    }
+}
+
+/// Why a lower bound is not proved.
+pub(super) fn reason(proof: &Proof) -> Option<String> {
+    match proof {
+        Proof::Proved { .. } => None,
+        Proof::NotProved { reason } => Some(reason.clone()),
+    }
+}
+
+/// What to know of a result beside its numbers.
+fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if status != BoundStatus::Converged {
+        let end = if status == BoundStatus::MaxIterations { "its steps were used up" } else { "of rounding" };
+        remarks.push(format!(
+            "the search for the minimum ended early, because {end}: the gap that is left is {:.3e} bits per step",
+            report.duality_gap_bits
+        ));
+    }
+    if let Some(reason) = &report.not_proved {
+        remarks.push(format!("the lower bound is not proved: {reason}; the minimum is what the search found"));
+    }
+    let dearer = |cost: &f64| cost - report.cost > 1e-6 * (report.cost - report.minimum_cost).abs();
+    if let Some(cost) = report.achieved_cost.filter(dearer) {
+        remarks.push(format!("the virtual sensor keeps an expected cost of {cost:.7} only, not {:.7}", report.cost));
+    }
+    if !at_own {
+        remarks.push("the efficiency is that at the design's own cost: leave the cost out to see it".to_owned());
+    }
+    remarks
+}
