@@ -10,7 +10,7 @@ use supple_study::design::Found;
 use supple_study::robustness::{Costs, DesignChoice, RobustDesign, RobustnessOptions};
 use supple_study::study::Work;
 use supple_study::sweep::{Collector, SweepOptions, SweepUnit};
-use supple_study::{Made, StudyError, StudyResult, robustness};
+use supple_study::{Folder, Made, StudyError, StudyResult, robustness};
 
 use crate::errors;
 use crate::options::{AxisValues, Designed};
@@ -76,7 +76,7 @@ impl SweepCollector {
         let options = crate::options::sweep(py, &native.task, grid, sizes)?;
         let opened = py.detach(|| {
             if let Some(folder) = &out {
-                Work::Sweep(options.clone()).check_folder(folder)?;
+                Folder::check_for(folder, &Work::Sweep(options.clone()))?;
             }
             Collector::open(&native.task, &options, out.as_deref())
         });

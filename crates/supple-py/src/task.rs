@@ -37,7 +37,7 @@ impl NativeTask {
     ) -> PyResult<Kept> {
         let of_study = |error| errors::of_study(py, &error);
         let folder = out.as_deref();
-        folder.map_or(Ok(()), |folder| work.check_folder(folder)).map_err(of_study)?;
+        folder.map_or(Ok(()), |folder| Folder::check_for(folder, &work)).map_err(of_study)?;
         let kept = self.made_by(py, work, progress, |work, task, watch| {
             match on_threads(jobs, || work.run(task, folder, watch))? {
                 StudyResult::Sweep(sweep) if !sweep.complete => Err(StudyError::Stopped),

@@ -6,8 +6,9 @@ use supple_file::read_text;
 use crate::checksums;
 use crate::journal::{JOURNAL, forget, kept_parts};
 use crate::study::{Study, StudyFile, Work};
+use crate::sweep::TABLE_CSV;
 use crate::write::RESULT;
-use crate::{About, LoadedTask, Source, StudyError, StudyResult, write_text};
+use crate::{About, LoadedTask, Source, StudyError, StudyResult, check_writable, write_text};
 
 /// The version of the layout of result folders.
 const FORMAT: u32 = 2;
@@ -130,6 +131,15 @@ impl Folder {
             && !result.is_stopped()
             && checksums::changed(path).is_empty();
         is_made.then_some(folder)
+    }
+
+    /// Checks that a folder can take the result of some work, before long work is done for it.
+    ///
+    /// # Errors
+    /// Where it holds a result of another kind, which the new one would replace, or cannot be written to.
+    pub fn check_for(path: &Path, work: &Work) -> Result<(), StudyError> {
+        Self::check_kind(path, work.command())?;
+        check_writable(path, if matches!(work, Work::Sweep(_)) { TABLE_CSV } else { RESULT })
     }
 
     /// Checks that a folder holds no result of another kind, which a new one would replace: `kind` is that of

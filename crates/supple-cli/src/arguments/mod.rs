@@ -182,8 +182,15 @@ pub struct TaskArguments {
 }
 
 impl TaskArguments {
-    /// The task, and its parameters as set.
+    /// The task, and its parameters as set; warnings go to standard error.
     pub fn load(&self) -> Result<LoadedTask, Failure> {
+        let loaded = self.read()?;
+        self.warn(&loaded);
+        Ok(loaded)
+    }
+
+    /// The task, and its parameters as set.
+    pub fn read(&self) -> Result<LoadedTask, Failure> {
         let mut loaded = LoadedTask::load(&self.task, &[])?;
         set(&mut loaded, &self.set)?;
         Ok(loaded)

@@ -34,7 +34,6 @@ pub trait Asks {
 /// Does what a command asks for.
 pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
     let task = asks.task().load()?;
-    asks.task().warn(&task);
     let work = asks.work(&task)?;
     make(&task, work, asks.output(), asks.jobs())
 }
@@ -42,7 +41,7 @@ pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
 /// Does work on a task, keeps the result where a folder is given, and prints it.
 pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>) -> Result<Outcome, Failure> {
     let folder = output.out.as_deref();
-    folder.map_or(Ok(()), |folder| work.check_folder(folder))?;
+    folder.map_or(Ok(()), |folder| Folder::check_for(folder, &work))?;
     let found = watched(stopping(&work), |watch| on_threads(jobs, || work.run(task, folder, watch)));
     let Some(result) = found_or_kept(found, folder)? else { return Ok(Outcome::Shortfall) };
     if let StudyResult::Sweep(sweep) = &result

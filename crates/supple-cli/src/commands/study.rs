@@ -56,7 +56,7 @@ impl Planned {
     fn of(file: &StudyFile, step: &Step) -> Result<Self, Failure> {
         let Command::Study(command) = command(file, step)? else { return Err(wrong(file, step, "is no study")) };
         let asks = command.asks();
-        let task = asks.task().load()?;
+        let task = asks.task().read()?;
         let work = asks.work(&task).map_err(|error| wrong(file, step, &error.to_string()))?;
         let study = Study::of(&task, work);
         Ok(Self { command, task, study })

@@ -1,7 +1,7 @@
 //! Studies as values: what to do, to which task, with which options.
 //!
 //! The program, study files and Python make [`Study`] values, and nothing but [`Work::run`] does what they say. A result keeps
-//! the value that it was made from ([`Made`](crate::Made)).
+//! the value that it was made from.
 
 mod file;
 mod words;
@@ -19,11 +19,11 @@ use crate::evaluate::EvaluateOptions;
 use crate::pareto::ParetoOptions;
 use crate::robustness::RobustnessOptions;
 use crate::sensors::SensorsOptions;
-use crate::sweep::{SweepOptions, TABLE_CSV};
+use crate::sweep::SweepOptions;
 use crate::trace::TraceOptions;
 use crate::{
-    Folder, LoadedTask, OWN_MODEL, RESULT, StudyError, StudyResult, Watch, bound, check_writable, design, evaluate,
-    pareto, robustness, sensors, sweep, trace,
+    LoadedTask, OWN_MODEL, StudyError, StudyResult, Watch, bound, design, evaluate, pareto, robustness, sensors, sweep,
+    trace,
 };
 
 /// What to do, to which task.
@@ -101,17 +101,8 @@ impl Work {
         }
     }
 
-    /// Checks that a folder can take the result, before long work is done for it.
-    ///
-    /// # Errors
-    /// Where it holds a result of another kind, which the new one would replace, or cannot be written to.
-    pub fn check_folder(&self, folder: &Path) -> Result<(), StudyError> {
-        Folder::check_kind(folder, self.command())?;
-        check_writable(folder, if matches!(self, Self::Sweep(_)) { TABLE_CSV } else { RESULT })
-    }
-
     /// Does the work. Where a folder is given, a journal in it keeps the finished parts of long work, and the same work resumes
-    /// from it; the result itself is for [`Folder::conclude`] to keep.
+    /// from it; the result itself is for `Folder::conclude` to keep.
     ///
     /// # Errors
     /// Where an option is wrong or does not fit the task, nothing can be computed, the journal is of another study or cannot be
