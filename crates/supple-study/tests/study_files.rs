@@ -74,7 +74,7 @@ fn wrong_files_are_errors_with_their_line() {
         ("name = \"best\"", "name = \"figures\"", 12, "steps[1].name: `figures` is the folder", None),
         ("from = [\"landscape\"", "from = [\"landscpe\"", 22, "there is no step `landscpe`", Some("did you mean")),
         ("from = [\"landscape\", \"best\"]\n", "", 20, "figures[0].from: must name at least one step", None),
-        ("rollouts = 20", "out = \"elsewhere\"", 8, "steps[0].out: is for the command line", None),
+        ("rollouts = 20", "out = \"elsewhere\"", 8, "steps[0].out: is an option of `supple study` itself", None),
         ("rollouts = 20", "rollouts = { a = 1 }", 8, "a number, a text, true, false, or a list", None),
         ("title = \"A study\"", "titel = \"A study\"", 1, "titel", Some("did you mean `title`?")),
         ("[[figures]]", "[[figures", 20, "", None),
