@@ -1,6 +1,5 @@
 use std::time::Instant;
 use supple_kernels::{Scratch, rows};
-use supple_lqg::Dimensions;
 use supple_lqg::{Regularisation, solve_riccati};
 
 use super::hessian::{Around, Hessian};
@@ -22,7 +21,7 @@ pub(crate) struct Memory {
 
 impl Memory {
     pub fn new(task: &Task) -> Self {
-        let size: Dimensions = task.system.dimensions();
+        let size = task.system.dimensions();
         Self {
             centre: Point::new(task),
             trial: Point::new(task),
@@ -81,12 +80,9 @@ impl Descent for Search<'_> {
         let plan = &mut centre.plan;
         plan.costates.copy_from(&gradient.costates);
         plan.stationarity = residual;
-        plan.relative_stationarity = residual / (1.0 + scale);
         // Its curvature is that of the assessment, which succeeded.
         let swept = solve_riccati(&plan.knots.dynamics, &gradient.hessian, Regularisation::default(), &mut plan.policy);
-        if swept.is_err() {
-            plan.relative_stationarity = f64::INFINITY;
-        }
+        plan.relative_stationarity = if swept.is_ok() { residual / (1.0 + scale) } else { f64::INFINITY };
     }
 
     /// The step, as the feedforward of the Hessian's law.
