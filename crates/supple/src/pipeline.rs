@@ -173,7 +173,7 @@ impl TaskState {
                 let memory = memory.get_or_insert_with(|| Box::new(Memory::new(task)));
                 let first = found.trajectory.controls.clone();
                 search(task.nominal(phi), how, found, plan_work, scratch)?;
-                plan_belief((task, phi), &first, settings, found, memory, scratch)
+                plan_belief((task, phi), &first, (settings, plan_work.deadline), found, memory, scratch)
             }
             PlanMode::Risk => {
                 let Self { plan: found, plan_work, scratch, .. } = self;

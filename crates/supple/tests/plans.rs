@@ -16,7 +16,7 @@ use supple::pipeline::TaskState;
 use supple::plan::{Plan, PlanMode, PlanSettings, PlanStatus, simulate_controls};
 use supple::simulate::{World, sampled_costs};
 use supple::system::Curvature;
-use supple::{Matrices, Problem, Scratch, cost_parts};
+use supple::{EvaluateOptions, Matrices, Problem, Scratch, cost_parts};
 
 fn settings(plan: PlanMode) -> PlanSettings {
     PlanSettings { plan, ..Default::default() }
@@ -205,6 +205,17 @@ fn wandering_guesses_find_the_same_optimum_and_are_the_same_every_time() {
     assert_eq!(first.plan.trajectory, second.plan.trajectory);
     assert!(first.plan.iterations > plain.plan.iterations);
     assert!((first.cost.expected() - plain.cost.expected()).abs() < 1e-8 * plain.cost.expected());
+}
+
+/// The nominal plan that it starts from is stopped too.
+#[test]
+fn a_time_limit_ends_the_search_for_belief_plans() {
+    let mut problem = shipped("light_dark.toml");
+    problem.planning.time_limit = Some(1e-9);
+    problem.planning.belief.starts = 1000;
+    let evaluated = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
+    assert_eq!(evaluated.tasks[0].status, PlanStatus::TimeLimit);
+    assert_eq!(evaluated.tasks[0].iterations, 0);
 }
 
 #[test]

@@ -6,6 +6,8 @@ mod hessian;
 mod point;
 mod search;
 
+use std::time::Instant;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -16,9 +18,9 @@ pub(crate) use gradient::belief_plan_gradient;
 pub(crate) use search::Memory;
 
 use crate::Error;
-use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus};
+use crate::plan::{Plan, PlanMode, PlanSettings, PlanStatus, is_over};
 use crate::problem::Task;
-use search::Descent;
+use search::Search;
 
 /// Waves of a wandering guess, from half a period over the task up.
 const WAVES: usize = 4;
@@ -32,7 +34,7 @@ const WAVES: usize = 4;
 pub(crate) fn plan_belief(
     (task, phi): (&Task, &[f64]),
     controls: &Matrices,
-    settings: &PlanSettings,
+    (settings, deadline): (&PlanSettings, Option<Instant>),
     plan: &mut Plan,
     memory: &mut Memory,
     scratch: &mut Scratch,
@@ -47,9 +49,8 @@ pub(crate) fn plan_belief(
     let mut iterations = plan.iterations;
     let mut best: Option<Plan> = None;
     let mut consider = |memory: &mut Memory, scratch: &mut Scratch| {
-        let status = Descent { task, phi, settings, memory, scratch }.run();
+        Search { task, phi, settings, memory, scratch }.run(deadline);
         let found = &mut memory.centre.plan;
-        found.status = status;
         found.mode = PlanMode::Belief;
         iterations += found.iterations;
         let rank = |plan: &Plan| (!plan.status.is_converged(), plan.objective);
@@ -73,7 +74,7 @@ pub(crate) fn plan_belief(
     if given.is_some() || nominal.is_some() {
         consider(memory, scratch);
     }
-    for number in 1..settings.belief.starts {
+    for number in (1..settings.belief.starts).take_while(|_| !is_over(deadline)) {
         if start(memory, &wandering(&plan.trajectory.controls, settings, number), scratch).is_some() {
             consider(memory, scratch);
         }

@@ -1,16 +1,12 @@
+use std::time::Instant;
 use supple_kernels::{Scratch, rows};
-use supple_lqg::Dimensions;
 use supple_lqg::{Regularisation, solve_riccati};
 
 use super::hessian::{Around, Hessian};
 use super::point::Point;
 use crate::gradient::{GradientWorkspace, Quantity, Steepness, slope_by_controls};
-use crate::plan::{PlanSettings, PlanStatus};
+use crate::plan::{Descent, Model, Plan, PlanSettings, PlanStatus, Step, descend};
 use crate::problem::Task;
-
-/// The shift of the Hessian, relative to 1, from the first failure on, and where it is given up.
-const LEAST_SHIFT: f64 = 1e-6;
-const MOST_SHIFT: f64 = 1e12;
 
 /// Products with the Hessian in one iteration at most.
 const PRODUCTS: usize = 60;
@@ -25,7 +21,7 @@ pub(crate) struct Memory {
 
 impl Memory {
     pub fn new(task: &Task) -> Self {
-        let size: Dimensions = task.system.dimensions();
+        let size = task.system.dimensions();
         Self {
             centre: Point::new(task),
             trial: Point::new(task),
@@ -35,20 +31,12 @@ impl Memory {
     }
 }
 
-/// How an iteration went.
-enum Outcome {
-    Accepted,
-    /// Accepted, though rounding hides the decrease of the cost.
-    Resolved,
-    Rejected,
-}
-
 /// Lowers the expected cost from `memory.centre`, which is assessed, by Newton's method with conjugate gradients and a
 /// line search (theory, section "Belief-space plans"); leaves the plan there.
 ///
 /// Where the directions of negative curvature or rejected steps appear, the Hessian is shifted, as in the method of
 /// Levenberg and Marquardt.
-pub(crate) struct Descent<'a> {
+pub(crate) struct Search<'a> {
     pub task: &'a Task,
     pub phi: &'a [f64],
     pub settings: &'a PlanSettings,
@@ -56,53 +44,32 @@ pub(crate) struct Descent<'a> {
     pub scratch: &'a mut Scratch,
 }
 
-impl Descent<'_> {
-    pub fn run(&mut self) -> PlanStatus {
-        let (mut shift, mut unresolved, mut last) = (0.0, 0, f64::INFINITY);
-        self.memory.centre.plan.iterations = 0;
-        self.memory.centre.plan.regularised = 0;
-        loop {
-            let stationarity = self.measure();
-            if stationarity <= self.settings.tolerance {
-                return PlanStatus::Converged;
-            }
-            let plan = &mut self.memory.centre.plan;
-            if plan.iterations >= self.settings.max_iterations {
-                return self.ended(PlanStatus::MaxIterations);
-            }
-            plan.iterations += 1;
-            match self.iterate(shift) {
-                Outcome::Accepted => {
-                    unresolved = 0;
-                    shift = if shift <= LEAST_SHIFT { 0.0 } else { 0.1 * shift };
-                }
-                Outcome::Resolved => {
-                    unresolved = if stationarity < 0.5 * last { 0 } else { unresolved + 1 };
-                    last = last.min(stationarity);
-                    if unresolved > 3 {
-                        self.measure();
-                        return self.ended(PlanStatus::LineSearchStalled);
-                    }
-                }
-                Outcome::Rejected => {
-                    self.memory.centre.plan.regularised += 1;
-                    shift = (10.0 * shift).max(LEAST_SHIFT);
-                    if shift > MOST_SHIFT {
-                        return self.ended(PlanStatus::LineSearchStalled);
-                    }
-                }
-            }
-        }
+impl Search<'_> {
+    /// Searches until the deadline, if there is one; sets the status of the plan.
+    pub fn run(&mut self, deadline: Option<Instant>) {
+        let plan = self.plan();
+        (plan.iterations, plan.regularised) = (0, 0);
+        self.plan().status = descend(self, self.settings, deadline);
+    }
+}
+
+impl Descent for Search<'_> {
+    /// The shift of the Hessian, relative to 1.
+    const MU: (f64, f64) = (1e-6, 1e12);
+    /// An attempt takes many products and counts as an iteration.
+    const ATTEMPTS: usize = 1;
+    const MOST_HIDDEN_AT_END: usize = 3;
+
+    fn plan(&mut self) -> &mut Plan {
+        &mut self.memory.centre.plan
     }
 
-    /// Converged, where the plan is stationary but for rounding.
-    fn ended(&self, status: PlanStatus) -> PlanStatus {
-        let loose = self.memory.centre.plan.relative_stationarity <= 1e3 * self.settings.tolerance;
-        if loose { PlanStatus::Converged } else { status }
+    fn merit(&self) -> f64 {
+        self.memory.centre.plan.objective
     }
 
     /// Costates and stationarity of the centre, and its law: `k` and `J_x` of the expected cost.
-    fn measure(&mut self) -> f64 {
+    fn measure(&mut self) {
         let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, gradient, .. } = &mut **memory;
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
@@ -113,59 +80,50 @@ impl Descent<'_> {
         let plan = &mut centre.plan;
         plan.costates.copy_from(&gradient.costates);
         plan.stationarity = residual;
-        plan.relative_stationarity = residual / (1.0 + scale);
         // Its curvature is that of the assessment, which succeeded.
         let swept = solve_riccati(&plan.knots.dynamics, &gradient.hessian, Regularisation::default(), &mut plan.policy);
-        if swept.is_ok() { plan.relative_stationarity } else { f64::INFINITY }
+        plan.relative_stationarity = if swept.is_ok() { residual / (1.0 + scale) } else { f64::INFINITY };
     }
 
-    fn iterate(&mut self, shift: f64) -> Outcome {
-        let Self { task, phi, settings, memory, scratch } = self;
+    /// The step, as the feedforward of the Hessian's law.
+    fn solve(&mut self, shift: f64) -> Result<Model, PlanStatus> {
+        let Self { task, phi, memory, scratch, .. } = self;
         let Memory { centre, trial, hessian, gradient } = &mut **memory;
-        let given = (*task, *phi);
-        if hessian.prepare(given, centre, (&centre.plan.costates, shift), scratch).is_err() {
-            return Outcome::Rejected;
-        }
+        let failed = |_| PlanStatus::LineSearchStalled;
+        hessian.prepare((task, phi), centre, (&centre.plan.costates, shift), scratch).map_err(failed)?;
         let mut slope = vec![0.0; task.steps * task.system.dimensions().controls];
         let feedback = Some(&hessian.law.feedback);
-        let along = centre.gradient(task, phi);
-        slope_by_controls(
-            &along,
-            Quantity::EXPECTED_COST,
-            feedback,
-            (&mut *gradient, &mut **scratch),
-            &mut slope,
-            None,
-        );
+        let work = (&mut *gradient, &mut **scratch);
+        slope_by_controls(&centre.gradient(task, phi), Quantity::EXPECTED_COST, feedback, work, &mut slope, None);
         let downhill: Vec<f64> = slope.iter().map(|g| -g).collect();
         // The closer, the more exactly: convergence is quadratic but for rounding.
         let relative = centre.plan.relative_stationarity.sqrt().clamp(1e-6, 0.1);
         let mut step = Vec::new();
         let mut around = Around { task, phi, centre, trial, gradient, scratch };
-        if hessian.solve(&downhill, (relative, PRODUCTS), &mut around, &mut step).is_err() {
-            return Outcome::Rejected;
-        }
-        let slope_along = rows::dot(&slope, &step);
-        if slope_along >= 0.0 || slope_along.is_nan() {
-            return Outcome::Rejected;
-        }
+        hessian.solve(&downhill, (relative, PRODUCTS), &mut around, &mut step).map_err(failed)?;
         hessian.set(&step, 1.0);
-        let (before, resolution) = (centre.plan.objective, 1e-14 * (1.0 + centre.plan.objective.abs()));
-        let resolved = -0.5 * slope_along <= 10.0 * resolution;
-        let mut share = 1.0;
-        for _ in 0..=settings.max_halvings {
-            let law = (&hessian.law, share);
-            let assessed = trial.follow(given, &centre.plan.trajectory, law, scratch);
-            let actual = before - trial.plan.objective;
-            let enough = actual > 0.0 && actual >= -settings.sufficient_decrease * share * slope_along;
-            if assessed.is_ok() && (enough || resolved && actual >= -10.0 * resolution) {
-                trial.plan.iterations = centre.plan.iterations;
-                trial.plan.regularised = centre.plan.regularised;
-                std::mem::swap(centre, trial);
-                return if resolved { Outcome::Resolved } else { Outcome::Accepted };
-            }
-            share *= 0.5;
+        let along = rows::dot(&slope, &step);
+        if along < 0.0 { Ok(Model::Slope(along)) } else { Err(PlanStatus::LineSearchStalled) }
+    }
+
+    fn try_share(&mut self, share: f64) -> f64 {
+        let Memory { centre, trial, hessian, .. } = &mut *self.memory;
+        let law = (&hessian.law, share);
+        let assessed = trial.follow((self.task, self.phi), &centre.plan.trajectory, law, self.scratch);
+        assessed.map_or(f64::INFINITY, |()| trial.plan.objective)
+    }
+
+    fn accept(&mut self, _: Step) {
+        let Memory { centre, trial, .. } = &mut *self.memory;
+        (trial.plan.iterations, trial.plan.regularised) = (centre.plan.iterations, centre.plan.regularised);
+        std::mem::swap(centre, trial);
+    }
+
+    fn ease(&self, shift: f64, step: Step) -> f64 {
+        match shift {
+            _ if step.hidden => shift,
+            _ if shift <= Self::MU.0 => 0.0,
+            _ => 0.1 * shift,
         }
-        Outcome::Rejected
     }
 }

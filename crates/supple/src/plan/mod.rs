@@ -4,6 +4,7 @@ mod approach;
 mod augmented;
 mod bounds;
 mod costates;
+mod descent;
 mod nominal;
 mod risk;
 mod rollout;
@@ -15,6 +16,7 @@ pub use crate::settings::{BeliefSettings, PlanMode, PlanSettings, PlanStatus, Re
 pub(crate) use approach::{approach, has_to_approach};
 pub use bounds::bounds_of;
 pub(crate) use costates::sweep_costates;
+pub(crate) use descent::{Descent, Model, Step, descend, is_over};
 pub use nominal::{Plan, PlanWorkspace, VALID_STATIONARITY, plan};
 pub(crate) use nominal::{finish, linearise, start, sweep};
 pub(crate) use risk::plan_risk;

@@ -8,7 +8,7 @@ use supple_model::Trajectory;
 use supple_model::system::Curvature;
 
 use super::costates::Stationarity;
-use super::search::{Patience, Search};
+use super::search::{Patience, minimise};
 use super::{NominalProblem, PlanMode, PlanSettings, PlanStatus, rollout_within, simulate_controls};
 use crate::Error;
 use crate::knots::Linearise;
@@ -144,7 +144,7 @@ pub(super) fn search_free(
         start(problem, plan, scratch)?;
         0
     };
-    let status = Search::new(problem, (settings, patience), plan, work, scratch).run();
+    let status = minimise(problem, (settings, patience), plan, work, scratch);
     plan.iterations += before;
     finish(problem, plan, status, scratch)
 }
@@ -165,7 +165,7 @@ fn start_from_free(
     work.guess.copy_from(&plan.trajectory.controls);
     let mut found = start(free, plan, scratch).is_ok();
     if found {
-        let status = Search::new(free, (settings, patience), plan, work, scratch).run();
+        let status = minimise(free, (settings, patience), plan, work, scratch);
         found = status.is_converged() && sweep(free, Regularisation::default(), None, plan).is_ok();
     }
     let (iterations, regularised) = (plan.iterations, plan.regularised);

@@ -6,7 +6,7 @@ use supple_model::system::{Constraints, Curvature, RollOut, System};
 
 use super::augmented::Augmented;
 use super::nominal::{finish, search_free};
-use super::search::{Patience, Search};
+use super::search::{Patience, minimise};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
 use crate::Error;
 
@@ -193,7 +193,7 @@ impl<'a> Rounds<'a> {
         let phi = problem.phi;
         plan.nominal_cost = system.roll_out(RollOut::Controls, phi, &mut plan.trajectory, scratch);
         (plan.iterations, plan.regularised) = (0, 0);
-        let status = Search::new(problem, (settings, Patience::Close), plan, work, scratch).run();
+        let status = minimise(problem, (settings, Patience::Close), plan, work, scratch);
         plan.multipliers = system.slopes(plan.trajectory.points(), phi, scratch);
         self.iterations += plan.iterations;
         self.regularised += plan.regularised;
