@@ -178,7 +178,7 @@ impl TaskState {
             PlanMode::Risk => {
                 let Self { plan: found, plan_work, scratch, .. } = self;
                 search(task.nominal(phi), how, found, plan_work, scratch)?;
-                plan_risk((task, phi), settings, found, scratch)
+                plan_risk((task, phi), (settings, plan_work.deadline), found, scratch)
             }
         }
     }

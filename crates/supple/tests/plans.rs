@@ -219,6 +219,18 @@ fn a_time_limit_ends_the_search_for_belief_plans() {
 }
 
 #[test]
+fn a_time_limit_ends_the_search_for_risk_sensitive_plans() {
+    let mut problem = shipped("two_mass_small.toml");
+    problem.planning.plan = PlanMode::Risk;
+    problem.planning.risk_sensitivity = 1e-4;
+    for (limit, status) in [(None, PlanStatus::Converged), (Some(1e-9), PlanStatus::TimeLimit)] {
+        problem.planning.time_limit = limit;
+        let evaluated = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
+        assert_eq!(evaluated.tasks[0].status, status);
+    }
+}
+
+#[test]
 fn designs_are_found_along_belief_plans() {
     let problem = shipped("light_dark.toml");
     let stop = AtomicBool::new(false);

@@ -3,12 +3,15 @@
 
 mod sweep;
 
+use std::time::Instant;
+
 use supple_kernels::{Matrices, Scratch, rows};
 use supple_lqg::Noise;
 use supple_lqg::{Belief, kalman};
 use supple_model::Trajectory;
 use supple_model::system::Curvature;
 
+use super::descent::is_over;
 use super::{Plan, PlanMode, PlanSettings, PlanStatus, rollout};
 use crate::Error;
 use crate::knots::Linearise;
@@ -29,7 +32,7 @@ const MOST_SHIFT: f64 = 1e9;
 /// where controls have bounds that must be kept.
 pub(crate) fn plan_risk(
     (task, phi): (&Task, &[f64]),
-    settings: &PlanSettings,
+    (settings, deadline): (&PlanSettings, Option<Instant>),
     plan: &mut Plan,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
@@ -40,7 +43,7 @@ pub(crate) fn plan_risk(
             advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
         });
     }
-    let mut search = Search::new(task, phi, settings);
+    let mut search = Search::new(task, phi, (settings, deadline));
     let nominal = plan.clone();
     match search.run(settings.risk_sensitivity, plan, scratch)? {
         Ok(()) => Ok(()),
@@ -69,6 +72,7 @@ struct Search<'a> {
     task: &'a Task,
     phi: &'a [f64],
     settings: &'a PlanSettings,
+    deadline: Option<Instant>,
     noise: Noise,
     belief: Belief,
     /// `[l_zz | l_z]` of Gauss-Newton curvature.
@@ -77,12 +81,13 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(task: &'a Task, phi: &'a [f64], settings: &'a PlanSettings) -> Self {
+    fn new(task: &'a Task, phi: &'a [f64], (settings, deadline): (&'a PlanSettings, Option<Instant>)) -> Self {
         let size = task.system.dimensions();
         Self {
             task,
             phi,
             settings,
+            deadline,
             noise: Noise::zeros(size.states, size.measurements),
             belief: Belief::zeros(size.states, size.measurements, task.steps),
             convex: Matrices::zeros(task.steps + 1, size.joint(), size.joint() + 1),
@@ -110,6 +115,9 @@ impl<'a> Search<'a> {
             let loose = stationarity <= 1e3 * self.settings.tolerance;
             if plan.iterations >= self.settings.max_iterations {
                 break if loose { PlanStatus::Converged } else { PlanStatus::MaxIterations };
+            }
+            if is_over(self.deadline) {
+                break PlanStatus::TimeLimit;
             }
             plan.iterations += 1;
             match self.step(sensitivity, shift, (plan, found.residual), scratch)? {
