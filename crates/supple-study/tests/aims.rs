@@ -21,8 +21,12 @@ fn task(name: &str) -> LoadedTask {
 }
 
 fn designed(task: &LoadedTask, kind: &str, starts: usize) -> DesignReport {
+    designed_with(task, kind, (starts, task.problem.design.seed))
+}
+
+fn designed_with(task: &LoadedTask, kind: &str, (starts, seed): (usize, u64)) -> DesignReport {
     let information = InformationWeights::of_kind(kind).unwrap();
-    let settings = DesignSettings { information, starts, ..task.problem.design.clone() };
+    let settings = DesignSettings { information, starts, seed, ..task.problem.design.clone() };
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
     supple_study::design::run(task, &settings, None, watch).unwrap()
 }
@@ -77,12 +81,23 @@ fn designs_of_a_wiping_arm_for_the_three_are_as_shown() {
     assert_designs("wiping_arm.toml", 2, &[("k", 2), ("d", 2), ("rest", 3)]);
 }
 
-/// From ten starts nine find one optimum, and no point of a grid of 20 x 20 that keeps the bound is below it.
+/// All of ten starts find one optimum, for seeds whose branch searches miss the best plan at up to three of them, and no point
+/// of a grid of 20 x 20 that keeps the bound is below it.
 #[test]
 fn the_least_needed_is_one_and_below_a_grid() {
     let task = task("two_mass_unsure.toml");
     let report = designed(&task, "needed", 10);
-    assert!(report.agreement().0 >= 9, "{:?}", report.agreement());
+    assert_eq!(report.agreement(), (10, 0));
+    for seed in [11, 18, 39] {
+        let other = designed_with(&task, "needed", (10, seed));
+        assert_eq!(other.agreement(), (10, 0), "seed {seed}");
+        for (name, value) in &other.optimum.parameters.0 {
+            let found = report.optimum.parameters.get(name).unwrap();
+            assert!((value / found - 1.0).abs() < 1e-9, "seed {seed}, {name}: {value} {found}");
+        }
+        let [own, of_other] = [&report, &other].map(|of| of.optimum.objective.information_nats);
+        assert!((of_other / own - 1.0).abs() < 1e-4, "seed {seed}: {of_other} {own}");
+    }
     let least = report.optimum.tasks[0].information.needed.as_ref().unwrap().total_nats;
     let problem = &task.problem;
     let weights = InformationWeights::of_kind("needed").unwrap();

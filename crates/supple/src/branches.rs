@@ -227,7 +227,7 @@ pub(crate) fn search_branches(
             if seen.iter().all(|other: &f64| (cost - other).abs() > SAME_BRANCH * (1.0 + other.abs())) {
                 seen.push(cost);
             }
-            if cost < branches.cost - SAME_BRANCH * (1.0 + branches.cost.abs()) {
+            if is_cheaper(cost, branches.cost) {
                 branches.controls = controls;
                 branches.cost = cost;
             }
@@ -245,6 +245,14 @@ const BATCH: usize = 8;
 
 /// Costs closer than this, relatively, belong to one branch.
 const SAME_BRANCH: f64 = 1e-7;
+
+/// Plans of designs up to this far away, in scaled coordinates, are continued to a design in search of cheaper branches.
+pub(crate) const AROUND: f64 = 1.0 / 3.0;
+
+/// Whether a cost is below another by so much that it belongs to another branch.
+pub(crate) fn is_cheaper(cost: f64, than: f64) -> bool {
+    cost < than - SAME_BRANCH * (1.0 + than.abs())
+}
 
 /// A number in [0, 1).
 pub(crate) fn uniform(random: &mut ChaCha8Rng) -> f64 {

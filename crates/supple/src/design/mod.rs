@@ -7,6 +7,7 @@ mod aim;
 mod barrier;
 mod catalogue;
 mod cobyla;
+mod exchange;
 mod optimality;
 mod outer;
 mod result;

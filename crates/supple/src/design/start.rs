@@ -94,11 +94,15 @@ impl<'a> Searcher<'a> {
         Ok(self.run_start(phi, start))
     }
 
-    /// The best of starts, in their order, wherever they were searched from in `seconds`.
+    /// The best of starts, in their order, wherever they were searched from in `seconds`, once the plans at the end of each
+    /// were tried where the others ended.
     ///
     /// # Errors
     /// Where none of them could be evaluated.
-    pub fn combine(&self, starts: Vec<StartSummary>, seconds: f64) -> Result<Design, Error> {
+    pub fn combine(&self, mut starts: Vec<StartSummary>, seconds: f64) -> Result<Design, Error> {
+        let clock = Instant::now();
+        self.exchange_plans(&mut starts);
+        let seconds = seconds + clock.elapsed().as_secs_f64();
         let rank = |summary: &StartSummary| self.rank(summary);
         let best = (0..starts.len())
             .min_by(|&a, &b| rank(&starts[a]).partial_cmp(&rank(&starts[b])).unwrap_or(Ordering::Equal))
