@@ -31,6 +31,11 @@ impl Failure {
         Self(StudyError::Io { what: what.to_string(), error })
     }
 
+    /// Whether it names the file in which something is wrong.
+    pub fn is_of_file(&self) -> bool {
+        matches!(self.0, StudyError::File(_) | StudyError::Io { .. })
+    }
+
     /// 1 where it was stopped before there was anything to keep, or else 2.
     pub fn exit_code(&self) -> u8 {
         if matches!(self.0, StudyError::Stopped) { 1 } else { 2 }

@@ -20,7 +20,10 @@ fn a_page_is_written_beside_nothing_else() {
     assert_eq!(code, Some(0));
     assert!(said.starts_with("pages/one.html: ") && said.ends_with(" MB\n"), "{said}");
     let page = std::fs::read_to_string(folder.path("pages/one.html")).unwrap();
-    assert!(page.starts_with("<!DOCTYPE html>") && page.contains("supple evaluate task.toml --out at"), "{page:.300}");
+    assert!(
+        page.starts_with("<!DOCTYPE html>") && page.contains("supple evaluate task.toml --rollouts 256"),
+        "{page:.300}"
+    );
     assert_eq!(folder.names(), ["at", "pages", "task.toml"]);
 }
 

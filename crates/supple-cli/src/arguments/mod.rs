@@ -5,14 +5,15 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::Level;
 use supple_study::LoadedTask;
 
-use crate::commands::Asks;
 use crate::failure::Failure;
 use crate::output::warn;
 
+mod asks;
 mod designs;
 mod robots;
 mod studies;
 
+pub use asks::Asks;
 pub use designs::{DesignOptions, EvaluateOptions, GradientArgument, GradientChoice, MethodArgument};
 pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{

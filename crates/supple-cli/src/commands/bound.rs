@@ -1,8 +1,7 @@
 use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use super::conduct::Asks;
-use crate::arguments::{BoundOptions, Output, TaskArguments};
+use crate::arguments::{Asks, BoundOptions, Output, TaskArguments};
 use crate::failure::Failure;
 
 /// `supple bound TASK`

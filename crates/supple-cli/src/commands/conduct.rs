@@ -7,29 +7,12 @@ use supple_study::sweep::Sweep;
 use supple_study::{Folder, JOURNAL, LoadedTask, Made, StudyError, StudyResult, forget, kept_parts};
 
 use crate::Outcome;
-use crate::arguments::{Output, TaskArguments};
+use crate::arguments::{Asks, Output};
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
 use crate::pages::stopped;
 use crate::present::print;
 use crate::progress::{Stopping, watched};
-
-/// The arguments of a command that does a study.
-pub trait Asks {
-    /// The task.
-    fn task(&self) -> &TaskArguments;
-
-    /// Where the result goes.
-    fn output(&self) -> &Output;
-
-    /// What to do to the task.
-    fn work(&self, task: &LoadedTask) -> Result<Work, Failure>;
-
-    /// How many threads work, where that is not left to the program.
-    fn jobs(&self) -> Option<usize> {
-        None
-    }
-}
 
 /// Does what a command asks for.
 pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {

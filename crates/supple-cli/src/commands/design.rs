@@ -1,8 +1,7 @@
 use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use super::conduct::Asks;
-use crate::arguments::{DesignOptions, Output, TaskArguments};
+use crate::arguments::{Asks, DesignOptions, Output, TaskArguments};
 use crate::failure::Failure;
 
 /// `supple design TASK`

@@ -21,7 +21,7 @@ mod trace;
 mod validate;
 
 pub use check::check;
-pub use conduct::{Asks, conduct};
+pub use conduct::conduct;
 pub use explore::explore;
 pub use export::export;
 pub use new::new;

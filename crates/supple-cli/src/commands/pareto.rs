@@ -1,8 +1,7 @@
 use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use super::conduct::Asks;
-use crate::arguments::{Output, ParetoOptions, TaskArguments};
+use crate::arguments::{Asks, Output, ParetoOptions, TaskArguments};
 use crate::failure::Failure;
 
 /// `supple pareto TASK`

@@ -4,8 +4,7 @@ use supple_study::study::Work;
 use supple_study::sweep::Axis;
 use supple_study::{LoadedTask, StudyError};
 
-use super::conduct::Asks;
-use crate::arguments::{Output, RobustnessOptions, TaskArguments};
+use crate::arguments::{Asks, Output, RobustnessOptions, TaskArguments};
 use crate::failure::Failure;
 
 /// `supple robustness TASK`

@@ -2,8 +2,7 @@ use supple_study::LoadedTask;
 use supple_study::sensors::{SensorGoal, SensorMethod};
 use supple_study::study::Work;
 
-use super::conduct::Asks;
-use crate::arguments::{Output, SensorGoalArgument, SensorMethodArgument, SensorsOptions, TaskArguments};
+use crate::arguments::{Asks, Output, SensorGoalArgument, SensorMethodArgument, SensorsOptions, TaskArguments};
 use crate::failure::Failure;
 
 /// `supple sensors TASK`

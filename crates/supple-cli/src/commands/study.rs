@@ -56,8 +56,10 @@ impl Planned {
     fn of(file: &StudyFile, step: &Step) -> Result<Self, Failure> {
         let Command::Study(command) = command(file, step)? else { return Err(wrong(file, step, "is no study")) };
         let asks = command.asks();
-        let task = asks.task().read()?;
-        let work = asks.work(&task).map_err(|error| wrong(file, step, &error.to_string()))?;
+        let here =
+            |failure: Failure| if failure.is_of_file() { failure } else { wrong(file, step, &failure.to_string()) };
+        let task = asks.task().read().map_err(here)?;
+        let work = asks.work(&task).map_err(here)?;
         let study = Study::of(&task, work);
         Ok(Self { command, task, study })
     }

@@ -2,8 +2,7 @@ use supple_study::LoadedTask;
 use supple_study::study::Work;
 use supple_study::sweep::Axis;
 
-use super::conduct::Asks;
-use crate::arguments::{Output, SweepOptions, TaskArguments};
+use crate::arguments::{Asks, Output, SweepOptions, TaskArguments};
 use crate::failure::Failure;
 
 /// `supple sweep TASK`

@@ -1,8 +1,7 @@
 use supple_study::LoadedTask;
 use supple_study::study::Work;
 
-use super::conduct::Asks;
-use crate::arguments::{Output, TaskArguments, TraceOptions};
+use crate::arguments::{Asks, Output, TaskArguments, TraceOptions};
 use crate::failure::Failure;
 
 /// `supple trace TASK`

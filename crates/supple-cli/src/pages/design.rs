@@ -13,6 +13,14 @@ use super::next;
 use crate::tables::{align_right, heading, number, percent, table};
 use crate::{catalogue, contacts, informations, split, trust};
 
+/// How far a search is that was stopped; none where it was not, or no start had ended.
+pub fn stopped_design(report: &DesignReport) -> Option<String> {
+    let ended = report.starts.iter().filter(|start| start.status != DesignStatus::Stopped).count();
+    let wanted = report.settings.starts;
+    let stopped = report.status == DesignStatus::Stopped && ended > 0;
+    stopped.then(|| format!("stopped: {ended} of {wanted} starts had ended"))
+}
+
 /// The page of `supple design`.
 pub fn design_page(about: &About, report: &DesignReport) -> String {
     let (start, optimum) = (&report.start, &report.optimum);

@@ -4,7 +4,7 @@ use std::path::Path;
 use supple_study::{About, Steps, StudyResult};
 
 use super::bound::bound_page;
-use super::design::design_page;
+use super::design::{design_page, stopped_design};
 use super::evaluation::evaluation_page;
 use super::pareto::{pareto_page, stopped_front};
 use super::robustness::{robustness_page, stopped_robustness};
@@ -47,6 +47,7 @@ fn study_page(about: &About, study: &Steps, folder: &Path) -> String {
 /// How far a result is that was stopped; none where it was not.
 pub fn stopped(result: &StudyResult) -> Option<String> {
     match result {
+        StudyResult::Design(report) => stopped_design(report),
         StudyResult::Pareto(front) => stopped_front(front),
         StudyResult::Robustness(study) => stopped_robustness(study),
         StudyResult::Trace(study) => stopped_trace(study),

@@ -58,7 +58,13 @@ fn an_interrupted_design_prints_the_best_until_then() {
     std::thread::sleep(std::time::Duration::from_millis(700));
     let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
-    let found = Run::of(&child.wait_with_output().unwrap()).json(1);
+    let mut run = Run::of(&child.wait_with_output().unwrap());
+    let said = std::mem::take(&mut run.stderr);
+    assert!(
+        said.starts_with("warning: stopped: ") && said.ends_with(" starts had ended; the same command resumes\n"),
+        "{said}"
+    );
+    let found = run.json(1);
     assert_eq!(found["status"], "stopped");
     assert_eq!(found["optimum"]["feasible"], true);
     let file: serde_json::Value =

@@ -31,9 +31,6 @@ const STEPS_WORK: usize = 1_000_000;
 /// Steps have reached their limit when one changes it by less than this, relatively.
 const STEADY: f64 = 1e-14;
 
-/// What steps find that is below this share of the rest is rounding.
-const ROUNDING: f64 = 1e-10;
-
 impl Stationary {
     /// That of `x+ = A x + B u + w`, `w` of covariance `process`, and the cost `1/2 z' L z` per step of `z = (x, u)`:
     /// `dynamics` is `[A, B]`, n x (n + m), and `cost` is `L`, (n + m) x (n + m), cross terms included.
@@ -178,14 +175,13 @@ impl Quadratic {
         (residual.is_finite() && residual <= 1e-7 * s.norm().max(f64::MIN_POSITIVE)).then_some(s)
     }
 
-    /// The limit of steps from 0, where few of them reach it; none where they do not. Along motions without a cost rounding
-    /// would grow until the steps reach the regulator that keeps them bounded: what is small is dropped after each step.
+    /// The limit of steps from 0, where few of them reach it; none where they do not.
     fn by_steps(&self) -> Option<Dense> {
         let n = self.a.nrows();
         let most = (STEPS_WORK / (n * n * n).max(1)).min(MOST_STEPS);
         let mut s = Dense::zeros(n, n);
         for _ in 0..most {
-            let next = without_small(self.back(&s)?)?;
+            let next = self.back(&s)?;
             let change = (&next - &s).norm();
             s = next;
             if !change.is_finite() || change <= STEADY * s.norm() {
@@ -256,15 +252,6 @@ impl Quadratic {
         let half = whitened(&h.uu)?.transpose() * &h.ux;
         Some(symmetric(half.transpose() * half))
     }
-}
-
-/// A positive semidefinite matrix without the directions in which it is rounding.
-fn without_small(s: Dense) -> Option<Dense> {
-    let found = eigen(s)?;
-    let least = ROUNDING * found.eigenvalues.iter().fold(0.0f64, |a, &b| a.max(b));
-    let values = found.eigenvalues.map(|value| if value > least { value } else { 0.0 });
-    let vectors = &found.eigenvectors;
-    Some(symmetric(vectors * Dense::from_diagonal(&values) * vectors.transpose()))
 }
 
 /// `F` with `F F' = a^+`: eigenvalues below the tolerance count as 0.
