@@ -93,7 +93,7 @@ def test_tables_are_those_of_threads(task: supple.Task, serial: str, pool: Execu
     found = task.sweep(GRID, executor=pool, progress=seen)
     assert found.to_json() == serial
     assert seen.begun == [("points", 0, 800)] and seen.done == 800
-    assert found.made["study"] == task.sweep(GRID).made["study"]
+    assert found.command_line == task.sweep(GRID).command_line
     for rollouts, starts in [(3, 0), (0, 2)]:
         grid = {"k1": [100.0, 300.0, 500.0], "drive_variance": [1e-3, 1e-2]}
         there = task.sweep(grid, rollouts=rollouts, starts=starts, seed=7, executor=pool)
