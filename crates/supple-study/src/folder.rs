@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple_file::read_text;
 
 use crate::checksums;
-use crate::journal::{JOURNAL, forget, kept_parts};
+use crate::journal::{forget, kept_parts};
 use crate::study::{Study, StudyFile, Work};
 use crate::sweep::TABLE_CSV;
 use crate::write::RESULT;
@@ -95,7 +95,7 @@ impl Folder {
     /// Where a file cannot be written or removed.
     pub fn conclude(path: &Path, made: &Made, result: &StudyResult) -> Result<(), StudyError> {
         Self::save(path, made, result)?;
-        let resumes = result.is_stopped() && path.join(JOURNAL).exists() && kept_parts(path)? > 0;
+        let resumes = result.is_stopped() && kept_parts(path)? > 0;
         if resumes || matches!(result, StudyResult::Sweep(_)) { Ok(()) } else { forget(path) }
     }
 

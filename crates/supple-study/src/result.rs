@@ -77,8 +77,8 @@ impl StudyResult {
         }
     }
 
-    /// Whether it is less than what was asked for: stopped, not converged, above a limit, with warnings, or with numbers that
-    /// are not finite.
+    /// Whether it is less than what was asked for: stopped, not converged, above a limit, or with warnings. Numbers that are not
+    /// finite are for [`not_finite`](Self::not_finite) to find.
     pub fn falls_short(&self) -> bool {
         let as_asked = match self {
             Self::Design(result) => {
@@ -102,7 +102,7 @@ impl StudyResult {
             // How searches ended is what was asked for; a set of sensors has its certificate.
             Self::Trace(_) | Self::Sensors(_) | Self::Study(_) => true,
         };
-        !as_asked || self.is_stopped() || !self.not_finite().is_empty()
+        !as_asked || self.is_stopped()
     }
 
     /// All of its numbers that are not finite, but for those that say why.

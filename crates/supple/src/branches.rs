@@ -246,8 +246,11 @@ const BATCH: usize = 8;
 /// Costs closer than this, relatively, belong to one branch.
 const SAME_BRANCH: f64 = 1e-7;
 
+/// The box is so many times as wide as the reach of branch searches.
+const REACHES: f64 = 3.0;
+
 /// Plans of designs up to this far away, in scaled coordinates, are continued to a design in search of cheaper branches.
-pub(crate) const AROUND: f64 = 1.0 / 3.0;
+pub(crate) const AROUND: f64 = 1.0 / REACHES;
 
 /// Whether a cost is below another by so much that it belongs to another branch.
 pub(crate) fn is_cheaper(cost: f64, than: f64) -> bool {
@@ -266,9 +269,9 @@ fn attempt_branch(
     (random, approach): (&mut ChaCha8Rng, bool),
     state: &mut TaskState,
 ) -> Result<Option<(f64, Matrices)>, Error> {
-    // A design within a third of the box around this one, in scaled coordinates.
+    // A design up to `AROUND` away from this one, in scaled coordinates.
     let source: Vec<f64> =
-        scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / 3.0).clamp(0.0, 1.0)).collect();
+        scaling.scaled(phi).iter().map(|s| (s + (uniform(random) - 0.5) * 2.0 / REACHES).clamp(0.0, 1.0)).collect();
     let source = scaling.unscaled(phi, &source);
     let factor = math::exp(uniform(random) * 1.8);
     let mut guess = task.guess(&source, factor);

@@ -67,7 +67,7 @@ impl Planned {
     /// Makes the step, or takes what an earlier run has made of it.
     fn make(&self, heading: &str, folder: &Path) -> Result<Outcome, Failure> {
         if let Some(made) = Folder::load_made(folder, &self.study) {
-            let (fell, outcome) = match made.result.falls_short() {
+            let (fell, outcome) = match made.result.falls_short() || !made.result.not_finite().is_empty() {
                 true => (", which fell short", Outcome::Shortfall),
                 false => ("", Outcome::Success),
             };

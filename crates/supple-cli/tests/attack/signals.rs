@@ -106,6 +106,19 @@ fn a_study_stopped_before_it_found_anything_keeps_nothing() {
 }
 
 #[test]
+fn what_keeps_no_parts_says_so_when_it_is_stopped() {
+    let folder = Folder::new();
+    let task = repository("tasks/two_mass.toml").display().to_string();
+    for words in [&["bound", &task, "--curve=10000"][..], &["evaluate", &task, "--rollouts", "10000000"]] {
+        let child = start(&folder, &[words, &["--out", "out"]].concat());
+        std::thread::sleep(Duration::from_secs(1));
+        let (run, took) = ended("-INT", child);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(1), "error: stopped: nothing is kept\n"), "{run:?}");
+        assert!(!folder.path("out/result.json").exists() && took < SOON, "{took:?}");
+    }
+}
+
+#[test]
 fn a_stopped_step_of_a_study_resumes() {
     let folder = Folder::with_task(TWO_MASS);
     let text = "title = \"Long\"\n[[steps]]\nname = \"paths\"\nrun = \"trace\"\ntask = \"task.toml\"\nstarts = 3000\n";

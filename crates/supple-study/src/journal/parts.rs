@@ -100,12 +100,12 @@ impl Parts {
     }
 }
 
-/// How many parts of a study, such as searches, the journal in a folder keeps. Changes nothing.
+/// How many parts of a study, such as searches, the journal in a folder keeps; 0 where there is no journal. Changes nothing.
 ///
 /// # Errors
-/// Where there is no journal, or it is in use or damaged.
+/// Where the journal is in use or damaged.
 pub fn kept_parts(folder: &Path) -> Result<u64, StudyError> {
-    count(folder, PARTS)
+    if folder.join(JOURNAL).exists() { count(folder, PARTS) } else { Ok(0) }
 }
 
 /// Removes the journal of a study with nothing to resume: its result is complete and stored, or none of its parts is done.
