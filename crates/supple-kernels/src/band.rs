@@ -58,9 +58,7 @@ impl Band {
     /// # Errors
     /// The block at which the matrix is not positive definite to rounding.
     pub fn solve(&mut self, out: &mut [Vec<Vec<f64>>; RIGHT_SIDES]) -> Result<(), usize> {
-        let mut result = Ok(());
-        dispatch(Factor { band: self, result: &mut result });
-        result?;
+        dispatch(Factor(&mut *self))?;
         self.substitute(out);
         Ok(())
     }
@@ -101,24 +99,25 @@ fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
 
 /// `H_t = R'R` by block rows, with `R'^-1` applied to `C_t` and the right sides as the rows are made, and what that
 /// takes from the next block.
-struct Factor<'a> {
-    band: &'a mut Band,
-    result: &'a mut Result<(), usize>,
-}
+struct Factor<'a>(&'a mut Band);
 
 impl Job for Factor<'_> {
+    /// `Err(t)` where block t is not positive definite.
+    type Output = Result<(), usize>;
+
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for t in 0..self.band.orders.len() {
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self(band) = self;
+        for t in 0..band.orders.len() {
             if t > 0 {
-                self.band.take_coupling::<L>(t);
+                band.take_coupling::<L>(t);
             }
-            let (n, stride) = (self.band.orders[t], self.band.blocks[t].stride());
-            if !factor_rows::<L>(self.band.blocks[t].at_mut(0), n, stride) {
-                *self.result = Err(t);
-                return;
+            let (n, stride) = (band.orders[t], band.blocks[t].stride());
+            if !factor_rows::<L>(band.blocks[t].at_mut(0), n, stride) {
+                return Err(t);
             }
         }
+        Ok(())
     }
 }
 

@@ -1,17 +1,8 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use crate::Lanes;
-use crate::lanes::Portable;
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::x86::{Avx2, Avx512, Sse2};
-
-/// Work written once over the lanes, to be run with the machine's best instructions.
-///
-/// `run` and all it calls must be `#[inline(always)]`; a closure made outside does not inherit the instructions.
-pub trait Job {
-    /// Does the work with lanes of type `L`.
-    fn run<L: Lanes>(self);
-}
+use crate::lanes::{Job, Lanes, Portable};
 
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,35 +71,24 @@ impl Level {
 }
 
 /// Runs `job` with the instructions of [`Level::current`]: one branch per call.
+///
+/// This is where lanes come from: those of a level are used by none but the jobs that run here, on a machine that has its
+/// instructions.
 #[inline]
-pub fn dispatch(job: impl Job) {
+pub fn dispatch<J: Job>(job: J) -> J::Output {
     match Level::current() {
         #[cfg(target_arch = "x86_64")]
-        Level::Baseline => job.run::<Sse2>(),
-        // SAFETY: `current` returns a level only where `is_available` found its instructions.
+        Level::Baseline => Sse2::apart(job),
         #[cfg(target_arch = "x86_64")]
-        Level::Avx2 => unsafe { run_avx2(job) },
-        // SAFETY: as above.
+        Level::Avx2 => Avx2::apart(job),
         #[cfg(target_arch = "x86_64")]
-        Level::Avx512 => unsafe { run_avx512(job) },
+        Level::Avx512 => Avx512::apart(job),
         #[cfg(not(target_arch = "x86_64"))]
-        _ => job.run::<Portable>(),
+        _ => Portable::apart(job),
     }
 }
 
 /// Runs `job` on plain arrays: the reference that every level is compared with.
-pub fn dispatch_portable(job: impl Job) {
-    job.run::<Portable>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn run_avx2<J: Job>(job: J) {
-    job.run::<Avx2>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
-unsafe fn run_avx512<J: Job>(job: J) {
-    job.run::<Avx512>();
+pub fn dispatch_portable<J: Job>(job: J) -> J::Output {
+    job.run::<Portable>()
 }

@@ -6,6 +6,17 @@ use crate::{Scalar, math};
 /// How many numbers every [`Lanes`] type holds.
 pub const LANES: usize = 8;
 
+/// Work written once over the lanes, to be run with the machine's best instructions.
+///
+/// `run` and all it calls must be `#[inline(always)]`; a closure made outside does not inherit the instructions.
+pub trait Job {
+    /// What comes of it.
+    type Output;
+
+    /// Does the work with lanes of type `L`.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
 /// Eight numbers worked on at once: eight knots of a trajectory, or eight entries of a padded row.
 pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// One number with the arithmetic of one lane.
@@ -19,6 +30,10 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
 
     /// The lanes as an array.
     fn to_array(self) -> [f64; LANES];
+
+    /// Runs a job in a function of its own, with the instructions of these lanes. What is not copied into its caller is
+    /// compiled once, however many call it: for work beside which a call is nothing.
+    fn apart<J: Job>(job: J) -> J::Output;
 
     /// Loads the first eight numbers at `from`.
     ///
@@ -78,6 +93,10 @@ impl Neg for Portable {
 impl Lanes for Portable {
     type Single = f64;
     const WIDE: bool = false;
+    #[inline(never)]
+    fn apart<J: Job>(job: J) -> J::Output {
+        job.run::<Self>()
+    }
     #[inline(always)]
     fn from_array(values: [f64; LANES]) -> Self {
         Self(values)

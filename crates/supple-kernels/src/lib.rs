@@ -13,7 +13,8 @@
 //! - [`Scratch`]: memory that kernels reuse, so that sweeps allocate nothing.
 //!
 //! Operations and kernels are `#[inline(always)]`: a function that is not inlined under run-time dispatch falls back
-//! to baseline instructions and runs tens of times slower.
+//! to baseline instructions and runs tens of times slower. What is large and called from many places is a [`Job`] that
+//! [`Lanes::apart`] runs: a function of its own that keeps the instructions.
 
 mod band;
 mod dispatch;
@@ -32,9 +33,9 @@ mod scalar;
 mod scratch;
 
 pub use band::{Band, BandRow, RIGHT_SIDES};
-pub use dispatch::{Job, Level, dispatch, dispatch_portable};
+pub use dispatch::{Level, dispatch, dispatch_portable};
 pub use dual::Dual;
-pub use lanes::{LANES, Lanes};
+pub use lanes::{Job, LANES, Lanes};
 pub use ldl::Ldl;
 pub use matrices::{Matrices, padded};
 pub use scalar::Scalar;

@@ -55,27 +55,72 @@ pub fn multiply<L: Lanes>(
     left: Left,
     right: &[f64],
     stride: usize,
+    sizes: (usize, usize),
+    into: Into,
+) {
+    product::<L>((out, stride), left, (right, stride), stride, sizes, into);
+}
+
+/// `out (rows x stride) = left (rows x inner) * right`, the rows of `right` being the first `stride` numbers of rows
+/// that are `right_stride` apart.
+#[inline(always)]
+pub fn multiply_strided<L: Lanes>(
+    out: &mut [f64],
+    left: Left,
+    right: (&[f64], usize),
+    stride: usize,
+    sizes: (usize, usize),
+) {
+    product::<L>((out, stride), left, right, stride, sizes, Into::Set);
+}
+
+/// `out = factor * left (rows x inner) * right (inner x stride)`, into the first `stride` numbers of rows that are
+/// `out_stride` apart.
+#[inline(always)]
+pub fn multiply_into_strided<L: Lanes>(
+    (out, out_stride): (&mut [f64], usize),
+    left: Left,
+    right: &[f64],
+    stride: usize,
+    sizes: (usize, usize),
+    factor: f64,
+) {
+    product::<L>((out, out_stride), left, (right, stride), stride, sizes, Into::Set);
+    for row in out.chunks_mut(out_stride).take(sizes.0) {
+        scale::<L>(&mut row[..stride], factor);
+    }
+}
+
+/// A product of `width` columns, the rows of `out` and of `right` as far apart as is said beside them.
+#[inline(always)]
+fn product<L: Lanes>(
+    (out, out_stride): (&mut [f64], usize),
+    left: Left,
+    (right, right_stride): (&[f64], usize),
+    width: usize,
     (rows, inner): (usize, usize),
     into: Into,
 ) {
-    if rows == 0 || stride == 0 {
+    if rows == 0 || width == 0 {
         return;
     }
-    assert!(stride.is_multiple_of(LANES) && out.len() >= rows * stride && right.len() >= inner * stride);
+    assert!(width.is_multiple_of(LANES) && width <= out_stride && width <= right_stride);
+    assert!(out.len() >= rows * out_stride && right.len() >= inner * right_stride);
     if let Into::AddTo(base) | Into::SubtractFrom(base) = into {
-        assert!(base.len() >= rows * stride);
+        assert!(base.len() >= rows * out_stride);
     }
     assert!(inner == 0 || left.data.len() > (rows - 1) * left.row + (inner - 1) * left.inner);
     let (out, right) = (out.as_mut_ptr(), right.as_ptr());
+    let strides = (out_stride, right_stride);
     let mut column = 0;
     // SAFETY: the assertions above cover every row, column and inner index used below.
     unsafe {
-        while L::WIDE && column + 2 * LANES <= stride {
-            columns::<L, 2>(out, left, right, (stride, stride), (0, rows, inner), into, column);
+        while L::WIDE && column + 2 * LANES <= width {
+            columns::<L, 2>(out, left, right, strides, (0, rows, inner), into, column);
             column += 2 * LANES;
         }
-        while column < stride {
-            columns::<L, 1>(out, left, right, (stride, stride), (0, rows, inner), into, column);
+        while column < width {
+            columns::<L, 1>(out, left, right, strides, (0, rows, inner), into, column);
             column += LANES;
         }
     }
@@ -160,57 +205,6 @@ unsafe fn block<L: Lanes, const R: usize, const C: usize>(
     }
 }
 
-/// `out (rows x stride) = left (rows x inner) * right`, the rows of `right` being the first `stride` numbers of rows
-/// that are `right_stride` apart.
-#[inline(always)]
-pub fn multiply_strided<L: Lanes>(
-    out: &mut [f64],
-    left: Left,
-    (right, right_stride): (&[f64], usize),
-    stride: usize,
-    (rows, inner): (usize, usize),
-) {
-    if stride == right_stride {
-        return multiply::<L>(out, left, right, stride, (rows, inner), Into::Set);
-    }
-    for i in 0..rows {
-        let row = &mut out[i * stride..(i + 1) * stride];
-        row.fill(0.0);
-        for k in 0..inner {
-            let factor = left.data[i * left.row + k * left.inner];
-            add_scaled::<L>(row, factor, &right[k * right_stride..k * right_stride + stride]);
-        }
-    }
-}
-
-/// `out = factor * left (rows x inner) * right (inner x stride)`, into the first `stride` numbers of rows that are
-/// `out_stride` apart.
-#[inline(always)]
-pub fn multiply_into_strided<L: Lanes>(
-    (out, out_stride): (&mut [f64], usize),
-    left: Left,
-    right: &[f64],
-    stride: usize,
-    (rows, inner): (usize, usize),
-    factor: f64,
-) {
-    for i in 0..rows {
-        let row = &mut out[i * out_stride..i * out_stride + stride];
-        for column in (0..stride).step_by(LANES) {
-            let mut sum = L::zero();
-            for k in 0..inner {
-                let line = &right[k * stride + column..k * stride + column + LANES];
-                // SAFETY: the slice holds eight numbers.
-                let line = unsafe { L::load(line.as_ptr()) };
-                sum = L::constant(left.data[i * left.row + k * left.inner]).mul_add(line, sum);
-            }
-            let to = &mut row[column..column + LANES];
-            // SAFETY: the slice holds eight numbers.
-            unsafe { (sum * L::constant(factor)).store(to.as_mut_ptr()) };
-        }
-    }
-}
-
 /// `out += factor * row`, over whole padded rows.
 #[inline(always)]
 pub fn add_scaled<L: Lanes>(out: &mut [f64], factor: f64, row: &[f64]) {
@@ -253,14 +247,42 @@ pub fn transpose<L: Lanes>(out: &mut [f64], out_stride: usize, a: &[f64], stride
     }
 }
 
+/// How many of some numbers fill whole lanes, where lanes pay.
+#[inline(always)]
+fn whole<L: Lanes>(len: usize) -> usize {
+    if L::WIDE { len - len % LANES } else { 0 }
+}
+
+/// Asks for the first `width` numbers of rows, so that they are in the nearest memory once a loop has run.
+#[inline(always)]
+fn fetch_rows(rows: &[f64], (stride, width): (usize, usize)) {
+    rows.chunks(stride).for_each(|row| ask::<NEAREST>(&row[..row.len().min(width)]));
+}
+
 /// Asks for numbers that are used soon, so that they are near when they are.
 #[inline(always)]
 pub fn fetch(numbers: &[f64]) {
+    ask::<NEAR>(numbers);
+}
+
+/// As [`fetch`], of the lower triangle of a matrix with this stride.
+#[inline(always)]
+pub fn fetch_lower(a: &[f64], stride: usize) {
+    for (i, row) in a.chunks(stride).enumerate() {
+        fetch(&row[..row.len().min(i + 1)]);
+    }
+}
+
+/// Hints of processors: the first of their own memories, and the second.
+const NEAREST: i32 = 3;
+const NEAR: i32 = 2;
+
+#[inline(always)]
+fn ask<const HINT: i32>(numbers: &[f64]) {
     #[cfg(target_arch = "x86_64")]
     for line in numbers.chunks(LANES) {
-        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
         // SAFETY: a hint, which reads and writes nothing.
-        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.as_ptr().cast()) };
+        unsafe { std::arch::x86_64::_mm_prefetch::<HINT>(line.as_ptr().cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = numbers;
@@ -278,8 +300,7 @@ pub fn add_transposed_lower<L: Lanes>(
         return;
     }
     assert!(out.len() > (rows - 1) * out_stride + cols - 1 && a.len() > (cols - 1) * stride + rows - 1);
-    let whole = |len: usize| if L::WIDE { len - len % LANES } else { 0 };
-    let (whole_rows, whole_cols) = (whole(rows), whole(cols));
+    let [whole_rows, whole_cols] = [rows, cols].map(whole::<L>);
     for i in (0..whole_rows).step_by(LANES) {
         for j in (0..whole_cols.min(i + LANES)).step_by(LANES) {
             // SAFETY: whole blocks of eight by eight lie inside both.

@@ -74,6 +74,8 @@ struct Sweep<'a> {
 }
 
 impl Job for Sweep<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));

@@ -1,4 +1,4 @@
-use supple_kernels::{LANES, padded};
+use supple_kernels::{Job, LANES, Lanes, padded};
 
 use crate::knots::Dimensions;
 
@@ -51,6 +51,13 @@ impl Shape {
     #[inline(always)]
     pub fn small_rows(self) -> Self {
         Self { row: Some(LANES), ..self }
+    }
+
+    /// Runs a part of a sweep: within it for small systems, and otherwise in a function of its own, beside whose work a call
+    /// is nothing. Sweeps that hold all their parts take compilers minutes.
+    #[inline(always)]
+    pub fn part<L: Lanes, J: Job>(self, job: J) -> J::Output {
+        if self.row.is_some() { job.run::<L>() } else { L::apart(job) }
     }
 
     #[inline(always)]

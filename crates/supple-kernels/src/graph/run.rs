@@ -181,6 +181,8 @@ struct Run<'a> {
 }
 
 impl Job for Run<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { program, batch, sources, parameters, mut sink, sums, scratch } = self;
@@ -273,6 +275,8 @@ thread_local! {
 }
 
 impl Job for Single<'_, '_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { program, sources, parameters, sinks, scratch } = self;

@@ -9,7 +9,7 @@ use crate::fused::Fused;
 macro_rules! lanes {
     ($(#[$doc:meta])* $name:ident, $register:ty, $parts:literal, $width:literal, {
         $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $splat:ident $load:ident $store:ident
-    }, single: $single:ty, fma: $fma:expr, $(transpose: $transpose:ident,)? negate: $negate:expr, select: $select:expr) => {
+    }, $(instructions: $instructions:literal,)? single: $single:ty, fma: $fma:expr, $(transpose: $transpose:ident,)? negate: $negate:expr, select: $select:expr) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name([$register; $parts]);
@@ -33,6 +33,16 @@ macro_rules! lanes {
         impl Lanes for $name {
             type Single = $single;
             const WIDE: bool = $parts == 1;
+            #[inline(always)]
+            fn apart<J: Job>(job: J) -> J::Output {
+                #[inline(never)]
+                $(#[target_feature(enable = $instructions)])?
+                unsafe fn run<J: Job>(job: J) -> J::Output {
+                    job.run::<$name>()
+                }
+                // SAFETY: instructions as in `neg`.
+                unsafe { run(job) }
+            }
             #[inline(always)]
             fn from_array(values: [f64; LANES]) -> Self {
                 // SAFETY: the array holds eight numbers.
@@ -231,11 +241,12 @@ lanes!(
     /// Eight numbers in two AVX2 registers, with fused multiply-add.
     Avx2, __m256d, 2, 4,
     { _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd },
-    single: Fused, fma: _mm256_fmadd_pd, negate: negate_avx, select: select_avx
+    instructions: "avx2,fma", single: Fused, fma: _mm256_fmadd_pd, negate: negate_avx, select: select_avx
 );
 lanes!(
     /// Eight numbers in one AVX-512 register, with fused multiply-add.
     Avx512, __m512d, 1, 8,
     { _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd },
-    single: Fused, fma: _mm512_fmadd_pd, transpose: transpose_avx512, negate: negate_avx512, select: select_avx512
+    instructions: "avx2,fma,avx512f,avx512dq,avx512vl", single: Fused, fma: _mm512_fmadd_pd,
+    transpose: transpose_avx512, negate: negate_avx512, select: select_avx512
 );

@@ -1,9 +1,11 @@
 //! Kernels for symmetric matrices, of which only the lower triangle is computed, and for triangular factors.
 
-use super::{Into, Left, add_scaled, columns, multiply, scale};
+use super::{Into, Left, add_scaled, columns, fetch_rows, multiply, scale, whole};
 use crate::math;
 use crate::{LANES, Lanes, padded};
 
+/// Terms of a sum from which what it is added to is fetched meanwhile.
+const LONG: usize = 16;
 /// Rows that are computed together.
 const ROWS: usize = 4;
 /// Below this order plain loops are as fast as lanes.
@@ -40,6 +42,9 @@ pub fn multiply_lower<L: Lanes>(
     unsafe {
         for first in (0..rows).step_by(LANES) {
             let end = (first + LANES).min(rows);
+            if let (true, Into::AddTo(base) | Into::SubtractFrom(base)) = (inner >= LONG, into) {
+                fetch_rows(&base[first * out_stride..end * out_stride], (out_stride, padded(end)));
+            }
             let mut column = 0;
             while L::WIDE && column + 2 * LANES <= padded(end) {
                 columns::<L, 2>(out, left, right, strides, (first, end, inner), into, column);
@@ -60,7 +65,7 @@ pub fn mirror<L: Lanes>(a: &mut [f64], n: usize, stride: usize) {
         return;
     }
     assert!(a.len() > (n - 1) * stride + n - 1);
-    let whole = if L::WIDE { n - n % LANES } else { 0 };
+    let whole = whole::<L>(n);
     for i in (0..whole).step_by(LANES) {
         for j in (0..=i).step_by(LANES) {
             // SAFETY: whole blocks of eight by eight lie inside.

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Job, Level, Matrices, dispatch, dispatch_portable};
+use crate::{Job, Level, Matrices, dispatch, dispatch_portable, padded};
 
 struct Product<'a> {
     out: &'a mut Matrices,
@@ -12,6 +12,8 @@ struct Product<'a> {
 }
 
 impl Job for Product<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let left = if self.transposed { Left::transposed } else { Left::plain };
@@ -78,6 +80,8 @@ proptest! {
     fn cholesky_solves(n in 1..12usize, seed in 0..100usize) {
         struct Solve<'a>(&'a Matrices, &'a mut Matrices);
         impl Job for Solve<'_> {
+            type Output = ();
+
             #[inline(always)]
             fn run<L: Lanes>(self) {
                 let (n, stride) = (self.0.rows(), self.0.stride());
@@ -106,10 +110,53 @@ proptest! {
     }
 }
 
+/// Rows of a product as far apart as those of wider matrices: what lies behind stays as it was.
+#[test]
+fn products_of_rows_apart_are_those_of_rows_together() {
+    struct Apart<'a>(&'a Matrices, &'a mut Matrices, &'a mut Matrices);
+    impl Job for Apart<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) {
+            let Self(a, narrow, wide) = self;
+            let (n, stride, apart) = (a.rows(), narrow.stride(), wide.stride());
+            let square = Left::plain(a.at(0), a.stride());
+            multiply_strided::<L>(narrow.at_mut(0), square, (a.at(0), a.stride()), stride, (n, n));
+            multiply_into_strided::<L>((wide.at_mut(0), apart), square, narrow.at(0), stride, (n, n), 2.0);
+        }
+    }
+    for level in Level::ALL.into_iter().filter(|level| level.force()) {
+        for n in [1, 5, 8, 13, 22] {
+            // Square, in rows that are wider than they are.
+            let mut a = Matrices::zeros(1, n, n + 9);
+            let given = filled(n, n, 3);
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                a.set(0, i, j, given.get(0, i, j));
+            }
+            let (mut squared, mut doubled) = (Matrices::zeros(1, n, n), filled(n, n + 9, 5));
+            let before = doubled.clone();
+            dispatch(Apart(&a, &mut squared, &mut doubled));
+            let product = |left: &Matrices, right: &Matrices, i: usize, j: usize| -> f64 {
+                (0..n).map(|k| left.get(0, i, k) * right.get(0, k, j)).sum()
+            };
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                assert_eq!(squared.get(0, i, j), product(&given, &given, i, j), "{level:?}");
+                assert_eq!(doubled.get(0, i, j), 2.0 * product(&given, &squared, i, j), "{level:?}");
+            }
+            for (i, j) in (0..n).flat_map(|i| (padded(n)..n + 9).map(move |j| (i, j))) {
+                assert_eq!(doubled.get(0, i, j), before.get(0, i, j), "{level:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn symmetry_and_transposes_at_every_level() {
     struct Both<'a>(&'a mut Matrices, &'a mut Matrices);
     impl Job for Both<'_> {
+        type Output = ();
+
         #[inline(always)]
         fn run<L: Lanes>(self) {
             let (n, stride) = (self.0.rows(), self.0.stride());

@@ -1,8 +1,9 @@
 use supple_kernels::rows::{self, Into, Left, multiply};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
+use super::Belief;
 use super::kalman::Form;
-use super::{Belief, sequential};
+use super::sequential::ReverseEach;
 use crate::dense::{cholesky, dense};
 use crate::knots::KnotAdjoints;
 use crate::knots::Knots;
@@ -76,9 +77,43 @@ struct Sweep<'a> {
 }
 
 impl Job for Sweep<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
         with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
+    }
+}
+
+/// [`Sweep::correct`] as a part of the sweep.
+struct Correct<'s, 'a> {
+    sweep: &'s mut Sweep<'a>,
+    shape: Shape,
+    t: usize,
+}
+
+impl Job for Correct<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.sweep.correct::<L>(self.shape, self.t);
+    }
+}
+
+/// [`Sweep::predict`] as a part of the sweep.
+struct Predict<'s, 'a> {
+    sweep: &'s mut Sweep<'a>,
+    shape: Shape,
+    t: usize,
+}
+
+impl Job for Predict<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.sweep.predict::<L>(self.shape, self.t);
     }
 }
 
@@ -94,11 +129,12 @@ impl Sweep<'_> {
         for t in (0..=steps).rev() {
             match picks {
                 Some(picks) => {
-                    let to = (&mut *self.work, &mut *self.noise_adjoint);
-                    sequential::reverse::<L>(shape, t, (picks, self.seeds.information), self.belief, to);
+                    let (belief, information) = (self.belief, self.seeds.information);
+                    let (work, noise_adjoint) = (&mut *self.work, &mut *self.noise_adjoint);
+                    shape.part::<L, _>(ReverseEach { shape, t, picks, information, belief, work, noise_adjoint });
                 }
                 None => {
-                    self.correct::<L>(shape, t);
+                    shape.part::<L, _>(Correct { sweep: self, shape, t });
                     if self.belief.form == Form::Roots {
                         self.add_information_in_roots(t);
                     }
@@ -108,7 +144,7 @@ impl Sweep<'_> {
                 rows::add_scaled::<L>(self.work.other.at_mut(0), 1.0, by_predicted.at(t));
             }
             if t > 0 {
-                self.predict::<L>(shape, t);
+                shape.part::<L, _>(Predict { sweep: self, shape, t });
             }
         }
         let predicted = self.work.other.at(0);

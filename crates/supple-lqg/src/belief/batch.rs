@@ -3,8 +3,9 @@
 use supple_kernels::math;
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
-use super::kalman::{Digits, correct, predict};
-use super::{Belief, array, guard, sequential};
+use super::kalman::{Correct, Digits, Predict};
+use super::sequential::CorrectEach;
+use super::{Belief, array, guard};
 use crate::Error;
 use crate::carried::Carried;
 use crate::dense::{dense, of_rows};
@@ -46,8 +47,7 @@ pub fn correct_each(
     v: (&[f64], Option<&Matrices>),
     belief: &mut Belief,
 ) -> Result<(), Error> {
-    let mut failed = None;
-    dispatch(CorrectAll { knots, picks, v, belief, failed: &mut failed });
+    let failed = dispatch(CorrectAll { knots, picks, v, belief });
     let what = "the innovation covariance of a filter";
     failed.map_or(Ok(()), |step| Err(Error::NotPositiveDefinite { what, step }))
 }
@@ -65,19 +65,26 @@ struct CorrectAll<'a> {
     /// `V` of all samples, or of each.
     v: (&'a [f64], Option<&'a Matrices>),
     belief: &'a mut Belief,
-    failed: &'a mut Option<usize>,
 }
 
 impl Job for CorrectAll<'_> {
+    /// The first sample that cannot be corrected.
+    type Output = Option<usize>;
+
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: Lanes>(self) -> Self::Output {
         let shape = Shape::of(self.knots.dimensions);
         for sample in 0..self.belief.corrected.count() {
             let v = self.v.1.map_or(self.v.0, |each| each.at(sample));
             let is_corrected = match self.picks {
-                Some(picks) => sequential::correct::<L>(shape, sample, (picks, v), self.belief).is_ok(),
+                Some(picks) => {
+                    let belief = &mut *self.belief;
+                    shape.part::<L, _>(CorrectEach { shape, t: sample, picks, variances: v, belief }).is_ok()
+                }
                 None => {
-                    correct::<L>(shape, sample, self.knots, v, self.belief) == Ok(Digits::Enough) || {
+                    let belief = &mut *self.belief;
+                    let corrected = shape.part::<L, _>(Correct { shape, t: sample, knots: self.knots, v, belief });
+                    corrected == Ok(Digits::Enough) || {
                         let c = dense(&self.knots.measurement, sample);
                         let v = of_rows(v, shape.p, shape.small());
                         array::correct(sample, &c, &v, self.belief).is_some()
@@ -85,12 +92,12 @@ impl Job for CorrectAll<'_> {
                 }
             };
             if !is_corrected {
-                *self.failed = Some(sample);
-                return;
+                return Some(sample);
             }
             let corrected = self.belief.corrected.at_mut(sample);
             self.belief.repairs += usize::from(guard::mend(corrected, shape.n, shape.narrow()));
         }
+        None
     }
 }
 
@@ -101,12 +108,15 @@ struct PredictAll<'a> {
 }
 
 impl Job for PredictAll<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let shape = Shape::of(self.knots.dimensions);
         let suggested = Carried::suggested(&self.knots.dynamics);
-        for sample in 0..self.belief.corrected.count() {
-            predict::<L>(shape, suggested, (sample, sample), self.knots, self.w, self.belief);
+        let Self { knots, w, belief } = self;
+        for sample in 0..belief.corrected.count() {
+            shape.part::<L, _>(Predict { shape, suggested, steps: (sample, sample), knots, w, belief });
         }
     }
 }

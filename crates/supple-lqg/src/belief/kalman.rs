@@ -1,7 +1,8 @@
 use supple_kernels::rows::{self, Into, Left, multiply, multiply_lower};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
-use super::{array, guard, sequential};
+use super::sequential::CorrectEach;
+use super::{array, guard};
 use crate::Error;
 use crate::carried::Carried;
 use crate::dense::{Dense, dense};
@@ -101,26 +102,25 @@ impl Belief {
 /// # Errors
 /// Where `V` is not positive definite, or a number is not finite.
 pub fn kalman(knots: &Knots, noise: &Noise, belief: &mut Belief) -> Result<(), Error> {
-    let mut result = Ok(());
-    dispatch(Sweep { knots, noise, belief, result: &mut result });
-    result
+    dispatch(Sweep { knots, noise, belief })
 }
 
 struct Sweep<'a> {
     knots: &'a Knots,
     noise: &'a Noise,
     belief: &'a mut Belief,
-    result: &'a mut Result<(), Error>,
 }
 
 /// Steps between two full checks that `Sigma` is positive semidefinite.
 const GUARD_INTERVAL: usize = 16;
 
 impl Job for Sweep<'_> {
+    type Output = Result<(), Error>;
+
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { knots, noise, belief, result } = self;
-        with_shape!(Shape::of(knots.dimensions), |shape| *result = sweep::<L>(shape, knots, noise, belief));
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { knots, noise, belief } = self;
+        with_shape!(Shape::of(knots.dimensions), |shape| sweep::<L>(shape, knots, noise, belief))
     }
 }
 
@@ -134,13 +134,18 @@ fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Beli
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
         if t > 0 {
-            predict::<L>(shape, suggested, (t - 1, t), knots, noise.process.at(t - 1), belief);
+            let (steps, w) = ((t - 1, t), noise.process.at(t - 1));
+            shape.part::<L, _>(Predict { shape, suggested, steps, knots, w, belief });
         }
         match picks {
-            Some(picks) => sequential::correct::<L>(shape, t, (picks, noise.measurement.at(t)), belief)
-                .map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?,
+            Some(picks) => {
+                let corrected =
+                    shape.part::<L, _>(CorrectEach { shape, t, picks, variances: noise.measurement.at(t), belief });
+                corrected.map_err(|_| Error::NotPositiveDefinite { what: "the innovation covariance", step: t })?;
+            }
             None => {
-                if correct::<L>(shape, t, knots, noise.measurement.at(t), belief) != Ok(Digits::Enough) {
+                let v = noise.measurement.at(t);
+                if shape.part::<L, _>(Correct { shape, t, knots, v, belief }) != Ok(Digits::Enough) {
                     return array::sweep(knots, noise, belief);
                 }
             }
@@ -152,20 +157,33 @@ fn sweep<L: Lanes>(shape: Shape, knots: &Knots, noise: &Noise, belief: &mut Beli
     Ok(())
 }
 
+/// From the belief at one step to what it predicts of another, [`predict`], as a part of a sweep.
+pub(super) struct Predict<'a> {
+    pub shape: Shape,
+    pub suggested: Option<Carried>,
+    pub steps: (usize, usize),
+    pub knots: &'a Knots,
+    pub w: &'a [f64],
+    pub belief: &'a mut Belief,
+}
+
+impl Job for Predict<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        predict::<L>(self);
+    }
+}
+
 /// `P_to = A_from Sigma_from A_from' + W`; of dynamics `A = [E + dt A_v; A_v]` with `E = [I 0]`, from `G = A_v Sigma`:
 ///
 /// ```text
 /// P_vv = G A_v' + W_vv      P_vq = G E' + dt G A_v' + W_vq      P_qq = Sigma_qq + dt (G E' + E G') + dt^2 G A_v' + W_qq
 /// ```
 #[inline(always)]
-pub(super) fn predict<L: Lanes>(
-    shape: Shape,
-    suggested: Option<Carried>,
-    (from, to): (usize, usize),
-    knots: &Knots,
-    w: &[f64],
-    belief: &mut Belief,
-) {
+fn predict<L: Lanes>(part: Predict) {
+    let Predict { shape, suggested, steps: (from, to), knots, w, belief } = part;
     let (n, stride, wide) = (shape.n, shape.narrow(), shape.wide());
     let Belief { predicted, corrected, work: Work { square, transposed, .. }, .. } = belief;
     let (a_sigma, transposed) = (square.at_mut(0), transposed.at_mut(0));
@@ -209,15 +227,28 @@ pub(super) enum Digits {
     Few,
 }
 
-/// From `P_t` to `Sigma_t` with the noise `V`. `Err(i)` where the `i`th pivot of the innovation covariance is not positive.
+/// From `P_t` to `Sigma_t` with the noise `V`, [`correct`], as a part of a sweep.
+pub(super) struct Correct<'a> {
+    pub shape: Shape,
+    pub t: usize,
+    pub knots: &'a Knots,
+    pub v: &'a [f64],
+    pub belief: &'a mut Belief,
+}
+
+impl Job for Correct<'_> {
+    /// `Err(i)` where the `i`th pivot of the innovation covariance is not positive.
+    type Output = Result<Digits, usize>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { shape, t, knots, v, belief } = self;
+        correct::<L>(shape, t, knots, v, belief)
+    }
+}
+
 #[inline(always)]
-pub(super) fn correct<L: Lanes>(
-    shape: Shape,
-    t: usize,
-    knots: &Knots,
-    v: &[f64],
-    belief: &mut Belief,
-) -> Result<Digits, usize> {
+fn correct<L: Lanes>(shape: Shape, t: usize, knots: &Knots, v: &[f64], belief: &mut Belief) -> Result<Digits, usize> {
     let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
     let c = knots.measurement.at(t);
     let predicted = belief.predicted.at(t);

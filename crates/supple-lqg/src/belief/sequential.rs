@@ -3,7 +3,7 @@
 
 use supple_kernels::math;
 use supple_kernels::rows::{self, Into, Left, multiply_lower};
-use supple_kernels::{LANES, Lanes};
+use supple_kernels::{Job, LANES, Lanes};
 
 use super::Belief;
 use super::adjoint::BeliefAdjoint;
@@ -13,6 +13,27 @@ use crate::shape::Shape;
 
 /// Measurements whose changes of the covariance are made together.
 const GROUP: usize = 8;
+
+/// From `P_t` to `Sigma_t`, [`correct`], as a part of a sweep.
+pub(super) struct CorrectEach<'a> {
+    pub shape: Shape,
+    pub t: usize,
+    /// The state that each measurement is.
+    pub picks: &'a [usize],
+    /// `V`.
+    pub variances: &'a [f64],
+    pub belief: &'a mut Belief,
+}
+
+impl Job for CorrectEach<'_> {
+    type Output = Result<(), usize>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { shape, t, picks, variances, belief } = self;
+        correct::<L>(shape, t, (picks, variances), belief)
+    }
+}
 
 /// From `P_t` to `Sigma_t` (theory, equation B.2b): for each measurement of state `s` with variance `v`, with `g` the row `s` of `P`,
 ///
@@ -24,7 +45,7 @@ const GROUP: usize = 8;
 /// `P`, of which only the lower triangle is kept, is changed once. `Err(i)` where the `i`th innovation variance is not
 /// positive.
 #[inline(always)]
-pub(super) fn correct<L: Lanes>(
+fn correct<L: Lanes>(
     shape: Shape,
     t: usize,
     (picks, variances): (&[usize], &[f64]),
@@ -124,6 +145,29 @@ fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f
     }
 }
 
+/// [`reverse`] as a part of a sweep.
+pub(super) struct ReverseEach<'a> {
+    pub shape: Shape,
+    pub t: usize,
+    /// The state that each measurement is.
+    pub picks: &'a [usize],
+    /// Weight of the information.
+    pub information: f64,
+    pub belief: &'a Belief,
+    pub work: &'a mut BeliefAdjoint,
+    pub noise_adjoint: &'a mut Noise,
+}
+
+impl Job for ReverseEach<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { shape, t, picks, information, belief, work, noise_adjoint } = self;
+        reverse::<L>(shape, t, (picks, information), belief, (work, noise_adjoint));
+    }
+}
+
 /// From the adjoint `Sb` of `Sigma_t`, in `work.sigma`, to that of `P_t` in `work.other` (theory, equation B.2c): the
 /// measurements in reverse, each with
 ///
@@ -133,7 +177,7 @@ fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f
 ///
 /// with `i` the weight of the information. `C` picks states whatever the design: it has no adjoint.
 #[inline(always)]
-pub(super) fn reverse<L: Lanes>(
+fn reverse<L: Lanes>(
     shape: Shape,
     t: usize,
     (picks, information): (&[usize], f64),
@@ -155,15 +199,16 @@ pub(super) fn reverse<L: Lanes>(
         let pivot = &pivots[i * stride..(i + 1) * stride];
         let root = factor[i * small + i];
         let reciprocal = 1.0 / (root * root);
-        for column in (0..stride).step_by(LANES) {
-            // SAFETY: `h` and every row of `adjoint` hold `stride` numbers, and `adjoint` has `n` rows.
-            unsafe {
-                let mut sums = [L::zero(); 2];
-                for j in 0..n {
-                    let line = L::load(adjoint.as_ptr().add(j * stride + column));
-                    sums[j % 2] = L::constant(*pivot.get_unchecked(j)).mul_add(line, sums[j % 2]);
-                }
-                ((sums[0] + sums[1]) * L::constant(reciprocal)).store(h.as_mut_ptr().add(column));
+        let mut column = 0;
+        // SAFETY: `h` and every row of `adjoint` hold `stride` numbers, and `adjoint` has `n` rows.
+        unsafe {
+            while L::WIDE && column + 4 * LANES <= stride {
+                weigh::<L, 4>(&pivot[..n], (adjoint, stride), reciprocal, (h, column));
+                column += 4 * LANES;
+            }
+            while column < stride {
+                weigh::<L, 1>(&pivot[..n], (adjoint, stride), reciprocal, (h, column));
+                column += LANES;
             }
         }
         let k = (rows::dot(&pivot[..n], &h[..n]) + 0.5 * information) * reciprocal;
@@ -177,4 +222,32 @@ pub(super) fn reverse<L: Lanes>(
         v[i * small + i] += k;
     }
     rows::symmetrise::<L>(adjoint, n, stride);
+}
+
+/// `h = factor weights' a` in `C` lanes of columns from `column` on.
+///
+/// # Safety
+/// `h` and every row of `a` must hold so many numbers, and `a` a row for each weight.
+#[inline(always)]
+unsafe fn weigh<L: Lanes, const C: usize>(
+    weights: &[f64],
+    (a, stride): (&[f64], usize),
+    factor: f64,
+    (h, column): (&mut [f64], usize),
+) {
+    let mut sums = [[L::zero(); C]; 2];
+    for (j, &weight) in weights.iter().enumerate() {
+        let weight = L::constant(weight);
+        for (c, sum) in sums[j % 2].iter_mut().enumerate() {
+            // SAFETY: the caller's.
+            let line = unsafe { L::load(a.as_ptr().add(j * stride + column + c * LANES)) };
+            *sum = weight.mul_add(line, *sum);
+        }
+    }
+    let [even, odd] = sums;
+    for (c, (even, odd)) in even.into_iter().zip(odd).enumerate() {
+        let sum = (even + odd) * L::constant(factor);
+        // SAFETY: the caller's.
+        unsafe { sum.store(h.as_mut_ptr().add(column + c * LANES)) };
+    }
 }

@@ -241,15 +241,16 @@ mod tests {
         qp: &'a mut BoxQp,
         bounds: &'a ControlBounds,
         gains: Gains<'a>,
-        result: &'a mut Result<(), ()>,
     }
 
     impl Job for Solve<'_> {
+        type Output = Result<(), ()>;
+
         #[inline(always)]
-        fn run<L: Lanes>(self) {
+        fn run<L: Lanes>(self) -> Self::Output {
             let m = self.gains.feedforward.len();
             let controls = Matrices::vectors(1, m);
-            *self.result = self.qp.solve::<L>(Limits::Bounds(self.bounds, &controls), 0, self.gains);
+            self.qp.solve::<L>(Limits::Bounds(self.bounds, &controls), 0, self.gains)
         }
     }
 
@@ -273,14 +274,12 @@ mod tests {
             let bounds: Vec<_> = (0..m).map(|a| (-seed(120 + a).abs(), seed(140 + a).abs())).collect();
             let bounds = ControlBounds::new(&bounds);
             let (mut feedback, mut k, mut clamped) = (vec![9.0; m * narrow], vec![0.0; m], vec![false; m]);
-            let mut result = Err(());
             let mut qp = BoxQp::new(m);
             let gains = Gains {
                 rows: &mut rows, wide, n,
                 feedback: &mut feedback, narrow, feedforward: &mut k, clamped: &mut clamped,
             };
-            dispatch(Solve { qp: &mut qp, bounds: &bounds, gains, result: &mut result });
-            result.unwrap();
+            dispatch(Solve { qp: &mut qp, bounds: &bounds, gains }).unwrap();
             let h = |a: usize, b: usize| given[a * wide + n + b];
             for a in 0..m {
                 let slope: f64 = given[a * wide + n + m] + (0..m).map(|b| h(a, b) * k[b]).sum::<f64>();

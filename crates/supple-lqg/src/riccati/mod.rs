@@ -8,10 +8,10 @@ use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 pub use self::bounds::ControlBounds;
 pub use self::box_qp::Limits;
 use self::box_qp::{BoxQp, Gains};
-use self::quadratic::{Products, quadratic};
+use self::quadratic::{Products, Quadratic};
 use crate::carried::Carried;
 use crate::knots::Dimensions;
-use crate::shape::{Shape, with_shape};
+use crate::shape::Shape;
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
 #[derive(Clone, Debug)]
@@ -119,9 +119,7 @@ pub struct Lq<'a> {
 /// # Errors
 /// The step at which `Q_uu` is not positive definite on the controls that are free.
 pub fn solve_limited(lq: Lq, policy: &mut Policy) -> Result<Decrease, usize> {
-    let mut result = Ok(Decrease::default());
-    dispatch(Sweep { lq, policy, result: &mut result });
-    result
+    dispatch(Sweep { lq, policy })
 }
 
 /// States from which the matrices of a horizon are more than a core's own memory holds.
@@ -130,23 +128,25 @@ const LARGE: usize = 24;
 struct Sweep<'a> {
     lq: Lq<'a>,
     policy: &'a mut Policy,
-    result: &'a mut Result<Decrease, usize>,
 }
 
 impl Job for Sweep<'_> {
+    type Output = Result<Decrease, usize>;
+
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { lq, policy, result } = self;
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { lq, policy } = self;
         let n = lq.dynamics.rows();
         let shape = Shape::new(n, lq.dynamics.cols() - n, policy.measurements);
-        *result = if lq.limits.is_some() {
-            with_shape!(shape, |shape| sweep::<L>(shape, lq, policy))
-        } else {
-            // Said once more, so that the compiler leaves limits out.
-            let lq = Lq { limits: None, ..lq };
+        if lq.limits.is_none() {
             policy.clamped.fill(false);
-            with_shape!(shape, |shape| sweep::<L>(shape, lq, policy))
-        };
+        }
+        match (shape.is_small(), lq.limits) {
+            (false, _) => sweep::<L>(shape, lq, policy),
+            (true, Some(_)) => sweep::<L>(shape.small_rows(), lq, policy),
+            // Said once more, so that the compiler leaves limits out.
+            (true, None) => sweep::<L>(shape.small_rows(), Lq { limits: None, ..lq }, policy),
+        }
     }
 }
 
@@ -165,24 +165,62 @@ fn sweep<L: Lanes>(shape: Shape, lq: Lq, policy: &mut Policy) -> Result<Decrease
     let suggested = Carried::suggested(dynamics);
     let mut total = Decrease::default();
     for t in (0..steps).rev() {
+        // Not by a closure, which would not run in lanes.
+        let carried = match suggested {
+            Some(carried) if carried.holds(dynamics.at(t), shape.wide()) => Some(carried),
+            _ => None,
+        };
         let Policy { curvature, slope, q, products, .. } = policy;
         let next = (curvature.at(t + 1), slope.vector(t + 1));
-        let carried = suggested.filter(|carried| carried.holds(dynamics.at(t), shape.wide()));
-        quadratic::<L>(shape, carried, (dynamics.at(t), cost.at(t)), next, q.at_mut(0), products);
+        let knot = (dynamics.at(t), cost.at(t));
+        shape.part::<L, _>(Quadratic { shape, carried, knot, next, q: q.at_mut(0), products });
         if shape.n >= LARGE && t > 0 {
             rows::fetch(dynamics.at(t - 1));
-            rows::fetch(cost.at(t - 1));
+            rows::fetch_lower(cost.at(t - 1), stride);
         }
         let decrease = if lq.limits.is_none() && lq.regularisation == Regularisation::default() {
-            minimise::<L>(shape, t, policy)
+            shape.part::<L, _>(Minimise { shape, t, policy })
         } else {
-            follow::<L>(shape, t, lq, policy)
+            shape.part::<L, _>(Follow { shape, t, lq, policy })
         };
         let decrease = decrease.map_err(|()| t)?;
         total.linear += decrease.linear;
         total.quadratic += decrease.quadratic;
     }
     Ok(total)
+}
+
+/// [`minimise`] as a part of a sweep.
+struct Minimise<'a> {
+    shape: Shape,
+    t: usize,
+    policy: &'a mut Policy,
+}
+
+impl Job for Minimise<'_> {
+    type Output = Result<Decrease, ()>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        minimise::<L>(self.shape, self.t, self.policy)
+    }
+}
+
+/// [`follow`] as a part of a sweep.
+struct Follow<'a> {
+    shape: Shape,
+    t: usize,
+    lq: Lq<'a>,
+    policy: &'a mut Policy,
+}
+
+impl Job for Follow<'_> {
+    type Output = Result<Decrease, ()>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        follow::<L>(self.shape, self.t, self.lq, self.policy)
+    }
 }
 
 /// The minimiser at a step, by `Q_uu = G G'` and `Y = G^-1 Q_ux`: `K = -G^-T Y`, `S = Q_xx - Y' Y`, `Xi = Y' Y`.

@@ -1,12 +1,12 @@
 //! The quadratic that a step of the sweep minimises: `Q = l_zz + F' S F` and its slope.
 
 use supple_kernels::rows::{self, Into, Left, multiply, multiply_lower};
-use supple_kernels::{Lanes, Matrices};
+use supple_kernels::{Job, Lanes, Matrices};
 
 use crate::carried::Carried;
 use crate::shape::Shape;
 
-/// Memory of [`quadratic`].
+/// Memory of [`Quadratic`].
 #[derive(Clone, Debug)]
 pub(super) struct Products {
     /// `S F`, or the part of it that rates move.
@@ -32,51 +32,58 @@ impl Products {
     }
 }
 
-/// The lower triangle of `Q = l_zz + F' S F` and the slope `Q_z = l_z + F' J_x` in column n + m, from `[l_zz | l_z]`
-/// (theory, equations P.2 and P.2f).
-#[inline(always)]
-pub(super) fn quadratic<L: Lanes>(
-    shape: Shape,
-    carried: Option<Carried>,
-    (f, cost): (&[f64], &[f64]),
-    (next, next_slope): (&[f64], &[f64]),
-    q: &mut [f64],
-    products: &mut Products,
-) {
-    let (n, joint, stride, wide) = (shape.n, shape.joint(), shape.wide(), shape.full());
-    let Products { product, combined, slope } = products;
-    let (product, slope) = (product.at_mut(0), slope.at_mut(0));
-    match carried {
-        Some(carried) => {
-            let Carried { rows: h, dt } = carried;
-            combine(shape, carried, next, combined.at_mut(0));
-            let rates = &f[h * stride..];
-            let combined = Left::plain(combined.at(0), shape.narrow());
-            multiply::<L>(product, combined, rates, stride, (n, n - h), Into::Set);
-            let moved = (&product[h * stride..], stride);
-            let left = Left::transposed(rates, stride);
-            multiply_lower::<L>((q, wide), left, moved, (joint, n - h), Into::AddTo(cost));
-            carry::<L>(shape, h, next, product, q);
-            slope.fill(0.0);
-            slope[..h].copy_from_slice(&next_slope[..h]);
-            for i in 0..n - h {
-                let carried = if i < h { dt * next_slope[i] } else { 0.0 };
-                let row = &rates[i * stride..(i + 1) * stride];
-                rows::add_scaled::<L>(slope, next_slope[h + i] + carried, row);
+/// The lower triangle of `Q = l_zz + F' S F` and the slope `Q_z = l_z + F' J_x` in column n + m of `q`, from the knot's
+/// `F` and `[l_zz | l_z]` and the next `S` and `J_x` (theory, equations P.2 and P.2f).
+pub(super) struct Quadratic<'a> {
+    pub shape: Shape,
+    pub carried: Option<Carried>,
+    pub knot: (&'a [f64], &'a [f64]),
+    pub next: (&'a [f64], &'a [f64]),
+    pub q: &'a mut [f64],
+    pub products: &'a mut Products,
+}
+
+impl Job for Quadratic<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { shape, carried, knot: (f, cost), next: (next, next_slope), q, products } = self;
+        let (n, joint, stride, wide) = (shape.n, shape.joint(), shape.wide(), shape.full());
+        let Products { product, combined, slope } = products;
+        let (product, slope) = (product.at_mut(0), slope.at_mut(0));
+        match carried {
+            Some(carried) => {
+                let Carried { rows: h, dt } = carried;
+                combine(shape, carried, next, combined.at_mut(0));
+                let rates = &f[h * stride..];
+                let combined = Left::plain(combined.at(0), shape.narrow());
+                multiply::<L>(product, combined, rates, stride, (n, n - h), Into::Set);
+                let moved = (&product[h * stride..], stride);
+                let left = Left::transposed(rates, stride);
+                multiply_lower::<L>((q, wide), left, moved, (joint, n - h), Into::AddTo(cost));
+                carry::<L>(shape, h, next, product, q);
+                slope.fill(0.0);
+                slope[..h].copy_from_slice(&next_slope[..h]);
+                for i in 0..n - h {
+                    let carried = if i < h { dt * next_slope[i] } else { 0.0 };
+                    let row = &rates[i * stride..(i + 1) * stride];
+                    rows::add_scaled::<L>(slope, next_slope[h + i] + carried, row);
+                }
+            }
+            None => {
+                multiply::<L>(product, Left::plain(next, shape.narrow()), f, stride, (n, n), Into::Set);
+                let left = Left::transposed(f, stride);
+                multiply_lower::<L>((q, wide), left, (product, stride), (joint, n), Into::AddTo(cost));
+                slope.fill(0.0);
+                for (i, &factor) in next_slope[..n].iter().enumerate() {
+                    rows::add_scaled::<L>(slope, factor, &f[i * stride..(i + 1) * stride]);
+                }
             }
         }
-        None => {
-            multiply::<L>(product, Left::plain(next, shape.narrow()), f, stride, (n, n), Into::Set);
-            let left = Left::transposed(f, stride);
-            multiply_lower::<L>((q, wide), left, (product, stride), (joint, n), Into::AddTo(cost));
-            slope.fill(0.0);
-            for (i, &factor) in next_slope[..n].iter().enumerate() {
-                rows::add_scaled::<L>(slope, factor, &f[i * stride..(i + 1) * stride]);
-            }
+        for a in 0..joint {
+            q[a * wide + joint] = cost[a * wide + joint] + slope[a];
         }
-    }
-    for a in 0..joint {
-        q[a * wide + joint] = cost[a * wide + joint] + slope[a];
     }
 }
 

@@ -83,6 +83,8 @@ struct Rows<'a> {
 }
 
 impl Job for Rows<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { joint, curved, unknowns, first, rates, by_unknown, out } = self;
@@ -113,6 +115,8 @@ struct Mirror<'a> {
 }
 
 impl Job for Mirror<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { joint, curved, out } = self;

@@ -97,15 +97,12 @@ impl Sight {
 
     /// Cost and information with given weights of the candidates, each from 0 to 1.
     pub fn worth(&self, z: &[f64], memory: &mut Memory) -> Worth {
-        let mut found = Worth::default();
-        dispatch(Forward { sight: self, z, memory, keep: false, found: &mut found });
-        found
+        dispatch(Forward { sight: self, z, memory, keep: false })
     }
 
     /// The same, adding to `gradient` the derivatives by the weights of the number that `of` says.
     pub fn gradient(&self, z: &[f64], of: Weights, memory: &mut Memory, gradient: &mut [f64]) -> Worth {
-        let mut found = Worth::default();
-        dispatch(Forward { sight: self, z, memory, keep: true, found: &mut found });
+        let found = dispatch(Forward { sight: self, z, memory, keep: true });
         dispatch(Backward { sight: self, z, of, memory, gradient });
         found
     }
@@ -165,13 +162,14 @@ struct Forward<'a> {
     z: &'a [f64],
     memory: &'a mut Memory,
     keep: bool,
-    found: &'a mut Worth,
 }
 
 impl Job for Forward<'_> {
+    type Output = Worth;
+
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { sight, z, memory, keep, found } = self;
+    fn run<L: Lanes>(self) -> Worth {
+        let Self { sight, z, memory, keep } = self;
         let (steps, n, stride) = (sight.dynamics.count(), sight.initial.rows(), sight.initial.stride());
         let (mut belief, mut information) = (0.0, 0.0);
         memory.corrected.at_mut(0).copy_from_slice(sight.initial.at(0));
@@ -194,7 +192,7 @@ impl Job for Forward<'_> {
                 kept.at_mut(t).copy_from_slice(corrected.at(0));
             }
         }
-        *found = Worth { cost: sight.fixed + belief, information };
+        Worth { cost: sight.fixed + belief, information }
     }
 }
 
@@ -259,6 +257,8 @@ struct Backward<'a> {
 }
 
 impl Job for Backward<'_> {
+    type Output = ();
+
     /// With the adjoint `Sb` of `Sigma_t`, `h = Sigma c`, `M = I - sum z h c'` and `i` the weight of the information
     /// (theory, equation N.4):
     ///
