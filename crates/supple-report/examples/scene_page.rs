@@ -51,7 +51,7 @@ fn html(title: &str, views: &[(String, Vec<(&str, Scene)>)]) -> String {
                  [data-theme=dark] { color: #e6e6e6; background: #16181d; }";
     format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>{title}</title><style>{style}</style>{}<script>{SCRIPT}</script></head><body><h1>{title}</h1>\n{body}</body></html>",
-        plotly::Plot::offline_js_sources()
+         <title>{title}</title><style>{style}</style><script>{}</script><script>{SCRIPT}</script></head><body><h1>{title}</h1>\n{body}</body></html>",
+        supple_report::assets::plotly()
     )
 }

@@ -1,5 +1,7 @@
 //! What pages share: style, colours of light and dark, and plotly.js.
 
+use crate::packed::unpacked;
+
 /// The style of pages.
 pub const STYLE: &str = include_str!("../assets/page.css");
 
@@ -10,9 +12,10 @@ pub const THEME: &str = include_str!("../assets/theme.js");
 pub const LICENCE: &str =
     "<!-- plotly.js v3.0.1, copyright 2012-2025, Plotly, Inc., all rights reserved, MIT licence -->";
 
-/// plotly.js as the crate carries it, without the formula renderer that follows it there.
+/// plotly.js by gzip.
+pub(crate) const PLOTLY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
+
+/// plotly.js.
 pub fn plotly() -> String {
-    let all = plotly::Plot::offline_js_sources();
-    let inner = all.split_once('>').map_or("", |(_, rest)| rest);
-    inner.split_once("</script>").map_or(inner, |(script, _)| script).to_owned()
+    unpacked(PLOTLY)
 }

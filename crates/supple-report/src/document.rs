@@ -2,9 +2,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use supple_study::{Folder, StudyResult};
 
 use crate::ReportError;
-use crate::assets::{LICENCE, STYLE, THEME, plotly};
+use crate::assets::{LICENCE, PLOTLY, STYLE, THEME};
 use crate::html::heading;
-use crate::packed::packed;
+use crate::packed::{encoded, packed};
 use crate::part::{Part, parts};
 use crate::plots::Plots;
 use crate::sections::{Context, KINDS};
@@ -37,7 +37,7 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
     let title = title(folders, &parts);
     let has_scenes = plots.has_scenes();
     let data = packed(&serde_json::to_string(&plots.into_json())?)?;
-    let library = packed(&plotly())?;
+    let library = encoded(PLOTLY);
     let page = html! {
         (DOCTYPE)
         html lang="en" {

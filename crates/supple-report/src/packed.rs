@@ -1,9 +1,10 @@
 //! Text that takes a third of its size in the page.
 
-use std::io::Write;
+use std::io::{Read, Write};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use flate2::read::GzDecoder;
 use flate2::{Compression, GzBuilder};
 
 /// A text as the page carries it: by gzip, in base64. Browsers unpack it themselves.
@@ -13,13 +14,24 @@ use flate2::{Compression, GzBuilder};
 pub fn packed(text: &str) -> std::io::Result<String> {
     let mut encoder = GzBuilder::new().mtime(0).write(Vec::new(), Compression::best());
     encoder.write_all(text.as_bytes())?;
-    Ok(STANDARD.encode(encoder.finish()?))
+    Ok(encoded(&encoder.finish()?))
+}
+
+/// Bytes in base64, which cannot end a script.
+pub fn encoded(bytes: &[u8]) -> String {
+    STANDARD.encode(bytes)
+}
+
+/// A text that was packed when the program was built.
+pub fn unpacked(packed: &[u8]) -> String {
+    let mut text = String::new();
+    // What the build packed is text, and whole.
+    GzDecoder::new(packed).read_to_string(&mut text).map_or_else(|_| String::new(), |_| text)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Read;
 
     #[test]
     fn packed_text_comes_back_and_cannot_end_its_script() {
@@ -28,8 +40,12 @@ mod tests {
         assert!(
             packed.len() < 200 && packed.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+/=".contains(&byte))
         );
-        let mut back = String::new();
-        flate2::read::GzDecoder::new(&STANDARD.decode(packed).unwrap()[..]).read_to_string(&mut back).unwrap();
-        assert_eq!(back, text);
+        assert_eq!(unpacked(&STANDARD.decode(packed).unwrap()), text);
+    }
+
+    #[test]
+    fn the_library_of_plots_is_whole() {
+        let text = crate::assets::plotly();
+        assert!(text.len() > 4_000_000 && text.contains("plotly.js v3.0.1") && !text.contains("</script"));
     }
 }

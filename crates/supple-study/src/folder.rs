@@ -5,6 +5,7 @@ use supple_file::read_text;
 
 use crate::checksums;
 use crate::journal::{forget, kept_parts};
+use crate::result::Kind;
 use crate::study::{Study, StudyFile, Work};
 use crate::sweep::TABLE_CSV;
 use crate::write::RESULT;
@@ -12,6 +13,9 @@ use crate::{About, LoadedTask, Source, StudyError, StudyResult, check_writable, 
 
 /// The version of the layout of result folders.
 const FORMAT: u32 = 2;
+
+/// What `supple validate` finds of a result, beside it.
+const VALIDATION: &str = "validation.json";
 
 /// What made a result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,12 +65,13 @@ pub struct Folder {
     pub result: StudyResult,
 }
 
-#[derive(Serialize, Deserialize)]
-struct File<M, R> {
+/// `result.json` as it is written.
+#[derive(Serialize)]
+struct File<'a> {
     #[serde(flatten)]
-    made: M,
+    made: &'a Made,
     #[serde(flatten)]
-    result: R,
+    result: &'a StudyResult,
 }
 
 impl Folder {
@@ -82,6 +87,8 @@ impl Folder {
             study.save_table(path)?;
         }
         let file = path.join(RESULT);
+        // It tells of the result that was here before.
+        remove(&path.join(VALIDATION))?;
         let json = serde_json::to_string_pretty(&File { made, result });
         let text = json.map_err(|error| StudyError::io(&file, error.into()))? + "\n";
         write_text(&file, text.as_bytes())?;
@@ -148,10 +155,6 @@ impl Folder {
     /// # Errors
     /// Where it holds one.
     pub fn check_kind(path: &Path, kind: &str) -> Result<(), StudyError> {
-        #[derive(Deserialize)]
-        struct Kind {
-            kind: String,
-        }
         let file = path.join(RESULT);
         let read = std::fs::read_to_string(&file).ok().and_then(|text| serde_json::from_str::<Kind>(&text).ok());
         match read {
@@ -181,13 +184,21 @@ impl Folder {
             }
             Err(error) => return Err(StudyError::kept(&file, format!("is no result of supple: {error}"))),
         }
-        let read: File<Made, StudyResult> = serde_json::from_str(&text)
-            .map_err(|error| StudyError::kept(&file, format!("is damaged: {error}; make the result again")))?;
-        let mut result = read.result;
+        let read = serde_json::from_str::<Made>(&text).and_then(|made| Ok((made, StudyResult::of_file(&text)?)));
+        let (made, mut result) =
+            read.map_err(|error| StudyError::kept(&file, format!("is damaged: {error}; make the result again")))?;
         if let StudyResult::Sweep(sweep) = &mut result {
             sweep.load_table(path)?;
         }
-        Ok(Self { path: path.to_owned(), made: read.made, result })
+        Ok(Self { path: path.to_owned(), made, result })
+    }
+}
+
+/// Removes a file where there is one.
+fn remove(file: &Path) -> Result<(), StudyError> {
+    match std::fs::remove_file(file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(StudyError::io(file, error)),
+        _ => Ok(()),
     }
 }
 

@@ -1,3 +1,4 @@
+use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Serialize};
 use supple::bound::TaskBound;
 use supple::design::DesignStatus;
@@ -22,7 +23,7 @@ pub struct Steps {
 }
 
 /// A result of any study.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", content = "result", rename_all = "snake_case")]
 pub enum StudyResult {
     /// Of `supple design`.
@@ -45,7 +46,44 @@ pub enum StudyResult {
     Study(Box<Steps>),
 }
 
+/// Of which kind the result in a `result.json` is.
+#[derive(Deserialize)]
+pub(crate) struct Kind {
+    pub kind: String,
+}
+
+/// The commands that make results.
+const KINDS: [&str; 9] = ["design", "evaluate", "sweep", "robustness", "pareto", "trace", "sensors", "bound", "study"];
+
 impl StudyResult {
+    /// The result in the text of a `result.json`: of the kind that it names, so that only a result of that kind is read, and
+    /// errors name its lines.
+    ///
+    /// # Errors
+    /// Where it is not such a result.
+    pub(crate) fn of_file(text: &str) -> serde_json::Result<Self> {
+        fn read<R: DeserializeOwned>(text: &str, of: fn(Box<R>) -> StudyResult) -> serde_json::Result<StudyResult> {
+            #[derive(Deserialize)]
+            struct Of<R> {
+                result: R,
+            }
+            serde_json::from_str::<Of<R>>(text).map(|found| of(Box::new(found.result)))
+        }
+        let Kind { kind } = serde_json::from_str(text)?;
+        match kind.as_str() {
+            "design" => read(text, Self::Design),
+            "evaluate" => read(text, Self::Evaluate),
+            "sweep" => read(text, Self::Sweep),
+            "robustness" => read(text, Self::Robustness),
+            "pareto" => read(text, Self::Pareto),
+            "trace" => read(text, Self::Trace),
+            "sensors" => read(text, Self::Sensors),
+            "bound" => read(text, Self::Bound),
+            "study" => read(text, Self::Study),
+            _ => Err(serde_json::Error::unknown_variant(&kind, &KINDS)),
+        }
+    }
+
     /// The command that makes such results: `design`, `evaluate`...
     pub fn kind(&self) -> &'static str {
         match self {

@@ -1,6 +1,6 @@
 use std::fmt::Write;
 
-use similar::TextDiff;
+use imara_diff::{Algorithm, BasicLineDiffPrinter, Diff, InternedInput, UnifiedDiffConfig};
 use supple::Level;
 use twox_hash::XxHash3_64;
 
@@ -38,8 +38,13 @@ impl Identity {
 
     /// How this study differs from the one of a text: a unified diff.
     pub fn difference(&self, kept: &str) -> String {
-        let diff = TextDiff::from_lines(kept, &self.text);
-        diff.unified_diff().context_radius(2).header("journal", "this study").to_string()
+        let lines = InternedInput::new(kept, self.text.as_str());
+        let mut diff = Diff::compute(Algorithm::Myers, &lines);
+        diff.postprocess_lines(&lines);
+        let mut around = UnifiedDiffConfig::default();
+        around.context_len(2);
+        let printer = BasicLineDiffPrinter(&lines.interner);
+        format!("--- journal\n+++ this study\n{}", diff.unified_diff(&printer, around, &lines))
     }
 }
 
