@@ -22,7 +22,17 @@ fn all(about: &About, aim: InformationWeights) -> [OfTasks<'_>; 4] {
             at.tasks.iter().zip(&about.tasks).map(one).sum()
         })
     };
-    let rate = |at: &Evaluation| Some(at.tasks.iter().map(|task| task.information.bits_per_second).sum());
+    // What all tasks count together over the time that all of them take.
+    let rate = |at: &Evaluation| {
+        let (mut bits, mut seconds) = (0.0, 0.0);
+        for (TaskEvaluation { information, .. }, about) in at.tasks.iter().zip(&about.tasks) {
+            bits += about.information_weight * information.total_bits;
+            if information.bits_per_second > 0.0 {
+                seconds += information.total_bits / information.bits_per_second;
+            }
+        }
+        (seconds > 0.0).then(|| bits / seconds)
+    };
     [
         ("needed, bits", sum(|at| Some(at.needed.as_ref()?.total_bits)), aim.needed),
         ("used, bits", sum(|at| Some(at.control.as_ref()?.total_bits)), aim.used),

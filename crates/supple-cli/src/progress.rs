@@ -35,6 +35,12 @@ pub fn listen(stopping: Stopping) {
     });
 }
 
+/// Ends the program at Ctrl-C or SIGTERM, as asked for, from now on.
+pub fn end_when_asked() {
+    // Where signals cannot be listened for, Ctrl-C ends the program as usual.
+    let _ = ctrlc::set_handler(|| std::process::exit(0));
+}
+
 /// Does long work with a bar, until it is done or a signal stops it.
 pub fn watched<T>(stopping: Stopping, work: impl FnOnce(Watch) -> T) -> T {
     listen(stopping);

@@ -109,7 +109,10 @@ fn a_folder_is_not_overwritten_by_a_result_of_another_kind() {
     let message = "out holds a result of `supple evaluate`, which one of `supple sweep` would replace";
     assert!(run.error().contains(message), "{}", run.stderr);
     assert_eq!(std::fs::read_to_string(folder.path("out/result.json")).unwrap(), before);
+    // What was found of the last result is not of the next one.
+    std::fs::write(folder.path("out/validation.json"), "{}").unwrap();
     assert_eq!(folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--out", "out"]).code, Some(0));
+    assert!(!folder.path("out/validation.json").exists());
 }
 
 #[test]

@@ -40,5 +40,10 @@ fn plot_refuses_what_it_cannot_draw_and_writes_nothing() {
     assert!(error(&["nowhere", "--figure", "belief"]).contains("nowhere"));
     assert!(error(&["out", "--figure", "belief", "--task", "push"]).contains("valid names: press"));
     assert!(error(&["out", "--figure", "belief", "--out", ".."]).contains("is not a file name"));
+    // Names that would say another format than the file has.
+    let other = error(&["out", "--figure", "belief", "--out", "belief.jpg"]);
+    assert!(other.contains("`.jpg` is not the extension of a figure; use .svg, .png or .pdf"), "{other}");
+    let other = error(&["out", "--figure", "belief", "--format", "png", "--out", "belief.pdf"]);
+    assert!(other.contains("`.pdf` is not the extension of a figure for --format png"), "{other}");
     assert_eq!(folder.names(), ["out", "task.toml"]);
 }

@@ -145,6 +145,20 @@ fn shipped() -> Vec<PathBuf> {
     found
 }
 
+/// What robots move by, motors and walls included, has a unit.
+#[test]
+fn every_state_of_a_robot_has_a_unit() {
+    for path in shipped() {
+        let task = LoadedTask::load(&path, &[]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        for one in task.problem.tasks.iter().filter(|_| text.contains("kind = \"robot\"")) {
+            for state in one.system.channels().states {
+                assert!(!state.unit.is_empty(), "{}: {} has no unit", path.display(), state.name);
+            }
+        }
+    }
+}
+
 #[test]
 fn changed_task_robot_and_table_files_are_read_or_refused() {
     let (mut random, mut fine, mut count) = (Random(1), 0, 0);

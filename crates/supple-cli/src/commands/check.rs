@@ -7,11 +7,12 @@ use crate::arguments::CheckOptions;
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::pages::check_page;
+use crate::progress::{Stopping, watched};
 
 /// `supple check TASK`
 pub fn check(options: &CheckOptions) -> Result<Outcome, Failure> {
     let LoadedTask { problem, phi, .. } = options.task.load()?;
-    let report = compare(&problem, &phi)?;
+    let report = watched(Stopping::Now, |_| compare(&problem, &phi))?;
     if options.json {
         print_json(&report)?;
     } else {

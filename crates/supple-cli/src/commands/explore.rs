@@ -8,6 +8,7 @@ use crate::Outcome;
 use crate::arguments::{ExploreOptions, set};
 use crate::failure::Failure;
 use crate::output::{note, print_text, warn};
+use crate::progress::end_when_asked;
 
 /// `supple explore TASK|DIR`
 pub fn explore(options: &ExploreOptions) -> Result<Outcome, Failure> {
@@ -22,6 +23,7 @@ pub fn explore(options: &ExploreOptions) -> Result<Outcome, Failure> {
     {
         warn(&format!("no browser could be started ({error}): open the address above in one"));
     }
+    end_when_asked();
     note("Ctrl-C ends the explorer.");
     explorer.serve();
     Ok(Outcome::Success)

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use supple_figures::{FigureError, Kind, draw, render};
@@ -11,7 +11,7 @@ use crate::output::{print_text, warn_changed};
 
 /// `supple plot`
 pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
-    let (kind, format) = (kind(options.figure), format(options));
+    let (kind, format) = (kind(options.figure), format(options)?);
     let standard = || PathBuf::from(format!("{}.{}", kind.name(), format.extension()));
     let out = options.out.clone().unwrap_or_else(standard);
     let folder = out.parent().map(PathBuf::from).unwrap_or_default();
@@ -52,10 +52,29 @@ fn kind(argument: FigureArgument) -> Kind {
     }
 }
 
-fn format(options: &PlotOptions) -> supple_figures::Format {
-    let ending = options.out.as_ref().and_then(|out| out.extension()).and_then(|ending| ending.to_str());
-    let of_ending = ending.and_then(|ending| Format::from_str(ending, true).ok());
-    match options.format.or(of_ending).unwrap_or(Format::Svg) {
+/// That of `--format`, or of the extension of `--out`, which must not say another.
+fn format(options: &PlotOptions) -> Result<supple_figures::Format, Failure> {
+    let ending = options.out.as_ref().and_then(|out| out.extension()).map(|ending| ending.to_string_lossy());
+    let of_ending = ending.as_deref().map(|ending| Format::from_str(ending, true).ok());
+    let format = match (options.format, of_ending) {
+        (None, None) => Format::Svg,
+        (Some(format), None) | (None, Some(Some(format))) => format,
+        (Some(format), Some(of_ending)) if of_ending == Some(format) => format,
+        _ => {
+            let out = options.out.as_deref().unwrap_or(Path::new("")).display();
+            let asked = options.format.map(|format| format!(" for --format {}", of_figures(format).extension()));
+            return Err(Failure::usage(format!(
+                "--out {out}: `.{}` is not the extension of a figure{}; use .svg, .png or .pdf",
+                ending.unwrap_or_default(),
+                asked.unwrap_or_default()
+            )));
+        }
+    };
+    Ok(of_figures(format))
+}
+
+fn of_figures(format: Format) -> supple_figures::Format {
+    match format {
         Format::Svg => supple_figures::Format::Svg,
         Format::Png => supple_figures::Format::Png,
         Format::Pdf => supple_figures::Format::Pdf,

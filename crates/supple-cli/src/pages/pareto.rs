@@ -30,7 +30,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
         for ((cost, price), bound) in point.costs.iter().zip(&point.prices).zip(&front.bounds) {
             row.push(number(*cost));
             if bound.is_finite() {
-                row.push(if price.is_nan() { "no limit".into() } else { number(price / LN_2) });
+                row.push(if price.is_nan() { "infinite".into() } else { number(price / LN_2) });
             }
         }
         row.extend(design.iter().map(|&i| number(point.parameters.0[i].1)));

@@ -119,6 +119,17 @@ fn what_keeps_no_parts_says_so_when_it_is_stopped() {
 }
 
 #[test]
+fn an_explorer_ends_when_it_is_asked_to() {
+    let folder = Folder::with_task(TWO_MASS);
+    for signal in ["-INT", "-TERM"] {
+        let child = start(&folder, &["explore", "task.toml", "--no-browser"]);
+        std::thread::sleep(Duration::from_secs(2));
+        let (run, took) = ended(signal, child);
+        assert!(run.code == Some(0) && took < SOON, "{took:?} {run:?}");
+    }
+}
+
+#[test]
 fn a_stopped_step_of_a_study_resumes() {
     let folder = Folder::with_task(TWO_MASS);
     let text = "title = \"Long\"\n[[steps]]\nname = \"paths\"\nrun = \"trace\"\ntask = \"task.toml\"\nstarts = 3000\n";

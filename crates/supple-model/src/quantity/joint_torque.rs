@@ -58,7 +58,9 @@ impl Measurable for JointTorque {
     fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         let channel = |&place: &usize| {
             let element = vocabulary.signal_name(place).strip_suffix(".torque").unwrap_or_default();
-            Channel::new(format!("torque of {element}"), vocabulary.torque_unit(element))
+            let unit = vocabulary.torque_unit(element);
+            let what = if unit == "N" { "force" } else { "torque" };
+            Channel::new(format!("{what} of {element}"), unit)
         };
         self.selected.iter().map(channel).collect()
     }

@@ -72,8 +72,8 @@ pub struct ParetoPoint {
     pub task_nats: Vec<f64>,
     /// Expected cost of each task.
     pub costs: Vec<f64>,
-    /// Nats that a unit more of each task's bound would save; 0 where a bound is not active. NaN at a tight end whose
-    /// design is the only one: there it has no limit.
+    /// Nats that a unit more of each task's bound would save; 0 where a bound is not active. NaN for those that are
+    /// active at a tight end whose design is the only one: there it is infinite.
     #[serde(deserialize_with = "lenient::list")]
     pub prices: Vec<f64>,
     /// The sum of the prices of its parameters, where any has one; those of catalogues' entries do not count, as no
@@ -211,6 +211,12 @@ fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings
 fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
     let Point { factor, summary, information, warnings } = point;
     let parameters = &task.problem.parameters;
+    // At a tight end no limit has a finite price, but what is below its limit has none at all.
+    let is_below = |cost: f64, bound: f64| cost < factor * bound * (1.0 - task.problem.design.feasibility);
+    let each = summary.multipliers.iter().zip(&summary.costs).zip(bounds);
+    let prices = each
+        .map(|((&price, &cost), &bound)| if price.is_nan() && is_below(cost, bound) { 0.0 } else { price })
+        .collect();
     ParetoPoint {
         factor: *factor,
         bounds: bounds.iter().map(|bound| factor * bound).collect(),
@@ -219,7 +225,7 @@ fn report(task: &LoadedTask, point: &Point, bounds: &[f64]) -> ParetoPoint {
         information_nats: summary.information,
         task_nats: information.clone(),
         costs: summary.costs.clone(),
-        prices: summary.multipliers.clone(),
+        prices,
         price: parameters.iter().any(|parameter| parameter.price.is_some()).then_some(summary.price),
         at_ends: at_ends(parameters, summary),
         warnings: warnings.clone(),

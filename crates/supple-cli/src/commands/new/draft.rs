@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::{EvaluateOptions, TaskEvaluation};
+use supple::{EvaluateOptions, TaskEvaluation, Verdict};
 use supple_robot::{LoadOptions, load};
 
 use super::ask::Asked;
@@ -103,7 +103,19 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         return Err(Failure::usage(message));
     }
     best.faults.iter().for_each(|fault| warn(fault));
+    if let Some(reasons) = why_broken(&best.text, path)? {
+        warn(&format!("the first design is not to be trusted: {reasons}; try other --set, --at, --frame or --wall"));
+    }
     Ok(best.text)
+}
+
+/// Why roll-outs of a task do not do what is predicted, where they diverge.
+fn why_broken(text: &str, path: &str) -> Result<Option<String>, Failure> {
+    let problem = supple_file::parse(text, path)?;
+    let options = EvaluateOptions { rollouts: problem.rollouts(None), ..EvaluateOptions::default() };
+    let evaluation = problem.evaluate(&problem.parameters.initial(), &options)?;
+    let mut verdicts = evaluation.tasks.into_iter().filter_map(|task| task.trust);
+    Ok(verdicts.find(|trust| trust.verdict == Verdict::Broken).map(|trust| trust.reasons.join("; ")))
 }
 
 /// A draft, evaluated.

@@ -138,9 +138,9 @@ impl Rules {
         digits(2.5 * self.wall_sd)
     }
 
-    /// Standard deviation of a joint's sensor, rad; of a slide it is [`Rules::tip_sd`].
+    /// Standard deviation of a joint's sensor, rad, or m where all slide; of a slide it is [`Rules::tip_sd`].
     pub fn joint_sd(&self, limb: &Limb) -> f64 {
-        round(self.tip_sd / limb.reach)
+        round(self.tip_sd / limb.lever())
     }
 
     /// The weight of a term: 1 where it is off by `tolerance` all the time.

@@ -30,8 +30,8 @@ const COLUMNS: [(&str, bool); 15] = [
     ("follows", false),
 ];
 
-/// The page of `supple robot` without a state.
-pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], verbose: bool) -> String {
+/// The page of `supple robot` without a state, from what is called `source`.
+pub fn robot_page(robot: &Robot, tree: &Tree, (gravity, source): ([f64; 3], &str), verbose: bool) -> String {
     let mass: f64 = robot.links.iter().filter_map(|link| link.inertia).map(|inertia| inertia.mass).sum();
     let (links, moving) = (robot.links.len(), tree.bodies().len());
     let mut page = format!("{}: {}, {}", name(&robot.name), count(links, "link"), count(moving, "moving joint"));
@@ -51,7 +51,7 @@ pub fn robot_page(robot: &Robot, tree: &Tree, gravity: [f64; 3], verbose: bool) 
     page.push_str(&equipment::equipment(robot, tree));
     let said = robot
         .gravity
-        .map_or_else(|| "not given in the file".to_owned(), |said| format!("{} in the file", vector(said)));
+        .map_or_else(|| format!("not given in the {source}"), |said| format!("{} in the {source}", vector(said)));
     let _ = writeln!(page, "\nGravity, m/s^2: {said}; dynamics use {}", vector(gravity));
     page.push_str(&Planning::of(robot).text(robot));
     let mut warnings = if verbose { robot.every_warning.clone() } else { robot.warnings.clone() };

@@ -102,21 +102,26 @@ impl Robot {
         joint == Some(JointKind::Prismatic)
     }
 
-    /// Names and units of the states; of what compliance adds, the unit is that of its joint and not known here.
+    /// Names and units of the states: those of a motor are those of its joint, and walls have places. What else compliance
+    /// of other crates adds has none.
     fn state_channels(&self) -> Vec<Channel> {
-        let (dofs, positions) = self.positions();
-        let unit = |place: usize| {
-            let (velocity, own) = (place / positions, place % positions);
-            match (velocity, self.slides(own)) {
-                (0, true) => "m",
-                (1, true) => "m/s",
-                (0, false) if own < dofs => "rad",
-                (1, false) if own < dofs => "rad/s",
-                _ => "",
-            }
+        let [mut positions, mut rates, mut constants] = [const { Vec::new() }; 3];
+        let mut moves = |slides: Option<bool>| {
+            let (position, rate) = match slides {
+                Some(true) => ("m", "m/s"),
+                Some(false) => ("rad", "rad/s"),
+                None => ("", ""),
+            };
+            positions.push(position);
+            rates.push(rate);
         };
-        let names = self.state_names().into_iter().enumerate();
-        names.map(|(place, name)| Channel::new(name, unit(place))).collect()
+        (0..self.tree.dofs()).for_each(|dof| moves(Some(self.slides(dof))));
+        for Element { kind, .. } in &self.compliance {
+            (0..kind.coordinates()).for_each(|_| moves(kind.motor_of().map(|dof| self.slides(dof))));
+            constants.extend((0..kind.constants()).map(|_| if kind.has_wall() { "m" } else { "" }));
+        }
+        let units = positions.into_iter().chain(rates).chain(constants);
+        self.state_names().into_iter().zip(units).map(|(name, unit)| Channel::new(name, unit)).collect()
     }
 }
 

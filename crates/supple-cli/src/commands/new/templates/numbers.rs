@@ -23,7 +23,11 @@ impl Draft<'_> {
                 }
                 let variance = if encoder.is_empty() { format!("{:?}", digits(sd * sd)) } else { encoder.clone() };
                 let _ = write!(text, "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = {}\n", names(&joints));
-                let comment = format!("{unit}: deviation {:?}, or {:?} m at the tool", sd, rules.tip_sd);
+                let comment = if slides {
+                    format!("{unit}: deviation {sd:?}")
+                } else {
+                    format!("{unit}: deviation {sd:?}, or {:?} m at the tool", rules.tip_sd)
+                };
                 said(text, &format!("variance = {variance}"), if encoder.is_empty() { &comment } else { unit });
             }
         } else {
@@ -71,8 +75,12 @@ impl Draft<'_> {
                 "joint_noise",
                 "variance of the joint sensors",
                 [precise, precise, 1e4 * precise],
-                "rad^2",
-                &format!("precise: deviation {:?} rad, or {:?} m at the tool", rules.joint_sd(limb), rules.tip_sd),
+                if limb.slides() { "m^2" } else { "rad^2" },
+                &if limb.slides() {
+                    format!("precise: deviation {:?} m", rules.joint_sd(limb))
+                } else {
+                    format!("precise: deviation {:?} rad, or {:?} m at the tool", rules.joint_sd(limb), rules.tip_sd)
+                },
             );
         } else {
             let precise = force_sd * force_sd;
