@@ -1,4 +1,4 @@
-"""How little information would do: for a linear plant in its steady state, and for two masses that meet a wall.
+"""Minimum information for a linear plant in steady state and for two masses at a wall.
 
 Its twin in Rust is crates/supple/examples/05_bound.rs; both print the same.
 """

@@ -73,7 +73,7 @@ def _text(shape: tuple[int, ...]) -> str:
 
 
 def check_unmasked(name: str, given: object) -> None:
-    """Rejects arrays with masked entries: NumPy would use the numbers under the mask."""
+    """Rejects masked arrays: NumPy would use the masked values."""
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         place = ", ".join(str(index) for index in np.argwhere(np.ma.getmaskarray(given))[0])
         raise UsageError(

@@ -154,7 +154,7 @@ class Crew:
         if isinstance(error, ImportError):
             return WorkerError(f"a worker cannot do this work: {error}; install supple {__version__} there")
         told = f"{what} killed its worker {DEATHS} times" if what else f"a worker process ended: {error}"
-        advice = "" if self._make else "; give executor=N or a function that makes an executor to go on by itself"
+        advice = "" if self._make else "; pass executor=N or a function that makes an executor to recover automatically"
         return WorkerError(f"{told}; {self._kept}{advice}")
 
 

@@ -287,7 +287,7 @@ def combine(*tasks: Task, title: str | None = None) -> Task:
     names = [entry["name"] for entry in whole["tasks"]]
     repeated = next((name for name in names if names.count(name) > 1), None)
     if repeated is not None:
-        raise UsageError(f"two tasks are called `{repeated}`: give each a name of its own, model.task(name=...)")
+        raise UsageError(f"two tasks are called `{repeated}`: give each a unique name, model.task(name=...)")
     whole["title"] = whole["title"] if title is None else title
     systems = [system for task in tasks for system in task._recipe[1]["systems"]]
     errors = [task.derivative_error for task in tasks]

@@ -1,4 +1,4 @@
-"""The page with sliders, served from this process."""
+"""The explorer, served from this process."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class Result:
 
     @property
     def command_line(self) -> list[str]:
-        """The words that ask the program ``supple`` for the same; empty if the task is not a file."""
+        """The equivalent command line; empty if the task is not a file."""
         of_file = self.task is None or self.task._recipe[0] == "load"
         return self._kept.words() if of_file and self.made["study"]["task"] != "own model" else []
 

@@ -37,9 +37,9 @@ fn how(report: &CatalogueReport) -> String {
         count => count.to_string(),
     };
     let meet = match feasible {
-        0 => "none of them meets every bound; this is the closest.".to_owned(),
+        0 => "none is within all cost limits; this is the closest.".to_owned(),
         1 => "1 meets every bound.".to_owned(),
-        count => format!("{count} meet every bound."),
+        count => format!("{count} are within all cost limits."),
     };
     match (method, complete) {
         (CatalogueMethod::AllCombinations, true) => {
@@ -49,8 +49,7 @@ fn how(report: &CatalogueReport) -> String {
             format!("Stopped after {designed} of {combinations} combinations of entries; {meet}")
         }
         (CatalogueMethod::Neighbourhood, true) => format!(
-            "Rounded, then exchanged for neighbours until none was better: {designed} of {combinations} combinations of \
-             entries designed; {meet}"
+            "Rounded, then improved by neighbour exchange until no neighbour was better ({designed} of {combinations} combinations evaluated); {meet}"
         ),
         (CatalogueMethod::Neighbourhood, false) => format!(
             "Rounded, then exchanged for better neighbours until {designed} of {combinations} combinations of entries were \

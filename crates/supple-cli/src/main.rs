@@ -26,14 +26,14 @@ use failure::Failure;
 /// How a command that computed something ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
-    /// As asked.
+    /// Success.
     Success,
     /// Computed, but something did not converge or a bound is not met.
     Shortfall,
 }
 
 impl Outcome {
-    /// That of two things that both have to be as asked.
+    /// The combined outcome of two operations.
     fn and(self, other: Self) -> Self {
         if self == Self::Success { other } else { self }
     }

@@ -34,6 +34,6 @@ fn judge(result: &StudyResult) -> Outcome {
         0 => String::new(),
         more => format!(", and so are {more} more of its numbers"),
     };
-    warn(&format!("the result is broken: {}{more}", named.join(", ")));
+    warn(&format!("the result is invalid: {}{more}", named.join(", ")));
     Outcome::Shortfall
 }

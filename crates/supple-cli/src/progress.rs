@@ -18,7 +18,7 @@ pub enum Stopping {
     Now,
 }
 
-/// Listens for Ctrl-C and SIGTERM from now on, and says how what comes next ends; a second signal ends the program at once.
+/// Handles Ctrl-C and SIGTERM and announces how the running work will stop; a second signal terminates the program.
 pub fn listen(stopping: Stopping) {
     static NOW: AtomicBool = AtomicBool::new(false);
     static LISTENS: Once = Once::new();

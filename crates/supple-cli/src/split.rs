@@ -9,10 +9,10 @@ pub fn of_design(split: &[Split]) -> String {
     let mut text = String::new();
     for of in split.iter().filter(|of| of.total_bits != 0.0) {
         let parts = [
-            ("what the sensors see", of.sensors_bits),
+            ("sensor sensitivity", of.sensors_bits),
             ("how uncertainty propagates", of.uncertainty_bits),
-            ("how the plan changes", of.plan_bits),
-            ("plans that jump to another local minimum", of.leaps_bits),
+            ("change of the plan", of.plan_bits),
+            ("jumps to other local minima", of.leaps_bits),
         ];
         let shown = parts.iter().filter(|(_, bits)| bits.abs() > 1e-4 * of.total_bits.abs());
         let shown: Vec<String> = shown.map(|(name, bits)| format!("{bits:+.2} from {name}")).collect();

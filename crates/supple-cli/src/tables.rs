@@ -129,7 +129,8 @@ mod tests {
     use super::*;
 
     fn wide() -> Rows {
-        let mut rows = table(&["factor", "information, bits", "cost of press", "bits per unit of bound", "status"]);
+        let mut rows =
+            table(&["factor", "information, bits", "cost of press", "bits per unit of cost limit", "status"]);
         for factor in ["0.5", "1"] {
             rows.add_row([factor, "123.456", "250.123", "2.72142", "converged and within every limit of the task"]);
         }

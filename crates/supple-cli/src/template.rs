@@ -7,7 +7,7 @@ pub enum Template {
     Press,
     /// Touch a wall and move along it under force
     Wipe,
-    /// Move along the wall of a hole that is not where it is expected
+    /// Insert into a hole of uncertain position
     Insert,
     /// Move a tool on a compliant mount to a point
     Reach,

@@ -1,4 +1,4 @@
-//! What roll-outs say of predictions.
+//! Comparison of roll-outs with predictions.
 
 use std::fmt::Write;
 

@@ -161,7 +161,7 @@
       type: "button",
       onclick: async () => {
         const error = await E.link.reload();
-        if (error) E.tools.notice("changed", `The changed task file cannot be read: ${error} The file as it was read before is shown.`);
+        if (error) E.tools.notice("changed", `The changed task file cannot be read: ${error} The previous version is still shown.`);
       },
     }, "Read it again")),
   };

@@ -295,7 +295,7 @@
     context.restore();
     const linear = (name, [from, to]) => ({ name, unit: "", scale: "linear", bounds: [from, to] });
     frameAxes(context, box, [linear("expected cost", costs), linear("measured, bits", bits)], height);
-    const note = `${front.length} of ${points.length} designs of the map are beaten by no other in both cost and information (blue). A click shows the nearest of these; the arrow keys go along them.`;
+    const note = `${front.length} of ${points.length} designs of the map are Pareto-optimal (blue). A click shows the nearest of these; the arrow keys go along them.`;
     element("front-note").textContent = note;
     canvas.setAttribute("aria-label", `Designs by expected cost and measured information. ${note}`);
   }

@@ -141,8 +141,8 @@
     const rest = rows.length > MOST_SLOPES ? ` The ${MOST_SLOPES} greatest of ${rows.length} are shown.` : "";
     const price = details.price_bits_per_cost;
     const said = price === null ? "" : price > 0
-      ? `Here +1 in cost buys about ${number(price, 3)} bits (shadow price by least squares, exact at an optimum whose only active limit is this one).`
-      : "Here no direction trades cost for information: both fall together.";
+      ? `+1 in cost saves about ${number(price, 3)} bits (shadow price by least squares, exact at an optimum whose only active limit is this one).`
+      : "Cost and information can both be reduced here; there is no trade-off.";
     const invalid = details.tasks.some((task) => task.valid === false) ? " The plan is not stationary enough for gradients to hold." : "";
     place.replaceChildren(table("Change when a parameter increases by 1 %", ["parameter", "bits", "cost"], body),
       make("p", { class: "note" }, said + rest + invalid));

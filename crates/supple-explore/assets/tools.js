@@ -168,7 +168,7 @@
     if (!element("sensor-open").open) return;
     const details = E.details?.tasks[D.task];
     if (details?.needed_takes_long) {
-      element("sensor-text").textContent = "With so many states the minimum takes long to find: `supple bound` finds it.";
+      element("sensor-text").textContent = "With this many states the minimum takes long to compute; use `supple bound`.";
       return;
     }
     sensor.id = E.link.ask("sensor", { values: D.values, task: D.task });

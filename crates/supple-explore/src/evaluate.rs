@@ -28,7 +28,7 @@ pub fn alone(problem: &Problem, task: usize) -> Problem {
 }
 
 impl Evaluated {
-    /// Evaluates all tasks at once, as `supple evaluate` does, the shown one with its trajectory; none where it was told to stop.
+    /// Evaluates all tasks at once, as `supple evaluate` does, the shown one with its trajectory; none if stopped.
     ///
     /// # Errors
     /// Where a task cannot be evaluated: why.
@@ -143,7 +143,8 @@ fn task_numbers(task: &TaskEvaluation) -> Value {
     })
 }
 
-/// What takes longer: the information needed, and gradients of all tasks. `controls` are those to start plans from, by task.
+/// What takes longer: the information needed, and gradients of all tasks. `controls` are those to start plans from, by
+/// task.
 ///
 /// # Errors
 /// Where a task cannot be evaluated: why.
@@ -177,8 +178,8 @@ pub fn details(
     Ok(Some(json!({ "parameters": names, "tasks": tasks, "price_bits_per_cost": shadow_price(&found) })))
 }
 
-/// What one more in cost saves at the cost limit of the worst task, bits, by least squares over the design parameters in
-/// scaled coordinates: `-<g_I, g_J> / <g_J, g_J>`. Exact at an optimum whose only active limit is that one.
+/// What one more in cost saves at the cost limit of the worst task, bits, by least squares over the design parameters
+/// in scaled coordinates: `-<g_I, g_J> / <g_J, g_J>`. Exact at an optimum whose only active limit is that one.
 pub fn shadow_price(found: &Evaluated) -> Option<f64> {
     let parameters = &found.problem.parameters;
     let scaled = |index: usize, slope: f64| {

@@ -47,16 +47,16 @@ impl Guard {
             matches!(host, Some("127.0.0.1" | "localhost"))
         };
         if !shown.host.is_some_and(here) {
-            return Some("this server answers as 127.0.0.1 only (header Host)");
+            return Some("requests must use the host 127.0.0.1 (header Host)");
         }
         let own = |origin: &str| origin.strip_prefix("http://").is_some_and(here);
         match shown.origin {
-            Some(origin) if !own(origin) => return Some("this server answers its own pages only (header Origin)"),
+            Some(origin) if !own(origin) => return Some("requests from other origins are rejected (header Origin)"),
             None if acts => return Some("this server answers its own pages only (no header Origin)"),
             _ => {}
         }
         if !shown.token.is_some_and(|token| same(token, &self.token)) {
-            return Some("the address lacks the token: use the address that `supple explore` printed");
+            return Some("missing token: use the address printed by `supple explore`");
         }
         None
     }

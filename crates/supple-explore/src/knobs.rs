@@ -110,7 +110,7 @@ fn limit(index: usize, task: &Task, several: bool) -> Option<Knob> {
     Some(Knob {
         name: if several { format!("limit of {}", task.name) } else { "cost limit".to_owned() },
         group: "Cost limits",
-        about: "The expected cost may be at most this.".to_owned(),
+        about: "Limit on the expected cost.".to_owned(),
         unit: String::new(),
         scale,
         bounds,

@@ -1,8 +1,8 @@
-//! A page with sliders for the parameters of a task, in the browser of this machine, with the real computations behind it.
+//! A page with sliders for the parameters of a task, served to the browser of this machine.
 //!
-//! [`Explorer::open`] starts a server that answers 127.0.0.1 alone, and only those who know the token in its address. The
-//! page asks by POST and hears by a WebSocket. Each open page has one worker per kind of question; of two questions of one
-//! kind the newer one counts, and every answer says which design it is of.
+//! [`Explorer::open`] starts a server that answers 127.0.0.1 alone, and only those who know the token in its address.
+//! The page sends requests by POST and receives results over a WebSocket. Each page has one worker per kind of request;
+//! a newer request replaces a pending one of the same kind, and each response identifies its design.
 //!
 //! ```text
 //! page -> server (guard) -> session -> slot by kind -> knobs -> evaluate, map, search, rollouts, sensor, save -> page

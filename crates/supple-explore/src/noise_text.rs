@@ -95,8 +95,8 @@ impl Edits<'_> {
             DeValue::Integer(_) | DeValue::Float(_) => {
                 let span = value.span();
                 let written = self.text.get(span.clone()).unwrap_or_default();
-                let number =
-                    plain_number(written).ok_or_else(|| refused(one, &format!("`{written}` is no decimal number")))?;
+                let number = plain_number(written)
+                    .ok_or_else(|| refused(one, &format!("`{written}` is not a decimal number")))?;
                 self.list.push((span, format!("{:?}", number * factor)));
                 Ok(())
             }

@@ -37,8 +37,8 @@ impl OnScreen<'_> {
         self.path().file_stem().map_or_else(|| "task".to_owned(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// The options of the program that set the parameters of this design; what they cannot set follows as a comment of a
-    /// shell.
+    /// The options of the program that set the parameters of this design; what they cannot set follows as a comment of
+    /// a shell.
     pub fn set_text(&self) -> String {
         let changes = changes(&self.loaded.problem, self.knobs, self.values);
         let options = changes.parameters.iter().map(|(name, value)| format!("--set {name}={value:?}"));
@@ -100,9 +100,7 @@ impl OnScreen<'_> {
                 let (ours, theirs) = (ours.as_slice(), theirs.as_slice());
                 if ours.len() != theirs.len() || !ours.iter().zip(theirs).all(|(&a, &b)| is_near(a, b)) {
                     return Err(
-                        "the noise on screen cannot be written to the file: numbers of its noise stand in more than \
-                                one place, or in an expression; set its sliders back to 1, or replace these numbers by \
-                                parameters in the file"
+                        "the noise cannot be saved: its numbers occur more than once or in an expression; reset the noise sliders to 1, or use parameters in the file"
                             .to_owned(),
                     );
                 }
@@ -114,7 +112,8 @@ impl OnScreen<'_> {
     /// This design as a task, whose file has it as its own.
     ///
     /// # Errors
-    /// Where the file cannot be edited; or where there is none, as Python describes the task, and limits or noise were turned.
+    /// Where the file cannot be edited; or where there is none, as Python describes the task, and limits or noise were
+    /// turned.
     pub fn task(&self) -> Result<LoadedTask, String> {
         let LoadedTask { problem, sources, .. } = self.loaded;
         if sources.first().is_none_or(|source| source.path == OWN_MODEL) {
@@ -123,8 +122,7 @@ impl OnScreen<'_> {
                 changes.limits.iter().map(|(name, ..)| *name).chain(changes.noise.iter().map(|one| one.name)).next();
             if let Some(name) = first {
                 return Err(format!(
-                    "`{name}` is turned, which is no parameter, and this task has no file: change it where the task is \
-                     described, or set its slider back"
+                    "`{name}` has been changed but is not a parameter, and this task has no file: change it in the definition of the task, or reset its slider"
                 ));
             }
             let (_, phi) = turned(self.loaded, self.knobs, self.values)?;

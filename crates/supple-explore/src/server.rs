@@ -70,8 +70,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Explorer {
-    /// Listens on 127.0.0.1, on the given port or any that is free. Where `file` is given, it is watched, and can be read
-    /// again.
+    /// Listens on 127.0.0.1, on the given port or any that is free. Where `file` is given, it is watched, and can be
+    /// read again.
     ///
     /// # Errors
     /// Where the port is taken, or the system gives no random numbers.
@@ -92,8 +92,7 @@ impl Explorer {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port.unwrap_or(0))).map_err(|error| {
             let port = port.unwrap_or(0);
             StudyError::usage(format!(
-                "port {port} of 127.0.0.1 cannot be used: {error}; try another --port, or leave it out to take any that is \
-                 free"
+                "port {port} cannot be used: {error}; choose another --port, or omit it to use any free port"
             ))
         })?;
         let io = |error: std::io::Error| StudyError::Io { what: "the server".to_owned(), error };
@@ -235,7 +234,7 @@ impl State {
                 Some(asset) => respond(request, 200, asset.kind, &asset.text),
                 None => respond(request, 404, PLAIN, "there is no such page\n"),
             },
-            _ => respond(request, 405, PLAIN, "this cannot be done here\n"),
+            _ => respond(request, 405, PLAIN, "not allowed\n"),
         }
     }
 
@@ -248,7 +247,7 @@ impl State {
         let number = query(&request.target, "page").and_then(|number| number.parse().ok());
         let page = number.and_then(|number: u64| lock(&self.pages).get(&number).cloned());
         let Some(page) = page else {
-            return respond(request, 410, PLAIN, "this page has no channel any more: load it again\n");
+            return respond(request, 410, PLAIN, "the connection of this page is closed; reload the page\n");
         };
         if ask.view == crate::ask::View::Evaluate {
             let shown = self.shown.read().unwrap_or_else(PoisonError::into_inner);

@@ -7,7 +7,7 @@ pub enum FigureError {
     #[error("{0}")]
     Study(#[from] StudyError),
     /// The results given are not those that the figure shows.
-    #[error("the figure `{figure}` needs {needs}; given: {given}")]
+    #[error("the figure `{figure}` requires {needs}; given: {given}")]
     Needs {
         /// The figure.
         figure: &'static str,

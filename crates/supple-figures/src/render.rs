@@ -106,7 +106,7 @@ fn png(page: &Page, tree: &Tree, width: Width) -> Result<Vec<u8>, String> {
     let columns = (width.millimetres() * PIXELS).round();
     let scale = columns / page.width;
     let rows = (page.height * scale).ceil();
-    let too_large = || format!("{columns} x {rows} pixels are too many");
+    let too_large = || format!("an image of {columns} x {rows} pixels is too large");
     let mut pixels = Pixmap::new(columns as u32, rows as u32).ok_or_else(too_large)?;
     // The last row of pixels may reach below the page.
     pixels.fill(resvg::tiny_skia::Color::WHITE);
@@ -128,7 +128,8 @@ fn png(page: &Page, tree: &Tree, width: Width) -> Result<Vec<u8>, String> {
 
 fn pdf(figure: &Figure, page: &Page, tree: &Tree) -> Result<Vec<u8>, String> {
     let (width, height) = (page.width as f32, page.height as f32);
-    let size = Size::from_wh(width, height).ok_or_else(|| format!("{width} x {height} points are no page"))?;
+    let size =
+        Size::from_wh(width, height).ok_or_else(|| format!("{width} x {height} points is not a valid page size"))?;
     let mut document = Document::new();
     document.set_metadata(Metadata::new().title(figure.title.clone()).creator("supple".to_owned()));
     let mut sheet = document.start_page_with(PageSettings::new(size));

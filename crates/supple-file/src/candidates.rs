@@ -34,7 +34,7 @@ pub enum WithSensors {
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CatalogueFile {
-    /// Measurements of the model that are there whatever is chosen, by name; default: all of them.
+    /// Names of the model's measurements that are always present; default: all.
     base: Option<Vec<String>>,
     /// Names of the sensors that the robot has; default: none.
     #[serde(default)]
@@ -124,7 +124,8 @@ pub(super) fn equip(
     Ok((model, (Some(sensors), vec![path])))
 }
 
-/// A table of comma-separated values as a list `sensors` of tables, whose keys are the columns; empty cells are left out.
+/// A table of comma-separated values as a list `sensors` of tables, whose keys are the columns; empty cells are left
+/// out.
 fn as_document<'a>(table: &'a CsvTable<'a>, names: Option<Rc<Names>>) -> Document<'a> {
     let one = |row: &'a CsvRow| {
         let mut sensor = DeTable::new();
@@ -192,12 +193,12 @@ impl Building<'_> {
         for (place, name) in file.chosen.iter().enumerate() {
             if file.chosen[..place].contains(name) {
                 let at = ["catalogue".into(), "chosen".into(), place.into()];
-                return Err(self.top.error(&at, format!("`{name}` is there twice")));
+                return Err(self.top.error(&at, format!("`{name}` occurs twice")));
             }
             if !sensors.iter().any(|sensor| sensor.name == *name) {
                 let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name.as_str()).collect();
                 let at = ["catalogue".into(), "chosen".into(), place.into()];
-                let message = format!("no sensor of the catalogue is `{name}`: there are {}", quoted(&names));
+                let message = format!("the catalogue has no sensor `{name}`; valid: {}", quoted(&names));
                 return Err(FileError { help: nearest(name, &names), ..self.top.error(&at, message) });
             }
         }
@@ -290,7 +291,7 @@ impl Building<'_> {
         let find = |name: &String| match names.iter().position(|other| other == name) {
             Some(place) => Ok((Entry::Own(place), own[place].clone())),
             None => {
-                let message = format!("no measurement is `{name}`: there are {}", quoted(&names));
+                let message = format!("there is no measurement `{name}`; valid: {}", quoted(&names));
                 Err(FileError { help: nearest(name, &names), ..self.error(index, "select", message) })
             }
         };

@@ -11,7 +11,7 @@ use crate::csv_table::{CsvRow, CsvTable};
 /// Entries that a catalogue has at most.
 const MOST_ENTRIES: usize = 10_000;
 
-/// Values of a parameter that can be had.
+/// Available values of a parameter.
 #[derive(Debug)]
 pub(super) enum CatalogueFile {
     /// As they are.
@@ -65,13 +65,12 @@ fn entries(table: &CsvTable) -> Result<Vec<CatalogueEntry>, FileError> {
     const COLUMNS: [&str; 3] = ["value", "name", "price"];
     let header = &table.header.cells;
     if let Some(column) = header.iter().find(|column| !COLUMNS.contains(column)) {
-        let message = format!("the column `{column}` is none of `value`, `name`, `price`");
+        let message = format!("unknown column `{column}`; valid are `value`, `name`, `price`");
         return Err(FileError { help: nearest(column, &COLUMNS), ..table.error(&table.header, message) });
     }
     let [value, name, price] = COLUMNS.map(|name| header.iter().position(|column| column == name));
     let Some(value) = value else {
-        let message =
-            "a catalogue begins with the names of its columns: `value`, and where there are any `name`, `price`";
+        let message = "the first line of a catalogue must name its columns: `value`, and optionally `name` and `price`";
         return Err(table.error(&table.header, message));
     };
     let entry = |row: &CsvRow| {
@@ -130,7 +129,7 @@ impl<'de> Deserialize<'de> for Entry {
             type Value = Entry;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a number, or a table with `value`, and where there are any `price` and `name`")
+                f.write_str("a number, or a table with `value` and optionally `price` and `name`")
             }
             fn visit_f64<E: de::Error>(self, value: f64) -> Result<Entry, E> {
                 match value.is_finite() {
@@ -159,8 +158,7 @@ impl schemars::JsonSchema for CatalogueFile {
     }
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
-            "description": "Values that can be had: numbers, or tables with prices and names; or the name of a CSV file \
-                            with the columns value, name and price",
+            "description": "Available stock values: numbers, or tables with price and name; or the name of a CSV file with the columns value, name and price",
             "anyOf": [
                 {
                     "type": "array",
@@ -174,8 +172,8 @@ impl schemars::JsonSchema for CatalogueFile {
                                 "required": ["value"],
                                 "properties": {
                                     "value": { "type": "number", "description": "The value" },
-                                    "price": { "type": "number", "minimum": 0, "description": "What it costs to buy" },
-                                    "name": { "type": "string", "description": "What its maker calls it" }
+                                    "price": { "type": "number", "minimum": 0, "description": "Purchase price" },
+                                    "name": { "type": "string", "description": "Manufacturer's name" }
                                 }
                             }
                         ]

@@ -42,7 +42,7 @@ impl<'a> CsvTable<'a> {
         let table = Self { name, text, header, rows: rows.collect() };
         for (place, column) in table.header.cells.iter().enumerate() {
             if table.header.cells.iter().take(place).any(|other| other == column) {
-                return Err(table.error(&table.header, format!("the column `{column}` is there twice")));
+                return Err(table.error(&table.header, format!("the column `{column}` occurs twice")));
             }
         }
         let columns = table.header.cells.len();
@@ -60,8 +60,8 @@ impl<'a> CsvTable<'a> {
         FileError::at(self.name, self.text, row.span.clone(), String::new(), message)
     }
 
-    /// The bytes of each cell of a row; those of the whole row where the file has the cell in other words, as with quotes
-    /// in it.
+    /// The bytes of each cell of a row; those of the whole row where the file has the cell in other words, as with
+    /// quotes in it.
     pub fn spans(&self, row: &CsvRow) -> Vec<Range<usize>> {
         let mut from = row.span.start;
         let span = |cell: &str| match self.text.get(from..row.span.end).and_then(|rest| rest.find(cell)) {

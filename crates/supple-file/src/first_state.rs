@@ -68,7 +68,7 @@ impl schemars::JsonSchema for InitialState {
         let pose = generator.subschema_for::<PoseFile>();
         schemars::json_schema!({
             "description": "One number per state, or a table: where the robot starts, and numbers by the names of \
-                            states, in which * stands for any letters",
+                            states, with * as a wildcard",
             "anyOf": [
                 { "type": "array", "items": value },
                 {
@@ -133,7 +133,8 @@ impl FirstState<'_> {
         let asked = [("key", key.is_some()), ("pose", pose.is_some())];
         if let Some((asked, _)) = asked.into_iter().find(|(_, asked)| *asked).filter(|_| !self.model.starts_by_itself())
         {
-            let message = format!("models of this kind have no `{asked}`: name states, which are {}", quoted(states));
+            let message =
+                format!("this model does not support `{asked}`; valid names are its states: {}", quoted(states));
             return Err(self.error(&[asked.into()], message));
         }
         if let Some(pose) = &pose
@@ -147,7 +148,7 @@ impl FirstState<'_> {
                 return self.error(&[Place::Key(&name)], message).with_help(help);
             }
             let fits = if name.contains('*') { "fits" } else { "is" };
-            let message = format!("no state {fits} `{name}`: there are {}", quoted(states));
+            let message = format!("no state {fits} `{name}`; states: {}", quoted(states));
             FileError { help, ..self.error(&[Place::Key(&name)], message) }
         })?;
         let phi = self.parameters.initial();
@@ -179,8 +180,9 @@ pub(super) fn outside_limits(task: &Task, phi: &[f64]) -> Vec<String> {
         let at = task.initial_state.get(state)?.resolve(phi);
         let Limit { name, lower, upper, .. } = limit;
         let within = at >= lower - ROUNDING * lower.abs() && at <= upper + ROUNDING * upper.abs();
-        (!within)
-            .then(|| format!("task `{}` starts at {name} of {at}, outside its range [{lower}, {upper}]", task.name))
+        (!within).then(|| {
+            format!("task `{}`: the initial value of {name}, {at}, is outside its range [{lower}, {upper}]", task.name)
+        })
     };
     task.system.limits().into_iter().filter_map(outside).collect()
 }

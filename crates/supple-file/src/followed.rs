@@ -18,7 +18,7 @@ struct LimitFile {
     lower: Option<OneOrMore>,
     /// The most that it may be, one number for all entries or one each, in its units; default: none.
     upper: Option<OneOrMore>,
-    /// Whether plans keep the limit, and not only results tell where they do not.
+    /// Whether plans enforce the limit, or violations are only reported.
     #[serde(default)]
     enforce: bool,
 }
@@ -63,7 +63,7 @@ impl Reader<'_> {
         let file = LimitFile::deserialize(table.only(KEYS));
         let LimitFile { lower, upper, enforce } = file.map_err(|error| self.document.read_error(self.at, error))?;
         if lower.is_none() && upper.is_none() {
-            return Err(self.error("upper", "is missing: a limit has a `lower` or an `upper` end, or both"));
+            return Err(self.error("upper", "is missing: a limit requires `lower`, `upper`, or both"));
         }
         let side = |key: &'static str, given: Option<OneOrMore>, none: f64| {
             let given = given.unwrap_or(OneOrMore(vec![Value::Number(none)]));

@@ -28,7 +28,7 @@ pub(super) struct ParameterFile {
     role: Role,
     /// What its value costs, in units of the budget of `[design]`; default: nothing.
     price: Option<Price>,
-    /// The values that can be had: a list of them, with or without prices and names, or a CSV file.
+    /// The available values: a list, optionally with prices and names, or the name of a CSV file.
     catalogue: Option<CatalogueFile>,
 }
 

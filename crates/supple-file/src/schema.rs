@@ -52,7 +52,7 @@ pub fn json_schema_of(kinds: &Kinds) -> Json {
         "additionalProperties": false,
         "required": ["model", "tasks"],
         "properties": {
-            "title": { "type": "string", "description": "What the problem is, for people" },
+            "title": { "type": "string", "description": "Human-readable title" },
             "model": models,
             "parameters": {
                 "description": "Named numbers that designs and studies may change",
@@ -73,8 +73,7 @@ fn catalogue(kinds: &Kinds, generator: &mut SchemaGenerator) -> Json {
     let mut schema = <CatalogueFile as schemars::JsonSchema>::json_schema(generator).to_value();
     let mut sensors = one_of(plain(candidates::schemas(&kinds.quantities, generator)));
     for table in sensors["oneOf"].as_array_mut().into_iter().flatten() {
-        table["properties"]["name"] =
-            json!({ "type": "string", "minLength": 1, "description": "Its name, unlike that of any other" });
+        table["properties"]["name"] = json!({ "type": "string", "minLength": 1, "description": "Unique name" });
         table["properties"]["price"] = json!({
             "type": "number", "minimum": 0, "default": 0, "description": "Its price, in the units of budgets"
         });

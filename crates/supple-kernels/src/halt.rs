@@ -1,5 +1,5 @@
-//! A request of the whole process that long work end within moments, keeping nothing of what is under way: for a program that
-//! was told to end, where a flag between two designs would be seen too late.
+//! A request of the whole process that long work end within moments, keeping nothing of what is under way: for a
+//! program that was asked to stop, when a flag checked between two designs would be too late.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -5,7 +5,7 @@
 //! - [`Scalar`]: what the physics of a model is written over, once;
 //! - [`Dual`]: forward derivatives with several tangents at once, nested for higher orders;
 //! - [`graph`]: physics recorded once, differentiated, and compiled to programs for the lanes;
-//! - [`halt`]: a request that long work end;
+//! - [`halt`]: a request to stop long computations;
 //! - [`math`]: elementary functions with the same bits on every machine;
 //! - [`Lanes`]: eight numbers at once, and [`dispatch`] which picks the machine's best instructions at run time;
 //! - [`Matrices`]: a sequence of equal matrices in one padded, aligned buffer, and the [`rows`] kernels on it;

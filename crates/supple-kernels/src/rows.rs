@@ -91,7 +91,7 @@ pub fn multiply_into_strided<L: Lanes>(
     }
 }
 
-/// A product of `width` columns, the rows of `out` and of `right` as far apart as is said beside them.
+/// A product of `width` columns, with the given row strides of `out` and `right`.
 #[inline(always)]
 fn product<L: Lanes>(
     (out, out_stride): (&mut [f64], usize),
@@ -288,8 +288,8 @@ fn ask<const HINT: i32>(numbers: &[f64]) {
     let _ = numbers;
 }
 
-/// Adds `a'` (rows x cols, `a` being cols x rows) to the lower triangle of `out`. Numbers right of the diagonal, up to the next
-/// multiple of [`LANES`], are changed too.
+/// Adds `a'` (rows x cols, `a` being cols x rows) to the lower triangle of `out`. Numbers right of the diagonal, up to
+/// the next multiple of [`LANES`], are changed too.
 #[inline(always)]
 pub fn add_transposed_lower<L: Lanes>(
     (out, out_stride): (&mut [f64], usize),

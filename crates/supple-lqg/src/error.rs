@@ -20,8 +20,7 @@ pub enum Error {
     },
     /// An expected cost that no controller reaches.
     #[error(
-        "no sensors and no controller keep an expected cost of {cost:?}: with the state known exactly it is {least:?}, so ask \
-         for more than that"
+        "no controller achieves an expected cost of {cost:?}: with the state known exactly the cost is {least:?}; choose a larger cost"
     )]
     CostBelowLeast {
         /// The cost asked for.
@@ -45,7 +44,7 @@ pub enum Error {
         /// Where.
         step: usize,
     },
-    /// Work was told to end by [`supple_kernels::halt`].
+    /// Stopped by [`supple_kernels::halt`].
     #[error("stopped: nothing is kept")]
     Stopped,
     /// Something has the wrong shape.

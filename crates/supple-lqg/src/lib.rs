@@ -1,25 +1,26 @@
-//! Time-varying LQG over arrays: Riccati and Kalman sweeps, directed information, adjoints of all of them, and certified
-//! lower bounds of the information that a task needs.
+//! Time-varying LQG over arrays: Riccati and Kalman sweeps, directed information, adjoints of all of them, and
+//! certified lower bounds of the information that a task needs.
 //!
-//! The crate knows no model, no parameter and no file. Its input is [`Knots`]: a system along a trajectory as `A_t`, `B_t`,
-//! `C_t` and the second-order expansion of its cost, and [`Noise`] as covariance matrices. Everything else is a sweep over
-//! these arrays:
+//! The crate knows no model, no parameter and no file. Its input is [`Knots`]: a system along a trajectory as `A_t`,
+//! `B_t`, `C_t` and the second-order expansion of its cost, and [`Noise`] as covariance matrices. Everything else is a
+//! sweep over these arrays:
 //!
 //! | question | function |
 //! |---|---|
-//! | Which feedback is optimal, and what does it cost not to know the state? | [`solve_riccati`] |
+//! | Which feedback is optimal, and what is the cost of state uncertainty? | [`solve_riccati`] |
 //! | What does a Kalman filter know at each step? | [`kalman`] |
-//! | How many bits do the measurements give, `DI(x -> y)`? | [`information()`] |
-//! | How many reach the controls, `DI(x -> u)`? | [`control_information`] |
-//! | How many would any sensors and any controller need at least? | [`bound::minimum_information`] |
-//! | How does each change with every entry of every array? | [`reverse_kalman`], [`reverse_riccati`], [`add_control_partials`], [`bound::Sensitivity`] |
+//! | y)`? -> How much information do the measurements deliver, `DI(x -> y)`? -> y)`? | [`information()`] |
+//! | u)`? -> How much of it does the controller use, `DI(x -> u)`? -> u)`? | [`control_information`] |
+//! | What is the minimum over all sensors and controllers? | [`bound::minimum_information`] |
+//! | What are their gradients with respect to all arrays? | [`reverse_kalman`], [`reverse_riccati`],
+//! [`add_control_partials`], [`bound::Sensitivity`] |
 //!
 //! # A Kalman filter and its information
 //!
 //! ```
 //! use supple_lqg::{Belief, Information, Knots, Noise, constant, information, kalman};
 //!
-//! // A mass on ice, pushed about at random, whose position is measured every 0.1 s.
+//! // A frictionless mass under random disturbances, with position measurements every 0.1 s.
 //! let (a, b, c) = ([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]], [[1.0, 0.0]]);
 //! let knots = Knots::linear(100, (&a, &b, &c), (&[[1.0, 0.0], [0.0, 0.1]], &[[0.01]]))?;
 //! let noise = Noise {
@@ -35,7 +36,7 @@
 //! # Ok::<(), supple_lqg::Error>(())
 //! ```
 //!
-//! # The least information for a plant
+//! # The minimum information of a plant
 //!
 //! ```
 //! use supple_lqg::bound::{BoundSettings, Stationary, stationary_minimum};
@@ -44,7 +45,7 @@
 //! // x+ = 1.5 x + u + w, w of variance 1, with the cost x^2 / 2 per step.
 //! let plant = Stationary::new(&constant(&[[1.5, 1.0]]), &constant(&[[1.0]]), &constant(&[[1.0, 0.0], [0.0, 0.0]]))?;
 //! let found = stationary_minimum(&plant, 2.0, &BoundSettings::default())?;
-//! // The variance of x is 4, so what is not known of it must be 4/3: log2 sqrt(4 / (4/3)) bits.
+//! // The prior variance is 4 and the posterior variance must be 4/3: log2 sqrt(4 / (4/3)) bits.
 //! assert!((found.nats - 0.5 * 3f64.ln()).abs() < 1e-6);
 //! assert!(found.lower_nats <= found.nats, "proved by intervals");
 //! # Ok::<(), supple_lqg::Error>(())

@@ -15,8 +15,9 @@ pub(crate) struct Shape {
     row: Option<usize>,
 }
 
-/// Calls `$run` with a [`Shape`] of given sizes: with strides known to the compiler where every row is as short as rows can
-/// be, which unrolls the loops over rows of small systems, and with run-time strides otherwise. The code is the same.
+/// Calls `$run` with a [`Shape`] of given sizes: with strides known to the compiler where every row is as short as rows
+/// can be, which unrolls the loops over rows of small systems, and with run-time strides otherwise. The code is the
+/// same.
 macro_rules! with_shape {
     ($shape:expr, |$name:ident| $run:expr) => {{
         let shape: $crate::shape::Shape = $shape;
@@ -53,7 +54,7 @@ impl Shape {
         Self { row: Some(LANES), ..self }
     }
 
-    /// Runs a part of a sweep: within it for small systems, and otherwise in a function of its own, beside whose work a call
+    /// Runs part of a sweep: inlined for small systems, otherwise in a separate function, for which a call
     /// is nothing. Sweeps that hold all their parts take compilers minutes.
     #[inline(always)]
     pub fn part<L: Lanes, J: Job>(self, job: J) -> J::Output {

@@ -40,8 +40,8 @@ impl<S: Scalar> Point<'_, S> {
     }
 }
 
-/// What is known of a frame, in the order of its signals: its origin, m, and its rotation matrix by rows in the world; the
-/// velocity of its origin, m/s, and its angular velocity, rad/s, in the axes of the world.
+/// What is known of a frame, in the order of its signals: its origin, m, and its rotation matrix by rows in the world;
+/// the velocity of its origin, m/s, and its angular velocity, rad/s, in the axes of the world.
 pub const FRAME_SIGNALS: [&str; 18] =
     ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "vx", "vy", "vz", "wx", "wy", "wz"];
 
@@ -187,9 +187,9 @@ pub trait Model: Send + Sync + 'static {
         None
     }
 
-    /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with friction
-    /// that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from afar, and gets
-    /// friction moving. At 0 it is this model. None in models without contacts and friction.
+    /// The same model with contacts that set in over a length wider by a value, m, and are softer by as much, and with
+    /// friction that sets in over a speed higher by a value, rad/s or m/s: with these planning finds contacts from
+    /// afar, and gets friction moving. At 0 it is this model. None in models without contacts and friction.
     fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
@@ -212,8 +212,8 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the frames, each with the signals [`FRAME_SIGNALS`], which come before all others; none in models without
-    /// frames.
+    /// Names of the frames, each with the signals [`FRAME_SIGNALS`], which come before all others; none in models
+    /// without frames.
     fn frame_names(&self) -> Vec<String> {
         Vec::new()
     }
@@ -223,7 +223,8 @@ pub trait Model: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Names of the drives, each with a signal [`POWER`]`NAME`, in the order of the controls; none where they have no joints.
+    /// Names of the drives, each with a signal [`POWER`]`NAME`, in the order of the controls; none where they have no
+    /// joints.
     fn drive_names(&self) -> Vec<String> {
         Vec::new()
     }
@@ -243,7 +244,7 @@ pub trait Model: Send + Sync + 'static {
         Channels::plain(self.state_names(), self.dimensions())
     }
 
-    /// What it looks like, with the forces between its bodies; none in models that cannot be drawn.
+    /// A picture of the model with the forces between its bodies, if it can be drawn.
     ///
     /// Bodies, connections and landmarks are the same at every point, in the same order; only where they are changes.
     fn picture(&self, _at: &Point<f64>) -> Option<Picture> {
@@ -256,7 +257,7 @@ pub trait Model: Send + Sync + 'static {
     }
 }
 
-/// What to say of the name of a locked joint, or of one of its states, where only what moves may stand; and advice.
+/// Error message and advice for the name of a locked joint where a moving joint is required.
 pub fn locked_message(name: &str, locked: &[String]) -> Option<(String, String)> {
     let own = |prefix: &str| name.strip_prefix(prefix).filter(|rest| locked.iter().any(|other| other == rest));
     let joint = own("").or_else(|| own("q.")).or_else(|| own("v."))?;

@@ -115,7 +115,7 @@ impl SweepCollector {
         let read = |(unit, rows): &(Vec<u8>, Vec<u8>)| -> PyResult<(SweepUnit, Vec<String>)> {
             match from_bytes(py, unit)? {
                 Unit::Segments(unit) => Ok((unit, from_bytes(py, rows)?)),
-                _ => Err(errors::usage(py, "this unit is not of a sweep")),
+                _ => Err(errors::usage(py, "this unit does not belong to a sweep")),
             }
         };
         let done = done.iter().map(read).collect::<PyResult<Vec<_>>>()?;

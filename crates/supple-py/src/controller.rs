@@ -26,8 +26,8 @@ pub struct NativeController {
 
 #[pymethods]
 impl NativeController {
-    /// That of a task of a result, at its `start` or `optimum` where it has both; `task` is what the result was made of, where
-    /// that is at hand.
+    /// That of a task of a result, at its `start` or `optimum` where it has both; `task` is what the result was made
+    /// of, where that is at hand.
     #[staticmethod]
     #[pyo3(signature = (result, task, *, name, at))]
     fn of(
@@ -41,7 +41,9 @@ impl NativeController {
             None => None,
             Some("start") => Some(At::Start),
             Some("optimum") => Some(At::Optimum),
-            Some(other) => return Err(errors::usage(py, &format!("at={other:?}: there is start and optimum"))),
+            Some(other) => {
+                return Err(errors::usage(py, &format!("at={other:?} is invalid; valid: \"start\", \"optimum\"")));
+            }
         };
         let failures = task.map_or_else(Failures::default, |task| task.failures.clone());
         let folder = &result.0;
@@ -105,7 +107,7 @@ impl NativeController {
     fn write(&self, py: Python<'_>, format: &str, path: PathBuf) -> PyResult<Vec<PathBuf>> {
         let formats = [ControllerFormat::C, ControllerFormat::Json, ControllerFormat::Npz];
         let known = formats.into_iter().find(|known| known.extension() == format);
-        let format = known.ok_or_else(|| errors::usage(py, &format!("there is no format `{format}`")))?;
+        let format = known.ok_or_else(|| errors::usage(py, &format!("unknown format `{format}`")))?;
         py.detach(|| self.exported.write(format, &path)).map_err(|error| errors::of_study(py, &error))
     }
 }

@@ -73,7 +73,7 @@ pub fn of_compute(py: Python<'_>, error: &supple::Error) -> PyErr {
 /// The exception for a defect of the library, in place of one that `except Exception` does not see.
 pub fn of_panic(py: Python<'_>, panic: &(dyn Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    let message = format!("a defect of supple, please report it: {}", text.unwrap_or("no message"));
+    let message = format!("internal error in supple, please report it: {}", text.unwrap_or("no message"));
     exception(py, "ComputeError", &message, &PyDict::new(py))
 }
 

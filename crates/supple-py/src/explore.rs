@@ -18,8 +18,8 @@ use crate::task::NativeTask;
 /// The process that opened the first explorer. Its threads do not live on in a forked child.
 static FIRST: AtomicU32 = AtomicU32::new(0);
 
-/// The interpreter, around computations of an explorer: a study that ends by Ctrl-C leaves them alone, and exceptions of a
-/// model in Python are sent to the page.
+/// The interpreter, around computations of an explorer: a study that ends by Ctrl-C leaves them alone, and exceptions
+/// of a model in Python are sent to the page.
 struct Interpreter(Failures);
 
 impl Surroundings for Interpreter {
@@ -52,8 +52,7 @@ impl NativeExplorer {
         if first != 0 && first != process {
             return Err(errors::usage(
                 py,
-                "an explorer was opened before this process was forked, and its threads do not live on here: start the \
-                 process with the method `spawn`",
+                "an explorer was opened before this process was forked, and its threads do not exist in the child; use the start method `spawn`",
             ));
         }
         // An exception of before is not one of the page's.

@@ -66,7 +66,7 @@ impl Designed {
                 "optimum" => Ok(DesignChoice::Optimum),
                 _ => {
                     let message =
-                        format!("`{name}` is no design: there is `start`, `optimum`, and designs with values");
+                        format!("`{name}` is not a design; valid: `start`, `optimum`, and designs with values");
                     Err(errors::usage(py, &message))
                 }
             },

@@ -78,8 +78,8 @@ impl Kept {
         self.0.result.json().map_err(|error| errors::of_study(py, &error))
     }
 
-    /// The columns of a sweep's table by name: arrays of numbers, NaN where there is none, of whole numbers, of booleans, or
-    /// lists of texts; whole numbers and booleans are numbers where one is missing.
+    /// The columns of a sweep's table by name: arrays of numbers, NaN where there is none, of whole numbers, of
+    /// booleans, or lists of texts; whole numbers and booleans are numbers where one is missing.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         if let StudyResult::Sweep(sweep) = &self.0.result {
@@ -104,8 +104,8 @@ impl Kept {
         let kind = kind_of(py, figure)?;
         let formats = [Format::Svg, Format::Png, Format::Pdf];
         let known = formats.into_iter().find(|known| known.extension() == format);
-        let format = known
-            .ok_or_else(|| errors::usage(py, &format!("there is no format `{format}`: there is svg, png and pdf")))?;
+        let format =
+            known.ok_or_else(|| errors::usage(py, &format!("unknown format `{format}`; valid: svg, png, pdf")))?;
         let folders = self.with(&others);
         let width = if wide { Width::Page } else { Width::Column };
         let drawn = py.detach(|| draw(kind, &folders, task.as_deref()).and_then(|drawn| render(&drawn, format, width)));
@@ -145,7 +145,7 @@ impl Kept {
 
 fn kind_of(py: Python<'_>, figure: &str) -> PyResult<Kind> {
     let kind = Kind::ALL.iter().copied().find(|kind| kind.name() == figure);
-    kind.ok_or_else(|| errors::usage(py, &format!("there is no figure `{figure}`")))
+    kind.ok_or_else(|| errors::usage(py, &format!("unknown figure `{figure}`")))
 }
 
 fn figure_error(py: Python<'_>, error: FigureError) -> PyErr {
@@ -162,7 +162,7 @@ fn in_python(text: &str) -> String {
     for command in ["design", "evaluate", "sweep", "robustness", "pareto", "trace", "bound", "sensors"] {
         text = text.replace(&format!("`supple {command}`"), &format!("`task.{command}()`"));
     }
-    text = text.replace("make the result again with this version of supple", "make it with `trajectories=True`");
+    text = text.replace("recompute the result with this version of supple", "make it with `trajectories=True`");
     let text = text.replace("folders of other results", "other results").replace("folder of `task", "result of `task");
     // A result that was made here is in no folder.
     let text = text.replace("given:  (of ", "given: (of ").replace(",  (of ", ", (of ");

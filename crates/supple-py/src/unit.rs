@@ -99,7 +99,7 @@ impl Study {
             }
             (Self::Robustness(units), Unit::Design(design)) => to_bytes(&units.design(task, design, stop)?),
             (Self::Robustness(units), Unit::Cells(numbers)) => to_bytes(&units.cells(task, numbers, stop)?),
-            _ => Err(StudyError::usage("this unit is not of this study")),
+            _ => Err(StudyError::usage("this unit belongs to another study")),
         }
     }
 }

@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 use crate::arrays::Arrays;
 use crate::legend;
 
-/// A plot. Its traces are those of plotly.js, but that arrays stand as `{"a": index}` (or as `{"a": index, "add": index,
-/// "times": number}`: one plus a multiple of another), and colours as `@1` to `@7`, `@ink`, `@faint` or `@1/0.2`, the
-/// last with an opacity: the page's script puts those of light and dark in their place. Texts are plain: the script hides
-/// what plotly.js would take for markup, and breaks lines at `\n`.
+/// A plot. Its traces are those of plotly.js, but that arrays stand as `{"a": index}` (or as
+/// `{"a": index, "add": index, "times": number}`: one plus a multiple of another), and colours as `@1` to `@7`, `@ink`,
+/// `@faint` or `@1/0.2`, the last with an opacity: the page's script puts those of light and dark in their place. Texts
+/// are plain: the script hides what plotly.js would take for markup, and breaks lines at `\n`.
 pub struct Plot {
     /// What it shows, in a few words.
     pub title: String,
@@ -73,8 +73,9 @@ impl Plots {
         let others = legend::group(&mut traces, &shown);
         if others > 0 {
             let named = legend::MOST_ENTRIES - 1;
-            caption =
-                format!("{caption} The legend names {named}; the {others} others are grey, and named where you point.");
+            caption = format!(
+                "{caption} The legend lists {named}; the {others} other lines are grey and labelled when you hover."
+            );
         }
         self.plots.push(json!({
             "title": title, "height": height, "traces": traces, "layout": layout, "views": views,

@@ -10,7 +10,7 @@ pub fn ended(status: DesignStatus) -> &'static str {
         DesignStatus::Converged => "converged",
         DesignStatus::NotOptimal => "stopped where the total gradient is not zero",
         DesignStatus::NotConverged => "did not converge",
-        DesignStatus::BoundViolated => "found no design that meets every bound",
+        DesignStatus::BoundViolated => "found no design within all cost limits",
         DesignStatus::Stopped => "was stopped",
     }
 }
@@ -19,11 +19,11 @@ pub fn ended(status: DesignStatus) -> &'static str {
 pub fn planned(status: PlanStatus) -> &'static str {
     match status {
         PlanStatus::Converged => "converged",
-        PlanStatus::MaxIterations => "used up its iterations",
+        PlanStatus::MaxIterations => "reached the maximum number of iterations",
         PlanStatus::LineSearchStalled => "stalled: no step lowered its cost",
-        PlanStatus::SlowProgress => "progressed too slowly: its cost hardly decreases any more",
+        PlanStatus::SlowProgress => "progressed too slowly: its cost hardly decreases",
         PlanStatus::TimeLimit => "reached its time limit",
-        PlanStatus::LimitsExceeded => "does not keep its limits",
+        PlanStatus::LimitsExceeded => "violates its limits",
         PlanStatus::Indefinite => "failed: the curvature of the cost in the control stays indefinite",
     }
 }

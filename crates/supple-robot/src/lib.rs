@@ -4,9 +4,9 @@
 //! URDF, SDF or MJCF text -> Robot (links and joints as written) -> Tree (moving bodies) -> dynamics over any Scalar
 //! ```
 //!
-//! A [`Robot`] is what a file says: a tree of links and joints with their numbers. A [`Tree`] is what moves: bodies with
-//! one joint each, the links that are fixed to one another merged, and the coordinates `q` that they move with. The
-//! algorithms on it are those of Featherstone, *Rigid Body Dynamics Algorithms* (2008).
+//! A [`Robot`] is the tree of links and joints in a file. A [`Tree`] is its kinematic tree: bodies with one joint each,
+//! rigidly connected links merged, and the coordinates `q`. The algorithms on it are those of Featherstone, *Rigid Body
+//! Dynamics Algorithms* (2008).
 
 mod dynamics;
 mod equipment;

@@ -1,4 +1,4 @@
-//! Bounds on information: how little would do at a design, and over a range of costs.
+//! Bounds on information at a design and over a range of costs.
 
 use std::path::Path;
 use supple::math;
@@ -56,7 +56,7 @@ pub struct CurvePoint {
     /// What it is certainly not below.
     #[serde(deserialize_with = "supple::or_nan")]
     pub minimum_lower_bits_per_step: f64,
-    /// The best bound in closed form; 0 over a horizon, which has none.
+    /// The best closed-form bound; 0 over a finite horizon, where none exists.
     #[serde(deserialize_with = "supple::or_nan")]
     pub closed_form_bits_per_step: f64,
     /// Why it could not be found, where it could not.
@@ -67,7 +67,8 @@ pub struct CurvePoint {
 /// The file with the points of all curves.
 pub const CURVE_CSV: &str = "curve.csv";
 
-/// The first point of a curve costs this share of the cost asked for more than the least there is, both above that least.
+/// The first point of a curve costs this share of the cost asked for more than the least there is, both above that
+/// least.
 const NEAREST: f64 = 0.02;
 
 /// Its last one costs so many times as much more, or as much as with nothing measured, where that is less.
@@ -78,7 +79,8 @@ const MOST_POINTS: usize = 10_000;
 
 /// Finds the bounds of each task, and the curves where they are asked for: their points all at once.
 ///
-/// A curve has the cost of the bounds as one of its points; the others' distances to the least cost grow by equal ratios.
+/// A curve has the cost of the bounds as one of its points; the others' distances to the least cost grow by equal
+/// ratios.
 ///
 /// # Errors
 /// Where a plan cannot be computed, the cost is not above the least there is, a curve has fewer than 2 or more than
@@ -86,9 +88,9 @@ const MOST_POINTS: usize = 10_000;
 pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<BoundStudy, StudyError> {
     let wrong = |message: String| Err(StudyError::usage(message));
     match options.curve {
-        Some(points @ 0..2) => return wrong(format!("{points} points are no curve; ask for at least 2")),
+        Some(points @ 0..2) => return wrong(format!("a curve needs at least 2 points; found {points}")),
         Some(points) if points > MOST_POINTS => {
-            return wrong(format!("{points} points are too many for a curve; ask for {MOST_POINTS} at most"));
+            return wrong(format!("a curve has at most {MOST_POINTS} points; found {points}"));
         }
         _ => {}
     }
@@ -171,7 +173,7 @@ impl BoundStudy {
     /// The study as programs read it: of one task all that is known of it at the top level.
     ///
     /// # Errors
-    /// Where it cannot be told in JSON.
+    /// If it cannot be serialised.
     pub fn json(&self) -> Result<String, StudyError> {
         let told = |error: serde_json::Error| StudyError::Usage(error.to_string());
         let (Value::Object(mut all), [task]) = (serde_json::to_value(self).map_err(told)?, &self.report.tasks[..])
@@ -199,8 +201,8 @@ impl BoundStudy {
         let columns = vec![
             column("task", "", "the task"),
             column("cost", "", "expected cost: over the task, or per step where it is stationary"),
-            column("minimum_bits_per_step", "bit", "least directed information by decision"),
-            column("minimum_lower_bits_per_step", "bit", "what it is certainly not below"),
+            column("minimum_bits_per_step", "bit", "minimum directed information per decision"),
+            column("minimum_lower_bits_per_step", "bit", "proved lower bound"),
             column("closed_form_bits_per_step", "bit", "best bound in closed form; 0 over a horizon, which has none"),
             column("error", "", "why the point could not be found"),
         ];

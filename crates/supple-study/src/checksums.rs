@@ -35,8 +35,8 @@ pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
     write_text(&folder.join(CHECKSUMS), text.as_bytes())
 }
 
-/// The files of a result that are no longer those that were saved; none where the folder has no checksums. Whoever changes a
-/// file on purpose can change its checksum too: this tells damage, not fraud.
+/// The files of a result that are no longer those that were saved; none where the folder has no checksums. Whoever
+/// changes a file on purpose can change its checksum too: this detects corruption, not tampering.
 pub fn changed(folder: &Path) -> Vec<&'static str> {
     let Ok(text) = supple_file::read_text(folder.join(CHECKSUMS)) else { return Vec::new() };
     let saved =

@@ -23,8 +23,8 @@ pub enum StudyError {
         /// Why.
         error: std::io::Error,
     },
-    /// It was told to stop before there was anything to keep.
-    #[error("stopped: nothing is kept")]
+    /// Stopped before any result was available.
+    #[error("stopped; no result was stored")]
     Stopped,
     /// A journal or result that does not fit: from another task or version, or damaged.
     #[error("{path}: {message}")]

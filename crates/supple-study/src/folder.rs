@@ -95,8 +95,8 @@ impl Folder {
         checksums::save(path)
     }
 
-    /// The same, and removes the journal where there is nothing to resume: the result says it all. That of a sweep stays, which
-    /// knows the rows of its table.
+    /// The same, and removes the journal where there is nothing to resume: the result says it all. That of a sweep
+    /// stays, which knows the rows of its table.
     ///
     /// # Errors
     /// Where a file cannot be written or removed.
@@ -126,8 +126,8 @@ impl Folder {
         Ok(found)
     }
 
-    /// The result that a folder already holds of a study: of the same files, by this version, not changed since, and not
-    /// stopped halfway.
+    /// The result that a folder already holds of a study: of the same files, by this version, not changed since, and
+    /// not stopped halfway.
     pub fn load_made(path: &Path, study: &Study) -> Option<Self> {
         let folder = Self::load(path).ok()?;
         let Self { made, result, .. } = &folder;
@@ -159,8 +159,7 @@ impl Folder {
         let read = std::fs::read_to_string(&file).ok().and_then(|text| serde_json::from_str::<Kind>(&text).ok());
         match read {
             Some(found) if found.kind != kind => Err(StudyError::usage(format!(
-                "{} holds a result of `supple {}`, which one of `supple {kind}` would replace; name another folder, or \
-                 delete it",
+                "{} contains a result of `supple {}` and would be overwritten by `supple {kind}`; choose another folder or delete it",
                 path.display(),
                 found.kind
             ))),
@@ -182,11 +181,11 @@ impl Folder {
                 let message = format!("has format {other}; this version of supple reads format {FORMAT}");
                 return Err(StudyError::kept(&file, message));
             }
-            Err(error) => return Err(StudyError::kept(&file, format!("is no result of supple: {error}"))),
+            Err(error) => return Err(StudyError::kept(&file, format!("is not a supple result: {error}"))),
         }
         let read = serde_json::from_str::<Made>(&text).and_then(|made| Ok((made, StudyResult::of_file(&text)?)));
         let (made, mut result) =
-            read.map_err(|error| StudyError::kept(&file, format!("is damaged: {error}; make the result again")))?;
+            read.map_err(|error| StudyError::kept(&file, format!("is damaged: {error}; recompute the result")))?;
         if let StudyResult::Sweep(sweep) = &mut result {
             sweep.load_table(path)?;
         }

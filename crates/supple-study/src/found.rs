@@ -60,7 +60,7 @@ impl Found {
     /// # Errors
     /// Where it does not fit to the problem.
     pub(crate) fn summary(self, problem: &Problem) -> Result<StartSummary, StudyError> {
-        let foreign = || StudyError::usage("what a start found does not fit to this task");
+        let foreign = || StudyError::usage("the result of a start does not match this task");
         let Self { from, to, status, information, costs, violation, optimality, .. } = self;
         let count = problem.parameters.iter().count();
         let there = self.controls.is_empty() || self.controls.len() == problem.tasks.len();

@@ -1,7 +1,7 @@
-//! Studies of compliant robots: what is computed over many designs or noises, kept in folders, and read again.
+//! Studies of compliant robots: computations over many designs or noise levels, stored in folders and read back.
 //!
-//! A [`Study`](study::Study) is a value: what to do, to which task, with which options. [`Work::run`](study::Work::run) does it
-//! and gives a plain [`StudyResult`]; [`Folder`] keeps a result with all that made it.
+//! A [`Study`](study::Study) is a value: what to do, to which task, with which options. [`Work::run`](study::Work::run)
+//! does it and gives a plain [`StudyResult`]; [`Folder`] stores a result with everything that determined it.
 //!
 pub mod bound;
 mod catalogue;

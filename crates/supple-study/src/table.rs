@@ -99,8 +99,8 @@ impl Table {
         Some(self.rows.iter().map(number).collect())
     }
 
-    /// The table as CSV (RFC 4180): names of columns, then rows; what is missing is empty. Before texts that spreadsheets would
-    /// compute, as they begin with `=`, `+`, `-` or `@`, stands an apostrophe.
+    /// The table as CSV (RFC 4180): names of columns, then rows; what is missing is empty. Before texts that
+    /// spreadsheets would compute, as they begin with `=`, `+`, `-` or `@`, stands an apostrophe.
     pub fn to_csv(&self) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Writing to memory cannot fail, and rows of another length than the first one are written as they are.
@@ -213,7 +213,7 @@ mod tests {
         })
     }
 
-    /// The same bits, which `==` of numbers does not tell of -0.
+    /// Bitwise equality, which distinguishes -0 from 0.
     fn bits(table: &Table) -> Vec<Vec<Result<u64, &Cell>>> {
         fn of(cell: &Cell) -> Result<u64, &Cell> {
             if let Cell::Number(number) = cell { Ok(number.to_bits()) } else { Err(cell) }

@@ -115,11 +115,15 @@ pub fn is_file(path: impl AsRef<Path>) -> bool {
 /// The text of a file, or what [`with_texts`] gives for it.
 ///
 /// # Errors
-/// Where it cannot be read, is no file, such as a pipe that would be waited for, is no text in UTF-8, or has more than 64 MiB.
+/// Where it cannot be read, is no file, such as a pipe that would be waited for, is no text in UTF-8, or has more than
+/// 64 MiB.
 pub fn read_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let path = path.as_ref();
     if std::fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
-        return Err(FileError::unreadable(&path.display().to_string(), "it is no file, but a pipe, socket or device"));
+        return Err(FileError::unreadable(
+            &path.display().to_string(),
+            "it is not a regular file but a pipe, socket or device",
+        ));
     }
     read_given(path)
 }
@@ -143,7 +147,7 @@ pub fn read_given(path: &Path) -> Result<String, FileError> {
     String::from_utf8(bytes).map_err(|error| {
         let start = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes());
-        FileError::at(&name, &text, start..start + 1, String::new(), "must be text in UTF-8; this byte is not")
+        FileError::at(&name, &text, start..start + 1, String::new(), "must be UTF-8; this byte is invalid")
     })
 }
 
@@ -156,7 +160,7 @@ pub fn nearest<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     (best > 0.7).then(|| format!("did you mean `{name}`?"))
 }
 
-/// What something has, for messages that say what it has not: `it has` and its names, or `it has none`.
+/// The list of valid names for an error message: `it has a, b`, or `it has none`.
 pub fn owned<T: AsRef<str>>(names: &[T]) -> String {
     if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", quoted(names)) }
 }

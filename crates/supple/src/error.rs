@@ -23,8 +23,7 @@ pub enum Error {
     },
     /// An expected cost that no controller reaches.
     #[error(
-        "no sensors and no controller keep an expected cost of {cost:?}: with the state known exactly it is {least:?}, so ask \
-         for more than that"
+        "no controller achieves an expected cost of {cost:?}: with the state known exactly the cost is {least:?}; choose a larger cost"
     )]
     CostBelowLeast {
         /// The cost asked for.
@@ -58,11 +57,11 @@ pub enum Error {
         /// How large the time step may be.
         stability: Stability,
     },
-    /// Work was told to end by [`halt`](crate::halt).
-    #[error("stopped: nothing is kept")]
+    /// Stopped by [`halt`](crate::halt).
+    #[error("stopped; no result was stored")]
     Stopped,
-    /// More than there is room or time for.
-    #[error("{what}: {found} is too many; at most {most}")]
+    /// A size exceeds its limit.
+    #[error("{what} must be at most {most}; found {found}")]
     TooMany {
         /// What was asked for.
         what: String,
@@ -71,7 +70,7 @@ pub enum Error {
         /// How many there may be.
         most: usize,
     },
-    /// A number or matrix of a task's plan that is of no use.
+    /// An invalid number or matrix in the plan of a task.
     #[error("task `{task}`: {error}")]
     InTask {
         /// The task.
@@ -89,14 +88,14 @@ pub enum Error {
         /// The right length.
         expected: usize,
     },
-    /// A place, counted from 0, that is not there.
-    #[error("there is no {what}; they are counted from 0")]
+    /// An index out of range.
+    #[error("index out of range: there is no {what} (indices start at 0)")]
     NoSuchPlace {
         /// Which place, and how many there are.
         what: String,
     },
-    /// A name that is not there.
-    #[error("no {what} `{name}`: there is {valid}")]
+    /// An unknown name.
+    #[error("no {what} `{name}`; valid: {valid}")]
     Unknown {
         /// What kind of thing.
         what: &'static str,
@@ -128,7 +127,7 @@ pub enum Error {
         plan: &'static str,
     },
     /// Candidate sensors whose noise is correlated.
-    #[error("measurements {first} and {second} share noise: one sensor must hold both")]
+    #[error("the noise of measurements {first} and {second} is correlated; put both in one sensor")]
     CorrelatedSensors {
         /// The index of a measurement of one.
         first: usize,

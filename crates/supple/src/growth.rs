@@ -14,10 +14,10 @@ use crate::stability::Stability;
 
 /// At most how many steps are looked at.
 const LOOKED_AT: usize = 20;
-/// Above so many states fewer steps are looked at, and by powers of the matrix instead of its eigenvalues.
+/// Above this number of states, fewer steps are examined, using matrix powers instead of eigenvalues.
 const LARGE: usize = 32;
-/// Growth `ln rho` in one time step up to which nothing is said: a plan doubles in 70 steps. What stands still, such as
-/// positions without springs, has `rho = 1`, and rounding of such multiple eigenvalues stays far below.
+/// Threshold of `ln rho` per time step below which no warning is issued: a plan doubles in 70 steps. What stands still,
+/// such as positions without springs, has `rho = 1`, and rounding of such multiple eigenvalues stays far below.
 const SLOW: f64 = 1e-2;
 /// Growth in one time step that a suggested time step may have beside that of the physics.
 const SUGGESTED: f64 = 1e-3;
@@ -36,8 +36,8 @@ pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knot
     Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps(), knots.dynamics.rows()))
 }
 
-/// The error with the task, and with what to do about it where a plan cannot be computed because the time step is too large.
-/// The trajectory is the one that was tried, up to where it is no longer finite.
+/// The error with the task, and with what to do about it where a plan cannot be computed because the time step is too
+/// large. The trajectory is the one that was tried, up to where it is no longer finite.
 pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Trajectory) -> Error {
     if !matches!(error, Error::NotFinite { .. } | Error::NotPositiveDefinite { .. }) {
         return error;
@@ -64,8 +64,8 @@ pub(crate) fn explain(task: &Task, phi: &[f64], error: Error, trajectory: &Traje
     }
 }
 
-/// The first, the last and others of `steps` steps of a system with `states` states: fewer where they are many, as eigenvalues
-/// take the third power of their number.
+/// The first, the last and others of `steps` steps of a system with `states` states: fewer where they are many, as
+/// eigenvalues take the third power of their number.
 fn spread(steps: usize, states: usize) -> Vec<usize> {
     let count = steps.min((LOOKED_AT * LARGE * LARGE / states.max(LARGE).pow(2)).max(2));
     (0..count).map(|i| i * (steps - 1) / (count - 1).max(1)).collect()
@@ -158,9 +158,9 @@ impl Step<'_> {
 
     /// The rate at which the physics grows, 1/s: the least of any shorter time step, and at least 0.
     ///
-    /// Over steps of Euler's methods unstable physics grows the slower the longer they are, so the least is no less than
-    /// over the present one; and numerical growth is 0 once the time step is short enough. Large systems are looked at over
-    /// every other time step.
+    /// Over steps of Euler's methods unstable physics grows the slower the longer they are, so the least is no less
+    /// than over the present one; and numerical growth is 0 once the time step is short enough. Large systems are
+    /// looked at over every other time step.
     fn rate(&self, time_step: f64) -> Option<f64> {
         let stride = if self.x.len() > LARGE { 2 } else { 1 };
         let rates = (1..=SHORTER).step_by(stride).map(|power| {

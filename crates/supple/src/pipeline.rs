@@ -24,7 +24,7 @@ use crate::plan::{
 use crate::problem::Task;
 use crate::sampled_plan::plan_sampled;
 
-/// Everything known of one task at one design, and the memory to find it.
+/// All results for one task at one design, and the workspace to compute them.
 pub struct TaskState {
     /// The plan.
     pub plan: Plan,
@@ -44,7 +44,7 @@ pub struct TaskState {
     scratch: Scratch,
     /// Iterations of all plans so far.
     pub(crate) effort: usize,
-    /// Where the last search for the needed information went through.
+    /// Path of the last search for the needed information, for warm starts.
     pub(crate) nearby: Option<Nearby>,
 }
 
@@ -158,7 +158,7 @@ impl TaskState {
         if settings.plan != PlanMode::Nominal && task.system.constraints().is_some() {
             return Err(Error::Planning {
                 plan: settings.plan.name(),
-                problem: "keeps no limits of quantities".to_owned(),
+                problem: "does not support enforced limits".to_owned(),
                 advice: "leave out `enforce` in `[[tasks.limits]]`, or use plan = \"nominal\"",
             });
         }
@@ -262,8 +262,8 @@ impl TaskState {
         Ok(())
     }
 
-    /// The total gradient of the expected cost at the evaluated design; along belief-space plans by the envelope theorem,
-    /// at the cost of one sweep.
+    /// The total gradient of the expected cost at the evaluated design; along belief-space plans by the envelope
+    /// theorem, at the cost of one sweep.
     ///
     /// # Errors
     /// As those of its parts.
@@ -278,8 +278,8 @@ impl TaskState {
         Ok(())
     }
 
-    /// Along risk-sensitive plans there is none. (Along sampled ones there is one in form, which its stationarity marks as
-    /// not valid.)
+    /// Along risk-sensitive plans there is none. (Along sampled ones there is one in form, which its stationarity marks
+    /// as not valid.)
     fn has_total_gradient(&self) -> Result<(), Error> {
         match self.plan.mode {
             PlanMode::Risk => Err(Error::NoTotalGradient { plan: PlanMode::Risk.name() }),
@@ -299,8 +299,8 @@ impl TaskState {
         belief_plan_gradient((task, phi), plan, quantity, memory, scratch, out)
     }
 
-    /// Gradients of the directed information at the evaluated design with the trajectory held fixed: through what sensors see,
-    /// and through how uncertainty spreads.
+    /// Gradients of the directed information at the evaluated design with the trajectory held fixed: through what
+    /// sensors see, and through how uncertainty spreads.
     pub(crate) fn information_at_rest(&mut self, task: &Task, phi: &[f64]) -> [Vec<f64>; 2] {
         let Self { plan, belief, noise, gradient_work, scratch, .. } = self;
         let work = gradient_work.get_or_insert_with(|| workspace(task));

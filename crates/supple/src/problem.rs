@@ -15,13 +15,13 @@ use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
 /// States up to which results end with [`ROLLOUTS`] roll-outs.
 const ROLLOUTS_STATES: f64 = 32.0;
 
-/// Roll-outs with which results end at least: fewer would tell little of means.
+/// Minimum number of roll-outs; fewer would give poor estimates of means.
 const LEAST_ROLLOUTS: usize = 32;
 
 /// A robot, its tasks and the parameters to design.
 #[derive(Clone)]
 pub struct Problem {
-    /// What it is, for people.
+    /// Human-readable title.
     pub title: String,
     /// All parameters.
     pub parameters: Parameters,
@@ -41,7 +41,7 @@ pub struct Problem {
     pub every_warning: Vec<String>,
 }
 
-/// Steps that a task has at most.
+/// Maximum number of steps of a task.
 const MOST_STEPS: usize = 1_000_000;
 
 /// Entries that the second derivatives of all steps of a task have at most: a plan needs some 150 bytes for each.
@@ -83,8 +83,8 @@ impl Problem {
         Ok(())
     }
 
-    /// Closed-loop roll-outs with which results end: those asked for, or else those of the design settings, or else as many
-    /// as take about as long whatever the number of states, from [`ROLLOUTS`] down to 32.
+    /// Closed-loop roll-outs with which results end: those asked for, or else those of the design settings, or else as
+    /// many as take about as long whatever the number of states, from [`ROLLOUTS`] down to 32.
     pub fn rollouts(&self, asked: Option<usize>) -> usize {
         asked.or(self.design.rollouts).unwrap_or_else(|| {
             let states = self.tasks.iter().map(|task| task.system.dimensions().states).max().unwrap_or(0);
@@ -191,8 +191,8 @@ impl Task {
         }
     }
 
-    /// The motion without noise and feedback under `controls`, one for each step and not kept within bounds, from the state
-    /// `start` or else the first state at `phi`. It lasts as many steps as there are controls.
+    /// The motion without noise and feedback under `controls`, one for each step and not kept within bounds, from the
+    /// state `start` or else the first state at `phi`. It lasts as many steps as there are controls.
     ///
     /// # Errors
     /// Where a length is wrong, there are more controls than the system has steps, or a state is not finite.
@@ -262,7 +262,7 @@ impl Task {
             ];
             if let Some((key, what, place, count)) = places.into_iter().find(|(_, _, place, count)| place >= count) {
                 let what = format!(
-                    "{key} {place} of what varies of the noise of task `{}`: there are {count} {what}",
+                    "noise.varying of task `{}`: {key} {place} is out of range; there are {count} {what}",
                     self.name
                 );
                 return Err(Error::NoSuchPlace { what });

@@ -35,8 +35,7 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
         let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
         let WantedForce { cost, kind, target, .. } = wanted;
         Some(format!(
-            "task `{}`: the plan never touches `{}`, but cost {} ({kind}) tracks a force of {} N there: the least \
-             clearance is {} m; raise the weight of this cost, add a `penetration` cost that pulls the plan there, or give an \
+            "task `{}`: the plan never makes contact with `{}`, but cost {} ({kind}) tracks a force of {} N there; the minimum clearance is {} m; raise the weight of this cost, add a `penetration` cost that pulls the plan there, or give an \
              `initial_control` that reaches it",
             task.name,
             report.name,

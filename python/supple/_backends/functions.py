@@ -50,7 +50,7 @@ class Values(Mapping[str, Any]):
 
 @dataclass(frozen=True)
 class Functions:
-    """What a model is made of.
+    """The parts of a model.
 
     Attributes:
         step: ``f(x, u, p)``, the next state (n,).

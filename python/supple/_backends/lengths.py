@@ -116,7 +116,7 @@ def _best(derivative: Callable[[float], Array], order: int, largest: float, floo
     """The length at which a derivative depends least on it, relative to its size or, where that is more, to ``floor``: a
     function's value over the largest length, below which derivatives matter little.
 
-    Rounding counts at every length for as much as it may do: over short lengths a function may seem not to change at all.
+    Rounding counts at every length for as much as it may do: over short lengths the change of a function may be lost to rounding.
     """
     tried = [largest * 0.25**k for k in range(TRIED)]
     found = [derivative(length) for length in tried]

@@ -69,7 +69,7 @@ class MujocoBackend:
         self._prepare()
 
     def _once(self, what: str, arrays: tuple[Array, ...], make: Callable[[], Any]) -> Any:
-        """What ``make`` gives, kept for the next call with the same arrays."""
+        """Caches the result of ``make`` for the next call with the same arrays."""
         digest = hashlib.blake2b(what.encode())
         for array in arrays:
             digest.update(np.ascontiguousarray(array).tobytes())

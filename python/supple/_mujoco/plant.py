@@ -1,4 +1,4 @@
-"""Many copies of a robot in one model of MuJoCo's, moved together."""
+"""Many copies of a robot in one MuJoCo model, stepped together."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def ranges(model: mujoco.MjModel, places: Array | Any) -> list[tuple[float, floa
 
 
 def move(parameter: Parameter) -> float:
-    """How far a parameter is moved for differences: a thousandth of what it may move by, or, as a negative number, relative
+    """Step size of a parameter for finite differences: a thousandth of what it may move by, or, as a negative number, relative
     to its value."""
     span = float(parameter.bounds[1]) - float(parameter.bounds[0])
     return -1e-3 if parameter.scale == "log" else 1e-3 * span

@@ -78,9 +78,9 @@ pub enum Command {
     Check(CheckOptions),
     /// Explore designs with sliders, in a page in the browser
     ///
-    /// Serves a page on 127.0.0.1 to the browser of this machine: sliders for all parameters, limits and noise; plan,
-    /// information, costs and the robot in motion while they move; a map, searches and roll-outs. Nothing leaves the
-    /// machine, and only the printed address with its token is answered. Ctrl-C ends it.
+    /// Serves a page on 127.0.0.1 with sliders for all parameters, limits and noise. It shows plan, information, cost
+    /// and the robot in motion live, a map over two sliders, design searches and roll-outs. Nothing leaves the machine;
+    /// only requests with the token in the printed address are accepted. Press Ctrl-C to stop.
     Explore(ExploreOptions),
     /// Run all studies in a study file and write a report
     #[command(name = "study")]

@@ -28,9 +28,9 @@ follow another joint. Entries omitted at the end of a list are 0.";
 #[derive(Args, Debug)]
 #[command(after_long_help = DYNAMICS)]
 pub struct RobotOptions {
-    /// Robot file (URDF, SDF or MJCF), or a task file: its robot with everything that the task changes in it
+    /// Robot file (URDF, SDF or MJCF), or a task file, whose robot is shown with the task's changes
     pub file: PathBuf,
-    /// Let joints that follow others (mimic) move independently
+    /// Let mimic joints move independently
     #[arg(long)]
     pub independent_mimic: bool,
     /// Folder with packages, searched for package://NAME/ and model://NAME/; may be repeated
@@ -76,10 +76,10 @@ pub enum ModelKind {
 /// What `--set` of `supple new` may name.
 const NEW_NUMBERS: &str = "\
 Numbers of templates for --set, in SI units: force (N), travel, clearance, tolerance, wall_sd and tip_sd (m), time (s), \
-mass (kg) and stiffness (N/m) of the mount, force_sd (N), disturbance (rad/s in a second), margin of the cost limit. \
-docs/choosing.md explains the rules of thumb by which they are chosen otherwise.
+mass (kg) and stiffness (N/m) of the mount, force_sd (N), disturbance (rad/s after one second), margin of the cost limit. \
+docs/choosing.md explains the rules of thumb used for the defaults.
 
-Options that are missing are asked for on a terminal.";
+On a terminal, missing options are prompted for.";
 
 #[derive(Args, Debug)]
 #[command(after_long_help = NEW_NUMBERS)]
@@ -98,7 +98,7 @@ pub struct NewOptions {
     /// What the robot does, with a tool on a compliant mount [default: the limb reaches a point, without a mount]
     #[arg(long, value_enum, requires = "robot")]
     pub template: Option<Template>,
-    /// Link or frame that the tool is mounted on [default: the one that looks most like it]
+    /// Link or frame that the tool is mounted on [default: the most likely tool frame]
     #[arg(long, value_name = "NAME", requires = "template")]
     pub frame: Option<String>,
     /// Outward normal of the wall, such as +z or 0,-1,1 [default: that of the best posture]

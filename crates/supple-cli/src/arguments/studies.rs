@@ -219,13 +219,13 @@ pub enum FigureArgument {
     Information,
     /// Minimum information over the cost limit, with the information of the design itself
     Bound,
-    /// The robot at six times of its motion, with contact forces as arrows
+    /// The robot at six instants, with contact forces as arrows
     Motion,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// Vector graphics for pages
+    /// Vector graphics for web pages
     Svg,
     /// Pixels
     Png,
@@ -339,10 +339,10 @@ pub struct ExploreOptions {
     /// Set a parameter; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
-    /// Port on 127.0.0.1 [default: any that is free]
+    /// Port on 127.0.0.1 [default: any free port]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
-    /// Print the address of the page and open no browser
+    /// Print the address without opening a browser
     #[arg(long)]
     pub no_browser: bool,
 }

@@ -36,7 +36,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
     }
     if !exported.status.is_converged() {
         let (task, status) = (&exported.task.name, exported.status);
-        warn(&format!("the plan of task `{task}` ended as {status}: its controller may not hold the plan"));
+        warn(&format!("the plan of task `{task}` has status {status}; its controller may not track the plan"));
         outcome = Outcome::Shortfall;
     }
     Ok(outcome)
@@ -48,7 +48,7 @@ fn roll_out(exported: &ExportedController, rollouts: (usize, u64)) -> Result<Out
     let expected = number(exported.expected_cost);
     if found.diverged > 0 {
         let (count, of) = (found.diverged, found.rollouts);
-        warn(&format!("{count} of {of} roll-outs of this controller diverged: it does not hold the plan"));
+        warn(&format!("{count} of {of} closed-loop roll-outs diverged: the controller does not track the plan"));
         return Ok(Outcome::Shortfall);
     }
     let (mean, error) = (number(found.cost_mean), number(found.cost_standard_error));

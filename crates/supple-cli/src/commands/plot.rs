@@ -52,7 +52,7 @@ fn kind(argument: FigureArgument) -> Kind {
     }
 }
 
-/// That of `--format`, or of the extension of `--out`, which must not say another.
+/// The format of `--format`, or of the extension of `--out`; they must not conflict.
 fn format(options: &PlotOptions) -> Result<supple_figures::Format, Failure> {
     let ending = options.out.as_ref().and_then(|out| out.extension()).map(|ending| ending.to_string_lossy());
     let of_ending = ending.as_deref().map(|ending| Format::from_str(ending, true).ok());

@@ -29,7 +29,7 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
         let heading = format!("step {} of {}, {}", number + 1, steps.len(), step.name);
         outcome = planned.make(&heading, &out.join(&step.name))?.and(outcome);
         if STOP.load(Ordering::SeqCst) {
-            note("stopped; the same command resumes here");
+            note("stopped; repeat the command to resume");
             return Ok(Outcome::Shortfall);
         }
     }

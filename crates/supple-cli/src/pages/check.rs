@@ -5,7 +5,7 @@ use supple_study::About;
 
 use crate::tables::{align_right, heading, number, table};
 
-/// Of a long list the page names so many.
+/// Maximum number of list entries to print.
 const NAMED: usize = 8;
 
 /// The page of `supple check`.
@@ -47,8 +47,8 @@ fn notes(task: &TaskCheck) -> String {
         }
     };
     for row in &task.rows {
-        note(row, &row.not_compared, "not compared, because no point beside the design could be evaluated");
-        let small = format!("too small beside rounding to show an error of {VISIBLE}");
+        note(row, &row.not_compared, "not compared: no neighbouring point could be evaluated");
+        let small = format!("too small relative to rounding to detect an error of {VISIBLE}");
         note(row, &row.unresolved, &small);
     }
     if !task.left_out.is_empty() {

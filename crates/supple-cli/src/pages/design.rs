@@ -18,7 +18,7 @@ pub fn stopped_design(report: &DesignReport) -> Option<String> {
     let ended = report.starts.iter().filter(|start| start.status != DesignStatus::Stopped).count();
     let wanted = report.settings.starts;
     let stopped = report.status == DesignStatus::Stopped && ended > 0;
-    stopped.then(|| format!("stopped: {ended} of {wanted} starts had ended"))
+    stopped.then(|| format!("stopped: {ended} of {wanted} starts had finished"))
 }
 
 /// The page of `supple design`.
@@ -128,12 +128,12 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             report.advice()
         ),
         DesignStatus::NotOptimal => "Not an optimum: the method stopped, but the total gradient is not zero.".into(),
-        DesignStatus::NotConverged => "Not converged: the best design found meets every bound.".into(),
+        DesignStatus::NotConverged => "Not converged; the best design found is within all cost limits.".into(),
         DesignStatus::Stopped => "Stopped: this is the best design found so far.".into(),
         DesignStatus::BoundViolated => {
             let over = |(task, at): (&AboutTask, &TaskEvaluation)| {
                 let bound = report.optimum.missed_bound(at)?;
-                Some(format!("misses the bound of {} by {}", task.name, excess(at.cost.expected, bound)))
+                Some(format!("exceeds the cost limit of {} by {}", task.name, excess(at.cost.expected, bound)))
             };
             let unfinished = |(task, at): (&AboutTask, &TaskEvaluation)| {
                 (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
@@ -155,7 +155,7 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
             let closest =
                 if list.is_empty() { String::new() } else { format!(" The closest {}.", list.join(", and ")) };
-            format!("No design{of} that meets every bound was found.{closest}")
+            format!("No design{of} within all cost limits was found.{closest}")
         }
     };
     format!(

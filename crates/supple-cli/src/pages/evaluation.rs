@@ -144,8 +144,10 @@ pub(super) fn excess(cost: f64, bound: f64) -> String {
 
 pub(super) fn bound_note(at: &Evaluation, task: &TaskEvaluation) -> String {
     match (at.missed_bound(task), task.cost.bound) {
-        (Some(bound), _) => format!("misses the bound {} by {}", number(bound), excess(task.cost.expected, bound)),
-        (None, Some(bound)) => format!("meets the bound {}", number(bound)),
+        (Some(bound), _) => {
+            format!("exceeds the cost limit {} by {}", number(bound), excess(task.cost.expected, bound))
+        }
+        (None, Some(bound)) => format!("within the cost limit {}", number(bound)),
         (None, None) => String::new(),
     }
 }

@@ -22,7 +22,7 @@ pub fn after_evaluation(about: &About, at: &Evaluation) -> String {
                 number(task.cost.expected)
             ),
             (Some((task, _)), _, false) => format!(
-                "`supple design` looks for {} that meet the limit; a `bound` of {} on {} would be met here",
+                "`supple design` searches for {} within the limit; this design would meet a `bound` of {} on {}",
                 listed(&names()),
                 number(task.cost.expected),
                 task.name
@@ -47,7 +47,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
     let optimum = &report.optimum;
     let at_bounds = at_bounds(about, optimum);
     let advice = match report.status {
-        DesignStatus::Stopped => "the same command without interruption finishes the search".to_owned(),
+        DesignStatus::Stopped => "repeat the command to finish the search".to_owned(),
         DesignStatus::BoundViolated => plan(optimum).unwrap_or_else(|| {
             let closest = optimum.tasks.iter().find_map(|task| Some((task, optimum.missed_bound(task)?)));
             let raise = closest.map_or_else(
@@ -66,14 +66,13 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     "more evaluations, `max_evaluations` in [design], or other starts, `--seed 1`".to_owned()
                 }
                 (_, false) if met_blindly(report).is_some() => format!(
-                    "a lower `bound` of {}: it can be met without any measurement, so it does not tell how good sensors must be; \
-                     `supple sensors` shows the cost without them",
+                    "lower the `bound` of {}: it can be met without measurements, so it gives no requirement for the sensors; `supple sensors` shows the cost without sensors",
                     met_blindly(report).unwrap_or_default()
                 ),
-                (_, false) => format!("wider bounds of {}: the optimum is at them", listed(&at_bounds)),
+                (_, false) => format!("wider bounds for {}: the optimum is at a bound", listed(&at_bounds)),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 _ if same <= 1 => {
-                    let more = if worse > 0 { "others ended at worse optima" } else { "one start may end at a local one" };
+                    let more = if worse > 0 { "other starts found worse optima" } else { "a single start may find a local optimum" };
                     format!("more starts, `--starts {}`: {more}", 2 * report.starts.len().max(2))
                 }
                 _ => "`supple robustness` shows how the design tolerates other noise, `supple export` writes its controller"
@@ -84,8 +83,8 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
     format!("Next: {advice}.\n")
 }
 
-/// The task whose limit can be met without any measurement, where more than that is minimised; none where any limit takes some.
-/// At the optimum, or at the start where it takes long to find there.
+/// The task whose limit can be met without any measurement, where more than that is minimised; none where any limit
+/// takes some. At the optimum, or at the start where it takes long to find there.
 fn met_blindly(report: &DesignReport) -> Option<&str> {
     let needed = |task: &TaskEvaluation| task.information.needed.as_ref().map(|needed| needed.total_bits);
     let mut pairs = report.optimum.tasks.iter().zip(&report.start.tasks);
@@ -110,14 +109,14 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
     }
     if !task.status.is_converged() {
         return Some(format!(
-            "the plan of {name} ended as {}: more `max_iterations` in [planning], or an `initial_control` nearer to it",
+            "raise `max_iterations` in [planning] or give a better `initial_control`: the plan of {name} ended with status {}",
             task.status
         ));
     }
     let missed = task.contacts.iter().find(|contact| !contact.touches);
     if let Some(contact) = missed.filter(|contact| task.warnings.iter().any(|text| text.contains(&contact.name))) {
         return Some(format!(
-            "start nearer to `{}` than the {} m by which the plan of {name} misses it, or raise the weight of its force",
+            "start closer to `{}`: the plan of {name} misses it by {} m; or raise the weight of its force",
             contact.name,
             number(contact.least_clearance_m)
         ));

@@ -55,7 +55,7 @@ pub fn pareto_page(about: &About, front: &Pareto) -> String {
     let count = |wanted: &dyn Fn(&ParetoPoint) -> bool| front.points.iter().filter(|point| wanted(point)).count();
     let _ = writeln!(
         page,
-        "\nAll bounds are the factor times the bounds in the task file. {} of {} points are optima; {} starts, seed {}.",
+        "\nAt each point, all cost limits are the limits in the task file times the factor. {} of {} points are optima; {} starts, seed {}.",
         count(&|point| point.status == DesignStatus::Converged),
         front.points.len(),
         front.options.starts,
@@ -69,12 +69,12 @@ pub fn stopped_front(front: &Pareto) -> Option<String> {
     let (found, wanted) = (front.points.len(), front.options.points);
     front.stopped.then(|| {
         format!(
-            "stopped: {found} of {wanted} points of the front are kept, not all of them compared with their neighbours"
+            "stopped: {found} of {wanted} points of the front are stored; not all have been compared with their neighbours"
         )
     })
 }
 
-/// A sentence with a great first letter, but for names of parameters, which are written as they are.
+/// A sentence with a capital letter, except where it begins with a parameter name.
 fn capitalised(text: &str) -> String {
     match text.strip_prefix("the ").map(|rest| ("The ", rest)) {
         Some((start, rest)) => format!("{start}{rest}"),

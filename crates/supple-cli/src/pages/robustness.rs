@@ -52,7 +52,7 @@ fn designs(about: &About, study: &Robustness) -> String {
     let mut page = format!("{rows}\n\n");
     for design in &study.designs {
         if let Some(status) = design.status.filter(|&status| status != DesignStatus::Converged) {
-            let _ = writeln!(page, "The search for {} ended as {status}.\n", design.name);
+            let _ = writeln!(page, "The search for {} finished with status {status}.\n", design.name);
         }
     }
     page
@@ -150,7 +150,7 @@ fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
 /// How far a study of robustness is that was stopped.
 pub fn stopped_robustness(study: &Robustness) -> Option<String> {
     let done = study.cells.iter().filter(|cell| cell.error.is_none()).count();
-    study.stopped.then(|| format!("stopped: {done} of {} costs were computed and are kept", study.cells.len()))
+    study.stopped.then(|| format!("stopped: {done} of {} costs were computed and stored", study.cells.len()))
 }
 
 /// Cells that failed or diverged.

@@ -22,8 +22,7 @@ fn next(study: &Sensors) -> &'static str {
     if is_limited || !is_free || study.sensors.len() < 2 {
         return "";
     }
-    "Next: sensors without prices are all worth having: `--count 2` finds the best two, `--cost` the fewest for an expected \
-     cost, and prices come from a catalogue (docs/sensors.md).\n"
+    "Next: without prices, every sensor is worth adding. Use `--count 2` for the best two, `--cost` for the fewest that meet a cost limit, or a catalogue with prices (docs/sensors.md).\n"
 }
 
 /// What was asked for, in a sentence.
@@ -100,7 +99,7 @@ fn certificate(study: &Sensors) -> String {
         (None, SensorGoal::Cost) => ("better than", "an expected cost of "),
         (None, SensorGoal::Information) => ("worth more than", "that many bits: "),
     };
-    let mut text = format!("No set within the limits can be {better} {unit}{}.\n", number(bound));
+    let mut text = format!("No set within the limits is {better} {unit}{}.\n", number(bound));
     if study.options.cost.is_some() {
         let _ = writeln!(text, "{}", of_prices(study));
         return text;
@@ -116,18 +115,17 @@ fn certificate(study: &Sensors) -> String {
     }
     if let (Some(search), Some(searched), Some(ratio)) = (search, searched_bound, ratio) {
         let _ = match (search, proved) {
-            (Search::Exhaustive, _) => writeln!(text, "A search of all sets shows that it has {}.", share(ratio)),
+            (Search::Exhaustive, _) => writeln!(text, "Exhaustive search shows that it achieves {}.", share(ratio)),
             (_, true) => writeln!(text, "Branch and bound proves that it has {}.", share(ratio)),
             (_, false) => writeln!(
                 text,
-                "Branch and bound was not finished. It shows that no set can be {better} {unit}{}, so the greedy choice \
-                 has at least {}.",
+                "Branch and bound stopped early. It proves that no set is {better} {unit}{}, so the greedy set achieves at least {}.",
                 number(searched),
                 share(ratio)
             ),
         };
     }
-    let _ = writeln!(text, "{tried} sets and regions were tried.");
+    let _ = writeln!(text, "{tried} sets and regions were evaluated.");
     text
 }
 

@@ -60,7 +60,7 @@ pub fn stopped_trace(study: &Trace) -> Option<String> {
     let ended = study.runs.iter().filter(|run| run.status != DesignStatus::Stopped).count();
     let total = kinds(study).len() * study.options.starts;
     study.stopped.then(|| {
-        format!("stopped: {ended} of {total} searches had ended; those under way are kept as far as they went")
+        format!("stopped: {ended} of {total} searches had finished; unfinished searches are stored up to this point")
     })
 }
 

@@ -8,8 +8,9 @@ pub const MOST_ENTRIES: usize = 8;
 /// The entry of what has no entry of its own.
 const REST: &str = "others";
 
-/// The same figure with at most [`MOST_ENTRIES`] entries in its legend: beyond them, all but the most important ones become
-/// one entry in grey, which the title says. Important are the names of the list, in its order, then what appears first.
+/// The same figure with at most [`MOST_ENTRIES`] entries in its legend: beyond them, all but the most important ones
+/// become one entry in grey, which the title says. Important are the names of the list, in its order, then what appears
+/// first.
 pub fn grouped(mut figure: Figure, important: &[String]) -> Figure {
     let entries: Vec<String> = figure.entries().into_iter().map(str::to_owned).collect();
     if entries.len() <= MOST_ENTRIES {
@@ -32,7 +33,7 @@ pub fn grouped(mut figure: Figure, important: &[String]) -> Figure {
         // Below those that have names.
         panel.series.sort_by_key(|series| series.label.as_deref() != Some(REST));
     }
-    figure.title = format!("{}; {} less important ones in grey", figure.title, rest.len());
+    figure.title = format!("{}; {} less important entries in grey", figure.title, rest.len());
     figure
 }
 

@@ -9,9 +9,10 @@ use crate::{FigureError, words};
 const MOST: usize = 6;
 
 /// Bits of each measurement over time, together and of each channel beyond the others; below it the value of
-/// information, `Tr(Xi)`, and what the cost is raised by what is not known, `1/2 Tr(Xi Sigma)`. One column of panels per design.
+/// information, `Tr(Xi)`, and what the cost is raised by what is not known, `1/2 Tr(Xi Sigma)`. One column of panels
+/// per design.
 ///
-/// Of more than six channels the six that give the most are shown.
+/// At most six channels are shown, those with the most information.
 ///
 /// # Errors
 /// Where there is no evaluated design, or no task of the name.

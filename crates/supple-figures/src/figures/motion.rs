@@ -13,10 +13,11 @@ const ROUND: usize = 24;
 /// The longest arrow, in the size of what is drawn.
 const ARROW: f64 = 0.3;
 
-/// The robot at six times of its motion, from the first to the last; a row of panels per design. Bodies are drawn by their
-/// simple shapes, contact forces as arrows that end where they act, all to one scale.
+/// The robot at six times of its motion, from the first to the last; a row of panels per design. Bodies are drawn by
+/// their simple shapes, contact forces as arrows that end where they act, all to one scale.
 ///
-/// It is seen along an axis of the world: of the three, the two are shown along which most moves and presses, z upwards.
+/// It is seen along an axis of the world: of the three, the two are shown along which most moves and presses, z
+/// upwards.
 ///
 /// # Errors
 /// Where there is no evaluated design, no task of the name, or the model cannot be drawn.
@@ -52,7 +53,7 @@ pub fn motion(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let panel = |(title, series)| Panel { title, x: x.clone(), y: y.clone(), series };
     Ok(Figure {
         name: "motion".into(),
-        title: format!("The robot at {POSES} times of the task {}, with contact forces", first.task.name),
+        title: format!("The robot at {POSES} instants of task {}, with contact forces", first.task.name),
         panels: rows.into_iter().map(panel).collect(),
         column: Grid { columns: POSES / 2, aspect },
         page: Grid { columns: POSES, aspect },
@@ -247,8 +248,8 @@ fn ordinates(shape: &Shape) -> &[f64] {
     }
 }
 
-/// Ranges of two axes on which a metre is as long on one as on the other, with room around; and height over width, between
-/// a half and two.
+/// Ranges of two axes on which a metre is as long on one as on the other, with room around; and height over width,
+/// between a half and two.
 fn square(x: &[f64], y: &[f64]) -> ([f64; 2], [f64; 2], f64) {
     let range = |values: &[f64]| {
         let finite = values.iter().copied().filter(|value| value.is_finite());

@@ -44,8 +44,11 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     };
     let about = &first.folder.made.about;
     let task_name = about.tasks.get(first.task).map_or("", |task| task.name.as_str());
-    let x_label =
-        if over_cost { format!("expected cost of {task_name}") } else { "bounds, relative to the task file".into() };
+    let x_label = if over_cost {
+        format!("expected cost of {task_name}")
+    } else {
+        "cost limits, relative to the task file".into()
+    };
     let all: Vec<f64> =
         fronts.iter().flat_map(Front::abscissae).chain(fronts.iter().filter_map(Front::bound)).collect();
     let x = Axis::around(x_label, "", Scale::Linear, &all);
@@ -65,7 +68,7 @@ pub fn pareto(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let wide = panels.len().min(3);
     let figure = Figure {
         name: "pareto".into(),
-        title: "Least directed information over the limit on the expected cost".into(),
+        title: "Minimum directed information against the cost limit".into(),
         panels,
         column: Grid { columns: 1, aspect: 0.42 },
         page: Grid { columns: wide, aspect: 0.75 },
@@ -88,7 +91,7 @@ impl Front<'_> {
         self.front.points.iter().map(|point| self.abscissa(point)).collect()
     }
 
-    /// The bound of the task file.
+    /// The cost limit in the task file.
     fn bound(&self) -> Option<f64> {
         let bound = self.folder.made.about.tasks.get(self.task).and_then(|task| task.bound);
         if self.over_cost { bound } else { Some(1.0) }

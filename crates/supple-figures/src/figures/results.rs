@@ -30,14 +30,14 @@ pub fn folder_name(folder: &Folder) -> String {
         .map_or_else(|| folder.path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
-/// That the results are not those that a figure needs.
+/// Error: the results do not fit the figure.
 pub fn lacking(figure: &'static str, needs: &'static str, folders: &[Folder]) -> FigureError {
     let kind = |folder: &Folder| format!("{} (of `supple {}`)", folder.path.display(), folder.result.kind());
     let given = folders.iter().map(kind).collect::<Vec<_>>().join(", ");
     FigureError::Needs { figure, needs, given: if given.is_empty() { "nothing".into() } else { given } }
 }
 
-/// That a result has not what a figure shows.
+/// Error: a result lacks the data of a figure.
 pub fn content(folder: &Folder, message: impl Into<String>) -> FigureError {
     FigureError::Content { folder: folder.path.display().to_string(), message: message.into() }
 }

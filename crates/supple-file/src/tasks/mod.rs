@@ -27,7 +27,7 @@ use noise::NoiseFile;
 pub(super) struct TaskFile {
     /// Its name, unlike that of any other task.
     name: String,
-    /// How many steps it lasts, from 1 to 1,000,000; fewer for models with many states.
+    /// Number of steps, from 1 to 1,000,000; fewer for models with many states.
     #[schemars(range(min = 1, max = 1_000_000))]
     steps: usize,
     /// Time step, s.
@@ -37,19 +37,19 @@ pub(super) struct TaskFile {
     /// Weight of its information in the objective; default: 1.
     #[serde(default = "one")]
     information_weight: f64,
-    /// Mean of the first state: one number per state, or by the states' names. What is left out of a robot is at rest
-    /// at 0, or at the middle of its range where that does not hold 0; of other models it is 0.
+    /// Mean of the initial state: one number per state, or a table by name. Omitted joints of robots rest at 0, or at
+    /// the middle of their range if it excludes 0; omitted states of other models are 0.
     initial_state: Option<InitialState>,
-    /// First guess of the controls: one row for all steps, or one row per step. Where left out, what holds the first
-    /// state: the torques that carry a robot's weight.
+    /// Initial guess of the controls: one row for all steps, or one row per step; default: controls that hold the
+    /// initial state, such as torques that support the robot's weight.
     initial_control: Option<Guess>,
-    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints, and the
-    /// ranges of the actuators of its file.
+    /// Whether plans keep the limits that the model has of its controls: a robot's are the efforts of its joints, and
+    /// the ranges of the actuators of its file.
     #[serde(default)]
     enforce_effort_limits: bool,
-    /// What the noise of process and measurement and the weights of stages are per. Those per second stay what they are by time
-    /// with another time step: in a step, variances of the process and weights of stages count times the time step, and
-    /// variances of measurements, those of sensors too, divided by it.
+    /// What the noise of process and measurement and the weights of stages are per. Those per second stay what they are
+    /// by time with another time step: in a step, variances of the process and weights of stages count times the time
+    /// step, and variances of measurements, those of sensors too, divided by it.
     #[serde(default)]
     per: Per,
     /// Its noise.
@@ -74,7 +74,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// What noise and weights are per.
+/// Whether noise and weights are given per step or per second.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Per {
@@ -90,7 +90,7 @@ const FINAL_WEIGHTS: [&str; 2] = ["final_weight", "final"];
 
 /// Where limits of controls come from.
 const NO_LIMITS: &str =
-    "the robot's file gives efforts to the joints with drives, whose gears must be numbers, or ranges to its actuators";
+    "limits require effort limits of driven joints whose gears are numbers, or actuator ranges, in the robot file";
 
 /// Reads `[[tasks]]`.
 ///
@@ -188,7 +188,7 @@ impl Reader<'_> {
         let system = model.system((costs, followed), file.time_step, self.parameters.len());
         let control_bounds = bounds_of(&system.limits(), size.controls).filter(|_| file.enforce_effort_limits);
         if file.enforce_effort_limits && control_bounds.is_none() {
-            let message = "must be false, as the model has no limits of its controls; found true";
+            let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
         }
         Ok(Task {
@@ -257,7 +257,7 @@ impl Reader<'_> {
         by_name(given, states).map_err(|(key, help)| {
             let keys: Vec<Place> = keys.iter().copied().chain([Place::Key(&key)]).collect();
             let fits = if key.contains('*') { "fits" } else { "is" };
-            let message = format!("no state {fits} `{key}`: there are {}", quoted(states));
+            let message = format!("no state {fits} `{key}`; states: {}", quoted(states));
             FileError { help, ..self.error(&keys, message) }
         })
     }

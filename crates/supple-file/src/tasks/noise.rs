@@ -12,14 +12,14 @@ use super::Reader;
 use crate::rows::Rows;
 use crate::varying;
 
-/// The noise of a task: variances, variances by the states' names, or full symmetric matrices; or standard deviations in the
-/// place of variances.
+/// The noise of a task: variances, variances by the states' names, or full symmetric matrices; or standard deviations
+/// in the place of variances.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NoiseFile {
-    /// Of the first state, n.
+    /// Covariance of the initial state, n.
     initial: Option<Rows>,
-    /// Standard deviations of the first state, in the place of `initial`.
+    /// Standard deviations of the initial state; replaces `initial`.
     initial_deviation: Option<Rows>,
     /// Of the process, n; may be singular.
     process: Option<Rows>,
@@ -78,7 +78,7 @@ impl Reader<'_> {
             Ok(())
         };
         match (rows, deviations) {
-            (Some(_), Some(_)) => Err(wrong(&[], format!("stands in the place of `{key}`: give one of them"))),
+            (Some(_), Some(_)) => Err(wrong(&[], format!("replaces `{key}`; give only one of them"))),
             (Some(rows), None) => self.read_covariance(key, rows, names).map(Some),
             (None, None) => Ok(None),
             (None, Some(mut rows)) => {
@@ -130,10 +130,7 @@ impl Reader<'_> {
         let v = self.at_start(&file.measurement);
         let stride = v.stride();
         if let Err(minor) = rows::cholesky(&mut v.at(0).to_vec(), size.measurements, stride) {
-            let message = format!(
-                "must be positive definite, as every sensor has some noise; its leading {} x {0} part is not",
-                minor + 1
-            );
+            let message = format!("must be positive definite; its leading {} x {0} block is not", minor + 1);
             return Err(self.error(&["noise".into(), "measurement".into()], message));
         }
         Ok(file)
@@ -149,7 +146,8 @@ impl Reader<'_> {
         let Some(equipment) = model.equipment() else { return Ok(own) };
         self.covariance("measurement", &own, equipment.own)?;
         equipment.covariance(&own).map_err(|found| {
-            let message = format!("must be that of the model's own measurements, {}; found {found}", equipment.own);
+            let message =
+                format!("must have one entry for each measurement of the model, {}; found {found}", equipment.own);
             self.error(&["noise".into(), "measurement".into()], message)
         })
     }
@@ -195,11 +193,14 @@ impl Reader<'_> {
                 for (i, row) in rows.iter().enumerate() {
                     self.variance((key, &[i.into(), i.into()]), row[i])?;
                     if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
-                        return error(&[i.into(), j.into()], "must be symmetric: it differs from its mirror".into());
+                        return error(
+                            &[i.into(), j.into()],
+                            "must be symmetric: it differs from its transposed entry".into(),
+                        );
                     }
                 }
             }
-            Covariance::Sequence(_) => return error(&[], "must hold at every step in a task file".into()),
+            Covariance::Sequence(_) => return error(&[], "must be constant over time in a task file".into()),
         }
         if semidefinite_factor(&self.at_start(covariance), 0).is_none() {
             return error(&[], "must be positive semidefinite".into());

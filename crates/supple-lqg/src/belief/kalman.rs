@@ -10,7 +10,7 @@ use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::shape::{Shape, with_shape};
 
-/// What is known of the state along a trajectory.
+/// The belief along a trajectory: covariances, gains and innovation factors.
 #[derive(Clone, Debug)]
 pub struct Belief {
     /// `P_t`, n x n, N + 1 of them: before the measurement at t.
@@ -19,14 +19,14 @@ pub struct Belief {
     pub corrected: Matrices,
     /// Transposed Kalman gain `L_t'`, p x n, N + 1 of them.
     pub gain_transposed: Matrices,
-    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, where measurements are taken one at a time,
-    /// the roots of their variances on the diagonal, whose product is the same.
+    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, where measurements are taken one at a
+    /// time, the roots of their variances on the diagonal, whose product is the same.
     pub innovation_factor: Matrices,
     /// Rows of the covariance that were measured, p x n, N + 1 of them, where measurements are taken one at a time.
     pub(super) pivots: Matrices,
     /// How the last sweep took measurements.
     pub(super) form: Form,
-    /// How often rounding errors were repaired so that `Sigma` stays positive semidefinite.
+    /// Number of repairs that restored positive semidefiniteness of `Sigma`.
     pub repairs: usize,
     pub(super) work: Work,
 }
@@ -74,7 +74,8 @@ impl Belief {
         }
     }
 
-    /// A factor, n x p, of what the measurements of step `t` tell of the state: `L S^y L' = P - Sigma`.
+    /// A factor, n x p, of the covariance reduction by the measurements of step `t`: `L S^y L' = P - Sigma` (also
+    /// rename `told` to `reduction`).
     pub(crate) fn told(&self, t: usize) -> Dense {
         let factor = dense(&self.innovation_factor, t);
         if self.form != Form::EachAlone {
@@ -95,9 +96,8 @@ impl Belief {
 ///
 /// With `T = P - L C P` and `D = T C' - L V`, zero but for rounding, the last line is `T - D L'`: the same number in
 /// n^2 p operations, with the same cancellation of rounding errors. `P`, `Sigma`, `W` and `X_0` may be singular.
-/// Measurements that are single states with independent noise are taken one at a time instead, which is the same. Where
-/// covariances in full digits are not enough, such as for two sensors of one thing of which one is far more precise, the
-/// whole recursion is done in square roots instead (B.2d).
+/// Independent measurements of single states are processed sequentially, which is equivalent. If double precision is
+/// not sufficient, for example with two sensors of very different precision, the square-root form is used (B.2d).
 ///
 /// # Errors
 /// Where `V` is not positive definite, or a number is not finite.
@@ -179,7 +179,8 @@ impl Job for Predict<'_> {
 /// `P_to = A_from Sigma_from A_from' + W`; of dynamics `A = [E + dt A_v; A_v]` with `E = [I 0]`, from `G = A_v Sigma`:
 ///
 /// ```text
-/// P_vv = G A_v' + W_vv      P_vq = G E' + dt G A_v' + W_vq      P_qq = Sigma_qq + dt (G E' + E G') + dt^2 G A_v' + W_qq
+/// P_vv = G A_v' + W_vv      P_vq = G E' + dt G A_v' + W_vq      P_qq = Sigma_qq + dt (G E' + E G') + dt^2 G A_v' +
+/// W_qq
 /// ```
 #[inline(always)]
 fn predict<L: Lanes>(part: Predict) {
@@ -220,7 +221,7 @@ fn predict<L: Lanes>(part: Predict) {
     rows::mirror::<L>(predicted, n, stride);
 }
 
-/// Whether rounding of `P` is small beside what a measurement says.
+/// Whether rounding errors in `P` are small relative to the innovation covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Digits {
     Enough,

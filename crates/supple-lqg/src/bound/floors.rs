@@ -13,12 +13,13 @@ use crate::dense::{dense, svd};
 /// Iterations for eigenvalues at most.
 const EIGENVALUE_ITERATIONS: usize = 10_000;
 
-/// A matrix counts as singular when, with its diagonal scaled to 1, its least eigenvalue is at most this times its order.
+/// A matrix counts as singular when, with its diagonal scaled to 1, its least eigenvalue is at most this times its
+/// order.
 const SINGULAR: f64 = 1e-13;
 
-/// The data-rate theorem: `sum log |lambda|` over the eigenvalues of `A` outside the unit circle (theory, equation L.20),
-/// nats per step. No controller that keeps the state bounded needs less. What rounding may have made of an eigenvalue is
-/// taken off.
+/// The data-rate theorem: `sum log |lambda|` over the eigenvalues of `A` outside the unit circle (theory, equation
+/// L.20), nats per step. No controller that keeps the state bounded needs less. What rounding may have made of an
+/// eigenvalue is taken off.
 ///
 /// `dynamics`: one matrix, n x n.
 ///
@@ -45,7 +46,7 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
 }
 
 /// How far rounding may have moved an eigenvalue, and some more: its condition number times the rounding of the matrix.
-/// Of an eigenvalue that is defective, as of integrators in a row, it is more than what rounding tears it apart by.
+/// For a defective eigenvalue, as in chained integrators, this exceeds the splitting by rounding.
 fn blur(matrix: &DMatrix<f64>, value: Complex<f64>) -> f64 {
     let n = matrix.nrows();
     let rounding = 10.0 * n as f64 * f64::EPSILON * matrix.norm();
@@ -73,11 +74,12 @@ fn turn(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     &reflection * matrix * &reflection
 }
 
-/// `sum log sigma` over the singular values above 1 of `A_{T-1} ... A_0` (theory, equation L.21), nats over `steps` steps.
+/// `sum log sigma` over the singular values above 1 of `A_{T-1} ... A_0` (theory, equation L.21), nats over `steps`
+/// steps.
 ///
 /// How much the open loop spreads what is not known. Over T this tends to the data-rate floor as a system that does not
-/// change goes on, but at a finite horizon it is no bound: it depends on the units of the states, and where the cost allows
-/// the spread, no information is needed at all.
+/// change goes on, but at a finite horizon it is no bound: it depends on the units of the states, and where the cost
+/// allows the spread, no information is needed at all.
 ///
 /// `dynamics`: n x n, one for each step or one that holds at every step.
 ///
@@ -116,21 +118,21 @@ pub enum Vacuous {
 impl std::fmt::Display for Vacuous {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(match self {
-            Self::SingularProcess => "says nothing: the process noise does not drive every state",
+            Self::SingularProcess => "does not apply: the process noise does not drive every state",
             Self::SingularPrice => {
-                "says nothing: not knowing some direction of the state costs nothing, as where controls are fewer than states"
+                "does not apply: uncertainty in some direction of the state has no cost, as with fewer controls than states"
             }
-            Self::LooseCost => "is below the data-rate floor at so loose a cost",
+            Self::LooseCost => "is below the data-rate floor at this cost",
         })
     }
 }
 
-/// The bound of Kostina and Hassibi (theory, equation L.22): nats per step that the cost `cost` per step takes at least,
-/// `n/2 log(|det A|^(2/n) + N(W) |det Theta|^(1/n) / ((D - D_min)/n))`, with the entropy power `N(W) = |det W|^(1/n)` of
-/// Gaussian noise. `floor` is the data-rate floor in nats per step.
+/// The bound of Kostina and Hassibi (theory, equation L.22): nats per step that the cost `cost` per step takes at
+/// least, `n/2 log(|det A|^(2/n) + N(W) |det Theta|^(1/n) / ((D - D_min)/n))`, with the entropy power
+/// `N(W) = |det W|^(1/n)` of Gaussian noise. `floor` is the data-rate floor in nats per step.
 ///
-/// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it holds
-/// for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
+/// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it
+/// holds for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
     let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0));
@@ -147,9 +149,9 @@ pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> Kostin
 }
 
 /// Bits that a prefix-free code with scalar quantisers needs at most where `bits` would do:
-/// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, `ranks` being how many numbers
-/// the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg, Skoglund
-/// 2016).
+/// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, `ranks` being how many
+/// numbers the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg,
+/// Skoglund 2016).
 pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     let loss = 0.5 * math::log2(4.0 * std::f64::consts::PI * std::f64::consts::E / 12.0);
     let sent = ranks.iter().filter(|&&rank| rank > 0);

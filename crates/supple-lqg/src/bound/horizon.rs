@@ -84,7 +84,7 @@ impl Horizon {
         let arrays = [
             ("the covariance of the first state", &self.initial, 1),
             ("the process covariance", &self.process, self.steps().saturating_sub(1)),
-            ("the price of not knowing the state", &self.prices, self.steps()),
+            ("the cost of state uncertainty", &self.prices, self.steps()),
         ];
         for (what, array, count) in arrays {
             for t in 0..count.min(array.count()) {

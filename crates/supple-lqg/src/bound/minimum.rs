@@ -31,7 +31,8 @@ pub(super) const SHARE: f64 = 0.5;
 /// The least directed information from state to control that any sensors and any controller need over `horizon` to
 /// keep an expected cost of `cost` (theory, equation L.2), with a bound from below that no rounding is above.
 ///
-/// The gap asked for is that of `settings`, per decision; where it is not reached, the status says so and both bounds hold.
+/// The gap asked for is that of `settings`, per decision; where it is not reached, the status says so and both bounds
+/// hold.
 ///
 /// # Errors
 /// Where arrays do not fit or are not finite, covariances or prices are not positive semidefinite, `cost` is not above
@@ -62,7 +63,7 @@ pub fn minimum_information(
         }
     }
     if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) {
-        best.proof = Proof::NotProved { reason: "rounding leaves nothing of it".into() };
+        best.proof = Proof::NotProved { reason: "it is lost to rounding".into() };
     }
     Ok(best)
 }
@@ -83,8 +84,8 @@ pub(super) fn place(
         return Ok((chain, found, budget));
     }
     let first = start(&chain).and_then(|factors| begin(&chain, factors)).ok_or_else(|| Error::NoBound {
-        what: "no covariances were found that keep it".into(),
-        advice: "scale the states to similar sizes, shorten the horizon, or ask for a larger cost",
+        what: "no feasible covariances were found".into(),
+        advice: "scale the states to similar sizes, shorten the horizon, or increase the cost limit",
     })?;
     let found = search(&chain, first, target, settings);
     if halt::is_requested() {

@@ -14,8 +14,8 @@ use crate::dense::{Dense, dense};
 /// Whether a lower bound is proved.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Proof {
-    /// It is, by intervals, for numbers that differ from those given by at most this, relatively: 0 where no coordinate is left
-    /// out, and rounding otherwise.
+    /// It is, by intervals, for numbers that differ from those given by at most this, relatively: 0 where no coordinate
+    /// is left out, and rounding otherwise.
     Proved {
         /// How far.
         distance: f64,
@@ -33,7 +33,8 @@ pub(super) struct Lower {
     pub proof: Proof,
 }
 
-/// Margins that a dual point is given against rounding, nats: the first that proves a bound, or the next where it proves more.
+/// Margins that a dual point is given against rounding, nats: the first that proves a bound, or the next where it
+/// proves more.
 const MARGINS: [f64; 6] = [0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 
 impl Lower {
@@ -87,7 +88,7 @@ pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matri
     let (f, l, s) = (matrix(&f), matrix(&l), matrix(&s));
     let found = distance(&Back { dynamics: &f, cost: &l, next: &s, here: &s, price: &of(&system.price, 0) })?;
     if !is_paid(&f, &l, &s) {
-        return Err("the regulator keeps states bounded that may cost nothing".into());
+        return Err("the regulator stabilises states that may not affect the cost".into());
     }
     Ok(found)
 }

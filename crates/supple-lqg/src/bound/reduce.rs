@@ -79,7 +79,7 @@ impl Chain {
             let price = dense(&horizon.prices, t);
             let price = symmetric(basis.transpose() * (price / budget) * &basis);
             let unscaled = || Error::NoBound {
-                what: format!("what is not known at step {t} is too large for numbers of this machine"),
+                what: format!("the uncertainty at step {t} overflows"),
                 advice: "shorten the horizon, or leave out states that grow and cost nothing",
             };
             if t + 1 == steps {

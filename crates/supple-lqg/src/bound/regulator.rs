@@ -80,7 +80,7 @@ impl Stationary {
 pub(super) fn regulator(a: &Dense, b: &Dense, l: &Dense) -> Result<(Dense, Dense), Error> {
     let (n, m) = (a.nrows(), b.ncols());
     let unsolved = || Error::NoBound {
-        what: "no regulator keeps the expected cost per step finite".into(),
+        what: "no regulator achieves a finite expected cost per step".into(),
         advice: "let the controls act on every unstable state that costs something",
     };
     let units = Units::of(a, b, l);
@@ -191,8 +191,8 @@ impl Quadratic {
         None
     }
 
-    /// The same where nothing moves for ever at no cost. Steps from 0 until every control has its price, then doubling from
-    /// there: what is left is of a Riccati equation whose price of control is positive definite, whatever R is.
+    /// The same where nothing moves for ever at no cost. Steps from 0 until every control has its price, then doubling
+    /// from there: what is left is of a Riccati equation whose price of control is positive definite, whatever R is.
     fn least_of_seen(&self) -> Option<Dense> {
         let n = self.a.nrows();
         let mut s = Dense::zeros(n, n);
@@ -265,8 +265,8 @@ fn whitened(a: &Dense) -> Option<Dense> {
     }))
 }
 
-/// Where `H <- Q + A'H (I + G H)^-1 A` leads to from `start`, by doubling the number of its steps; `None` where it leads
-/// nowhere. What rounding leaves of a matrix of the size `beside` does not count.
+/// Where `H <- Q + A'H (I + G H)^-1 A` leads to from `start`, by doubling the number of its steps; `None` where it
+/// leads nowhere. What rounding leaves of a matrix of the size `beside` does not count.
 pub(super) fn doubling(a: &Dense, g: Dense, q: &Dense, start: &Dense, beside: f64) -> Option<Dense> {
     let n = a.nrows();
     // After 2^k steps: `h` from 0, `value` from the start.

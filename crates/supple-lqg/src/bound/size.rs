@@ -4,7 +4,8 @@ use super::horizon::Horizon;
 use super::newton::packed;
 use crate::Error;
 
-/// Multiply-adds of one factorisation of the Newton system up to which an evaluation does it unasked: some seconds in all.
+/// Multiply-adds of one factorisation of the Newton system up to which an evaluation does it unasked: some seconds in
+/// all.
 const UNASKED: f64 = 5e8;
 
 /// The memory that the Newton system may take, bytes.
@@ -28,7 +29,8 @@ impl Size {
     }
 
     /// # Errors
-    /// Where the Newton system takes more memory than machines usually have: a block of each decision, and that beside it.
+    /// Where the Newton system takes more memory than machines usually have: a block of each decision, and that beside
+    /// it.
     pub fn check(self) -> Result<(), Error> {
         let Self { states, decisions } = self;
         let bytes = 2.0 * size_of::<f64>() as f64 * (packed(states) as f64).powi(2) * decisions as f64;
@@ -36,7 +38,7 @@ impl Size {
             return Ok(());
         }
         Err(Error::NoBound {
-            what: format!("{states} states over {decisions} decisions take {:.0} GB of memory", bytes / 1e9),
+            what: format!("{states} states over {decisions} decisions require {:.0} GB of memory", bytes / 1e9),
             advice: "use fewer and longer time steps, or lock the joints that do not matter",
         })
     }

@@ -116,8 +116,8 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     })
 }
 
-/// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is known of
-/// them, they need no information. Those that die out may stay.
+/// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is
+/// known of them, they need no information. Those that die out may stay.
 ///
 /// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first.
 fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
@@ -150,13 +150,13 @@ pub fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
 fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
     let unseen = complement(&observed(a, price));
     let lasting = lasting(&(unseen.transpose() * a * &unseen)).ok_or_else(|| Error::NoBound {
-        what: "the modes that do not die out could not be told from the others".into(),
+        what: "persistent and decaying modes could not be separated".into(),
         advice: "scale the states to similar sizes",
     })?;
     Ok(unseen * lasting)
 }
 
-/// A system in units in which subspaces are well told, whatever those of its states are.
+/// A system scaled so that its subspaces are well conditioned, whatever the units of its states.
 pub struct InUnits {
     /// How large each unit is.
     pub d: Vec<f64>,
@@ -177,8 +177,8 @@ impl InUnits {
     }
 }
 
-/// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly noise
-/// reaches some of them.
+/// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly
+/// noise reaches some of them.
 fn scaled(a: &Dense, driven: &Dense, price: &Dense) -> Dense {
     let n = a.nrows();
     let mut basis = Dense::identity(n, n);

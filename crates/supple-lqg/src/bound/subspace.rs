@@ -1,4 +1,4 @@
-//! What a cost sees of a system that does not change, and what of it is uncertain.
+//! Observable and uncertain subspaces of a time-invariant system and its cost.
 
 use crate::dense::{Dense, Svd, svd};
 

@@ -11,9 +11,9 @@ use crate::riccati::Policy;
 /// Directed information from the state to the controls, `DI(x^N -> u^N)`: nats at each control, N of them (theory,
 /// equation I.8).
 ///
-/// The information from the measurements that reaches the controls: at most [`information`](super::information). Exact for
-/// the linearised closed loop `u = ubar + K (mu - xbar)`. A combination of the controls that past controls determine, to
-/// 1e-12 of its variance, adds nothing.
+/// The information from the measurements that reaches the controls: at most [`information`](super::information). Exact
+/// for the linearised closed loop `u = ubar + K (mu - xbar)`. A combination of the controls that past controls
+/// determine, to 1e-12 of its variance, adds nothing.
 ///
 /// # Errors
 /// Where `V` is not positive definite.
@@ -26,11 +26,11 @@ pub fn control_information(knots: &Knots, policy: &Policy, belief: &Belief, nois
     (0..knots.steps()).map(step).collect()
 }
 
-/// The controls of one step told.
+/// One control step, processed.
 pub(super) struct Told {
-    /// What they tell about the states, nats.
+    /// Information about the states, nats.
     pub nats: f64,
-    /// Those that past controls did not tell already.
+    /// Those not determined by past controls.
     pub controls: Vec<usize>,
     /// Factors of `N^a` and `N^b` of (I.8) before they are told.
     pub before: [DMatrix<f64>; 2],
@@ -52,8 +52,8 @@ pub(super) fn told(knots: &Knots, policy: &Policy, belief: &Belief, noise: &Nois
 
 /// Covariances of the filter's mean `mu_t`, n x n.
 ///
-/// Two are kept as factors `G`, `N = G G'`, of as many columns as their rank: where past controls tell the mean, nothing
-/// is left, and rounding could not be told from it in `N`.
+/// Two are kept as factors `G`, `N = G G'`, of as many columns as their rank: where past controls tell the mean,
+/// nothing is left, and rounding could not be told from it in `N`.
 struct Means {
     /// Given past controls: a factor of `N^a` of (I.8).
     told: DMatrix<f64>,
@@ -176,8 +176,8 @@ impl<'a> Telling<'a> {
     }
 }
 
-/// What rounding can leave of a factor where controls have told all. Told on and on, it would grow where the step from
-/// controls back to measurements is unstable, as behind a loop that is not of minimum phase.
+/// Rounding errors that can remain in a factor after conditioning on the controls. Told on and on, it would grow where
+/// the step from controls back to measurements is unstable, as behind a loop that is not of minimum phase.
 struct Rounding {
     /// Size of each row before anything was told.
     sizes: Vec<f64>,

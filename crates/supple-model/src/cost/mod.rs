@@ -26,7 +26,7 @@ pub use square::Quadratic;
 pub enum Weights {
     /// One weight for all entries.
     Equal(Value),
-    /// A weight matrix `M`: `r' M r`, whole for every norm but used with the quadratic one only.
+    /// A weight matrix `M`: `r' M r`; only used with the quadratic norm.
     Matrix(Vec<Vec<Value>>),
 }
 
@@ -64,7 +64,7 @@ impl Weights {
 /// use supple_model::cost::Cost;
 /// use supple_model::quantity::{Control, State};
 ///
-/// // The first two states at 0.5 and 0, five times as much at the end; and controls.
+/// // Track 0.5 and 0 with the first two states, with five times the weight at the end, and penalise controls.
 /// let reach = Cost::new(State::new([0, 1]), 1.0).with_targets([0.5, 0.0]).with_final_weight(5.0);
 /// let effort = Cost::new(Control::all(2), 0.01);
 /// assert!(effort.last.are_zero());
@@ -85,8 +85,8 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// The squared distance of a quantity from 0, with one weight for all of its entries, at the end too where it does not
-    /// depend on the control.
+    /// The squared distance of a quantity from 0, with one weight for all of its entries, at the end too where it does
+    /// not depend on the control.
     pub fn new(quantity: impl Into<Quantity>, weight: impl Into<Value>) -> Self {
         let (quantity, weight) = (quantity.into(), weight.into());
         let last = if quantity.depends_on_control() { Value::Number(0.0) } else { weight };
@@ -131,12 +131,12 @@ impl Cost {
         if last { &self.last } else { &self.stage }
     }
 
-    /// Whether it counts at `phi`, in a stage or at the end.
+    /// Whether any of its weights is non-zero at `phi`.
     pub fn counts(&self, phi: &[f64]) -> bool {
         !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
     }
 
-    /// The signals that it wants at a value other than 0, with that value: their places among the model's signals.
+    /// The signals with a non-zero target, by index, and their targets.
     pub fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
         let targets = self.targets.iter().enumerate();
         let wanted = targets.filter_map(|(entry, target)| Some((self.quantity.signal_of(entry)?, target.resolve(phi))));
@@ -197,15 +197,15 @@ const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight",
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct File {
-    /// Where the quantity should be, in its units: one number per entry; default: 0, but for forces of contacts,
-    /// places of frames and the centre of mass. Of `frame_pose` the three of the position are enough.
+    /// Where the quantity should be, in its units: one number per entry; default: 0; required for contact forces, frame
+    /// positions and the centre of mass. For `frame_pose`, the three position entries suffice.
     #[serde(alias = "position")]
     target: Option<OneOrMore>,
-    /// Weight in every stage, one over the square of the unit (with the quadratic norm).
+    /// Weight in every stage, in 1/unit² with the quadratic norm.
     weight: Value,
-    /// Weight in the final cost; default: `weight`. Of what depends on the control there is none.
+    /// Weight in the final cost; default: `weight`. Not allowed for quantities that depend on the control.
     final_weight: Option<Value>,
-    /// How the distance becomes a cost, by kind.
+    /// Norm of the error, by kind.
     #[serde(default)]
     #[schemars(skip)]
     #[allow(dead_code)]
@@ -229,7 +229,7 @@ impl File {
         };
         match self.final_weight {
             Some(_) if cost.quantity.depends_on_control() => {
-                let message = "stands for nothing: what depends on the control has no part in the final cost";
+                let message = "is not allowed: quantities that depend on the control do not enter the final cost";
                 Err(Unfit { help: Some("leave it out".into()), ..Unfit::new("final_weight", message) })
             }
             Some(weight) => Ok(cost.with_final_weight(weight)),

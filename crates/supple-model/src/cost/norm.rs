@@ -19,7 +19,7 @@ use crate::parameters::Parameters;
 /// use supple_model::quantity::State;
 /// use supple_model::{Scalar, Value};
 ///
-/// /// `ln(1 + (r / s)^2)`: what is far away counts little.
+/// /// `ln(1 + (r / s)^2)`: bounded influence of outliers.
 /// #[derive(Debug)]
 /// struct Cauchy { scale: Value }
 ///
@@ -76,7 +76,7 @@ pub trait NormFile: NormKind + Sized {
 #[derive(Clone, Debug)]
 pub struct Norm(Arc<dyn Kind>);
 
-/// What is asked of a norm whose kind is not known.
+/// Object-safe interface of norms.
 trait Kind: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn number(&self, r: f64, phi: &[f64]) -> f64;
@@ -159,7 +159,7 @@ impl Norm {
 pub struct Norms(Registry<fn(Variant) -> Result<Norm, ReadError>>);
 
 impl Norms {
-    /// Adds a kind, in the place of one that has its name.
+    /// Adds a kind, replacing a kind of the same name.
     pub fn add<N: NormFile>(&mut self) {
         let build = |given: Variant| given.read().map(|file| N::build(file).into());
         self.0.add(N::NAME, build, <N::File as schemars::JsonSchema>::json_schema);

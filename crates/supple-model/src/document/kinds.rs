@@ -48,7 +48,7 @@ pub const DEVIATION: &str = "deviation";
 /// Where it has both: what to do.
 pub fn with_noise_key<'a>(table: Reader<'a>) -> Result<(&'static str, Reader<'a>), &'static str> {
     match (table.has(DEVIATION), table.has("variance")) {
-        (true, true) => Err("stands in the place of `variance`: give one of them"),
+        (true, true) => Err("replaces `variance`; give only one of them"),
         (true, false) => Ok((DEVIATION, table.renamed(DEVIATION, "variance"))),
         (false, _) => Ok(("variance", table)),
     }
@@ -74,7 +74,7 @@ pub fn with_deviation(mut schema: schemars::Schema) -> schemars::Schema {
         && let Some(mut deviation) = properties.get("variance").cloned()
     {
         deviation["description"] =
-            json!("Standard deviation of the noise, in the unit of what is measured; in the place of `variance`");
+            json!("Standard deviation of the noise, in the unit of the measured quantity; replaces `variance`");
         properties.insert(DEVIATION.to_owned(), deviation);
         if let Some(required) = object.get_mut("required").and_then(Json::as_array_mut) {
             required.retain(|key| key != "variance");

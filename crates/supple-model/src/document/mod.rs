@@ -75,7 +75,7 @@ impl<'a> Document<'a> {
                 let span = error.span().unwrap_or(0..0);
                 match (error.message().trim(), text.get(span.clone())) {
                     ("duplicate key", Some(key)) => {
-                        let message = format!("`{key}` is there already; a key is given once");
+                        let message = format!("`{key}` is defined twice");
                         Err(FileError::at(name, text, span, key.to_owned(), message))
                     }
                     (message, _) => Err(FileError::at(name, text, span, String::new(), message)),
@@ -84,8 +84,8 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number, or a
-    /// list with `;` between its entries.
+    /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number,
+    /// or a list with `;` between its entries.
     pub fn of_cells(name: &'a str, text: &'a str, root: DeTable<'a>) -> Self {
         Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true, names: None }
     }

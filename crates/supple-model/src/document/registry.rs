@@ -43,7 +43,7 @@ impl<R> Registry<R> {
     }
 }
 
-/// A kind without keys of its own.
+/// A kind without additional keys.
 #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}

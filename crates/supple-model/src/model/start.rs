@@ -20,7 +20,7 @@ pub struct Start<'a> {
 pub struct PoseFile {
     /// Name of the frame or link.
     pub frame: String,
-    /// Where its origin is in the world, m: numbers, no parameters.
+    /// Position of its origin in the world, m; parameters are not allowed.
     pub position: [f64; 3],
     /// Its roll, pitch and yaw in the world, rad; default: any orientation.
     pub rpy: Option<[f64; 3]>,

@@ -11,12 +11,12 @@ use crate::{Channel, Channels, Value};
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NamedVariance {
-    /// Names of the measurements, in which * stands for any letters: of each the variance varies.
+    /// Names of the measurements, with * as a wildcard, whose variances depend on the state.
     #[schemars(length(min = 1))]
     pub measurement: Vec<String>,
     /// Name of the state.
     pub state: String,
-    /// Where the state is seen best, in its unit.
+    /// State value at which the variance is smallest, in its unit.
     pub center: Value,
     /// Variance per square of the state's unit, at least 0.
     pub coefficient: Value,

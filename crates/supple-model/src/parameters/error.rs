@@ -3,7 +3,7 @@
 #[non_exhaustive]
 pub enum ParameterError {
     /// A name that no parameter has.
-    #[error("no parameter `{name}`: there is {valid}")]
+    #[error("no parameter `{name}`; valid: {valid}")]
     Unknown {
         /// The name that was given.
         name: String,

@@ -32,18 +32,18 @@ pub struct Parameter {
     /// What its value costs, where it has a price.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<Price>,
-    /// The values that can be had, from the least to the greatest; empty where every value within the bounds can.
+    /// The available values in increasing order; empty if all values within the bounds are available.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub catalogue: Vec<CatalogueEntry>,
 }
 
-/// A value of a parameter that can be had.
+/// An available value of a parameter.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CatalogueEntry {
     /// The value, in the unit of the parameter.
     pub value: f64,
-    /// What it costs to buy, in any currency; none where it is not told.
+    /// Its price in any currency, if given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub price: Option<f64>,
     /// What its maker calls it.
@@ -52,8 +52,8 @@ pub struct CatalogueEntry {
 }
 
 impl Parameter {
-    /// Whether a value is at an end of the bounds but for what a search leaves: a millionth of their distance, and no more than
-    /// a thousandth of the end itself, which may be far smaller.
+    /// Whether a value is at an end of the bounds but for what a search leaves: a millionth of their distance, and no
+    /// more than a thousandth of the end itself, which may be far smaller.
     pub fn is_at(&self, end: f64, value: f64) -> bool {
         let distance = (value - end).abs();
         let [lower, upper] = self.bounds;
@@ -74,13 +74,11 @@ impl Parameter {
             return Err(("bounds", "must be two finite numbers".to_owned()));
         }
         if lower == upper {
-            let message = format!(
-                "are equal: [{lower}, {upper}]; a parameter needs room to move, so write a number in place of one that is fixed"
-            );
+            let message = format!("are equal: [{lower}, {upper}]; replace a fixed parameter by a number");
             return Err(("bounds", message));
         }
         if lower > upper {
-            let message = format!("are the wrong way round: [{lower}, {upper}]; the lower one comes first");
+            let message = format!("are reversed: [{lower}, {upper}]");
             return Err(("bounds", message));
         }
         if *scale == Scale::Log && *lower <= 0.0 {
@@ -93,7 +91,7 @@ impl Parameter {
             return Err(("price", message));
         }
         if !self.catalogue.is_empty() && self.role == Role::Study {
-            let message = "is for parameters that are designed; this one has role = \"study\"";
+            let message = "applies only to design parameters; this one has role = \"study\"";
             return Err(("catalogue", message.to_owned()));
         }
         match self.wrong_entry() {
@@ -112,7 +110,7 @@ impl Parameter {
                 _ if !(lower..=upper).contains(value) => {
                     Some((index, format!("must be within the bounds [{lower}, {upper}]; found {value}")))
                 }
-                _ if twice => Some((index, format!("the value {value} is there already"))),
+                _ if twice => Some((index, format!("the value {value} occurs twice"))),
                 Some(price) if !(*price >= 0.0 && price.is_finite()) => {
                     Some((index, format!("a price must be a number of at least 0; found {price}")))
                 }
@@ -131,10 +129,10 @@ impl Parameter {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scale {
-    /// By differences.
+    /// Linear.
     #[default]
     Linear,
-    /// By ratios: for stiffnesses, variances and other positive numbers over decades.
+    /// Logarithmic: for stiffnesses, variances and other positive numbers that span decades.
     Log,
 }
 
@@ -249,8 +247,8 @@ impl Parameters {
         held
     }
 
-    /// The least a value can be within the bounds of its parameters, or less where a parameter stands in it more than once.
-    /// `None` for a parameter that is not of these.
+    /// The least a value can be within the bounds of its parameters, or less where a parameter stands in it more than
+    /// once. `None` for a parameter that is not of these.
     pub fn least(&self, value: Value) -> Option<f64> {
         match value {
             Value::Number(number) => Some(number),

@@ -9,7 +9,7 @@ use super::{Named, Parameter, Parameters, Role};
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Price {
-    /// `c / phi`: of a variance, that of so many equal sensors whose readings are averaged.
+    /// `c / phi`: for a variance, the price of averaging several equal sensors.
     Inverse(f64),
     /// `c phi`
     Linear(f64),
@@ -132,8 +132,8 @@ impl Parameters {
         Named(priced.map(|(parameter, &value)| (parameter.name.clone(), parameter.price_at(value))).collect())
     }
 
-    /// The sum of all prices as a search meets them that moves through the values `phi`: of parameters that it moves, the prices
-    /// of their forms, smooth; those of entries count where the search holds the parameter at one.
+    /// The sum of all prices as a search meets them that moves through the values `phi`: of parameters that it moves,
+    /// the prices of their forms, smooth; those of entries count where the search holds the parameter at one.
     pub fn price_in_search(&self, phi: &[f64]) -> f64 {
         let price = |(parameter, &value): (&Parameter, &f64)| match parameter.role {
             Role::Design => parameter.price.map_or(0.0, |price| price.at(value)),

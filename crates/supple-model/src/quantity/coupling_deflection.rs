@@ -19,7 +19,7 @@ impl QuantityFile for CouplingDeflection {
         let coupling = file.coupling().to_owned();
         let selected = file.places(vocabulary, true)?;
         if selected.is_empty() {
-            let message = format!("`{coupling}` has no deflection: a contact has a `clearance`");
+            let message = format!("`{coupling}` is a contact and has no deflection; use the quantity `clearance`");
             return Err(Unfit::new("coupling", message));
         }
         Ok(Self { selected })

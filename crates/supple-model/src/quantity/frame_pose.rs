@@ -21,10 +21,11 @@ pub struct FramePose {
 pub struct File {
     /// Name of the frame or link.
     frame: String,
-    /// Roll, pitch and yaw of the orientation from which turns are measured, rad; the closer to the frame's the better.
+    /// Roll, pitch and yaw of the orientation from which turns are measured, rad; choose it close to the frame's
+    /// orientation.
     #[serde(default, alias = "rpy")]
     reference: [f64; 3],
-    /// Length over which a turn counts as a distance, m/rad; default: turns are angles.
+    /// Lever that converts rotations into distances, m/rad; default: rotations in rad.
     lever: Option<Value>,
 }
 

@@ -36,7 +36,7 @@ impl QuantityFile for FrameVelocity {
         }
         let find = |name: &String| {
             let place = names.iter().position(|other| other == name).map(|place| first + place);
-            place.ok_or_else(|| Unfit::unknown("select", &format!("a frame has no velocity `{name}`"), name, names))
+            place.ok_or_else(|| Unfit::unknown("select", &format!("unknown velocity component `{name}`"), name, names))
         };
         Ok(Self { selected: select.iter().map(find).collect::<Result<_, _>>()? })
     }

@@ -37,7 +37,7 @@ fn sensor(name: &str, vocabulary: &Vocabulary) -> Result<Quantity, Unfit> {
     let supported = all.iter().filter(|sensor| !matches!(sensor.measures, Sensed::Nothing { .. }));
     let names: Vec<&str> = supported.map(|sensor| sensor.name.as_str()).collect();
     let Some(sensor) = all.iter().find(|sensor| sensor.name == name) else {
-        let what = format!("the robot has no sensor in its file `{name}`");
+        let what = format!("the robot file has no sensor `{name}`");
         return Err(Unfit::unknown("select", &what, name, &names));
     };
     let joint = |joint: &String| vocabulary.selected_joints(Some(vec![joint.clone()]));
@@ -49,7 +49,7 @@ fn sensor(name: &str, vocabulary: &Vocabulary) -> Result<Quantity, Unfit> {
         Sensed::FrameOrientation { first, reference } => FrameTurn::new(*first, *reference).into(),
         Sensed::Nothing { line, why } => {
             let message = format!("sensor `{name}` of the robot's file (line {line}) is not supported: {why}");
-            let help = format!("sensors of the file that are: {}", supple_text::owned(&names));
+            let help = format!("supported sensors: {}", supple_text::owned(&names));
             return Err(Unfit { help: Some(help), ..Unfit::new("select", message) });
         }
     })

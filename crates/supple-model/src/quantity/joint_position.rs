@@ -44,7 +44,7 @@ impl File {
         let motor = |joint: &String| match vocabulary.motor_of(joint) {
             Some(element) => Ok(element.to_owned()),
             None => {
-                let message = format!("joint `{joint}` has no motor of its own: it is no elastic joint");
+                let message = format!("joint `{joint}` has no separate motor: the joint is rigid");
                 Err(Unfit::new("side", message))
             }
         };

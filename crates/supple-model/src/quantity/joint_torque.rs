@@ -25,7 +25,7 @@ impl JointTorque {
     pub(super) fn of(joints: &[String], vocabulary: &Vocabulary) -> Result<Self, Unfit> {
         let place = |joint: &String| {
             let Some(element) = vocabulary.motor_of(joint) else {
-                let message = format!("the torque of joint `{joint}` cannot be measured: it is no elastic joint");
+                let message = format!("the torque of joint `{joint}` cannot be measured: the joint is rigid");
                 let help = "add compliance of kind \"elastic_joint\" to it".to_owned();
                 return Err(Unfit { help: Some(help), ..Unfit::new("select", message) });
             };

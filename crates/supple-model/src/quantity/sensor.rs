@@ -62,7 +62,7 @@ impl<'a> Noise<'a> {
         let wrong = |message: String| Unfit::new(self.key, message).at(self.document, self.at);
         let each = given.each(count).map_err(wrong)?;
         variances(self.key, each, parameters)
-            .map_err(|found| wrong(format!("must be above 0, as every sensor has some noise; {found}")))
+            .map_err(|found| wrong(format!("must be above 0: sensor noise is required; {found}")))
     }
 }
 
@@ -79,7 +79,7 @@ pub fn read_sensor(
     let (noise, keys_of_noise) = Noise::of(table, (document, at))?;
     let quantity = context.read((kind, table.beside(KEYS)), (document, at))?;
     if quantity.depends_on_control() {
-        let why = "cannot be measured: it depends on the control, which is chosen after measuring";
+        let why = "cannot be measured: it depends on the control, which is computed after the measurement";
         return Err(unfit("kind", &format!("`{kind}` {why}")));
     }
     if quantity.is_empty() {

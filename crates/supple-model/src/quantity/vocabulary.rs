@@ -61,7 +61,7 @@ impl Unfit {
         FileError { help: self.help, ..document.error(&at, self.message) }
     }
 
-    /// A name that is none of `valid`: `what` says so. With the nearest of them as advice.
+    /// The error for a name that is not in `valid`, with the nearest valid name as help.
     pub fn unknown<T: AsRef<str>>(key: &'static str, what: &str, name: &str, valid: &[T]) -> Self {
         let message = format!("{what}: {}", owned(valid));
         Self { key, message, help: nearest(name, valid) }

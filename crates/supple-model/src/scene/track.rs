@@ -58,7 +58,7 @@ impl<'de, const N: usize> Deserialize<'de> for Track<N> {
             };
             let numbers: Vec<f64> = numbers.into_iter().map(|number| number.unwrap_or(f64::NAN)).collect();
             let found = numbers.len();
-            numbers.try_into().map_err(|_| D::Error::custom(format!("a row has {found} numbers in place of {N}")))
+            numbers.try_into().map_err(|_| D::Error::custom(format!("a row has {found} numbers instead of {N}")))
         };
         Vec::<Row>::deserialize(deserializer)?.into_iter().map(row).collect::<Result<_, _>>().map(Self)
     }

@@ -91,7 +91,7 @@ pub trait System: Send + Sync {
         None
     }
 
-    /// How many steps there are, N; none where it can go on for any number of them.
+    /// The number of steps N; none if unlimited.
     fn steps(&self) -> Option<usize> {
         None
     }
@@ -183,8 +183,8 @@ pub trait System: Send + Sync {
     /// `[A B] = [f_x f_u]` at every stage: n x (n + m).
     fn dynamics_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch);
 
-    /// `[A B]` at one point at step t, were the time step `time_step`, s: one matrix, n x (n + m). None where that is not
-    /// known.
+    /// `[A B]` at one point at step t, were the time step `time_step`, s: one matrix, n x (n + m). None where that is
+    /// not known.
     fn dynamics_jacobian_with(
         &self,
         _t: usize,
@@ -201,9 +201,10 @@ pub trait System: Send + Sync {
         None
     }
 
-    /// The same system with wider and softer contacts, and friction that sets in over higher speeds, with which planning
-    /// finds contacts from afar. It has two parameters more, after all others: the length by which contacts are wider, m, and
-    /// the speed by which friction is, m/s or rad/s. None where there are neither contacts nor friction.
+    /// The same system with wider and softer contacts, and friction that sets in over higher speeds, with which
+    /// planning finds contacts from afar. It has two parameters more, after all others: the length by which contacts
+    /// are wider, m, and the speed by which friction is, m/s or rad/s. None where there are neither contacts nor
+    /// friction.
     fn widened(&self) -> Option<&dyn System> {
         None
     }

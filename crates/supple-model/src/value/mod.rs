@@ -130,7 +130,7 @@ impl Value {
     pub fn found(self, least: f64) -> String {
         match self {
             Self::Number(_) => format!("found {least}"),
-            Self::Parameter(_) => format!("its parameter can be {least}"),
+            Self::Parameter(_) => format!("its parameter can be as low as {least}"),
             Self::Expression(_) => format!("within the bounds of its parameters it can be {least}"),
         }
     }
@@ -156,7 +156,7 @@ impl Default for Value {
 /// What to say of text in place of a number that names no parameter.
 fn undeclared(name: &str, declared: &[String]) -> String {
     if name.parse::<f64>().is_ok() {
-        return format!("numbers stand without quotes; found \"{name}\"");
+        return format!("write numbers without quotes; found \"{name}\"");
     }
     let add = format!("parameter `{name}` is not declared: add a table [parameters.{}]", as_key(name));
     if declared.is_empty() { add } else { format!("{add}, or use one of {}", quoted(declared)) }

@@ -37,14 +37,14 @@ pub(super) fn parse(
         ));
     }
     if open != closed {
-        return Err(format!("is no expression of parameters: {open} parentheses open and {closed} close"));
+        return Err(format!("is not a valid expression: {open} opening and {closed} closing parentheses"));
     }
     let parsed = terminated(sum, (multispace0, eof)).parse(text).map_err(|error| {
         let (before, after) = text.split_at(error.offset());
         let after = if after.trim().is_empty() { "the end".to_owned() } else { format!("`{}`", after.trim()) };
         let before =
             if before.trim().is_empty() { "at the beginning".to_owned() } else { format!("after `{}`", before.trim()) };
-        format!("is no expression of parameters: {before} came {after}")
+        format!("is not a valid expression: {before} came {after}")
     })?;
     bind(parsed, index_of)
 }
@@ -68,7 +68,7 @@ fn bind(
             let known = Function::ALL.iter().find(|(known, _)| *known == name);
             let Some(&(_, function)) = known else {
                 let names: Vec<&str> = Function::ALL.iter().map(|(name, _)| *name).collect();
-                return Err(format!("there is no function `{name}`: use one of {}", supple_text::quoted(&names)));
+                return Err(format!("unknown function `{name}`; valid: {}", supple_text::quoted(&names)));
             };
             Tree::Function(function, Box::new(bind(*of, index_of)?))
         }

@@ -145,7 +145,7 @@ impl DescribedTask {
             pairs.map(|(lower, upper)| (or(lower, f64::NEG_INFINITY), or(upper, f64::INFINITY))).collect::<Vec<_>>()
         });
         if let Some((lower, upper)) = bounds.iter().flatten().find(|(lower, upper)| lower > upper) {
-            return Err(at(&format!("control_bounds are the wrong way round: [{lower}, {upper}]")));
+            return Err(at(&format!("control_bounds are reversed: [{lower}, {upper}]")));
         }
         let mut channels = system.channels();
         // States go by the names of the system, whatever else is said of them to people.

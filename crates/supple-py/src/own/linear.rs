@@ -55,10 +55,10 @@ pub fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResul
 /// An array of `axes` axes as one that is the same at every step, or of one axis more as one for each step.
 fn matrices(name: &str, array: &Bound<'_, PyAny>, axes: usize) -> PyResult<Matrices> {
     let wrong = |found: &str| {
-        let message = format!("`{name}` {found}: an array of float64 with {axes} or {} axes", axes + 1);
+        let message = format!("`{name}` {found}; expected a float64 array with {axes} or {} axes", axes + 1);
         errors::usage(array.py(), &message)
     };
-    let array: PyReadonlyArrayDyn<'_, f64> = array.extract().map_err(|_| wrong("is no array of float64"))?;
+    let array: PyReadonlyArrayDyn<'_, f64> = array.extract().map_err(|_| wrong("is not a float64 array"))?;
     let shape = array.shape().to_vec();
     let (each, count) = match shape.len().checked_sub(axes) {
         Some(0) => (&shape[..], None),

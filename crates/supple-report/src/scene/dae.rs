@@ -24,9 +24,9 @@ type Ids<'a> = HashMap<&'a str, Node<'a, 'a>>;
 
 /// Reads a file.
 pub fn read(bytes: &[u8]) -> Result<Surface, String> {
-    let text = std::str::from_utf8(bytes).map_err(|_| "cannot be read: it is no text".to_string())?;
+    let text = std::str::from_utf8(bytes).map_err(|_| "cannot be read: it is not text".to_string())?;
     if !is_shallow(text) {
-        return Err(format!("has elements more than {DEEPEST} deep in one another"));
+        return Err(format!("has elements nested more than {DEEPEST} deep"));
     }
     let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| format!("cannot be read: {error}"))?;
@@ -95,7 +95,7 @@ fn target<'a>(node: Node<'a, 'a>, attribute: &str, ids: &Ids<'a>) -> Option<Node
 fn numbers<T: std::str::FromStr>(node: Node) -> Result<Vec<T>, String> {
     let text = || node.children().filter_map(|part| part.text());
     let words = text().flat_map(str::split_ascii_whitespace);
-    let number = |word: &str| word.parse().map_err(|_| format!("has `{word}` where a number should be"));
+    let number = |word: &str| word.parse().map_err(|_| format!("has `{word}` instead of a number"));
     words.map(number).collect()
 }
 
@@ -114,7 +114,7 @@ fn matrix(transform: Node) -> Result<Option<Affine>, String> {
         "translate" | "scale" => 3,
         "rotate" => 4,
         "matrix" => 16,
-        "lookat" | "skew" => return Err("uses `lookat` or `skew`, which are not read".into()),
+        "lookat" | "skew" => return Err("uses `lookat` or `skew`, which are not supported".into()),
         _ => return Ok(None),
     };
     let by: Vec<f64> = numbers(transform)?;
@@ -213,7 +213,7 @@ fn positions<'a>(mesh: Node<'a, 'a>, ids: &Ids<'a>) -> Result<Vec<[f32; 3]>, Str
     let vertices = child(mesh, "vertices").ok_or("has a mesh without vertices")?;
     let position = |input: &Node| input.attribute("semantic") == Some("POSITION");
     let input = children(vertices, "input").find(position).ok_or("has vertices without positions")?;
-    let source = target(input, "source", ids).ok_or("has positions that lead nowhere")?;
+    let source = target(input, "source", ids).ok_or("has invalid references to positions")?;
     let array = child(source, "float_array").ok_or("has positions that are no numbers")?;
     let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));
     let (offset, stride) = match accessor {

@@ -36,15 +36,16 @@ pub const MOST_TRIANGLES: usize = 20_000;
 
 /// The data of the view, for `SuppleScene.mount(element, data)`: scenes by the name of their design.
 ///
-/// `{ meshes, designs, warnings }`: surfaces of bodies, each there once whoever shares it, with vertices (`f4`) and faces
-/// (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number; and what to tell the reader.
-/// Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a warning.
+/// `{ meshes, designs, warnings }`: surfaces of bodies, each there once whoever shares it, with vertices (`f4`) and
+/// faces (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number; and what to tell the
+/// reader. Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a
+/// warning.
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
     Stage::default().all(scenes)
 }
 
-/// As [`data`], of a result that others may have made: meshes are read from the folders of its `sources` only, as far as these
-/// are still what they were, and from the package roots of its task file.
+/// As [`data`], of a result that others may have made: meshes are read from the folders of its `sources` only, as far
+/// as these are still what they were, and from the package roots of its task file.
 pub fn data_of_result(scenes: &[(&str, &Scene)], sources: &[Source]) -> Value {
     Stage { files: Files::within(&folders(sources)), ..Stage::default() }.all(scenes)
 }
@@ -84,7 +85,7 @@ impl Stage {
         &self.shared.list
     }
 
-    /// What to tell the reader: meshes that cannot be shown.
+    /// Warnings about meshes that cannot be shown.
     pub fn warnings(&self) -> Vec<String> {
         self.files.warnings()
     }
@@ -100,7 +101,8 @@ impl Stage {
     }
 }
 
-/// The folders of task and robot files that still are what a result was made of, and the package roots of the task file.
+/// The folders of task and robot files that still are what a result was made of, and the package roots of the task
+/// file.
 fn folders(sources: &[Source]) -> Vec<PathBuf> {
     let is_same = |source: &&Source| read_text(&source.path).is_ok_and(|text| text == source.text);
     let home = |source: &Source| match Path::new(&source.path).parent() {

@@ -50,7 +50,7 @@ fn parse(ending: &str, bytes: &[u8]) -> Result<Surface, String> {
         "stl" => stl(bytes),
         "obj" => obj(bytes),
         "dae" => dae::read(bytes),
-        other => Err(format!("is of a kind that is not read, `{other}`: stl, obj and dae are")),
+        other => Err(format!("has the unsupported format `{other}`; supported: stl, obj, dae")),
     }
 }
 
@@ -64,7 +64,7 @@ fn stl(bytes: &[u8]) -> Result<Surface, String> {
         // The reader would take it for text by its first word.
         bytes[..80].fill(0);
     } else if !bytes.trim_ascii_start().starts_with(b"solid") {
-        return Err("cannot be read: it is neither text nor as long as it says".into());
+        return Err("cannot be read: neither text nor a binary STL of the stated length".into());
     }
     let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|error| format!("cannot be read: {error}"))?;
     let place = |places: [usize; 3]| places.map(|place| u32::try_from(place).unwrap_or(u32::MAX));

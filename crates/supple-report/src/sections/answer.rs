@@ -59,7 +59,7 @@ fn asked(part: &Part) -> String {
         let duration = with_unit(task.steps as f64 * task.time_step, "s");
         let bound = match task.bound {
             Some(bound) => format!("expected cost at most {}", number(bound)),
-            None => "no bound on its cost".into(),
+            None => "no cost limit".into(),
         };
         format!("{} ({duration} in {}, {bound})", task.name, count(task.steps, "step"))
     };
@@ -111,7 +111,7 @@ fn result(part: &Part, report: &DesignReport) -> String {
             &format!(" The expected cost of {} {} from {} to {}", after.name, went(from, to), number(from), number(to));
         text += &match after.cost.bound {
             Some(bound) => format!("; {}.", against_bound(report, index, bound)),
-            None => "; it has no bound.".into(),
+            None => "; it has no cost limit.".into(),
         };
     }
     if let (Some(before), Some(after)) = (&start.price, &end.price) {
@@ -176,11 +176,11 @@ fn against_bound(report: &DesignReport, index: usize, bound: f64) -> String {
     let standing = Standing::of_cost(report, index);
     let bound = number(bound);
     match standing {
-        Standing::Missed => format!("this misses its bound of {bound}"),
+        Standing::Missed => format!("this exceeds its cost limit of {bound}"),
         Standing::Active(saved) => {
-            format!("its bound of {bound} is active: +1 in cost saves {} bits", number(saved))
+            format!("its cost limit of {bound} is active; +1 in cost saves {} bits", number(saved))
         }
-        Standing::Met => format!("its bound of {bound} is met but not active"),
+        Standing::Met => format!("its cost limit of {bound} is met but not active"),
     }
 }
 
@@ -288,7 +288,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             |bound| {
                 let note = match Standing::of_cost(report, index) {
                     Standing::Missed => "missed".into(),
-                    Standing::Active(saved) => format!("active: {} bits per unit", number(saved)),
+                    Standing::Active(saved) => format!("limit active; +1 in cost saves {} bits", number(saved)),
                     Standing::Met => "met".into(),
                 };
                 [number(bound), note]
@@ -306,7 +306,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
             |budget| {
                 let note = match Standing::of_price(report) {
                     Standing::Missed => "exceeded".into(),
-                    Standing::Active(saved) => format!("exhausted: {} bits per unit", number(saved)),
+                    Standing::Active(saved) => format!("budget exhausted; +1 in budget saves {} bits", number(saved)),
                     Standing::Met => "met".into(),
                 };
                 [number(budget), note]
@@ -321,7 +321,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
     }
 }
 
-/// What roll-outs say of the predictions.
+/// Comparison of roll-outs with predictions.
 fn trusted(report: &DesignReport) -> Vec<String> {
     let says = |place: &str, task: &TaskEvaluation| {
         Some(format!("Roll-outs of {} {place}: {}.", task.name, task.trust.as_ref()?))

@@ -1,4 +1,4 @@
-//! How little information would do.
+//! The section on the minimum information required.
 
 use maud::{Markup, html};
 use serde_json::json;
@@ -111,8 +111,7 @@ fn over_time(task: &TaskBound, name: &str, plots: &mut Plots) -> Markup {
             number(task.minimum_bits_per_step)
         ),
         caption:
-            "Terms of the minimum (L.2), spread over time as suits the task; the design's own sensors measure at every \
-                  step."
+            "Terms of the minimum (L.2), distributed over time optimally for the task; the design's own sensors measure at every step."
                 .into(),
         height: 340,
         traces,

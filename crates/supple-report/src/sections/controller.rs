@@ -108,8 +108,8 @@ fn gains(part: &Part, task: usize, runs: &[Run], plots: &mut Plots) -> Option<Ma
     )
 }
 
-/// States in the order of the lines: of more than a legend names, those first whose gains go farthest beside the greatest gain
-/// to the same control.
+/// States in the order of the lines: of more than a legend names, those first whose gains go farthest beside the
+/// greatest gain to the same control.
 fn order(runs: &[Run]) -> Vec<usize> {
     let states = runs.first().map_or(0, |run| run.trajectory.state_names.len());
     let mut order: Vec<usize> = (0..states).collect();
@@ -164,7 +164,7 @@ fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), order
         titles(&mut view, panel, "gain");
     }
     let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
-    view.alternative = format!("Feedback gains to {name}{unit} over time; the greatest in size: {}.", list(&sizes));
+    view.alternative = format!("Feedback gains to {name}{unit} over time; the greatest magnitude: {}.", list(&sizes));
     view
 }
 
@@ -180,7 +180,7 @@ fn forward_view(runs: &[Run], control: usize, (name, unit): (&str, &str), plots:
         sizes.push(format!("{} at {}", number(most), run.name));
         titles(&mut view, panel, &crate::numbers::labelled(name, unit));
     }
-    view.alternative = format!("Feedforward of {name} over time; the greatest in size: {}.", list(&sizes));
+    view.alternative = format!("Feedforward of {name} over time; the largest in magnitude: {}.", list(&sizes));
     view
 }
 

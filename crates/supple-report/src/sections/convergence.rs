@@ -88,8 +88,7 @@ fn plot(part: &Part, folder: &str, trace: &Trace, plots: &mut Plots) -> Markup {
         title: in_folder("Paths of searches", folder, part.traces().len() > 1),
         alternative: views[0].alternative.clone(),
         caption:
-            "One line by start, coloured by optimiser and gradient, through the designs that the optimiser stepped \
-                  to and the best one; trials of line searches count as designs visited."
+            "One line per start, coloured by optimiser and gradient, through the accepted designs and the best one; line-search trials count as visited designs."
                 .into(),
         height: 400,
         traces,

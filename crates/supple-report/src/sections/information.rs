@@ -32,7 +32,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     Some(html! {
         p {
             "Directed information is the sum of the information in each measurement. Alone: what a sensor would give "
-            "if the others were not read at that step. Beyond the others: what it adds to them. Information that "
+            "if the others were not read at that step. Additional: the increase when it is added to the others. Information that "
             "sensors share counts for each sensor alone, and for none beyond the others."
         }
         @for piece in pieces { (piece) }

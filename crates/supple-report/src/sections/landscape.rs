@@ -39,7 +39,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     Some(html! {
         p {
             "Each point of the grid is a separate design with its own plan. Its other parameters are "
-            @if searched { "optimised if the sweep says so, and otherwise " }
+            @if searched { "optimised if the sweep uses `--starts`, and otherwise " }
             "as given by the task or the command. Paths and designs with other values of those parameters are also drawn, at "
             "their position in this plane."
         }
@@ -212,7 +212,7 @@ fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
             plots.add(Plot {
                 title: format!("{}, {}{suffix}", quantity.name, quantity.unit),
                 alternative: alternative.clone(),
-                caption: "On the lines named after bounds, an expected cost is at its bound. Gaps: designs that \
+                caption: "Along the labelled lines, an expected cost equals its limit. Gaps: designs that \
                           could not be evaluated."
                     .into(),
                 height: 520,

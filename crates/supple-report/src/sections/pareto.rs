@@ -25,7 +25,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     for (folder, front) in fronts.into_iter().filter(|(_, front)| !front.points.is_empty()) {
         let name = |what: &str| if several { format!("{what}, {folder}") } else { what.to_owned() };
         let axis = Axis::of(part, front);
-        pieces.push(tradeoff(part, front, &axis, name("Least information over the bound"), context.plots));
+        pieces.push(tradeoff(part, front, &axis, name("Minimum information against the cost limit"), context.plots));
         pieces
             .push(html! { @if !front.remarks.is_empty() { ul { @for remark in &front.remarks { li { (remark) } } } } });
         pieces.push(parameters(part, front, &axis, name("Parameters along the front"), context.plots));
@@ -34,7 +34,7 @@ pub fn section(context: &mut Context) -> Option<Markup> {
     Some(html! {
         p {
             "Every point is a separate design: the least information that the search finds while no expected cost exceeds "
-            "its bound. With a looser bound the controller receives less information, until the bounds are no longer active."
+            "its bound. With looser cost limits the controller receives less information, until the limits are no longer active."
         }
         @for piece in pieces { (piece) }
     })
@@ -162,8 +162,7 @@ fn parameters(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &m
         title,
         alternative: views[0].alternative.clone(),
         caption:
-            "A share of 0 is the lower end of a parameter's range, 1 the upper end; by ratios where the parameter is \
-                  searched by ratios."
+            "A share of 0 is the lower end of a parameter's range, 1 the upper end; logarithmic for parameters with a logarithmic scale."
                 .into(),
         height: 380,
         traces,
@@ -175,7 +174,7 @@ fn parameters(part: &Part, front: &Pareto, axis: &Axis, title: String, plots: &m
 fn numbers(part: &Part, front: &Pareto, axis: &Axis, caption: &str) -> Markup {
     let mut head = vec![axis.title.clone(), "information, bits".into()];
     head.extend(part.about.tasks.iter().map(|task| format!("cost of {}", task.name)));
-    head.extend(part.about.tasks.iter().map(|task| format!("bits per unit of the bound of {}", task.name)));
+    head.extend(part.about.tasks.iter().map(|task| format!("bits per unit of the cost limit of {}", task.name)));
     let design = part.about.parameters.design();
     head.extend(design.iter().map(|&index| {
         let parameter = part.about.parameters.get(index);

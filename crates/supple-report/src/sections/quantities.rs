@@ -1,5 +1,5 @@
-//! What an engineer looks at first, over time: forces and clearances of contacts, forces in couplings, places of tips, and the
-//! terms of the cost; times of contact are shaded.
+//! What an engineer looks at first, over time: forces and clearances of contacts, forces in couplings, places of tips,
+//! and the terms of the cost; times of contact are shaded.
 
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
@@ -32,8 +32,8 @@ const ALL: usize = TERMS + MOST_TERMS + 4;
 pub fn section(context: &mut Context) -> Option<Markup> {
     let about = html! {
         "Each design has a panel. Times at which a contact of the plan touches are shaded. Forces, clearances, and the "
-        "quantities that costs and limits of the task are about, are those of the plan and of one run in closed loop, with "
-        "their targets and limits as dashed lines; places of points have a band of two standard deviations; terms of the "
+        "quantities in costs and limits are shown for the plan and one closed-loop run, with "
+        "their targets and limits as dashed lines; positions have a band of two standard deviations; terms of the "
         "cost are those of the plan."
     };
     context.by_task(&about, plot)
@@ -71,7 +71,7 @@ fn plot(part: &Part, task: usize, plots: &mut Plots) -> Option<Markup> {
     Some(plots.add(Plot {
         title: titled(part, "Forces, clearances, points and cost", task),
         alternative,
-        caption: "Choose the quantity above. A run that leaves the range of the plan by far is clipped, as the axis then says; \
+        caption: "Choose the quantity above. Runs far outside the range of the plan are clipped; the axis then indicates this; \
                   the cost has a logarithmic axis."
             .into(),
         height: 120 + 200 * names.len(),

@@ -181,7 +181,7 @@ fn compared(study: &Robustness, found: &Comparison) -> String {
     }
     if found.p_value >= 0.05 {
         return format!(
-            "Controllers {how}: no difference is shown between the growth of cost {growth} of {design} and {other} \
+            "Controllers {how}: the growth of cost does not differ significantly {growth} of {design} and {other} \
              (mean difference {}, {numbers}).",
             number(found.difference)
         );

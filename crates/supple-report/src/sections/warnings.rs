@@ -78,7 +78,9 @@ fn of_task(design: &str, at: &Evaluation, task: &TaskEvaluation, list: &mut Vec<
         let limits = words::count(task.limits_violated.len(), "limit");
         let steps = words::count(worst.steps, "step");
         let (name, numbers) = (plain(&worst.name), against(task, worst));
-        list.push(format!("The plan of {which} exceeds {limits}, most of all the {name}: {numbers}, in {steps}."));
+        list.push(format!(
+            "The plan of {which} exceeds {limits}; the largest violation is {name}: {numbers}, at {steps}."
+        ));
     }
     if task.stability.numerically_unstable {
         list.push(format!("In {which}, {}.", task.stability));
@@ -127,7 +129,8 @@ fn plain(name: &str) -> String {
     name.replace('`', "")
 }
 
-/// The unit of a limit of a joint, such as ``velocity of joint `elbow` ``, where a state or control of that name has one.
+/// The unit of a limit of a joint, such as ``velocity of joint `elbow` ``, where a state or control of that name has
+/// one.
 fn unit_of<'a>(trajectory: &'a TrajectoryReport, limit: &str) -> &'a str {
     let kind = match limit.split(' ').next() {
         Some("velocity") => "v.",

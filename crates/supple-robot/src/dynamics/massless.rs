@@ -21,7 +21,7 @@ impl fmt::Display for SingularMass {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let names = supple_text::quoted(&self.joints);
         match self.joints.len() {
-            1 => write!(f, "the joint {names} moves nothing that has inertia, so its acceleration is not determined"),
+            1 => write!(f, "joint {names} moves no inertia, so its acceleration is undefined"),
             _ => write!(
                 f,
                 "the joints {names} can move together without moving anything that has inertia, so their accelerations \

@@ -330,7 +330,7 @@ fn order(document: &Document, parts: &Parts, ends: &[Ends]) -> Result<Order, Fil
 /// Where there is none, or more than one.
 fn root(document: &Document, parts: &Parts, ends: &[Ends], carrier: &[Option<usize>]) -> Result<usize, FileError> {
     if parts.links.is_empty() {
-        return Err(document.root().error("a robot has at least one link, and this one has none"));
+        return Err(document.root().error("the robot has no links"));
     }
     let mut roots = (0..parts.links.len()).filter(|&link| carrier[link].is_none());
     let Some(root) = roots.next() else { return Err(cycle(parts, ends, carrier, 0)) };
@@ -339,7 +339,7 @@ fn root(document: &Document, parts: &Parts, ends: &[Ends], carrier: &[Option<usi
         Some(other) => {
             let (root, other) = (&parts.links[root], &parts.links[other]);
             Err(other.at.error(format!(
-                "two links have no parent joint, this one and {} ({}); a robot is one tree with one root",
+                "two root links: this one and {} ({}); a robot must have one root",
                 shown(&root.name),
                 root.at.place()
             )))
@@ -356,8 +356,5 @@ fn cycle(parts: &Parts, ends: &[Ends], carrier: &[Option<usize>], link: usize) -
     let first = around(within).min().unwrap_or(within);
     let mut names: Vec<_> = around(first).map(|link| parts.links[link].name.as_str()).collect();
     names[1..].reverse();
-    parts.links[first].at.error(format!(
-        "joints lead from this link back to itself, along {}; a robot is one tree with one root",
-        listed(&names)
-    ))
+    parts.links[first].at.error(format!("closed kinematic loop along {}; a robot must be a tree", listed(&names)))
 }

@@ -8,7 +8,7 @@ use super::words::shown;
 use super::xml::Element;
 
 /// Where meshes may not be.
-const OUTSIDE: &str = "leads out of the robot file's folder and of all package roots";
+const OUTSIDE: &str = "is outside the robot file's folder and all package roots";
 
 /// Why a mesh cannot be used.
 pub(super) enum Unusable {
@@ -59,7 +59,7 @@ pub(super) fn find_mesh(uri: &str, options: &LoadOptions, folder: &Path) -> Resu
         };
         let rest = Path::new(rest.trim_start_matches('/'));
         if inside(&home.join(rest), &home).is_none() {
-            return wrong("leads out of its package");
+            return wrong("is outside its package");
         }
         home.join(rest)
     } else if let Some(rest) = named.strip_prefix("file://") {

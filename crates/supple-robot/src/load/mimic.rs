@@ -28,7 +28,8 @@ pub(super) fn follow(
         let Some(mimic) = &joint.mimic else { continue };
         if joint.kind == JointKind::Fixed {
             let followed = shown(&mimic.joint.name);
-            warnings.note("fixed mimic", joint.at, || format!("it is fixed; that it follows {followed} is ignored"));
+            warnings
+                .note("fixed mimic", joint.at, || format!("it is fixed; its mimic relation to {followed} is ignored"));
             continue;
         }
         direct[i] = Some(leader(joints, i, mimic, names)?);
@@ -62,9 +63,9 @@ pub(super) fn follow(
     }
     for (joint, resolved) in joints.iter().zip(&resolved) {
         if resolved.is_some_and(|mimic| !(mimic.ratio.abs() < GREATEST && mimic.offset.abs() < GREATEST)) {
-            return Err(joint.at.error(format!(
-                "the ratios of the joints that it follows, one after another, must multiply to less than {GREATEST:e}"
-            )));
+            return Err(joint
+                .at
+                .error(format!("the product of the mimic ratios along the chain must be below {GREATEST:e}")));
         }
     }
     Ok(resolved)
@@ -88,6 +89,6 @@ fn leader(joints: &[JointPart], follower: usize, mimic: &MimicPart, names: &Name
 fn circle(joints: &[JointPart], chain: &[usize], joint: usize) -> FileError {
     let around = chain.iter().skip_while(|&&other| other != joint);
     let names: Vec<_> = around.map(|&joint| joints[joint].name.as_str()).collect();
-    let message = format!("joints follow one another in a circle: {}", listed(&names));
+    let message = format!("mimic joints form a cycle: {}", listed(&names));
     joints[joint].mimic.as_ref().map_or(joints[joint].at, |mimic| mimic.joint.at).error(message)
 }

@@ -26,7 +26,7 @@ use crate::Robot;
 pub struct LoadOptions {
     /// Folders in which `package://NAME/...` and `model://NAME/...` are looked for, each holding a folder NAME.
     pub package_roots: Vec<PathBuf>,
-    /// Whether a mimic joint is a joint of its own, as if nothing was said of following.
+    /// Whether mimic joints move independently.
     pub independent_mimic: bool,
 }
 

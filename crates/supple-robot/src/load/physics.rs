@@ -20,7 +20,7 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// moments of light links.
 const TINY: f64 = 1e-6;
 /// Advice where moments of inertia without their products are those of a body.
-const WITHOUT_PRODUCTS: &str = "without its products of inertia the body could be: correct them, or set them to 0";
+const WITHOUT_PRODUCTS: &str = "the products of inertia are invalid; correct them or set them to 0";
 /// Excess over the triangle inequality that rounding in a file explains.
 const EXCESS: f64 = 0.01;
 
@@ -35,7 +35,7 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
         return Err(at.error(format!("mass, centre and moments must be below {GREATEST:e}")));
     }
     if mass < 0.0 {
-        return Err(at.error_about("mass", format!("the mass must be at least 0, and is {}", digits(mass))));
+        return Err(at.error_about("mass", format!("the mass must be at least 0; found {}", digits(mass))));
     }
     let (mut moments, _) = principal(moment);
     moments.sort_by(f64::total_cmp);
@@ -52,7 +52,10 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
         warnings.note("negative moment", *at, || format!("{}; they are used as they are", message()));
     } else if greatest > (least + middle) * (1.0 + EXCESS) {
         warnings.note("triangle", *at, || {
-            format!("no body has the principal moments of inertia {}: each is at most the sum of the others", said())
+            format!(
+                "the principal moments of inertia {} are impossible: each must be at most the sum of the other two",
+                said()
+            )
         });
     }
     if mass == 0.0 && greatest > 0.0 {
@@ -90,7 +93,7 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
     }
     joint.axis = unit(joint.axis).ok_or_else(|| {
         let [x, y, z] = joint.axis.map(digits);
-        joint.at.error_about("axis", format!("the axis must have a direction, and is {x} {y} {z}"))
+        joint.at.error_about("axis", format!("the axis must be non-zero; found {x} {y} {z}"))
     })?;
     for (name, number, greatest) in [
         ("damping", joint.damping, GREATEST),

@@ -123,7 +123,7 @@ impl<'a> Element<'a> {
         let texts = self.node.children().filter_map(|child| child.is_text().then(|| child.text()).flatten());
         let texts: Vec<_> = texts.map(str::trim).filter(|text| !text.is_empty()).collect();
         match texts.as_slice() {
-            [] => Err(self.error("it must hold a value, and is empty")),
+            [] => Err(self.error("it must not be empty")),
             [text] => Ok(Cow::Borrowed(text)),
             texts => Ok(Cow::Owned(texts.join(" "))),
         }

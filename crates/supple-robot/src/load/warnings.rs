@@ -1,4 +1,4 @@
-//! What a file says that is not modelled, or looks like a mistake: each once.
+//! Warnings about ignored or suspicious parts of a file, each reported once.
 
 use std::collections::HashMap;
 
@@ -64,9 +64,9 @@ impl Text {
     fn several(&self, count: usize, place: &str) -> String {
         match self {
             Self::Ignored(tag) => format!("{tag} elements are ignored ({count} of them, first at {place})"),
-            Self::Note(text) => format!("{text} ({place}, and {} more such)", count - 1),
+            Self::Note(text) => format!("{text} ({place}, and {} more)", count - 1),
             Self::Meshes(why, names) => {
-                format!("{count} meshes are left out, each of which {why}: {} (first at {place})", listed(names))
+                format!("{count} meshes are ignored, because each {why}: {} (first at {place})", listed(names))
             }
         }
     }
@@ -84,7 +84,7 @@ impl Warnings {
         let (tag, within) = (element.tag(), element.parent().map_or("", |parent| parent.tag()));
         self.add(format!("<{within}> <{tag}>"), element, || {
             let valid = near(tag, valid).unwrap_or_else(|| format!("known are {}", listed(valid)));
-            Text::Note(format!("{} in {} is not known and is ignored; {valid}", shown(tag), shown(within)))
+            Text::Note(format!("unknown {} in {} is ignored; {valid}", shown(tag), shown(within)))
         });
     }
 
@@ -141,7 +141,7 @@ impl Warnings {
         };
         let mut kinds: Vec<_> = self.kinds.into_iter().map(text).collect();
         if self.beyond > 0 {
-            kinds.push(format!("{} warnings of further kinds are left out", self.beyond));
+            kinds.push(format!("{} further kinds of warnings are omitted", self.beyond));
         }
         let mut every = self.single;
         if self.uncounted > 0 {

@@ -96,10 +96,8 @@ fn explain(error: &Error, text: &str, unclosed: &[usize]) -> (Range<usize>, Stri
             (at, format!("{} is closed here, but the innermost open element is {}", shown(found), shown(open)))
         }
         Error::UnknownEntityReference(name, _) => (at, format!("there is no entity {}", shown(name))),
-        Error::UnexpectedDeclaration(_) => (at, "the XML declaration must stand at the very start".to_owned()),
-        Error::UnknownToken(_) if unclosed.is_empty() => {
-            (at, "nothing may follow the end of the outermost element".to_owned())
-        }
+        Error::UnexpectedDeclaration(_) => (at, "the XML declaration must come first".to_owned()),
+        Error::UnknownToken(_) if unclosed.is_empty() => (at, "content after the root element".to_owned()),
         _ => {
             let said = error.to_string();
             let said = said.strip_suffix(&format!(" at {}", error.pos())).unwrap_or(&said);

@@ -215,19 +215,19 @@ extern \"C\" {{
 {controls}
 /* What {name}_step returns. */
 #define {upper}_OK 0
-#define {upper}_OVER 1 /* the plan is over: u is not written */
-#define {upper}_NOT_FINITE 2 /* y has an entry that is not finite: nothing changed, u is not written */
+#define {upper}_OVER 1 /* the plan has ended; u is not written */
+#define {upper}_NOT_FINITE 2 /* y has a non-finite entry; the state is unchanged and u is not written */
 
-/* What the controller remembers. Every one of them runs on its own. */
+/* State of the controller. Instances are independent. */
 typedef struct {{
     int step; /* of the next measurement, from 0 */
     double deviation[{n}]; /* expected at the next measurement, from the plan's state */
 }} {name}_controller;
 
-/* Begins the plan, or begins it anew. */
+/* Starts or restarts the plan. */
 void {name}_init({name}_controller *controller);
 
-/* One step: takes in the measurement y and computes the controls u to apply until the next one. Returns a code above. */
+/* One step: processes the measurement y and computes the controls u to apply until the next step. Returns a code above. */
 int {name}_step({name}_controller *controller, const double *y, double *u);
 
 #ifdef __cplusplus

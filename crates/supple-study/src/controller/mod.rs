@@ -69,13 +69,13 @@ pub struct ExportedController {
 }
 
 impl ExportedController {
-    /// That of a task of a result: of the named one, which may be left out where there is one only; at the best design of a
-    /// search, where nothing else is said. Its plan and control law are those that the result holds. `loaded` is the task
-    /// that the result was made of; the texts that the result keeps are read where it is left out.
+    /// That of a task of a result: of the named one, which may be left out where there is one only; at the best design
+    /// of a search, where nothing else is said. Its plan and control law are those that the result holds. `loaded` is
+    /// the task that the result was made of; the texts that the result keeps are read where it is left out.
     ///
     /// # Errors
-    /// Where the result is not of a design or evaluation or has no such task, holds no trajectories, or was made of a model
-    /// that is not in its texts and not given.
+    /// Where the result is not of a design or evaluation or has no such task, holds no trajectories, or was made of a
+    /// model that is not in its texts and not given.
     pub fn of(
         folder: &Folder,
         loaded: Option<&LoadedTask>,
@@ -86,7 +86,7 @@ impl ExportedController {
         let index = match (task, evaluation.tasks.len()) {
             (None, 1) => 0,
             (None, _) => {
-                return Err(StudyError::usage(format!("there are several tasks, name one of them: {}", valid())));
+                return Err(StudyError::usage(format!("there are several tasks; choose one with --task: {}", valid())));
             }
             (Some(name), _) => evaluation
                 .tasks

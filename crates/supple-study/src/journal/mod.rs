@@ -1,5 +1,5 @@
-//! Journals: a file in the folder of a study that holds what the study is, and what of it is done. Every change of it is
-//! whole or not there at all, whenever the program or the machine ends.
+//! Journals: a file in the folder of a study that holds what the study is, and what of it is done. Every change of it
+//! is whole or not there at all, whenever the program or the machine ends.
 
 mod identity;
 mod open;
@@ -72,7 +72,7 @@ impl Journal {
         .map_err(|error| match error {
             StudyError::Io { what, error } => {
                 let message =
-                    format!("{error}; what was done before is kept: once this is fixed, the same command resumes");
+                    format!("{error}; completed work is stored: fix the problem and repeat the command to resume");
                 StudyError::Io { what, error: std::io::Error::new(error.kind(), message) }
             }
             other => other,
@@ -134,9 +134,9 @@ fn failed(path: &Path, error: redb::Error) -> StudyError {
 pub(crate) const ADVICE: &str = "give another --out, or remove the file to start anew";
 
 fn damaged(path: &Path, what: impl std::fmt::Display) -> StudyError {
-    StudyError::kept(path, format!("is damaged, or no journal of supple: {what}; {ADVICE}"))
+    StudyError::kept(path, format!("is damaged or not a supple journal: {what}; {ADVICE}"))
 }
 
 fn in_use(path: &Path) -> StudyError {
-    StudyError::kept(path, "is in use by another process; wait until that ends, or give another --out")
+    StudyError::kept(path, "is in use by another process; wait until it finishes, or give another --out")
 }

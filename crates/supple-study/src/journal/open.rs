@@ -24,14 +24,16 @@ const SUPPLE: &str = env!("CARGO_PKG_VERSION");
 /// Where a name leads elsewhere: a journal is written in place, and what it leads to would be overwritten.
 fn is_no_link(path: &Path) -> Result<(), StudyError> {
     match std::fs::symlink_metadata(path) {
-        Ok(about) if !about.is_file() => Err(StudyError::kept(path, "is no file, such as a link to one: remove it")),
+        Ok(about) if !about.is_file() => {
+            Err(StudyError::kept(path, "is not a regular file (for example a symbolic link); remove it"))
+        }
         _ => Ok(()),
     }
 }
 
 impl Journal {
-    /// Opens the journal in a folder, or makes one where there is none: the journal, and what is done; none where it is new.
-    /// Nothing is changed in a journal that cannot be used.
+    /// Opens the journal in a folder, or makes one where there is none: the journal, and what is done; none where it is
+    /// new. Nothing is changed in a journal that cannot be used.
     ///
     /// # Errors
     /// Where it cannot be read or written, is in use, is damaged, or belongs to another study or version.
@@ -155,7 +157,7 @@ fn try_out<L: Layout>(path: &Path, trial: Trial, layout: &L, identity: &Identity
     about(path, &database, identity)?;
     let read = || layout.read(&database.begin_read()?);
     let done = read().map_err(failed)?;
-    done.ok_or_else(|| damaged(path, "what it holds does not fit to the study"))
+    done.ok_or_else(|| damaged(path, "its contents do not match the study"))
 }
 
 /// Checks that a journal belongs to a study.
@@ -169,17 +171,18 @@ fn about(path: &Path, database: &Database, identity: &Identity) -> Result<(), St
         Ok(found)
     };
     let found = read().map_err(|error| failed(path, error))?;
-    let [format, supple, fingerprint, text] = &found[..] else { return Err(damaged(path, "it says too little")) };
+    let [format, supple, fingerprint, text] = &found[..] else { return Err(damaged(path, "it is incomplete")) };
     if format != FORMAT {
         let message = format!("has format {format}; this version of supple keeps format {FORMAT}; {ADVICE}");
         return Err(StudyError::kept(path, message));
     }
     if supple != SUPPLE {
-        let message = format!("was begun by supple {supple}, and this is {SUPPLE}: their numbers may differ; {ADVICE}");
+        let message =
+            format!("was written by supple {supple}, but this is {SUPPLE}, whose numbers may differ; {ADVICE}");
         return Err(StudyError::kept(path, message));
     }
     if self::fingerprint(text.as_bytes()) != *fingerprint {
-        return Err(damaged(path, "what it says of the study does not fit to its fingerprint"));
+        return Err(damaged(path, "its description of the study does not match its fingerprint"));
     }
     if *fingerprint != identity.fingerprint || *text != identity.text {
         let difference = identity.difference(text);

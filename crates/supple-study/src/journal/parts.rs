@@ -11,8 +11,8 @@ use crate::{StudyError, Watch};
 /// What a part found, by the name of the part, as CBOR: every number keeps its bits.
 const PARTS: TableDefinition<&str, &[u8]> = TableDefinition::new("parts");
 
-/// The finished parts of a study by name, such as its searches. A study that has a folder keeps them in a journal there, and
-/// the same study reads them again instead of computing them.
+/// The finished parts of a study by name, such as its searches. A study that has a folder keeps them in a journal
+/// there, and the same study reads them again instead of computing them.
 pub(crate) struct Parts {
     journal: Option<Journal>,
     known: BTreeMap<String, Vec<u8>>,
@@ -68,7 +68,7 @@ impl Parts {
         let Some(journal) = &self.journal else { return Ok(()) };
         let mut bytes = Vec::new();
         ciborium::into_writer(part, &mut bytes)
-            .map_err(|error| StudyError::usage(format!("the part `{name}` cannot be kept: {error}")))?;
+            .map_err(|error| StudyError::usage(format!("the part `{name}` cannot be stored: {error}")))?;
         journal.keep(|change| {
             change.open_table(PARTS)?.insert(name, &bytes[..])?;
             Ok(())
@@ -100,7 +100,8 @@ impl Parts {
     }
 }
 
-/// How many parts of a study, such as searches, the journal in a folder keeps; 0 where there is no journal. Changes nothing.
+/// How many parts of a study, such as searches, the journal in a folder keeps; 0 where there is no journal. Changes
+/// nothing.
 ///
 /// # Errors
 /// Where the journal is in use or damaged.
@@ -108,7 +109,8 @@ pub fn kept_parts(folder: &Path) -> Result<u64, StudyError> {
     if folder.join(JOURNAL).exists() { count(folder, PARTS) } else { Ok(0) }
 }
 
-/// Removes the journal of a study with nothing to resume: its result is complete and stored, or none of its parts is done.
+/// Removes the journal of a study with nothing to resume: its result is complete and stored, or none of its parts is
+/// done.
 ///
 /// # Errors
 /// Where it is there and cannot be removed.

@@ -23,8 +23,8 @@ const SAME: f64 = 1e-9;
 /// A front narrower than this, relative to its factors, is one point.
 const NARROW: f64 = 1e-6;
 
-/// Follows the front from both ends, keeps the better of both at every point, searches anew where neither is an optimum,
-/// and corrects what is not monotone. If it is stopped: the points found until then, and true.
+/// Follows the front from both ends, keeps the better of both at every point, searches anew where neither is an
+/// optimum, and corrects what is not monotone. If it is stopped: the points found until then, and true.
 pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Point>, bool), StudyError> {
     let watch = front.watch;
     let factors = factors(ends, count);
@@ -60,7 +60,7 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Po
         };
         // Branches of plans can end between two points, so that no neighbour leads to the optimum.
         if point.status != DesignStatus::Converged && !watch.is_stopped() {
-            match front.best(&format!("anew at point {index}"), &searcher) {
+            match front.best(&format!("restarted at point {index}"), &searcher) {
                 Err(StudyError::Stopped) => {}
                 anew => point = better(anew?, point),
             }

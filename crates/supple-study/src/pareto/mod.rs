@@ -1,8 +1,9 @@
 //! Pareto fronts: the least information over the bound on cost.
 //!
-//! All bounds are one factor times those of the task. At the front's unconstrained end the factor is just so large that no
-//! bound matters; at its tight end it is the least that any design meets. Between them the front is followed from both
-//! ends, each point's search beginning at its neighbour's design and plans, and anew where neither leads to an optimum.
+//! All bounds are one factor times those of the task. At the front's unconstrained end the factor is just so large that
+//! no bound matters; at its tight end it is the least that any design meets. Between them the front is followed from
+//! both ends, each point's search beginning at its neighbour's design and plans, and anew where neither leads to an
+//! optimum.
 
 mod ends;
 mod follow;
@@ -48,8 +49,8 @@ pub struct Pareto {
     pub points: Vec<ParetoPoint>,
     /// Where bounds become active along the front, in words.
     pub remarks: Vec<String>,
-    /// Whether it was stopped before all points were found: others are missing, and those that are there were not compared with
-    /// their neighbours.
+    /// Whether it was stopped before all points were found: others are missing, and those that are there were not
+    /// compared with their neighbours.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stopped: bool,
 }
@@ -99,9 +100,9 @@ const MOST_POINTS: usize = 10_000;
 /// with a folder, a journal there keeps the searches that ended, and the same study resumes from it.
 ///
 /// # Errors
-/// Where there are fewer than 2 points or more than 10,000, there is nothing to design, no task has a bound, or a bound is not
-/// above 0; where an end cannot be evaluated; if it is stopped before both ends are known; where the journal cannot be
-/// written, is damaged, or belongs to another study.
+/// Where there are fewer than 2 points or more than 10,000, there is nothing to design, no task has a bound, or a bound
+/// is not above 0; where an end cannot be evaluated; if it is stopped before both ends are known; where the journal
+/// cannot be written, is damaged, or belongs to another study.
 pub fn run(
     task: &LoadedTask,
     options: &ParetoOptions,
@@ -111,13 +112,11 @@ pub fn run(
     check_designable(task)?;
     let bounds = check_bounds(task)?;
     if options.points < 2 {
-        return Err(StudyError::usage(format!("{} points are no front; ask for at least 2", options.points)));
+        return Err(StudyError::usage(format!("a front needs at least 2 points; found {}", options.points)));
     }
     if options.points > MOST_POINTS {
         let found = options.points;
-        return Err(StudyError::usage(format!(
-            "{found} points are too many for a front; ask for {MOST_POINTS} at most"
-        )));
+        return Err(StudyError::usage(format!("a front has at most {MOST_POINTS} points; found {found}")));
     }
     let settings = settings(task, options)?;
     let parts = Parts::open(folder, &identity(task, options))?;
@@ -183,20 +182,20 @@ fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     let tasks = &task.problem.tasks;
     let bounds: Vec<Option<f64>> = tasks.iter().map(|one| one.bound.map(|bound| bound.resolve(&task.phi))).collect();
     if bounds.iter().all(Option::is_none) {
-        let message = "no task has a bound on its expected cost, which a front needs as its unit: write `bound = ..` into \
-                       a task, such as its cost at a design that you know (`supple evaluate` prints it)";
+        let message = "no task has a cost limit, which a front needs for scale; set `bound` in a task, for example to the cost of a known design (printed by `supple evaluate`)";
         return Err(StudyError::usage(message));
     }
     for (one, bound) in tasks.iter().zip(&bounds) {
         if let Some(bound) = bound.filter(|&bound| bound <= 0.0) {
-            let message = format!("the bound of task `{}` is {bound}; a front needs bounds above 0", one.name);
+            let message = format!("the cost limit of task `{}` is {bound}; a front requires limits above 0", one.name);
             return Err(StudyError::usage(message));
         }
     }
     Ok(bounds.into_iter().map(|bound| bound.unwrap_or(f64::INFINITY)).collect())
 }
 
-/// The task's settings, for the one method that knows all aims; by total gradients, along plans that have none by frozen ones.
+/// The task's settings, for the one method that knows all aims; by total gradients, along plans that have none by
+/// frozen ones.
 fn settings(task: &LoadedTask, options: &ParetoOptions) -> Result<DesignSettings, StudyError> {
     let gradient = match task.problem.planning.plan.has_total_gradient() {
         true => GradientKind::Total,

@@ -32,11 +32,11 @@ pub(super) fn remarks(task: &LoadedTask, ends: &Ends, points: &[ParetoPoint]) ->
 fn own_bounds(ends: &Ends) -> String {
     let Ends { tight_factor: tight, loose_factor: loose, .. } = ends;
     if *tight > 1.0 {
-        format!("no design meets the bounds of the task file: the least factor that any meets is {tight:.6}")
+        format!("no design meets the cost limits in the task file; the smallest feasible factor is {tight:.6}")
     } else if *loose <= 1.0 {
-        format!("the bounds of the task file are never active: a factor of {loose:.6} is loose enough already")
+        format!("the cost limits in the task file are not active; they become inactive at a factor of {loose:.6}")
     } else {
-        format!("bounds matter for factors from {tight:.6}, the least that any design meets, to {loose:.6}")
+        format!("cost limits are active for factors from {tight:.6}, the smallest feasible factor, to {loose:.6}")
     }
 }
 

@@ -17,8 +17,8 @@ impl DesignChoice {
         }
     }
 
-    /// Reads designs separated by commas: `start`, `optimum`, and `NAME=PARAMETER:VALUE`, to which each `PARAMETER:VALUE`
-    /// that follows belongs.
+    /// Reads designs separated by commas: `start`, `optimum`, and `NAME=PARAMETER:VALUE`, to which each
+    /// `PARAMETER:VALUE` that follows belongs.
     ///
     /// # Errors
     /// Where it is none of these, a name or parameter is there twice, a parameter is unknown, or a value is no number
@@ -38,13 +38,13 @@ impl DesignChoice {
                         let next = setting(word, values, task).map_err(wrong)?;
                         values.push(next);
                     }
-                    _ => return Err(wrong(format!("it belongs to no named design; {FORMS}"))),
+                    _ => return Err(wrong(format!("it does not belong to a named design; {FORMS}"))),
                 },
                 (None, false) => designs.push(match word {
                     "start" => Self::Start,
                     "optimum" => Self::Optimum,
                     "" => return Err(StudyError::Usage(format!("a design is empty in `{text}`; {FORMS}"))),
-                    _ => return Err(wrong(format!("it is no design; {FORMS}"))),
+                    _ => return Err(wrong(format!("it is not a design; {FORMS}"))),
                 }),
             }
         }
@@ -63,7 +63,7 @@ impl DesignChoice {
 fn check_name(name: &str) -> Result<String, String> {
     match name {
         "" => Err(format!("the design has no name; {FORMS}")),
-        "start" | "optimum" => Err(format!("`{name}` stands for itself; give the design another name")),
+        "start" | "optimum" => Err(format!("`{name}` is a reserved name; choose another")),
         _ => Ok(name.to_owned()),
     }
 }
@@ -72,7 +72,7 @@ fn check_name(name: &str) -> Result<String, String> {
 fn setting(text: &str, others: &[(String, f64)], task: &LoadedTask) -> Result<(String, f64), String> {
     let (name, value) = text.split_once(':').ok_or_else(|| FORMS.to_owned())?;
     let (name, value) = (name.trim(), value.trim());
-    let value = value.parse().map_err(|_| format!("the value `{value}` is no number"))?;
+    let value = value.parse().map_err(|_| format!("the value `{value}` is not a number"))?;
     let parameters = &task.problem.parameters;
     parameters.set(&mut task.phi.clone(), name, value).map_err(|error| {
         let advice = parameters.index(name).err().and_then(|_| nearest(name, &parameters.names()));

@@ -172,13 +172,13 @@ pub struct Paired {
 /// Makes a study of robustness.
 ///
 /// Every design is planned on the cheapest branch of local minima that a search at the nominal parameters finds. What
-/// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is stopped
-/// are kept; with a folder, a journal there keeps them as well, and the same study resumes from it.
+/// is planned for the truth is planned again at every level, in the same way. Cells that were computed until it is
+/// stopped are kept; with a folder, a journal there keeps them as well, and the same study resumes from it.
 ///
 /// # Errors
 /// Where a parameter is unknown, the varied one is the design's to choose or is set by a design, or a design cannot be
-/// planned; if it is stopped before any cell was computed; where the journal cannot be written, is damaged, or belongs to
-/// another study.
+/// planned; if it is stopped before any cell was computed; where the journal cannot be written, is damaged, or belongs
+/// to another study.
 pub fn run(
     task: &LoadedTask,
     options: &RobustnessOptions,
@@ -246,17 +246,19 @@ fn check(task: &LoadedTask, options: &RobustnessOptions) -> Result<usize, StudyE
     let wrong = |message: String| Err(StudyError::Usage(message));
     if parameters.get(varied).role == Role::Design {
         return wrong(format!(
-            "`{name}` is a design parameter, which every design chooses for itself: vary a parameter with role = \"study\""
+            "`{name}` is a design parameter and differs between designs; vary a parameter with role = \"study\""
         ));
     }
     let mut phi = task.phi.clone();
     vary.values.iter().try_for_each(|&value| parameters.set(&mut phi, name, value))?;
     if vary.values.len() < 2 {
-        return wrong(format!("`{name}` has {} value; it takes two at least to see costs grow", vary.values.len()));
+        return wrong(format!("`{name}` has {} value; at least two are required", vary.values.len()));
     }
     supple::check_rollouts(*rollouts)?;
     if *rollouts < 2 {
-        return wrong(format!("{rollouts} roll-outs are too few to tell how costs scatter: ask for at least 2"));
+        return wrong(format!(
+            "at least 2 roll-outs are required to estimate the variance of the cost; found {rollouts}"
+        ));
     }
     if designs.is_empty() {
         return wrong(choice::FORMS.to_owned());

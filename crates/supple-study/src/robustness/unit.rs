@@ -8,8 +8,8 @@ use super::{DesignChoice, RobustDesign, Robustness, RobustnessOptions, assemble,
 use crate::design::{Found, check_designable};
 use crate::{LoadedTask, StudyError};
 
-/// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that it
-/// made are kept.
+/// Does parts of a study of robustness, one after the other: designs, and the cells of them. The plans of designs that
+/// it made are kept.
 pub struct RobustnessUnits {
     options: RobustnessOptions,
     varied: usize,
@@ -50,7 +50,7 @@ impl RobustnessUnits {
     /// Where their design cannot be planned, there are no such cells, or it is stopped.
     pub fn cells(&self, task: &LoadedTask, numbers: Range<usize>, stop: &AtomicBool) -> Result<Vec<Costs>, StudyError> {
         if numbers.end > cells(task, &self.options) {
-            return Err(StudyError::usage("these cells are not of this study"));
+            return Err(StudyError::usage("these cells belong to another study"));
         }
         let sample = |number| {
             let at = Place::of(number, task, &self.options);

@@ -44,7 +44,8 @@ pub struct SensorsOptions {
     pub budget: Option<f64>,
     /// Sensors at most.
     pub count: Option<usize>,
-    /// The expected cost may be at most this: the cheapest set within it is chosen; the smallest where nothing has a price.
+    /// The expected cost may be at most this: the cheapest set within it is chosen; the smallest where nothing has a
+    /// price.
     pub cost: Option<f64>,
     /// What is chosen for.
     pub goal: SensorGoal,
@@ -66,7 +67,7 @@ impl SensorsOptions {
                 wrong("the bound on the expected cost", *cost)
             }
             Self { cost: Some(_), goal: SensorGoal::Information, .. } => Err(StudyError::usage(
-                "a bound on the expected cost asks for the cheapest set, not for the most information: leave one out",
+                "--cost selects the cheapest set and cannot be combined with --for information; remove one of them",
             )),
             _ => Ok(()),
         }
@@ -95,8 +96,8 @@ const REGIONS: usize = 2000;
 /// without a price. Where a bound on the cost asks for the cheapest set and nothing has a price, each costs 1.
 ///
 /// # Errors
-/// Where something asked for cannot be, a plan or covariance cannot be computed, no set is good enough, or it is told to
-/// stop.
+/// Where something asked for cannot be, a plan or covariance cannot be computed, no set is good enough, or it is told
+/// to stop.
 pub fn run(task: &LoadedTask, options: &SensorsOptions, watch: Watch) -> Result<Sensors, StudyError> {
     options.check()?;
     let (mut selection, kinds) = selection(task, options.task.as_deref())?;

@@ -151,7 +151,7 @@ impl Reading<'_> {
             return Err(self.error(
                 place,
                 "name",
-                format!("`{FIGURES}` is the folder of the figures: take another name"),
+                format!("`{FIGURES}` is reserved for the figures folder; choose another name"),
             ));
         }
         let command = self.one(place, "run", &mut keys)?;
@@ -178,7 +178,7 @@ impl Reading<'_> {
         for step in &from {
             let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
             if !names.contains(&step.as_str()) {
-                let message = format!("there is no step `{step}`: there is {}", supple_text::quoted(&names));
+                let message = format!("there is no step `{step}`; valid steps: {}", supple_text::quoted(&names));
                 let help = supple_text::nearest(step, &names);
                 return Err(FileError { help, ..self.error(place, "from", message) });
             }
@@ -198,7 +198,7 @@ impl Reading<'_> {
     fn check_names(&self, list: &[Step]) -> Result<(), FileError> {
         for (index, step) in list.iter().enumerate() {
             if list[..index].iter().any(|other| other.name == step.name) {
-                let message = format!("there is another `{}`; each needs a name of its own", step.name);
+                let message = format!("the name `{}` occurs twice; names must be unique", step.name);
                 return Err(self.error(step.place, "name", message));
             }
         }
@@ -240,7 +240,7 @@ impl Reading<'_> {
         for (key, value) in keys {
             if matches!(key.as_str(), "out" | "json" | "help" | "version" | "threads" | "instructions") {
                 let message =
-                    "is an option of `supple study` itself; a step's result goes to a folder of its name".to_owned();
+                    "is an option of `supple study`, not of a step; the result of a step is stored in a folder with its name".to_owned();
                 return Err(self.error(place, &key, message));
             }
             let option = format!("--{}", key.replace('_', "-"));

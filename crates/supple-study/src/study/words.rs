@@ -104,7 +104,7 @@ impl Words {
         }
     }
 
-    /// 0 is what the command does without being told.
+    /// 0 is the default of the command.
     fn unless_zero(&mut self, option: &str, value: impl ToString + Default + PartialEq) {
         if value != Default::default() {
             self.give(option, value);

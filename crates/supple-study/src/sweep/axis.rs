@@ -94,7 +94,7 @@ impl Axis {
         let mut sorted = self.values.clone();
         sorted.sort_by(f64::total_cmp);
         match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-            Some(pair) => Err(format!("the value {} is there twice; every value may be there once", pair[0])),
+            Some(pair) => Err(format!("the value {} occurs twice; values must be distinct", pair[0])),
             None => Ok(()),
         }
     }
@@ -133,7 +133,7 @@ fn values(spec: &str, parameter: &Parameter, spread: Scale) -> Result<(Scale, Ve
         [from, to, count] => {
             let (from, to) = (number(from)?, number(to)?);
             let most = MOST_POINTS;
-            let count: u64 = count.parse().map_err(|_| format!("COUNT = `{count}` is no whole number; {FORMS}"))?;
+            let count: u64 = count.parse().map_err(|_| format!("COUNT = `{count}` is not an integer; {FORMS}"))?;
             match usize::try_from(count).ok().filter(|&count| count <= most) {
                 Some(count) => Ok((scale, Axis::spread(scale, [from, to], count)?)),
                 None => Err(too_many(count as f64)),
@@ -146,7 +146,7 @@ fn values(spec: &str, parameter: &Parameter, spread: Scale) -> Result<(Scale, Ve
 fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| format!("`{text}` is no number; {FORMS}"))
+    number.ok_or_else(|| format!("`{text}` is not a number; {FORMS}"))
 }
 
 #[cfg(test)]

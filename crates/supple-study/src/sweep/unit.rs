@@ -39,7 +39,7 @@ impl SweepUnits {
     /// If it is stopped, or the unit is none of this sweep.
     pub fn work(&self, unit: &SweepUnit, stop: &AtomicBool) -> Result<Vec<String>, StudyError> {
         if unit.segments.end > self.study.grid.segments() {
-            return Err(StudyError::usage("these segments are not of this sweep"));
+            return Err(StudyError::usage("these segments belong to another sweep"));
         }
         let mut evaluator = Evaluator::new(&self.study, stop);
         let mut rows = Vec::new();

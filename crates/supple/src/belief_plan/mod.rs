@@ -25,9 +25,9 @@ use search::Search;
 /// Waves of a wandering guess, from half a period over the task up.
 const WAVES: usize = 4;
 
-/// Finds the plan of least expected cost (theory, equation P.10), from the nominal plan in `plan`, which is searched for
-/// already, or from the `controls` that search began with, where these cost less, as those of a belief-space plan of a
-/// nearby design do; and from wandering guesses around the nominal plan, as many as the settings ask for.
+/// Finds the plan of least expected cost (theory, equation P.10), from the nominal plan in `plan`, which is searched
+/// for already, or from the `controls` that search began with, where these cost less, as those of a belief-space plan
+/// of a nearby design do; and from wandering guesses around the nominal plan, as many as the settings ask for.
 ///
 /// # Errors
 /// Where controls have bounds that must be kept.
@@ -42,7 +42,7 @@ pub(crate) fn plan_belief(
     if task.control_bounds.is_some() {
         return Err(Error::Planning {
             plan: "belief",
-            problem: "keeps no limits of the controls".to_owned(),
+            problem: "does not support control limits".to_owned(),
             advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
         });
     }
@@ -97,8 +97,8 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(random)
 }
 
-/// Controls that wander around others: a few waves of random amplitudes, as large as `spread` of the controls' root mean
-/// square; stream `number` of the seed.
+/// Controls that wander around others: a few waves of random amplitudes, as large as `spread` of the controls' root
+/// mean square; stream `number` of the seed.
 fn wandering(around: &Matrices, settings: &PlanSettings, number: usize) -> Matrices {
     let mut random = ChaCha8Rng::seed_from_u64(settings.belief.seed);
     random.set_stream(number as u64);

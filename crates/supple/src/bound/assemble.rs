@@ -17,8 +17,11 @@ impl Bounding {
     pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
         let own_price = if cost.is_none() { self.own.price } else { None };
         let cost = cost.or(self.own.cost).ok_or_else(|| Error::NoBound {
-            what: format!("the filter of task `{}` has no steady state, and so no expected cost per step", self.name),
-            advice: "give the cost to keep, or sensors that see every unstable state",
+            what: format!(
+                "the filter of task `{}` has no steady state, so its expected cost per step is undefined",
+                self.name
+            ),
+            advice: "give the cost limit with --cost, or sensors that detect every unstable state",
         })?;
         let minimum = self.minimum(cost, own_price)?;
         let steps = self.steps();
@@ -83,8 +86,7 @@ impl Bounding {
         report.remarks.extend(remarks(&report, minimum.status, at_own));
         if let Some(own) = mistaken {
             report.remarks.push(format!(
-                "this design's own information came out as {own:.6} bits per step, below what is proved of all: rounding in its \
-                 filter; it is left out"
+                "the information of this design, {own:.6} bits per step, is below the proved lower bound because of rounding in its filter; it is omitted"
             ));
         }
         if report.is_finite() {
@@ -121,7 +123,11 @@ pub(super) fn reason(proof: &Proof) -> Option<String> {
 fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String> {
     let mut remarks = Vec::new();
     if status != BoundStatus::Converged {
-        let end = if status == BoundStatus::MaxIterations { "its steps were used up" } else { "of rounding" };
+        let end = if status == BoundStatus::MaxIterations {
+            "the maximum number of steps was reached"
+        } else {
+            "of rounding"
+        };
         remarks.push(format!(
             "the search for the minimum ended early, because {end}: the gap that is left is {:.3e} bits per step",
             report.duality_gap_bits
@@ -132,10 +138,10 @@ fn remarks(report: &TaskBound, status: BoundStatus, at_own: bool) -> Vec<String>
     }
     let dearer = |cost: &f64| cost - report.cost > 1e-6 * (report.cost - report.minimum_cost).abs();
     if let Some(cost) = report.achieved_cost.filter(dearer) {
-        remarks.push(format!("the virtual sensor keeps an expected cost of {cost:.7} only, not {:.7}", report.cost));
+        remarks.push(format!("the virtual sensor achieves an expected cost of {cost:.7}, not {:.7}", report.cost));
     }
     if !at_own {
-        remarks.push("the efficiency is that at the design's own cost: leave the cost out to see it".to_owned());
+        remarks.push("efficiency is defined at the design's own cost; omit --cost to see it".to_owned());
     }
     remarks
 }

@@ -28,14 +28,15 @@ pub struct BoundOptions {
     pub task: Option<String>,
     /// D, the expected cost to keep: over the task, or per step where stationary; default: the design's own.
     pub cost: Option<f64>,
-    /// Bounds by step of the steady state instead of those over the horizon; for linear models that do not change over time.
+    /// Bounds by step of the steady state instead of those over the horizon; for linear models that do not change over
+    /// time.
     pub stationary: bool,
     /// How the minimum is searched for.
     pub settings: BoundSettings,
 }
 
 impl Problem {
-    /// How little information would do at a design, for each task that is asked for: all parameters in the order of
+    /// Computes the minimum information at a design for each requested task: all parameters in the order of
     /// declaration.
     ///
     /// # Errors
@@ -61,8 +62,8 @@ impl Problem {
         }
         if options.cost.is_some() && tasks.len() > 1 {
             return Err(Error::NoBound {
-                what: format!("one cost is asked for, and there are several tasks: {}", names()),
-                advice: "say which task the cost is of",
+                what: format!("--cost was given, but there are several tasks: {}", names()),
+                advice: "choose the task with --task",
             });
         }
         tasks.into_iter().map(|task| Bounding::new((self, task), phi, options)).collect()
@@ -232,7 +233,8 @@ impl Bounding {
         }
     }
 
-    /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of costs.
+    /// At a cost; at the design's own, what it pays for not knowing the state is known better than the difference of
+    /// costs.
     pub(super) fn minimum(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         let proved = |minimum: Minimum| match (&self.regulator, &minimum.proof) {
             (Err(reason), _) => {

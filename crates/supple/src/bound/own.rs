@@ -40,8 +40,7 @@ impl Own {
         if held > 0 {
             let all = task.steps * state.plan.knots.dimensions.controls;
             remarks.push(format!(
-                "{held} of {all} controls are at a limit of theirs along the plan: all bounds are over controllers that leave \
-                 them there"
+                "{held} of {all} controls are at a limit along the plan; all bounds are for controllers that keep them there"
             ));
         }
         Ok(Self {
@@ -63,16 +62,14 @@ impl Own {
         let steady = own_rates(problem, &state.plan.knots, &state.noise)?;
         let mut remarks = Vec::new();
         if task.control_bounds.is_some() {
-            remarks.push(
-                "the limits of the controls are not kept: the steady state is that of controls without limits".into(),
-            );
+            remarks.push("control limits are ignored: the steady state assumes unlimited controls".into());
         }
         match &steady {
-            None => {
-                remarks.push("the design's own filter has no steady state: its sensors do not see enough".to_owned())
-            }
+            None => remarks.push(
+                "the filter of the design has no steady state: the state is not detectable with its sensors".to_owned(),
+            ),
             Some(steady) if steady.control_nats.is_none() => {
-                remarks.push("the information of the controls does not settle to a steady value".to_owned());
+                remarks.push("the used information does not converge to a steady value".to_owned());
             }
             Some(_) => {}
         }
@@ -92,8 +89,7 @@ impl Own {
 fn plan_remarks(state: &TaskState) -> Vec<String> {
     let plan = &state.plan;
     if plan.status == PlanStatus::Indefinite {
-        let what = "the control's curvature along the plan is indefinite, and the law regularised: the bounds are those of \
-                    this law's prices, and no bounds of the task";
+        let what = "the curvature in the controls is indefinite along the plan and was regularised; the bounds hold for the regularised law, not for the task";
         return vec![what.to_owned()];
     }
     if plan.mode == PlanMode::Belief {

@@ -7,7 +7,7 @@ use supple_model::Named;
 use super::sensor_report::SensorReport;
 use crate::plan::PlanStatus;
 
-/// How little information would do for each task at one design.
+/// Minimum information required for each task at one design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoundReport {
     /// All parameters.
@@ -16,7 +16,7 @@ pub struct BoundReport {
     pub tasks: Vec<TaskBound>,
 }
 
-/// How little information would do for one task.
+/// Minimum information required for one task.
 ///
 /// All rates are bits by decision: of T = N controls of a task of N steps, or of one step where it is stationary.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +43,8 @@ pub struct TaskBound {
     pub floor_bits_per_step: f64,
     /// Whether the floor is a bound.
     pub floor_is_bound: bool,
-    /// The bound of Kostina and Hassibi by itself, for stationary tasks; none where a singular matrix leaves it nothing to say.
+    /// The bound of Kostina and Hassibi by itself, for stationary tasks; none where a singular matrix leaves it nothing
+    /// to say.
     pub kostina_hassibi_bits_per_step: Option<f64>,
     /// Why it says nothing; none where it does, or does not apply.
     pub kostina_hassibi_vacuous: Option<Vacuous>,
@@ -151,7 +152,7 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
         ordered: ordered && bits_per_step.is_some(),
     };
     let floor = if bound.stationary {
-        let unseen = "any controller that keeps all states bounded; some that grow cost nothing: not in the order";
+        let unseen = "any controller that keeps all states bounded; some growing states do not affect the cost, so this is not comparable";
         let says = if bound.floor_is_bound { "any controller that keeps the state bounded" } else { unseen };
         line("data-rate floor", Some(bound.floor_bits_per_step), bound.floor_is_bound, says)
     } else {
@@ -180,7 +181,7 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     ));
     lines.push(line("minimum", Some(bound.minimum_bits_per_step), true, &any));
     let kept = bound.achieved_cost.map_or_else(
-        || "its filter does not settle".to_owned(),
+        || "its filter does not converge".to_owned(),
         |cost| format!("the virtual sensor below, by its filter, at an expected cost of {cost:.7}"),
     );
     lines.push(line("virtual sensor", bound.achieved_bits_per_step, false, &kept));
@@ -189,7 +190,7 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     let whose = if keeps {
         format!("this design's sensors and controller{along}")
     } else {
-        "this design, whose cost is greater than D: not in the order".to_owned()
+        "this design, whose cost exceeds D; not comparable".to_owned()
     };
     lines.push(line("DI(x -> u)", bound.control_bits_per_step, keeps, &whose));
     lines.push(line("DI(x -> y)", bound.measurement_bits_per_step, keeps, &whose));

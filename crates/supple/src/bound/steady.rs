@@ -1,4 +1,4 @@
-//! Tasks that can go on for ever: linear systems that do not change, and what their own sensors give per step.
+//! Stationary tasks: linear time-invariant systems and the information per step of their sensors.
 
 use std::ops::Range;
 
@@ -14,12 +14,12 @@ use crate::problem::Task;
 /// Values of a linear model may differ from `A x + B u` by this, relatively, for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The stationary problem of a task whose plan and noise are known, and how far the cost is from one for which its regulator
-/// is exact.
+/// The stationary problem of a task whose plan and noise are known, and how far the cost is from one for which its
+/// regulator is exact.
 ///
 /// # Errors
-/// Where the system changes over time, is not linear, its cost is not `1/2 z' L z` of `z = (x, u)`, or no regulator keeps the
-/// cost finite.
+/// Where the system changes over time, is not linear, its cost is not `1/2 z' L z` of `z = (x, u)`, or no regulator
+/// keeps the cost finite.
 pub(super) fn stationary(
     task: &Task,
     phi: &[f64],
@@ -41,9 +41,8 @@ pub(super) fn stationary(
     let what = change.map(|(what, ..)| what).or_else(|| (!is_quadratic(task, phi, state)).then_some(other));
     if let Some(what) = what {
         return Err(Error::NoBound {
-            what: format!("task `{}` has no steady state to ask about: {what}", task.name),
-            advice: "ask for the bounds over its horizon, without `stationary`; those of a steady state are for linear models \
-                     that do not change over time, with costs `x'Qx + u'Ru` about 0",
+            what: format!("task `{}` has no steady state: {what}", task.name),
+            advice: "compute the bounds over its horizon instead, without `stationary`; steady-state bounds require a linear time-invariant model with cost `x'Qx + u'Ru`",
         });
     }
     let (dynamics, cost) = (first(&knots.dynamics, n, joint), first(&knots.cost, joint, joint));

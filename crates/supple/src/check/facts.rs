@@ -24,7 +24,7 @@ pub(super) fn facts(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let radius =
         (0..plan.trajectory.steps()).map(|t| spectral_radius(part(&plan.knots.dynamics, t, n))).fold(0.0, f64::max);
     let note = if radius > 1.0 + 1e-9 {
-        "above 1: unstable at some step; if the robot is not, the time step is too long"
+        "above 1: unstable at some step; if the robot itself is stable, the time step is too long"
     } else {
         "at most 1: no step is unstable"
     };
@@ -63,16 +63,16 @@ fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let direction = eigen.eigenvectors.column(weakest).iamax();
     let state = task.system.state_names().get(direction).cloned().unwrap_or_default();
     let rank_note = if rank == n {
-        "every state shows in the measurements".to_owned()
+        "all states are observable".to_owned()
     } else {
-        format!("of {n}: {} directions never show in the measurements", n - rank)
+        format!("of {n}: {} directions are unobservable", n - rank)
     };
     vec![
         Fact { name: "observable directions of the first state".into(), value: rank as f64, note: rank_note },
         Fact {
             name: "condition of the observability Gramian".into(),
             value: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
-            note: format!("seen worst: mostly {state}"),
+            note: format!("least observable: mostly {state}"),
         },
     ]
 }

@@ -1,4 +1,4 @@
-//! Compares every derivative of a problem with finite differences, and looks at its knots.
+//! Compares every derivative of a problem with finite differences and reports properties of its knots.
 
 mod compare;
 mod differences;

@@ -15,7 +15,8 @@ use crate::branches::uniform;
 /// The longest step of a parameter where the plan is held fixed, relative to its size.
 const LONGEST: f64 = 1e-2;
 
-/// The size of a parameter, for steps: its value, but not below a thousandth of the range that it is moved over linearly.
+/// The size of a parameter, for steps: its value, but not below a thousandth of the range that it is moved over
+/// linearly.
 pub(super) fn size_of(parameters: &Parameters, phi: &[f64], index: usize) -> f64 {
     let parameter = parameters.get(index);
     let [lower, upper] = parameter.bounds;
@@ -64,7 +65,7 @@ impl SystemCheck<'_> {
         let adjoints = self.adjoints();
         let (_, analytic) = self.contraction(&adjoints);
         let trajectory = self.plan.trajectory.clone();
-        self.by_parameters(("knots, contracted, by parameters", HIGHER_ORDER), &analytic, |check, phi| {
+        self.by_parameters(("contraction of the knots, by parameters", HIGHER_ORDER), &analytic, |check, phi| {
             check.inner_product(&adjoints, &trajectory, phi)
         })
     }

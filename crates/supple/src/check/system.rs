@@ -306,7 +306,7 @@ impl SystemCheck<'_> {
             }
         }
         let place = |_, j| format!("d{}", self.variable(j));
-        self.matrix_row("knots, contracted, by trajectory", HIGHER_ORDER, (1, joint), entries, place)
+        self.matrix_row("contraction of the knots, by trajectory", HIGHER_ORDER, (1, joint), entries, place)
     }
 }
 

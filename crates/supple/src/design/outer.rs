@@ -14,12 +14,12 @@ pub trait Optimiser: Send + Sync {
         Units::Scaled
     }
 
-    /// Whether its result is the last point that it asked for, and not the best of all.
+    /// Whether its result is the last evaluated point rather than the best one.
     fn keeps_last(&self) -> bool {
         false
     }
 
-    /// How often it is run at most, each time from the best point so far, while that is no optimum.
+    /// Maximum number of runs, each from the best point so far, until it is an optimum.
     fn runs(&self) -> usize {
         1
     }
@@ -28,21 +28,21 @@ pub trait Optimiser: Send + Sync {
 /// How an optimiser ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// At a point that it takes for the optimum.
+    /// Converged according to its own criterion.
     Converged,
-    /// It used up its evaluations.
+    /// Reached the maximum number of evaluations.
     MaxEvaluations,
     /// It found no further progress.
     Stalled,
-    /// It was told to stop.
+    /// Stopped on request.
     Stopped,
 }
 
 /// Units of an [`OuterProblem`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Units {
-    /// Variables from 0 to 1, linearly or in the logarithm, as each parameter has it; objective and constraints relative to
-    /// their size at the first point.
+    /// Variables from 0 to 1, linearly or in the logarithm, as each parameter has it; objective and constraints
+    /// relative to their size at the first point.
     Scaled,
     /// Parameters in their units, the objective in nats, constraints in units of cost and price.
     Natural,
@@ -66,8 +66,8 @@ pub struct OuterPoint {
 /// A design search as an optimiser sees it: the least objective within a box, where no constraint is above 0 (theory,
 /// equation D.2).
 ///
-/// The variables are the design parameters; a search for the least cost has one more, which is at least every `J_i / D_i`
-/// and is minimised. There is one constraint per task with a bound, then one for a budget of prices.
+/// The variables are the design parameters; a search for the least cost has one more, which is at least every
+/// `J_i / D_i` and is minimised. There is one constraint per task with a bound, then one for a budget of prices.
 pub struct OuterProblem<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     units: Units,
@@ -187,8 +187,8 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         own.into_iter().map(|slope| slope / scale).chain(self.has_auxiliary().then_some(auxiliary)).collect()
     }
 
-    /// What is known at a point; none where nothing was ever evaluated. Once the search [is stopped](Self::is_stopped), that
-    /// of the last point.
+    /// What is known at a point; none where nothing was ever evaluated. Once the search [is stopped](Self::is_stopped),
+    /// that of the last point.
     pub fn at(&mut self, variables: &[f64]) -> Option<OuterPoint> {
         let visit = self.visit(variables)?;
         let problem = self.search.problem();
@@ -237,7 +237,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         Some(OuterPoint { variables: at, objective, gradient, constraints, jacobian })
     }
 
-    /// Tells those who watch that the search stepped to a point; `is_trial` where a next step may take its place.
+    /// Notifies observers of a step; `is_trial` marks a line-search trial.
     pub fn step_to(&mut self, variables: &[f64], is_trial: bool) {
         if let Some(visit) = self.visit(variables) {
             self.search.step_to(&visit, is_trial);

@@ -133,8 +133,8 @@ impl Visit {
 }
 
 impl TaskVisit {
-    /// Whether the cost at a design is so far above what the slopes there and at this one tell that its plan seems to be on
-    /// another branch.
+    /// Whether the cost at a design is so far above what the slopes there and at this one tell that its plan seems to
+    /// be on another branch.
     fn leads_up_to(&self, other: &Self, scaling: &Scaling, (from, to): (&[f64], &[f64])) -> bool {
         let (start, end) = (scaling.scaled(from), scaling.scaled(to));
         let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
@@ -174,11 +174,11 @@ const GRADIENT_EFFORT: usize = 3;
 /// By how much finer steps are where a plan seems to have left its branch.
 const FINER: usize = 8;
 
-/// A cost above that of the mean slope by more than this share of the slopes is on another branch: a parabola is not above it
-/// at all.
+/// A cost above that of the mean slope by more than this share of the slopes is on another branch: a parabola is not
+/// above it at all.
 const SURPRISE: f64 = 0.25;
 
-/// Over distances beyond this, in scaled coordinates, slopes tell nothing of branches.
+/// Beyond this distance in scaled coordinates, slopes cannot detect branch changes.
 const NEAR: f64 = 0.25;
 
 /// Everything known of a task at a design whose plan is in `state`, with gradients of the given kind.

@@ -1,4 +1,4 @@
-//! What an engineer looks at first: forces and clearances of contacts, and the terms of the cost, over time.
+//! Contact forces, clearances and cost terms over time.
 
 use serde::{Deserialize, Serialize};
 use supple_model::followed::FollowedNumber;

@@ -60,8 +60,8 @@ pub struct EvaluateOptions {
     pub trajectories: bool,
     /// What the objective is; that of the problem's design settings where it is not given.
     pub information: Option<InformationWeights>,
-    /// How far above its bound an expected cost may be, relative to the bound; that of the problem's design settings where it
-    /// is not given.
+    /// How far above its bound an expected cost may be, relative to the bound; that of the problem's design settings
+    /// where it is not given.
     pub feasibility: Option<f64>,
 }
 
@@ -79,12 +79,12 @@ impl Problem {
     /// Evaluates a design: all its parameters in the order of declaration.
     ///
     /// # Errors
-    /// Where `phi` has the wrong length, more is asked for than there is room for, something is not finite, or a covariance is
-    /// indefinite.
+    /// Where `phi` has the wrong length, more is asked for than there is room for, something is not finite, or a
+    /// covariance is indefinite.
     pub fn evaluate(&self, phi: &[f64], options: &EvaluateOptions) -> Result<Evaluation, Error> {
         self.check_design(phi)?;
         check_rollouts(options.rollouts)?;
-        check_count("attempts on other branches", options.branches, MOST_BRANCHES)?;
+        check_count("branch-search attempts", options.branches, MOST_BRANCHES)?;
         let tasks = self.tasks.iter().enumerate();
         let tasks = tasks.map(|(index, task)| {
             let mut state = TaskState::new(task);

@@ -24,7 +24,8 @@ pub struct Evaluation {
     pub parameters: Named,
     /// What designs minimise.
     pub objective: Objective,
-    /// Whether every plan converged, every task meets its bound and the price the budget, to a share `feasibility` of it.
+    /// Whether every plan converged, every task meets its bound and the price the budget, to a share `feasibility` of
+    /// it.
     pub feasible: bool,
     /// How far above its bound an expected cost may be, and above the budget the price, relative to it.
     #[serde(default = "default_feasibility")]
@@ -93,7 +94,7 @@ pub struct TaskEvaluation {
     pub regularised_iterations: usize,
     /// How often rounding errors in the belief were repaired.
     pub belief_repairs: usize,
-    /// Different local minima of the plan seen, where they were searched for.
+    /// Number of local minima encountered, if a branch search was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branches: Option<usize>,
     /// Limits that its plan violates.
@@ -162,12 +163,12 @@ pub struct InformationReport {
     pub paper_form_nats: Option<f64>,
     /// Nats at each measurement.
     pub per_step_nats: Vec<f64>,
-    /// What any sensors and any controller would need at the least to keep the cost; none where it was not asked for or not
-    /// found.
+    /// What any sensors and any controller would need at the least to keep the cost; none where it was not asked for or
+    /// not found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needed: Option<NeededInformation>,
-    /// Whether `needed` was left out as it takes long to find: with many states, memory grows by the fourth power of their
-    /// number and time by the sixth.
+    /// Whether `needed` was left out as it takes long to find: with many states, memory grows by the fourth power of
+    /// their number and time by the sixth.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needed_takes_long: bool,
     /// The part that reaches the controls, `DI(x^N -> u^N)`, nats; none in results of versions that did not find it.
@@ -193,9 +194,11 @@ pub struct NeededInformation {
     pub total_nats: f64,
     /// The same in bits.
     pub total_bits: f64,
-    /// What it is not below, bits: the value of a dual point, of which rounding is not excluded (`supple bound` proves its own).
+    /// What it is not below, bits: the value of a dual point, of which rounding is not excluded (`supple bound` proves
+    /// its own).
     pub lower_bits: f64,
-    /// The expected cost that is kept: the bound of the task, or the plan's own where there is none or it is out of reach.
+    /// The expected cost that is kept: the bound of the task, or the plan's own where there is none or it is out of
+    /// reach.
     pub cost: f64,
 }
 
@@ -272,8 +275,8 @@ pub struct TrajectoryReport {
     pub deviations: Vec<Vec<f64>>,
     /// Controls, one row per step.
     pub controls: Vec<Vec<f64>>,
-    /// Feedforward that the control law adds to them, one row per step: zero but for rounding where the plan is stationary.
-    /// Empty in results of versions that did not keep it.
+    /// Feedforward that the control law adds to them, one row per step: zero but for rounding where the plan is
+    /// stationary. Empty in results of versions that did not keep it.
     #[serde(default)]
     pub feedforward: Vec<Vec<f64>>,
     /// Feedback gains, one m x n matrix per step.
@@ -291,8 +294,8 @@ pub struct TrajectoryReport {
     /// Terms of the cost over time; empty in results of versions that did not keep them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub costs: Vec<CostCurve>,
-    /// Quantities that costs weigh, limits bound or the task shows, over time; empty in results of versions that did not keep
-    /// them.
+    /// Quantities that costs weigh, limits bound or the task shows, over time; empty in results of versions that did
+    /// not keep them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub quantities: Vec<QuantityCurve>,
     /// What it looks like; none for models that cannot be drawn.

@@ -3,8 +3,8 @@ use crate::plan::Plan;
 use crate::problem::Task;
 use crate::simulate::MonteCarlo;
 
-/// Why a plan should not be trusted, in words: how its search ended where it did not converge, with the step and the control
-/// where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
+/// Why a plan should not be trusted, in words: how its search ended where it did not converge, with the step and the
+/// control where the cost still falls and the state that moves fastest; and whether a cheaper plan was passed over.
 pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     let mut warnings = Vec::new();
     if !plan.status.is_converged() {
@@ -20,7 +20,8 @@ pub fn plan_warnings(task: &Task, phi: &[f64], plan: &Plan) -> Vec<String> {
     warnings
 }
 
-/// Why the numbers of a task are of no use: information or a part of the expected cost is not finite, or roll-outs diverged.
+/// Why the numbers of a task are of no use: information or a part of the expected cost is not finite, or roll-outs
+/// diverged.
 pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCarlo>) -> Vec<String> {
     let cost = &state.cost;
     let numbers = [
@@ -35,7 +36,7 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
     let lowered = state.lowered().map(|part| {
         format!(
             "task `{}`: noise would lower the cost, by {part:.3e}: the cost is not convex along the plan, so expected cost \
-             and information are not valid. Widen the limits that the plan is held at, or weaken what pulls against them",
+             and information are not valid. Relax the active limits of the plan, or reduce the costs that act against them",
             task.name
         )
     });
@@ -52,8 +53,7 @@ pub fn number_warnings(task: &Task, state: &TaskState, sampled: Option<&MonteCar
         .collect();
     if let Some(sampled) = sampled.filter(|sampled| sampled.diverged > 0) {
         warnings.push(format!(
-            "task `{}`: {} of {} roll-outs diverged, so the sampled cost is infinite: with this noise the controller does \
-             not keep the robot near its plan. Reduce the noise or the time step",
+            "task `{}`: {} of {} roll-outs diverged, so the sampled cost is infinite: with this noise the controller does not track the plan. Reduce the noise or the time step",
             task.name, sampled.diverged, sampled.rollouts
         ));
     }

@@ -70,7 +70,7 @@ impl Trust {
     pub(super) fn of(predicted: &Predicted, sampled: &MonteCarlo) -> Self {
         let mut broken = Vec::new();
         if predicted.status == PlanStatus::Indefinite {
-            broken.push("the plan is indefinite: its feedback must not be used".to_owned());
+            broken.push("the plan is indefinite; do not use its feedback".to_owned());
         }
         if sampled.diverged > 0 {
             broken.push(format!("{} of {} roll-outs diverge", sampled.diverged, sampled.rollouts));

@@ -88,8 +88,8 @@ impl GradientWorkspace {
         self.known = false;
     }
 
-    /// The variation of trajectory and costates that solves the LQ problem of `hessian` along a plan (theory, equation G.6);
-    /// controls that the plan holds at a bound stay there.
+    /// The variation of trajectory and costates that solves the LQ problem of `hessian` along a plan (theory, equation
+    /// G.6); controls that the plan holds at a bound stay there.
     ///
     /// # Errors
     /// The step at which the problem is not convex.
@@ -169,17 +169,17 @@ pub(super) fn add_initial_state((initial_state, phi): (&[Value], &[f64]), costat
 /// The total gradient of a functional by all parameters, everything moving (theory, equations G.3 to G.6):
 ///
 /// 1. reverse sweeps give the adjoints of the knots;
-/// 2. these contracted with the derivatives of the knots, and of `V` where it varies with the state, give the functional's
-///    gradient `h` by the trajectory, and its direct one by the parameters;
-/// 3. the trajectory moves with the parameters so that it stays optimal: one LQ problem with the exact Hessians
+/// 2. these contracted with the derivatives of the knots, and of `V` where it varies with the state, give the
+///    functional's gradient `h` by the trajectory, and its direct one by the parameters;
+/// 3. the trajectory changes with the parameters such that it stays optimal: one LQ problem with the exact Hessians
 ///    `H = (l + lambda' f)_zz` and linear terms `h` gives `(dz, dlambda)`, and
 ///    `dF/dphi = F_phi + sum dz' (l + lambda' f)_{z phi} + dlambda_{t+1}' f_phi + dlambda_0' dx_0/dphi`.
 ///
-/// Controls that the plan holds at a bound do not move (theory, equation P.7c), and limits that it is at stay met (theory,
-/// equation G.11).
+/// Controls that the plan holds at a bound do not move (theory, equation P.7c), and limits that it is at stay met
+/// (theory, equation G.11).
 ///
-/// The cost does not grow with the number of parameters but for the derivative evaluations. `work` keeps what is the same
-/// for every functional of a plan, until it is told to [forget](GradientWorkspace::forget) it.
+/// The cost does not grow with the number of parameters but for the derivative evaluations. `work` keeps what is the
+/// same for every functional of a plan, until it is told to [forget](GradientWorkspace::forget) it.
 ///
 /// # Errors
 /// Where the trajectory is no strict local optimum, so that it has no derivative.
@@ -260,8 +260,8 @@ fn add_direct_noise(plan: &Plan, functional: Functional, noise: &mut Noise) {
     }
 }
 
-/// Gradients of the directed information by all parameters with the trajectory held fixed: through what sensors see, `C` and
-/// `V`, and through how uncertainty spreads, `A`, `W` and `X_0` (theory, equation G.10).
+/// Gradients of the directed information by all parameters with the trajectory held fixed: through what sensors see,
+/// `C` and `V`, and through how uncertainty spreads, `A`, `W` and `X_0` (theory, equation G.10).
 pub(crate) fn information_at_rest(
     task: &TotalGradient,
     work: &mut GradientWorkspace,

@@ -1,5 +1,5 @@
-//! The globalised loop of nominal and belief-space plans: linearise, stop or solve for a step, search along it, and raise or
-//! lower the regularisation. A kind of plan implements [`Descent`].
+//! The globalised loop of nominal and belief-space plans: linearise, stop or solve for a step, search along it, and
+//! raise or lower the regularisation. A kind of plan implements [`Descent`].
 
 use std::time::Instant;
 use supple_kernels::halt;
@@ -9,13 +9,13 @@ use super::{Plan, PlanSettings, PlanStatus};
 
 /// Stationarity above which no plan counts as stationary but for rounding.
 const NEARLY: f64 = 1e-6;
-/// Steps in a row whose decrease rounding hides and that bring the plan no closer to stationary, at most.
+/// Maximum number of consecutive steps whose decrease is below rounding and that do not reduce the residual.
 const MOST_HIDDEN: usize = 3;
 /// Iterations between the milestones by which progress is judged.
 const STRIDE: usize = 30;
 
-/// A search as the loop sees it: a current plan, a step from it, and a trial plan along the step. The merit is the cost that
-/// this kind of plan minimises.
+/// A search as the loop sees it: a current plan, a step from it, and a trial plan along the step. The merit is the cost
+/// that this kind of plan minimises.
 pub(crate) trait Descent {
     /// The least regularisation that is tried after none, and the most.
     const MU: (f64, f64);
@@ -89,8 +89,8 @@ pub(crate) struct Step {
     pub hidden: bool,
 }
 
-/// Runs a search from its current plan, which becomes the best plan found; returns how it ended. A search that makes no more
-/// progress has converged if the plan is stationary but for rounding.
+/// Runs a search from its current plan, which becomes the best plan found; returns how it ended. A search without
+/// further progress counts as converged if the plan is stationary up to rounding.
 pub(crate) fn descend<D: Descent>(search: &mut D, settings: &PlanSettings, deadline: Option<Instant>) -> PlanStatus {
     let (mut mu, mut milestone) = (0.0, (0, f64::INFINITY, f64::INFINITY));
     let (mut hidden, mut least) = (0, f64::INFINITY);
@@ -142,8 +142,8 @@ pub(crate) fn is_over(deadline: Option<Instant>) -> bool {
     halt::is_requested() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }
 
-/// Whether neither merit nor stationarity improved much since the last milestone (its iteration, merit and stationarity).
-/// Sets a new one every [`STRIDE`] iterations, and is false in between.
+/// Whether neither merit nor stationarity improved much since the last milestone (its iteration, merit and
+/// stationarity). Sets a new one every [`STRIDE`] iterations, and is false in between.
 fn creeps(milestone: &mut (usize, f64, f64), now: (usize, f64, f64)) -> bool {
     let (iteration, merit, stationarity) = *milestone;
     if now.0 < iteration + STRIDE {
@@ -181,8 +181,8 @@ fn advance<D: Descent>(search: &mut D, settings: &PlanSettings, mu: &mut f64) ->
     Ok(None)
 }
 
-/// Accepts the longest of the halved steps that lowers the merit enough; or, where rounding hides the predicted decrease, that
-/// raises it by no more than rounding.
+/// Accepts the longest of the halved steps that lowers the merit enough; or, where rounding hides the predicted
+/// decrease, that raises it by no more than rounding.
 pub(crate) fn search_along(
     search: &mut impl Descent,
     settings: &PlanSettings,

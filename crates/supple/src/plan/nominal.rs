@@ -29,7 +29,7 @@ pub struct Plan {
     pub costates: Matrices,
     /// Cost of the trajectory without noise.
     pub nominal_cost: f64,
-    /// What the plan is to be the least of: its nominal cost, or along belief-space plans its expected cost.
+    /// The objective minimised by the plan: nominal cost, or expected cost for belief-space plans.
     pub objective: f64,
     /// Which kind of plan it is.
     pub mode: PlanMode,
@@ -37,7 +37,7 @@ pub struct Plan {
     pub status: PlanStatus,
     /// Iterations made.
     pub iterations: usize,
-    /// The largest `|l_u + B' lambda|` on the trajectory; of controls at a bound only what leads inside counts.
+    /// The largest `|l_u + B' lambda|` on the trajectory; for controls at a limit, only the inward component counts.
     pub stationarity: f64,
     /// The same, relative to 1 plus the largest `|l_u|`.
     pub relative_stationarity: f64,
@@ -45,10 +45,11 @@ pub struct Plan {
     pub steepest: (usize, usize),
     /// How many iterations had to raise the regularisation.
     pub regularised: usize,
-    /// The objective of a cheaper plan that did not converge and was not kept, where there was one.
+    /// The objective of a discarded cheaper plan that did not converge, if any.
     pub passed_over: Option<f64>,
     /// Multipliers of the limits that it keeps, N + 1 vectors of length q, in the order of
-    /// [`Constraints::ends`](supple_model::system::Constraints::ends): the cost of a unit of each. Empty where there are no such limits.
+    /// [`Constraints::ends`](supple_model::system::Constraints::ends): the cost of a unit of each. Empty where there
+    /// are no such limits.
     pub multipliers: Matrices,
 }
 
@@ -110,8 +111,9 @@ const MOST_MU: f64 = 1e12;
 /// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
 ///
 /// Starts from the first state and the controls in `plan.trajectory`, and leaves the whole plan in `plan`. Bounds are
-/// left out of the search at first, unless the controls are within them and at some, as those of an earlier plan are. Limits
-/// of the system that plans keep are kept. Allocates nothing once workspace and scratch have been used, but for such limits.
+/// left out of the search at first, unless the controls are within them and at some, as those of an earlier plan are.
+/// Limits of the system that plans keep are kept. Allocates nothing once workspace and scratch have been used, but for
+/// such limits.
 ///
 /// # Errors
 /// Where the first guess already leads to a cost or derivative that is not finite.

@@ -57,7 +57,7 @@ pub(super) struct Weights {
 }
 
 impl Sight {
-    /// Of a task whose plan and noise are known. `owners` says of each row of the measurement whose it is: a
+    /// For a planned task. `owners` maps each measurement row to its candidate: a
     /// candidate's, one that is always there (`Some(None)`), or of no use (`None`).
     ///
     /// # Errors

@@ -16,22 +16,20 @@ pub struct DesignSettings {
     pub starts: usize,
     /// Seed of random starts, branch searches and roll-outs.
     pub seed: u64,
-    /// Closed-loop roll-outs at the first design and at the best one, which the search itself does not use; 0 for none,
-    /// [`Problem::rollouts`](crate::Problem::rollouts) where it is not given.
+    /// Closed-loop roll-outs at the first design and at the best one, which the search itself does not use; 0 for none
     pub rollouts: Option<usize>,
-    /// Evaluations at most, per start and round.
+    /// Maximum number of evaluations per start and round.
     pub max_evaluations: usize,
     /// Relative change of information at which the search stops.
     pub tolerance: f64,
-    /// How far above its bound an expected cost may end, relative to the bound.
+    /// Tolerance by which an expected cost may exceed its limit, relative to the limit.
     pub feasibility: f64,
     /// Attempts per search for other local minima of the nominal problem (contact bounces); 0 stays on the branch of
     /// the first plan.
     pub branch_attempts: usize,
-    /// Rounds of optimiser and branch search at most.
+    /// Maximum number of rounds of optimiser and branch search.
     pub rounds: usize,
-    /// Combinations of the entries of catalogues that are designed at most: all of them where there are no more, and a search
-    /// among neighbours where there are.
+    /// Maximum number of catalogue combinations to evaluate; if there are more, a neighbourhood search is used.
     pub max_combinations: usize,
     /// The barrier's weight beta.
     pub barrier_weight: f64,
@@ -39,14 +37,14 @@ pub struct DesignSettings {
     pub barrier_margin: f64,
     /// The sum of the parameters' prices may be at most this; above 0.
     pub budget: Option<f64>,
-    /// Nats that a unit of price counts as: what is minimised is the information plus this times the sum of prices.
+    /// Weight of one unit of price in the objective, in nats.
     pub price_weight: f64,
 }
 
 /// Roll-outs of one result at most.
 pub const MOST_ROLLOUTS: usize = 10_000_000;
 
-/// Roll-outs with which results end where nothing else is said, but for large robots.
+/// Default number of roll-outs, except for large robots.
 pub const ROLLOUTS: usize = 256;
 
 impl Default for DesignSettings {
@@ -97,13 +95,16 @@ impl DesignSettings {
         }
         if !self.information.are_valid() {
             let found = self.information;
-            return Err(("information", format!("weights must be at least 0, and one of them above; found {found}")));
+            return Err((
+                "information",
+                format!("weights must be at least 0, and at least one positive; found {found}"),
+            ));
         }
         if self.information != InformationWeights::MEASURED
             && (self.gradient == GradientKind::Frozen || self.method == Method::Barrier)
         {
             let message = format!(
-                "`{}` needs the gradient `total`, and the method `sqp` or `cobyla`: the paper's know what is measured only",
+                "`{}` needs the gradient `total`, and the method `sqp` or `cobyla`: the paper's method supports measured information only",
                 self.information
             );
             return Err(("information", message));
@@ -143,7 +144,7 @@ pub enum Method {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GradientKind {
-    /// Everything moves with the design: the true gradient.
+    /// Plan, feedback and filter all vary with the design.
     #[default]
     Total,
     /// Trajectory, gains and value of information held fixed, as in the paper; of the cost, only the belief's part.

@@ -9,17 +9,18 @@ pub struct PlanSettings {
     /// How the reference trajectory and its feedback are chosen. `mode` is the same key, as older files have it.
     #[serde(alias = "mode")]
     pub plan: PlanMode,
-    /// With `plan = "risk"`: sigma, 1 over the unit of cost. Above 0 costs above the mean weigh more (averse to risk), below 0
-    /// less (seeking it); at 0 the plan is the nominal one.
+    /// With `plan = "risk"`: sigma, 1 over the unit of cost. Positive values are risk-averse, negative values
+    /// risk-seeking; 0 gives the nominal plan.
     pub risk_sensitivity: f64,
     /// Settings of belief-space plans.
     pub belief: BeliefSettings,
     /// Settings of the sampled mode.
     pub sampled: SampledSettings,
-    /// Iterations at most. Raise it when a plan ends as `max_iterations` while its cost still falls.
+    /// Maximum number of iterations. Raise it if a plan ends with status `max_iterations` while its cost is still
+    /// decreasing.
     pub max_iterations: usize,
     /// How long the planning of one task at one design may take, s; no limit by default. A plan that is stopped is not
-    /// converged. Where the limit strikes depends on the machine.
+    /// converged. Results then depend on the speed of the machine.
     pub time_limit: Option<f64>,
     /// The plan is converged when the largest `|l_u + B' lambda|` is at most this, relative to 1 plus the largest
     /// `|l_u|`; or, where rounding allows no further step, at most a thousand times this.
@@ -29,9 +30,9 @@ pub struct PlanSettings {
     pub newton: bool,
     /// What the regularisation acts on.
     pub regularisation: RegularisationKind,
-    /// Halvings of the step at most, in one line search.
+    /// Maximum number of step halvings in one line search.
     pub max_halvings: usize,
-    /// The least share of the predicted decrease that a step must give.
+    /// Minimum fraction of the predicted decrease that a step must achieve.
     pub sufficient_decrease: f64,
 }
 
@@ -64,7 +65,7 @@ pub enum PlanMode {
     Sampled,
     /// The least expected cost, so that a plan seeks information where that pays.
     Belief,
-    /// The least exponential of the cost: a law that is averse to risk or seeks it.
+    /// Minimises the expected exponential of the cost: a risk-averse or risk-seeking law.
     Risk,
 }
 
@@ -118,7 +119,7 @@ impl RegularisationKind {
 pub struct SampledSettings {
     /// Iterations at most.
     pub iterations: usize,
-    /// The share alpha by which a run moves the reference, in (0, 1].
+    /// Averaging factor alpha in (0, 1].
     pub averaging: f64,
     /// Converged when a run moves the controls by less than this, relative to their size.
     pub tolerance: f64,
@@ -136,10 +137,10 @@ impl Default for SampledSettings {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BeliefSettings {
-    /// Searches, of which the plan of least expected cost is kept: the first from the nominal plan, the others from
-    /// guesses that wander around it. Raise it where information is to be had far from the nominal plan.
+    /// Number of searches; the first starts from the nominal plan, the others from random variations of it, and the
+    /// cheapest plan is kept. Raise it if informative regions are far from the nominal plan.
     pub starts: usize,
-    /// How far guesses wander, relative to the root mean square of each control.
+    /// Spread of the random guesses, relative to the root mean square of each control.
     pub spread: f64,
     /// Seed of the guesses.
     pub seed: u64,
@@ -181,10 +182,7 @@ impl PlanSettings {
             return Err(("risk_sensitivity", format!("must be finite; found {}", self.risk_sensitivity)));
         }
         if self.risk_sensitivity != 0.0 && self.plan != PlanMode::Risk {
-            let message = format!(
-                "is of use with plan = \"risk\" only, and the plan is \"{}\"; set plan = \"risk\", or leave it out",
-                self.plan.name()
-            );
+            let message = format!("is only valid with plan = \"risk\"; the plan is \"{}\"", self.plan.name());
             return Err(("risk_sensitivity", message));
         }
         if self.belief.starts == 0 {
@@ -211,8 +209,8 @@ impl PlanSettings {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanStatus {
-    /// The trajectory is stationary to the tolerance, of what the plan minimises. In sampled mode: runs hardly move the reference any more, which is
-    /// far from stationary.
+    /// The trajectory is stationary to the tolerance, of what the plan minimises. In sampled mode: runs hardly move the
+    /// reference any more, which is far from stationary.
     Converged,
     /// The iterations were used up.
     #[default]

@@ -12,12 +12,12 @@ use crate::controller::Controller;
 pub enum Filter<'a> {
     /// The extended one, which linearises at its estimates (theory, equations B.4 and B.5).
     Extended(ExtendedKalman<'a>),
-    /// The linear one along the plan, as controllers run that are taken elsewhere (theory, equation B.6).
+    /// The linear filter along the plan, as in exported controllers (theory, equation B.6).
     AlongPlan(&'a Controller),
 }
 
 impl Filter<'_> {
-    /// Takes in measurements of step `t`, one per sample.
+    /// Corrects all filters with the measurements of step `t`.
     ///
     /// # Errors
     /// Where an innovation covariance is not positive definite; the step is that of the sample.
@@ -34,7 +34,7 @@ impl Filter<'_> {
         }
     }
 
-    /// Moves all filters on from step `t` under their controls.
+    /// Predicts all filters from step `t` to `t + 1`.
     pub fn predict(&self, t: usize, controls: &Matrices, batch: &mut FilterBatch, scratch: &mut Scratch) {
         match self {
             Self::Extended(filter) => filter.predict(t, controls, batch, scratch),

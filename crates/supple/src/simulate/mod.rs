@@ -90,7 +90,7 @@ pub(crate) struct LoopSetting<'a> {
     pub along: Option<&'a Controller>,
 }
 
-/// What a closed-loop run tells of its first sample.
+/// Recorded data of the first closed-loop sample.
 pub(crate) struct Record {
     /// Estimates and controls.
     pub run: Trajectory,

@@ -121,7 +121,7 @@ fn normal(text: &str) -> Result<[f64; 3], String> {
     };
     let length = vector.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
     if length < 1e-9 {
-        return Err("a normal has a length above 0".into());
+        return Err("the normal must not be zero".into());
     }
     Ok(vector.map(|entry| entry / length))
 }
@@ -153,9 +153,7 @@ fn question<T>(what: &str, default: &str, read: impl Fn(&str) -> Result<T, Strin
         let count =
             std::io::stdin().lock().read_line(&mut line).map_err(|error| Failure::write("standard input", error))?;
         if count == 0 {
-            return Err(Failure::usage(
-                "the input ended before all questions were answered; nothing was written".into(),
-            ));
+            return Err(Failure::usage("end of input before all prompts were answered; nothing was written".into()));
         }
         let answer = if line.trim().is_empty() { default } else { line.trim() };
         match read(answer) {

@@ -36,7 +36,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     if joints < needed {
         let (name, what) = template.words();
         return Err(Failure::usage(format!(
-            "--template {name}: to {what} takes {needed} joints at least, and `{}` is moved by {joints}; try --template press, \
+            "--template {name}: {what} requires at least {needed} joints, but `{}` is moved by {joints}; try --template press, \
              hold or reach, or a --frame that more joints move",
             limb.frame
         )));
@@ -44,19 +44,19 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     let found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
     if found.is_empty() {
         let what = match asked.at {
-            Some(_) => "--at: the tool does not reach this place with the wall before it; move it nearer to the robot",
+            Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot",
             None if joints < FEW => {
-                "the joints of this limb do not move the tool towards such a wall: leave --wall out, or name a --frame that they \
-                 move farther"
+                "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
             }
-            None => "no posture was found in which the tool faces a wall: name a place, --at, or another --wall",
+            None => "no posture was found in which the tool faces a wall; give --at, or another --wall",
         };
         return Err(Failure::usage(what.to_owned()));
     }
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
     for start in found.iter().take(TRIES) {
-        // As it is; then nearer to the wall where the plan does not find it, slower where it exceeds limits of the robot.
+        // As it is; then nearer to the wall where the plan does not find it, slower where it exceeds limits of the
+        // robot.
         let (mut is_lost, mut is_limited) = (false, false);
         for (slower, enforce, near) in
             [(1.0, false, false), (1.0, false, true), (2.0, false, false), (2.0, true, false)]
@@ -104,7 +104,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     best.faults.iter().for_each(|fault| warn(fault));
     if let Some(reasons) = why_broken(&best.text, path)? {
-        warn(&format!("the first design is not to be trusted: {reasons}; try other --set, --at, --frame or --wall"));
+        warn(&format!("the first design is unreliable: {reasons}; try other values of --set, --at, --frame or --wall"));
     }
     Ok(best.text)
 }

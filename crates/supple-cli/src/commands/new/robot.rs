@@ -47,14 +47,15 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     let driven = driven(&planning);
     if driven.len() < planning.tree.dofs() {
         let names: Vec<_> = driven.iter().map(|&dof| format!("{:?}", planning.tree.joints()[dof])).collect();
-        let _ = writeln!(text, "actuated = [{}]   # the file gives the other joints no effort", names.join(", "));
+        let _ =
+            writeln!(text, "actuated = [{}]   # the file gives no effort limit for the other joints", names.join(", "));
     }
     write_rest(&planning, &end, gravity, &mut text);
     Ok(text)
 }
 
-/// The limb with the most joints up to [`MOST_JOINTS`], other joints locked where there are more than that, and the name
-/// of the link at its end.
+/// The limb with the most joints up to [`MOST_JOINTS`], other joints locked where there are more than that, and the
+/// name of the link at its end.
 fn limb(whole: &Planning) -> (Planning, String) {
     let (tree, robot) = (&whole.tree, &whole.robot);
     let joints_to = |link: usize| {

@@ -68,7 +68,7 @@ impl Draft<'_> {
         self.task(&mut text);
         self.costs(&mut text);
         self.followed(&mut text);
-        text += "\n[design]                         # more of each finds other local minima, and takes longer\nstarts = 1\nrounds = 2\nbranch_attempts = 6\n";
+        text += "\n[design]                         # larger values explore more local minima but take longer\nstarts = 1\nrounds = 2\nbranch_attempts = 6\n";
         text
     }
 
@@ -149,7 +149,7 @@ impl Draft<'_> {
         said(
             text,
             &format!("mass = {:?}", rules.mass),
-            &format!("kg: the tool, 2 % of the {} kg of the limb", plain(round3(limb.mass))),
+            &format!("kg: the tool, 2 % of the mass of the limb, {} kg", plain(round3(limb.mass))),
         );
         said(text, &format!("stiffness = {stiffness}"), "N/m");
         said(text, &format!("damping = {damping}"), "N s/m");

@@ -60,9 +60,7 @@ impl Planning {
     pub fn obstacle(&self) -> Option<String> {
         match (self.tree.dofs(), self.lock.is_empty()) {
             (0, true) => Some("no joint moves, so there is nothing to control".into()),
-            (0, false) => {
-                Some("no joint moves anything that has inertia; write `inertial` elements for its links".into())
-            }
+            (0, false) => Some("no joint moves a link with inertia; add `inertial` elements to the links".into()),
             (count, _) if count > MOST_JOINTS => {
                 Some(format!("{count} joints are too many; `locked` in [model] removes those that do not have to move"))
             }
@@ -103,7 +101,7 @@ impl Planning {
         text
     }
 
-    /// What is to say of single joints.
+    /// Remarks on individual joints.
     fn joints(&self, line: &mut dyn FnMut(String)) {
         let joints: Vec<_> = self.tree.joint_indices().iter().map(|&joint| &self.robot.joints[joint]).collect();
         let named = |holds: &dyn Fn(f64) -> bool| -> Vec<_> {

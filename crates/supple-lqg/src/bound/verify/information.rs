@@ -63,7 +63,7 @@ struct Local {
 /// The best bound that the point proves, or why it proves none.
 pub(crate) fn information(given: &Given, dual: &Dual) -> Result<Proved, String> {
     if given.stages.len() != dual.steps.len() || given.stages.is_empty() {
-        return Err("the dual point has another number of decisions".into());
+        return Err("the dual point has the wrong number of decisions".into());
     }
     let (locals, initial, distance) = localise(given, dual)?;
     if !(dual.price >= 0.0 && dual.price.is_finite()) {
@@ -127,7 +127,7 @@ fn localise(given: &Given, dual: &Dual) -> Result<Localised, String> {
         known.block(0..frame.rank, 0..frame.rank)
     });
     if distance.is_nan() || distance > ROUNDING {
-        return Err(format!("coordinates that are left out are coupled to the others: {distance:.1e}, relatively"));
+        return Err(format!("omitted coordinates are coupled to the others (relative coupling {distance:.1e})"));
     }
     Ok((locals, initial, distance))
 }

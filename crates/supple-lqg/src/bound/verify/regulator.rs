@@ -1,4 +1,5 @@
-//! That the cost with the state known, and the price of not knowing it, are those of the problem (theory, equation L.31).
+//! That the cost with the state known, and the price of not knowing it, are those of the problem (theory, equation
+//! L.31).
 
 use super::interval::Interval;
 use super::matrix::{Enclosure, Matrix, enclosed};
@@ -35,8 +36,8 @@ const SEEN: (f64, f64) = (1e8, 1e-6);
 /// Costs of steps below this share of the cost to go are rounding: much less than the least that counts as paid.
 const PAID: f64 = 1e-10;
 
-/// By how much `L`, relatively, must change so that `L + F'S'F - diag(S, 0) = U'U` and `Theta = U_x'U_x / 2` exactly: then
-/// every controller pays `1/2 Tr(W S') + Tr(Theta P)` at this step.
+/// By how much `L`, relatively, must change so that `L + F'S'F - diag(S, 0) = U'U` and `Theta = U_x'U_x / 2` exactly:
+/// then every controller pays `1/2 Tr(W S') + Tr(Theta P)` at this step.
 pub(crate) fn distance(step: &Back) -> Result<f64, String> {
     let (n, joint) = (step.here.rows, step.cost.rows);
     let f = enclosed(step.dynamics);
@@ -58,7 +59,7 @@ pub(crate) fn distance(step: &Back) -> Result<f64, String> {
     let prices = square.block(0..n, 0..n).scaled(Interval::point(0.5)).minus(&enclosed(step.price));
     worst = worst.max(relative(&prices, &sizes));
     if worst.is_nan() || worst > ROUNDING {
-        return Err(format!("the regulator's equation is off by {worst:.1e}, relatively"));
+        return Err(format!("the relative residual of the Riccati equation is {worst:.1e}"));
     }
     Ok(worst)
 }
@@ -100,8 +101,9 @@ fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Matrix {
 /// Whether every state that `S` prices is paid for within some steps, whatever the controls do: then no controller
 /// pays less on average than `1/2 Tr(W S)`, and `S` is not of one that keeps bounded what costs nothing.
 ///
-/// By steps of the discounted problem from 0, rounded; not a proof. Along motions without a cost rounding would grow until it
-/// looks like one: what is small beside `S` is dropped after each step, so that what is left is rather too low.
+/// By steps of the discounted problem from 0, rounded; not a proof. Along motions without a cost rounding would grow
+/// until it looks like one: what is small beside `S` is dropped after each step, so that what is left is rather too
+/// low.
 pub(crate) fn is_paid(dynamics: &Matrix, cost: &Matrix, s: &Matrix) -> bool {
     let (n, joint) = (s.rows, cost.rows);
     let unit: Vec<f64> = (0..n).map(|i| s.at(i, i).max(0.0).sqrt()).collect();
@@ -128,7 +130,8 @@ pub(crate) fn is_paid(dynamics: &Matrix, cost: &Matrix, s: &Matrix) -> bool {
     left.cholesky().is_some()
 }
 
-/// A positive semidefinite matrix without what is left of it once Cholesky's pivots, the largest first, are below `least`.
+/// A positive semidefinite matrix without what is left of it once Cholesky's pivots, the largest first, are below
+/// `least`.
 fn without_small(a: &Matrix, least: f64) -> Matrix {
     let n = a.rows;
     let (mut left, mut kept) = (a.clone(), Matrix::from_fn(n, n, |_, _| 0.0));

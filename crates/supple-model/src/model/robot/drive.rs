@@ -45,15 +45,15 @@ struct Servo {
 #[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DriveFile {
-    /// Torque or force on the joint for a unit of the drive's force; not 0; default: that of the file or 1.
+    /// Joint torque or force per unit of drive force; not 0; default: value in the file, or 1.
     gear: Option<Value>,
-    /// Inertia of the rotor, felt `gear^2` times at the joint, kg m^2; at least 0.
+    /// Rotor inertia, kg m²; reflected to the joint with `gear`²; at least 0.
     #[serde(default)]
     rotor_inertia: Value,
     /// Stiffness of a position actuator of the file, N m/rad or N/m; at least 0; default: that of the file.
     kp: Option<Value>,
-    /// Damping of a position or velocity actuator of the file, N m s/rad or N s/m; at least 0; that of the file where
-    /// left out.
+    /// Damping of a position or velocity actuator of the file, N m s/rad or N s/m; at least 0; default: value in the
+    /// file.
     kv: Option<Value>,
 }
 
@@ -78,8 +78,8 @@ impl Drive {
 }
 
 impl Drive {
-    /// By how much its force falls for a unit of the rate of what it drives, where positions are taken a time `lead` ahead:
-    /// `gear^2 (kv + lead kp)`, N m s/rad or N s/m. None where the force does not resist motion.
+    /// By how much its force falls for a unit of the rate of what it drives, where positions are taken a time `lead`
+    /// ahead: `gear^2 (kv + lead kp)`, N m s/rad or N s/m. None where the force does not resist motion.
     pub fn resistance<S: Scalar>(&self, at: &Point<S>, lead: S) -> Option<S> {
         let Servo { kp, kv, .. } = self.actuator.as_ref()?;
         let negative = |value: &Value| matches!(value, Value::Number(number) if *number < 0.0);
@@ -177,7 +177,7 @@ impl Build<'_> {
         for (place, name) in names.iter().enumerate() {
             if names[..place].contains(name) {
                 let what = if actuators.iter().any(|actuator| actuator.name == *name) { "actuator" } else { "joint" };
-                return Err(self.error(&["actuated".into()], format!("{what} `{name}` is there twice")));
+                return Err(self.error(&["actuated".into()], format!("{what} `{name}` occurs twice")));
             }
             let file = files.remove(name).unwrap_or_default();
             let index = actuators.iter().position(|actuator| actuator.name == *name);
@@ -224,7 +224,7 @@ impl Build<'_> {
                         "actuator `{name}` of the robot's file (line {}) is not supported: {}",
                         omitted.line, omitted.why
                     );
-                    let help = "name the joints that shall have drives instead".to_owned();
+                    let help = "list the joints to be driven instead".to_owned();
                     FileError { message, help: Some(help), ..error }
                 }
                 None if from_file && !self.robot.actuators.is_empty() => {
@@ -250,7 +250,7 @@ impl Build<'_> {
         let gear = file.gear.unwrap_or(Value::Number(actuator.map_or(1.0, |(_, actuator)| actuator.gear)));
         self.check(&keys("rotor_inertia"), file.rotor_inertia, 0.0, false)?;
         if gear.is_zero() {
-            return Err(self.error(&keys("gear"), "must not be 0: the drive would do nothing"));
+            return Err(self.error(&keys("gear"), "must not be 0: the drive would have no effect"));
         }
         let law = actuator.map(|(_, actuator)| actuator.law);
         for (key, given, fits) in [

@@ -19,7 +19,8 @@ use crate::model::{Kinds, Source};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
 
-/// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes here.
+/// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes
+/// here.
 const MOST_WORK: usize = 150_000;
 
 /// Reads a robot from the parts of its table.
@@ -43,14 +44,13 @@ pub(super) struct Build<'a> {
 /// Moving joints that a robot has at most.
 const MOST_JOINTS: usize = 200;
 
-/// Why a robot with so many moving joints is refused: recording its derivatives took 0.6 GB with 80 of them, and grows by the
-/// power 2.5 (measured on chains of 20 to 80).
+/// Why a robot with so many moving joints is refused: recording its derivatives took 0.6 GB with 80 of them, and grows
+/// by the power 2.5 (measured on chains of 20 to 80).
 fn too_large(joints: usize) -> Option<String> {
     let gigabytes = 0.6 * (joints as f64 / 80.0).powi(2) * (joints as f64 / 80.0).sqrt();
     (joints > MOST_JOINTS).then(|| {
         format!(
-            "has {joints} moving joints; at most {MOST_JOINTS}, as recording the derivatives of so many would take about \
-             {gigabytes:.0} GB of memory: take joints out with `locked`"
+            "has {joints} moving joints, but at most {MOST_JOINTS} are supported: recording their derivatives would need about {gigabytes:.0} GB; fix joints with `locked`"
         )
     })
 }
@@ -203,7 +203,7 @@ impl Build<'_> {
         for (name, FrameFile { on, position, rpy }) in list {
             let keys = ["frames".into(), Place::Key(&name)];
             if known.contains(&name) {
-                return Err(self.error(&keys, format!("the robot has a link or frame `{name}` already")));
+                return Err(self.error(&keys, format!("the robot already has a link or frame `{name}`")));
             }
             let on = find("on", "link or frame", &on, &known).map_err(|unfit| self.unfit(&keys, unfit))?;
             self.frames.push(name.clone());
@@ -261,7 +261,9 @@ impl Build<'_> {
             let (kind, table) = self.document.table_with_kind(&at, &valid)?;
             let name = self.document.text_of(&at, "name")?;
             if elements.iter().any(|other| other.name == name) || self.frames.contains(&name) {
-                return Err(self.error(&[keys[0], keys[1], "name".into()], format!("`{name}` is taken already")));
+                return Err(
+                    self.error(&[keys[0], keys[1], "name".into()], format!("the name `{name}` is already in use"))
+                );
             }
             let unknown = || self.document.unknown_kind(&at, kind, &valid);
             let build = self.kinds.couplings.get(kind).ok_or_else(unknown)?;
@@ -274,7 +276,7 @@ impl Build<'_> {
             if let Some(dof) = (0..self.joints.len()).find(|&dof| read.is_motor_of(dof))
                 && let Some(other) = elements.iter().find(|other| other.kind.is_motor_of(dof))
             {
-                let message = format!("`{}` makes joint `{}` elastic already", other.name, self.joints[dof]);
+                let message = format!("joint `{}` is already elastic (`{}`)", other.name, self.joints[dof]);
                 return Err(self.error(&[keys[0], keys[1], "joint".into()], message));
             }
             let coordinate = elements.iter().map(|element| element.kind.coordinates()).sum();

@@ -15,21 +15,21 @@ use crate::value::OneOrMore;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct InsertFile {
-    /// Name of the link beyond the joints, unlike any other; the joints are NAME_x, NAME_y, NAME_z, NAME_rx, NAME_ry and
-    /// NAME_rz, and so are their springs.
+    /// Name of the link beyond the joints, unlike any other; the joints are NAME_x, NAME_y, NAME_z, NAME_rx, NAME_ry
+    /// and NAME_rz, and so are their springs.
     name: String,
     /// Link, or frame of the robot's file, that the joints are mounted on.
     frame: String,
     /// Where they are in that frame, m.
     #[serde(default)]
     position: [f64; 3],
-    /// How their axes are turned in that frame: roll, pitch and yaw, rad.
+    /// Roll, pitch and yaw of their axes in that frame, rad.
     #[serde(default)]
     rpy: [f64; 3],
     /// The joints, from one to six: slides along x, y and z, and turns about them, the first one nearest to the frame.
     #[schemars(length(min = 1, max = 6))]
     axes: Vec<Axis>,
-    /// Links that hang on the mount from now on; they must be children of the frame's link.
+    /// Links to attach to the mount; they must be children of the frame's link.
     #[serde(default)]
     carries: Vec<String>,
     /// Mass of the link beyond, kg; at least 0.

@@ -20,7 +20,7 @@ pub struct File {
     /// Folders in which packages are looked for, from the folder of the task file.
     #[serde(default)]
     pub(super) package_roots: Vec<String>,
-    /// Whether joints that follow others are joints of their own.
+    /// Whether mimic joints move independently.
     #[serde(default)]
     pub(super) independent_mimic: bool,
     /// Acceleration by gravity in the world, m/s^2; default: that of the robot's file, or 0, 0, -9.81.
@@ -28,8 +28,8 @@ pub struct File {
     /// Names of actuators of the robot's file and of joints with plain drives, in the order of the controls; all
     /// actuators of the file where left out, or all joints of the file that move where it has none.
     pub(super) actuated: Option<Vec<String>>,
-    /// Joints that are taken out: names of those that are fixed at 0, or at the middle of their range where that does
-    /// not hold 0, or positions by name, rad or m.
+    /// Fixed joints: names (fixed at 0, or at the middle of their range if it excludes 0), or positions by name, rad or
+    /// m.
     #[serde(default)]
     pub(super) locked: Locked,
     /// Joints that are inserted at frames, with springs: compliant mounts, doors.
@@ -38,7 +38,7 @@ pub struct File {
     /// Whether actuators of the robot's file are used; if not, all drives are plain.
     #[serde(default = "yes")]
     pub(super) file_actuators: bool,
-    /// Numbers of drives, by joint or actuator.
+    /// Properties of drives, by joint or actuator.
     #[serde(default)]
     pub(super) drives: BTreeMap<String, DriveFile>,
     /// Numbers of links, by link, in place of those of the robot's file.
@@ -47,10 +47,10 @@ pub struct File {
     /// Numbers of joints, by joint, in place of those of the robot's file.
     #[serde(default)]
     pub(super) joints: BTreeMap<String, JointFile>,
-    /// Frames of the task's own, by name.
+    /// Additional frames, by name.
     #[serde(default)]
     pub(super) frames: BTreeMap<String, FrameFile>,
-    /// Speed over which friction of joints sets in, rad/s or m/s; above 0.
+    /// Speed over which joint friction builds up, rad/s or m/s; above 0.
     #[serde(default = "slow")]
     pub(super) friction_smoothing: Value,
     /// How motion is integrated over a time step.
@@ -92,7 +92,7 @@ pub(super) struct JointFile {
     pub(super) damping: Option<Value>,
     /// Friction, N m or N; at least 0.
     pub(super) friction: Option<Value>,
-    /// Inertia of the drive felt at the joint, kg m^2 or kg; at least 0.
+    /// Inertia of the drive reflected to the joint, kg m² or kg; at least 0.
     pub(super) armature: Option<Value>,
     /// Stiffness of a spring beside the joint, N m/rad or N/m; at least 0.
     pub(super) stiffness: Option<Value>,
@@ -100,7 +100,7 @@ pub(super) struct JointFile {
     pub(super) rest: Option<Value>,
     /// Added to the joint's place in the parent link, in that link's axes, m.
     pub(super) offset: Option<[Value; 3]>,
-    /// Factor on the joint's place in the parent link: how long that link is; at least 0.
+    /// Factor applied to the joint's position in the parent link (link length); at least 0.
     pub(super) length_scale: Option<Value>,
 }
 

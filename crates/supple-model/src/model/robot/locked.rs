@@ -109,7 +109,7 @@ impl Locked {
             let joint =
                 joint_of(&robot, &tree, name).map_err(|(message, help)| FileError { help, ..error(message) })?;
             if positions.iter().any(|(other, _)| *other == joint) {
-                return Err(error(format!("joint `{name}` is there twice")));
+                return Err(error(format!("joint `{name}` occurs twice")));
             }
             let position = position.unwrap_or_else(|| robot.joints[joint].limits.neutral());
             if !position.is_finite() {
@@ -118,7 +118,7 @@ impl Locked {
             positions.push((joint, position));
         }
         if positions.len() == tree.dofs() {
-            let error = document.error(&at, "all joints that move are locked: nothing is left to plan");
+            let error = document.error(&at, "all moving joints are locked; there is nothing to control");
             return Err(error.with_help(format!("leave out one of {}", supple_text::quoted(tree.joints()))));
         }
         Ok(robot.locked(&positions))

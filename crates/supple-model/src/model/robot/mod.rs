@@ -52,9 +52,9 @@ pub use situation::{Forces, Own};
 
 /// A robot of rigid bodies, its drives, compliance and sensors.
 ///
-/// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such as
-/// motors of elastic joints), their velocities, and constants that are not known exactly (such as where a wall is). The
-/// controls are torques or forces of the drives, or what the actuators of the file take. A step is
+/// The state is `[q, s, q', s', c]`: positions of the degrees of freedom (rad or m) and of what compliance adds (such
+/// as motors of elastic joints), their velocities, and uncertain constants (such as wall positions). The controls are
+/// torques or forces of the drives, or what the actuators of the file take. A step is
 ///
 /// ```text
 /// M(q) a = tau(q, v, u) - h(q, v)      v+ = v + dt a      q+ = q + dt v+
@@ -102,8 +102,8 @@ impl Robot {
         joint == Some(JointKind::Prismatic)
     }
 
-    /// Names and units of the states: those of a motor are those of its joint, and walls have places. What else compliance
-    /// of other crates adds has none.
+    /// Names and units of the states: those of a motor are those of its joint, and walls have places. What else
+    /// compliance of other crates adds has none.
     fn state_channels(&self) -> Vec<Channel> {
         let [mut positions, mut rates, mut constants] = [const { Vec::new() }; 3];
         let mut moves = |slides: Option<bool>| {

@@ -12,10 +12,10 @@ impl Robot {
         match element.kind.frames()[..] {
             [a, c] if body(a) == body(c) => {
                 let message = format!(
-                    "frames `{}` and `{}` cannot move against one another: no joint that moves is between them",
+                    "frames `{}` and `{}` cannot move relative to each other: no moving joint lies between them",
                     names[a], names[c]
                 );
-                Some(("frame_c", message, "name frames on two sides of a joint".to_owned()))
+                Some(("frame_c", message, "choose frames on opposite sides of a joint".to_owned()))
             }
             [frame] if body(frame).is_none() => {
                 let message = format!("frame `{}` cannot move: it is fixed to the world", names[frame]);

@@ -10,7 +10,7 @@ pub(super) fn complete(schema: &mut Json, generator: &mut SchemaGenerator, kinds
     let mut elements = one_of(plain(kinds.couplings.schemas(generator)));
     if let Some(tables) = elements["oneOf"].as_array_mut() {
         for table in tables {
-            let name = json!({ "type": "string", "minLength": 1, "description": "Its name, unlike any other" });
+            let name = json!({ "type": "string", "minLength": 1, "description": "Unique name" });
             table["properties"]["name"] = name;
             if let Some(required) = table["required"].as_array_mut() {
                 required.push(json!("name"));
@@ -21,7 +21,7 @@ pub(super) fn complete(schema: &mut Json, generator: &mut SchemaGenerator, kinds
     schema["properties"]["compliance"] =
         json!({ "description": "Springs, dampers and contacts", "type": "array", "items": elements });
     schema["properties"]["sensors"] = json!({
-        "description": "What is measured; required but for tasks with a catalogue of sensors",
+        "description": "Sensors; required unless the task has a catalogue of sensors",
         "type": "array", "minItems": 1, "items": sensors
     });
 }

@@ -83,11 +83,11 @@ impl Robot {
             _ => format!("joints {} at their limits", supple_text::quoted(&limited)),
         };
         let message = format!(
-            "frame `{}` does not reach this pose: the nearest found is off by {:.4} m{turned}, with {at_limits}",
+            "frame `{}` cannot reach this pose; the closest pose found is {:.4} m{turned} away, with {at_limits}",
             pose.frame, reached.distance
         );
         let help = match pose.rpy {
-            Some(_) => "move the pose nearer, or leave out `rpy` if the orientation is free",
+            Some(_) => "move the pose closer, or omit `rpy` if the orientation is free",
             None => "move the position nearer to the robot",
         };
         Unfit::new("", message).with_help(help)

@@ -114,9 +114,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         let worlds: Vec<_> = root.all("worldbody").collect();
         let Some(&first) = worlds.first() else {
             let error = root.error("there is no `worldbody` in it");
-            return Err(
-                error.with_help("a file of settings that others include holds no robot: read one that includes it")
-            );
+            return Err(error.with_help("this file contains settings only; load the file that includes it"));
         };
         let mut items = Items::default();
         for at in worlds {
@@ -124,10 +122,10 @@ impl<'a, 'o> Reader<'a, 'o> {
             self.collect(at, Pose::IDENTITY, MAIN, &mut items)?;
         }
         if let Some(&(at, ..)) = items.joints.first() {
-            return Err(at.error("the world cannot move: a joint is in a body"));
+            return Err(at.error("joints must be inside a body, not in the world"));
         }
         if let Some(at) = items.inertial {
-            return Err(at.error("the world has no inertia: an `inertial` is in a body"));
+            return Err(at.error("`inertial` must be inside a body, not in the world"));
         }
         self.finish(first, WORLD, &items, Some(Pose::IDENTITY))?;
         let mut open: Vec<_> = tasks(items, WORLD, Some(Pose::IDENTITY)).collect();
@@ -153,9 +151,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                 return Err(at.error_at("name", message));
             }
             if links.contains(frame.name.as_str()) {
-                warnings.note("shadowed", at, || {
-                    "a body has this name, too, and is meant where the name is used".to_owned()
-                });
+                warnings.note("shadowed", at, || "a body has the same name; references use the body".to_owned());
             }
             check_position(at, &frame.pose)?;
         }

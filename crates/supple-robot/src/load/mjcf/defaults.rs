@@ -50,7 +50,7 @@ impl<'a> Classes<'a> {
         for at in root.all("default") {
             if let Some(name) = at.attribute("class").filter(|name| !matches!(*name, "" | "main")) {
                 let message = format!("the outermost class is `main`, and cannot be called {}", shown(name));
-                return Err(at.error_at("class", message).with_help("put a `default` without class around it"));
+                return Err(at.error_at("class", message).with_help("enclose it in a `default` without a class"));
             }
             classes.fill(MAIN, at, warnings)?;
         }

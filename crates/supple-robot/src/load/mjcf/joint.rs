@@ -48,7 +48,7 @@ impl<'a> Reader<'a, '_> {
             Type::Free => return Err(floating(at, name, |message| values.error("type", message))),
             Type::Ball => {
                 let message = format!("ball joints are not supported: joint {} is one", shown(name));
-                let help = "give the body three hinges at one place instead, each about another axis";
+                let help = "use three hinges at the same position with different axes";
                 return Err(values.error("type", message).with_help(help));
             }
         };
@@ -68,7 +68,7 @@ impl<'a> Reader<'a, '_> {
         (joint.armature, joint.friction) = (number("armature")?, number("frictionloss")?);
         (joint.damping, joint.stiffness) = (linear(&values, "damping")?, linear(&values, "stiffness")?);
         if values.numbers("springdamper")?.is_some_and(|given: [f64; 2]| given != [0.0; 2]) {
-            let message = "`springdamper` is not supported: what it means depends on the inertia of the whole robot";
+            let message = "`springdamper` is not supported: it depends on the inertia of the whole robot";
             return Err(values.error("springdamper", message).with_help("give `stiffness` and `damping`"));
         }
         if let Some([lower, upper]) = range {

@@ -75,7 +75,7 @@ impl<'a> Reader<'a, '_> {
         }
         let origin = [0, 1, 2].map(|axis| scale[axis] * origin[axis]);
         let reference = Pose::from_quaternion(origin, turned)
-            .ok_or_else(|| asset.error_at("refquat", "the quaternion must not be 0, nor too great to square"))?;
+            .ok_or_else(|| asset.error_at("refquat", "the quaternion must be non-zero and finite when squared"))?;
         let path = mesh_path(asset, &self.file(file), self.options, self.folder, &mut self.parts.warnings);
         Ok(path.map(|path| Mesh { path, pose: placed.compose(&reference.inverse()), scale }))
     }

@@ -22,7 +22,7 @@ pub(super) fn pose(values: &Values, settings: &Settings) -> Result<Pose, FileErr
     let position = values.numbers("pos")?.unwrap_or([0.0; 3]);
     let own: Vec<_> = ORIENTATIONS.into_iter().filter(|name| values.at.attribute(name).is_some()).collect();
     if let [_, second, ..] = own[..] {
-        let message = format!("an orientation is given once, and not by {}", listed(&own));
+        let message = format!("give the orientation once, not by {}", listed(&own));
         return Err(values.at.error_at(second, message));
     }
     let found = match own[..] {
@@ -47,7 +47,7 @@ fn rotation(at: Element, name: &str, settings: &Settings) -> Result<Pose, FileEr
         "axisangle" => {
             let [x, y, z, angle] = at.required_numbers(name)?;
             let axis = unit([x, y, z]).ok_or_else(|| too_short("the axis"))?;
-            about(axis, angle * settings.angle).ok_or_else(|| at.error_at(name, "the angle is too great"))
+            about(axis, angle * settings.angle).ok_or_else(|| at.error_at(name, "the angle is too large"))
         }
         "euler" => {
             let angles: [f64; 3] = at.required_numbers(name)?;
@@ -83,7 +83,7 @@ pub(super) fn between(values: &Values) -> Result<Option<(Pose, f64)>, FileError>
     let Some([a, b, c, x, y, z]) = values.numbers("fromto")? else { return Ok(None) };
     let (from, to) = ([a, b, c], [x, y, z]);
     if values.numbers::<3>("pos")?.is_some_and(|position| position != [0.0; 3]) {
-        return Err(values.error("fromto", "a place is given once, and not by `fromto` and `pos`"));
+        return Err(values.error("fromto", "give the position once: either `fromto` or `pos`"));
     }
     let away = sub(from, to);
     let length = dot(away, away).sqrt();

@@ -111,7 +111,11 @@ impl<'a> Reader<'a, '_> {
         let joint = joint.ok_or_else(|| unknown(at, "joint", "joint", known.joints.keys().copied()))?;
         Ok(match self.leader(joint) {
             None => Ok(Target::Joint(joint, of)),
-            Some(leader) => Err(format!("its joint {} follows {}: measure that one", shown(name), shown(leader))),
+            Some(leader) => Err(format!(
+                "its joint {} is a mimic joint of {}; measure that joint instead",
+                shown(name),
+                shown(leader)
+            )),
         })
     }
 

@@ -44,16 +44,16 @@ impl Reader<'_> {
             pass_over(element, &LINK, &LINK_IGNORED, &mut self.warnings);
         }
         if at.child("gravity")?.map(flag).transpose()? == Some(false) {
-            self.warnings.note("gravity", at, || "gravity acts on it, though the file asks for none".to_owned());
+            self.warnings.note("gravity", at, || "gravity is applied although the file disables it".to_owned());
         }
         if at.child("kinematic")?.map(flag).transpose()? == Some(true) {
-            self.warnings.note("kinematic", at, || "it is moved by forces, though the file says kinematic".to_owned());
+            self.warnings.note("kinematic", at, || "treated as dynamic although the file says kinematic".to_owned());
         }
         let inertia = match at.child("inertial")? {
             Some(at) => (self.inertial(at)?, at),
             None => {
                 self.warnings.note("no inertial", at, || {
-                    "it has no `inertial`, and gets what SDF then has: 1 kg and 1 kg m^2 about each axis".to_owned()
+                    "it has no `inertial`; the SDF default is used: 1 kg and 1 kg m² about each axis".to_owned()
                 });
                 let moment = Pose::IDENTITY.rotation;
                 (Inertia { mass: 1.0, center: [0.0; 3], moment }, at)
@@ -112,7 +112,7 @@ impl Reader<'_> {
         };
         let (pose, relative_to) = pose(at, self.version, &mut self.warnings)?;
         if relative_to.is_some_and(|reference| Some(reference.name.as_str()) != link.attribute("name")) {
-            self.warnings.note("visual", at, || "its mesh is left out: it is not placed in its own link".to_owned());
+            self.warnings.note("visual", at, || "its mesh is ignored: its pose is not relative to its link".to_owned());
             return Ok(None);
         }
         let scale = mesh.child("scale")?.map(Element::content_numbers).transpose()?.unwrap_or([1.0; 3]);

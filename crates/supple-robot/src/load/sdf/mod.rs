@@ -102,7 +102,7 @@ pub(super) fn check_position(at: Element, pose: &Pose) -> Result<(), FileError> 
 
 /// The error about an `include`.
 fn included(at: Element) -> FileError {
-    at.error("only this one file is read, and it includes another one")
+    at.error("`include` is not supported: only one file is read")
         .with_help("put the included model in its place, or remove it where the robot does not need it")
 }
 
@@ -215,7 +215,7 @@ impl Reader<'_> {
             }
         }
         if is_static && !parts.joints.is_empty() {
-            self.warnings.note("static", model, || "it is static, and its joints move all the same".to_owned());
+            self.warnings.note("static", model, || "static is ignored: its joints still move".to_owned());
         }
         let in_world = |link: usize| placed.compose(&frames.between(MODEL, link));
         let needs_world = parts.joints.iter().any(|joint| joint.parent.name == WORLD);

@@ -24,12 +24,13 @@ const BISECTIONS: usize = 20;
 const LEAST_SHIFT: f64 = 1e-9;
 const MOST_SHIFT: f64 = 1e9;
 
-/// Finds the risk-sensitive plan (theory, equation P.17) from the nominal one in `plan`. What it leaves there as cost-to-go
-/// and value of information is that of its gains in the expected cost, so that the parts of the latter are true of it.
+/// Finds the risk-sensitive plan (theory, equation P.17) from the nominal one in `plan`. What it leaves there as
+/// cost-to-go and value of information is that of its gains in the expected cost, so that the parts of the latter are
+/// true of it.
 ///
 /// # Errors
-/// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works; or
-/// where controls have bounds that must be kept.
+/// Where the sensitivity is so large that the exponential of the cost has no finite mean, with the largest that works;
+/// or where controls have bounds that must be kept.
 pub(crate) fn plan_risk(
     (task, phi): (&Task, &[f64]),
     (settings, deadline): (&PlanSettings, Option<Instant>),
@@ -39,7 +40,7 @@ pub(crate) fn plan_risk(
     if task.control_bounds.is_some() {
         return Err(Error::Planning {
             plan: "risk",
-            problem: "keeps no limits of the controls".to_owned(),
+            problem: "does not support control limits".to_owned(),
             advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
         });
     }
@@ -55,11 +56,11 @@ pub(crate) fn plan_risk(
                 let worked = search.run(between, plan, scratch)?.is_ok();
                 *(if worked { &mut works } else { &mut fails }) = between;
             }
-            let largest = if works > 0.0 { format!(". The largest that works is {works:.4e}") } else { String::new() };
+            let largest = if works > 0.0 { format!("; the largest valid value is {works:.4e}") } else { String::new() };
             Err(Error::Planning {
                 plan: "risk",
                 problem: format!(
-                    "has no law with risk_sensitivity = {}: the exponential of the cost has no finite mean from step {step} on{largest}",
+                    "has no solution with risk_sensitivity = {}: the expected exponential cost is infinite from step {step} on{largest}",
                     settings.risk_sensitivity
                 ),
                 advice: "lower risk_sensitivity, or the noise",

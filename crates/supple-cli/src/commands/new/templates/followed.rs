@@ -9,14 +9,14 @@ use super::{Draft, list, names, said};
 impl Draft<'_> {
     pub(super) fn followed(&self, text: &mut String) {
         text.push_str(
-            "\n# Limits: where a plan leaves one, `evaluate` and `design` say by how much and when. Those of the robot file are\n\
-             # always checked; here they are written out, to be lowered, and reports draw them.\n",
+            "\n# Limits: `evaluate` and `design` report when and by how much a plan violates them. Those of the robot file are\n\
+             # always checked; they are listed here so that you can tighten them; reports plot them.\n",
         );
         let before = text.len();
         self.speeds(text);
         self.efforts(text);
         if text.len() == before {
-            text.push_str("# The robot file gives its joints neither speeds nor efforts. One for the tool would be\n");
+            text.push_str("# The robot file specifies no speed or effort limits. A limit on the tool speed would be\n");
             text.push_str("# [[tasks.limits]]\n# kind = \"frame_velocity\"\n");
             let _ = writeln!(text, "# frame = {:?}", self.mount_name());
             text.push_str(
@@ -40,8 +40,8 @@ impl Draft<'_> {
         }
     }
 
-    /// Limits of joints that turn and of those that slide, in their units, where the file gives them; `select` names what is
-    /// limited of a joint.
+    /// Limits of joints that turn and of those that slide, in their units, where the file gives them; `select` names
+    /// what is limited of a joint.
     fn limits(
         &self,
         text: &mut String,
@@ -60,21 +60,21 @@ impl Draft<'_> {
     }
 
     fn curves(&self, text: &mut String) {
-        text.push_str("# Curves: kept over time in results and drawn in reports, without a say in the cost.\n");
+        text.push_str("# Curves: stored over time in results and plotted in reports; they do not affect the cost.\n");
         if self.template.touches() {
-            text.push_str("[[tasks.curves]]                 # N: the force that the wall feels\n");
+            text.push_str("[[tasks.curves]]                 # N: contact force on the wall\n");
             text.push_str("kind = \"contact_force\"\ncontact = \"wall\"\n\n");
         }
         let _ = write!(
             text,
-            "[[tasks.curves]]                 # m: where the tool is; its error beside the target of the cost\n\
+            "[[tasks.curves]]                 # m: position of the tool; compare with the target of the cost\n\
              kind = \"frame_point\"\nframe = {:?}\n",
             self.mount_name()
         );
         for axis in self.yielding() {
             let _ = write!(
                 text,
-                "\n[[tasks.curves]]                 # m: how far the mount yields\nkind = \"coupling_deflection\"\ncoupling = {axis:?}\n"
+                "\n[[tasks.curves]]                 # m: deflection of the mount\nkind = \"coupling_deflection\"\ncoupling = {axis:?}\n"
             );
         }
     }

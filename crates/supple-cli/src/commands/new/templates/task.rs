@@ -41,11 +41,7 @@ impl Draft<'_> {
             }
         );
         if self.template == Template::Insert {
-            said(
-                text,
-                &format!("\"c.wall\" = {:?}", digits(0.4 * rules.clearance)),
-                "m: the hole is not where it is expected",
-            );
+            said(text, &format!("\"c.wall\" = {:?}", digits(0.4 * rules.clearance)), "m: offset of the actual hole");
         }
         let wander = rules.disturbance;
         let (mount, q) = (self.mount_name(), digits(rules.tip_sd.powi(2) / limb.lever().powi(2) * 25.0));
@@ -73,7 +69,7 @@ impl Draft<'_> {
         let (joint, tool) = (digits(wander * wander * dt), digits(tip * tip * dt * 0.04));
         let _ = writeln!(
             text,
-            "# Joints wander by {wander:?} {} in a second.\nprocess = {{ \"v.*\" = {joint:?}, \"v.{mount}_*\" = {tool:?} }}",
+            "# Joint velocities drift by {wander:?} {} in one second (one standard deviation).\nprocess = {{ \"v.*\" = {joint:?}, \"v.{mount}_*\" = {tool:?} }}",
             limb.speed_unit()
         );
         if self.template.touches() {
@@ -90,9 +86,7 @@ impl Draft<'_> {
 
     pub(super) fn costs(&self, text: &mut String) {
         let Self { start, rules, limb, .. } = self;
-        text.push_str(
-            "\n# Weights: a term adds 1 to the cost if it is off by its tolerance all the time (Bryson's rule).\n",
-        );
+        text.push_str("\n# Weights (Bryson's rule): a constant error equal to the tolerance adds 1 to the cost.\n");
         let force = |text: &mut String, target: f64, tolerance: f64| {
             let _ = writeln!(text, "[[tasks.costs]]\nkind = \"contact_force\"\ncontact = \"wall\"");
             said(text, &format!("target = {target:?}"), "N");

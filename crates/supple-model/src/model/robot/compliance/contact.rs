@@ -13,8 +13,8 @@ use crate::{Point, Value};
 /// normal to the state, as a constant, m.
 ///
 /// With depth `d = c - n'(p - point) + radius` of the sphere about the frame's origin `p`, velocity `v` of that origin,
-/// and the part `v_t` along the wall of the velocity `v + w x (-radius n)` of the point that touches the wall, where `w` is
-/// the angular velocity:
+/// and the part `v_t` along the wall of the velocity `v + w x (-radius n)` of the point that touches the wall, where
+/// `w` is the angular velocity:
 ///
 /// ```text
 /// force = stiffness (d)_+ (1 - dissipation n'v)_+        friction = -friction force v_t / sqrt(|v_t|^2 + slip^2)
@@ -34,19 +34,20 @@ pub struct Contact {
     smoothing: Value,
     friction: Value,
     slip: Value,
-    /// A length by which the contact is wider and softer than it is, and a speed by which its friction is, for planning.
+    /// A length by which the contact is wider and softer than it is, and a speed by which its friction is, for
+    /// planning.
     widening: Option<(Value, Value)>,
 }
 
-/// A point or sphere on a frame against a wall of uncertain place.
+/// A point or sphere on a frame in contact with a wall of uncertain position.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// Name of the frame or link that the point or the sphere's centre is the origin of.
+    /// Name of the frame or link whose origin is the point or the sphere's centre.
     frame: String,
-    /// Normal of the wall in the world, out of the wall; of any length above 0; required without `geom`.
+    /// Outward normal of the wall in the world frame, of any non-zero length; required without `geom`.
     normal: Option<[f64; 3]>,
-    /// A point of the world from which the wall's place is counted along the normal, m; default: the origin.
+    /// World point from which the wall position is measured along the normal, m; default: the origin.
     point: Option<[Value; 3]>,
     /// Name of a plane or box of the robot's file that does not move, in place of `normal` and `point`.
     geom: Option<String>,
@@ -57,16 +58,15 @@ pub struct File {
     radius: Value,
     /// Stiffness, N/m; above 0.
     stiffness: Value,
-    /// Dissipation by Hunt and Crossley: by which share of it the normal force grows for a unit of approaching speed, s/m;
-    /// at least 0.
+    /// Hunt-Crossley dissipation: relative increase of the normal force per unit of approach speed, s/m; at least 0.
     #[serde(default)]
     dissipation: Value,
-    /// Clearance at which the force sets in, and depth from which it is that of the stiffness, m; above 0.
+    /// Clearance at which the force begins, and depth from which it is linear, m; above 0.
     smoothing: Value,
     /// Coefficient of friction; at least 0.
     #[serde(default)]
     friction: Value,
-    /// Speed along the wall over which friction sets in, m/s; above 0.
+    /// Slip speed over which friction builds up, m/s; above 0.
     #[serde(default = "slow")]
     slip: Value,
 }
@@ -112,34 +112,33 @@ impl File {
     /// Normal and point of the wall: those given, or those of a geom of the robot's file.
     fn wall(&self, names: &Names) -> Result<([f64; 3], [Value; 3]), Unfit> {
         let Some(geom) = &self.geom else {
-            let missing =
-                || Unfit::new("normal", "is missing: give the wall's `normal`, or a `geom` of the robot's file");
+            let missing = || Unfit::new("normal", "is missing: give `normal`, or name a `geom` of the robot file");
             if self.face.is_some() {
-                return Err(Unfit::new("face", "goes with `geom`, a box of the robot's file"));
+                return Err(Unfit::new("face", "requires `geom`, a box of the robot file"));
             }
             return Ok((self.normal.ok_or_else(missing)?, self.point.unwrap_or_default()));
         };
         for (key, given) in [("normal", self.normal.is_some()), ("point", self.point.is_some())] {
             if given {
-                let unfit = Unfit::new(key, format!("`geom` gives the wall already: that of `{geom}`"));
-                return Err(unfit.with_help(format!("leave `{key}` out, or `geom`")));
+                let unfit = Unfit::new(key, format!("the wall is already defined by `geom = {geom}`"));
+                return Err(unfit.with_help(format!("remove `{key}` or `geom`")));
             }
         }
         let walls: Vec<String> = names.robot.walls.iter().map(|wall| wall.name.clone()).collect();
-        let wall = &names.robot.walls[find("geom", "plane or box that does not move", geom, &walls)?];
+        let wall = &names.robot.walls[find("geom", "fixed plane or box", geom, &walls)?];
         let face = match (self.face, wall.shape) {
             (Some(face), _) => face,
             (None, WallShape::Plane) => Face::PlusZ,
             (None, WallShape::Box(_)) => {
                 let message = format!("is missing: `{geom}` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, `-z`");
-                let help = "the face that the robot touches, in the axes of the box";
+                let help = "the face in contact with the robot, in the box frame";
                 return Err(Unfit::new("face", message).with_help(help));
             }
         };
         let (axis, negative) = face.side();
         let (normal, point) = wall
             .face(axis, negative)
-            .ok_or_else(|| Unfit::new("face", format!("`{geom}` is a plane, whose one face is `+z`")))?;
+            .ok_or_else(|| Unfit::new("face", format!("`{geom}` is a plane; its only face is `+z`")))?;
         Ok((normal, point.map(Value::Number)))
     }
 }
@@ -156,7 +155,7 @@ impl ComplianceFile for Contact {
         let (normal, point) = file.wall(names)?;
         let length = dot(normal, normal).sqrt();
         if !(length > 0.0 && length.is_finite()) {
-            return Err(Unfit::new("normal", format!("must have a length above 0; found {normal:?}")));
+            return Err(Unfit::new("normal", format!("must be non-zero; found {normal:?}")));
         }
         let File { radius, stiffness, dissipation, smoothing, friction, slip, .. } = file;
         let normal = normal.map(|entry| entry / length);
@@ -240,8 +239,8 @@ fn rise<S: Scalar>(y: S) -> (S, S) {
     (rise, S::one() - lifted / least)
 }
 
-/// The slope of the rounded positive part at a depth, or less where the body departs by more than the depth: so much less
-/// that the linearised force cannot pull.
+/// The slope of the rounded positive part at a depth, or less where the body departs by more than the depth: so much
+/// less that the linearised force cannot pull.
 fn tangent<S: Scalar>(depth: S, smoothing: S, departure: S) -> S {
     // Force by stiffness: the depth itself deep inside, and 0 with the clearance of one smoothing.
     let t = depth.place_in_rounding(smoothing);

@@ -42,8 +42,8 @@ pub(super) struct Element {
 
 /// What an element of compliance does.
 ///
-/// Of the frames and positions that it acts on it knows the numbers, which [`Names`] gives when it is read. It is
-/// recorded once: write it to be readable, and do not branch on numbers that it computes.
+/// It stores the indices of the frames and positions on which it acts; [`Names`] resolves them when the file is read.
+/// It is recorded once: write it to be readable, and do not branch on numbers that it computes.
 pub trait Compliance: Debug + Send + Sync + 'static {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
@@ -66,7 +66,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
     /// The names of what [`Compliance::measure`] gives.
     fn signals(&self) -> Vec<&'static str>;
 
-    /// Its forces, and what else sensors and costs may want to know.
+    /// Its forces and other signals for sensors and costs.
     fn measure<S: Scalar>(&self, own: &Own<S>) -> Vec<S>;
 
     /// The names of what [`Compliance::deflect`] gives.
@@ -74,7 +74,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// How far it is from rest, m or rad.
+    /// Deflection from rest, m or rad.
     fn deflect<S: Scalar>(&self, _own: &Own<S>) -> Vec<S> {
         Vec::new()
     }
@@ -85,8 +85,8 @@ pub trait Compliance: Debug + Send + Sync + 'static {
     /// How its forces fall with the [rates](Own::rates) that they are linear in.
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
 
-    /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by a
-    /// value, m/s; none where it has no such length.
+    /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by
+    /// a value, m/s; none where it has no such length.
     fn widened(&self, _length: Value, _speed: Value) -> Option<Self>
     where
         Self: Sized,
@@ -117,12 +117,12 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         None
     }
 
-    /// The spring and damper beside a joint that it is, which robot files can say too; none where it is of another kind.
+    /// The equivalent joint spring and damper, if this kind is one.
     fn beside_joint(&self) -> Option<BesideJoint> {
         None
     }
 
-    /// What its numbers must be at least.
+    /// Lower limits of its numbers.
     fn rules(&self) -> Vec<Rule>;
 }
 
@@ -138,7 +138,7 @@ pub trait ComplianceFile: Compliance + Sized {
     fn build(file: Self::File, names: &Names) -> Result<Self, Unfit>;
 }
 
-/// The least that the value of a key may be.
+/// Lower limit of the value of a key.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     pub(super) key: &'static str,
