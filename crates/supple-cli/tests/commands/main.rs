@@ -30,7 +30,7 @@ fn assert_form(found: &Value, form: &Value, path: &str) {
             found.iter().enumerate().for_each(|(i, value)| assert_form(value, &form[0], &format!("{path}[{i}]")));
         }
         (Value::Number(found), Value::Number(form)) => {
-            assert!(!form.is_u64() || found.is_u64(), "{path} = {found} is no whole number");
+            assert!(!form.is_u64() || found.is_u64(), "{path} = {found} is not an integer");
         }
         (Value::String(_), Value::String(_)) | (Value::Bool(_), Value::Bool(_)) => {}
         _ => panic!("{path} = {found} has not the form of {form}"),

@@ -275,7 +275,7 @@ fn limits_must_be_known() {
         let found = error_of(text);
         assert!(found.starts_with(&expected(text, said)), "{found}");
     };
-    let said = "must be false, as the model has no limits of its controls; found true";
+    let said = "must be false: the model has no control limits; found true";
     assert_says(&text, said);
     let wrong = with_key(&arm()).replace("limits = true", "limits = 1");
     assert_says(&wrong, "must be `true` or `false`; found 1");
