@@ -154,6 +154,7 @@ fn evaluate_task(
         stationarity: state.plan.stationarity,
         relative_stationarity: state.plan.relative_stationarity,
         regularised_iterations: state.plan.regularised,
+        cost_curvature: state.plan.curvature,
         belief_repairs: state.belief.repairs,
         branches,
         limits_violated: [

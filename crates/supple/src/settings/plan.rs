@@ -28,6 +28,8 @@ pub struct PlanSettings {
     /// Whether to use second derivatives of the dynamics close to an optimum, for quadratic convergence. Turn it off to
     /// see plain iLQG, which converges linearly and may end in another local minimum.
     pub newton: bool,
+    /// Which second derivatives of the cost the final control law and the expected cost use.
+    pub curvature: CostCurvature,
     /// What the regularisation acts on.
     pub regularisation: RegularisationKind,
     /// Maximum number of step halvings in one line search.
@@ -47,6 +49,7 @@ impl Default for PlanSettings {
             time_limit: None,
             tolerance: 1e-12,
             newton: true,
+            curvature: CostCurvature::default(),
             regularisation: RegularisationKind::default(),
             max_halvings: 8,
             sufficient_decrease: 1e-4,
@@ -90,6 +93,19 @@ impl std::fmt::Display for PlanMode {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// Which second derivatives of the cost the final control law and the expected cost use (theory, equation P.1a).
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CostCurvature {
+    /// All of them; Gauss-Newton's where with all of them the control law does not exist.
+    #[default]
+    Auto,
+    /// All of them.
+    Exact,
+    /// Those of the norms alone, which are never indefinite.
+    GaussNewton,
 }
 
 /// What the regularisation acts on (theory, equation P.2d).

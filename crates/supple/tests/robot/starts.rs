@@ -68,7 +68,7 @@ fn keyframes_give_positions_and_velocities() {
     assert_eq!(first(&keyed("key = \"home\"\n").with(&flexible).problem()), [0.4, -1.2, -1.2, 0.1, 0.2, 0.2]);
     let outside = keyed("key = \"bent\"\n").problem();
     assert_eq!(first(&outside), [0.4, 2.6, 0.0, 0.0]);
-    let said = "task `task`: the initial value of position, joint `elbow` of 2.6, is outside its range [-2.5, 2.5]";
+    let said = "task `task`: the initial value of position of joint `elbow`, 2.6, is outside its range [-2.5, 2.5]";
     assert!(outside.warnings.contains(&said.to_owned()), "{:?}", outside.warnings);
     assert!(outside.every_warning.contains(&said.to_owned()), "{:?}", outside.every_warning);
 }
@@ -163,7 +163,7 @@ fn poses_that_cannot_be() {
     let nearest = places.map(distance).fold(f64::INFINITY, f64::min);
     assert!((nearest - 3.6543).abs() < 5e-3 && nearest > 3.6542, "{nearest}");
     let turned = error_of(&start(arm(), &pose("position = [0.0, 0.0, 5.0], rpy = [1.0, 0.0, 0.0]")).text());
-    assert!(turned.contains(" rad, with ") && turned.contains("or leave out `rpy`"), "{turned}");
+    assert!(turned.contains(" rad away, with ") && turned.contains("or omit `rpy`"), "{turned}");
     assert_errors(vec![
         (
             start(arm(), "pose = { frame = \"tol\", position = [0.0, 0.0, 0.0] }\n"),
@@ -197,13 +197,13 @@ fn poses_that_cannot_be() {
 #[test]
 fn starts_outside_limits_are_warned_of() {
     let problem = start(arm(), "\"q.slide\" = 0.5\n\"v.elbow\" = -11.0\n").problem();
-    let said = |warning: &&String| warning.starts_with("task `task` starts");
+    let said = |warning: &&String| warning.contains("the initial value");
     let found: Vec<_> = problem.warnings.iter().filter(said).map(String::as_str).collect();
     assert_eq!(
         found,
         [
-            "task `task`: the initial value of velocity, joint `elbow` of -11, is outside its range [-10, 10]",
-            "task `task`: the initial value of position, joint `slide` of 0.5, is outside its range [-0.2, 0.3]",
+            "task `task`: the initial value of velocity of joint `elbow`, -11, is outside its range [-10, 10]",
+            "task `task`: the initial value of position of joint `slide`, 0.5, is outside its range [-0.2, 0.3]",
         ]
     );
 }
