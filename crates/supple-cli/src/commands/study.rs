@@ -7,6 +7,7 @@ use supple_study::study::{REPORT, Step, Study, StudyFile};
 use supple_study::{Folder, LoadedTask, Made, RESULT, Steps, StudyResult, check_writable};
 
 use super::conduct::make;
+use super::plot::check_figures;
 use super::{plot, report};
 use crate::Outcome;
 use crate::arguments::{Arguments, Command, PlotOptions, ReportOptions, StudyCommand, StudyOptions};
@@ -20,6 +21,9 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     let file = StudyFile::load(&options.study, &out)?;
     let steps = file.steps.iter().map(|step| Planned::of(&file, step)).collect::<Result<Vec<_>, _>>()?;
     let figures = file.figures.iter().map(|figure| to_plot(&file, figure)).collect::<Result<Vec<_>, _>>()?;
+    if !figures.is_empty() {
+        check_figures()?;
+    }
     Folder::check_kind(&out, "study")?;
     check_writable(&out, RESULT)?;
     listen(Stopping::AtPause);
