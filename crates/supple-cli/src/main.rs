@@ -8,7 +8,6 @@ mod failure;
 mod informations;
 mod output;
 mod pages;
-mod plain;
 mod present;
 mod progress;
 mod split;
