@@ -9,7 +9,6 @@ mod failure;
 mod informations;
 mod output;
 mod pages;
-mod plain;
 mod present;
 mod progress;
 mod split;

@@ -13,7 +13,7 @@ use crate::Outcome;
 use crate::arguments::{Arguments, Command, PlotOptions, ReportOptions, StudyCommand, StudyOptions};
 use crate::failure::Failure;
 use crate::output::{note, print_text};
-use crate::progress::{STOP, Stopping, listen};
+use crate::progress::{STOP, listen};
 
 /// `supple study FILE`
 pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
@@ -26,7 +26,7 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     }
     Folder::check_kind(&out, "study")?;
     check_writable(&out, RESULT)?;
-    listen(Stopping::AtPause);
+    listen();
     let clock = Instant::now();
     let mut outcome = Outcome::Success;
     for (number, (step, planned)) in file.steps.iter().zip(&steps).enumerate() {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use supple::math;
 use supple::parameters::{Parameter, Scale};
-use supple_text::nearest;
+use supple_text::{digits, nearest};
 
 use super::MOST_POINTS;
 use crate::{LoadedTask, StudyError};
@@ -52,7 +52,7 @@ impl Axis {
             return Err("COUNT = 0: the axis would be empty; COUNT is at least 1".to_owned());
         }
         if scale == Scale::Log && !(from > 0.0 && to > 0.0) {
-            return Err(format!("a logarithmic axis needs positive ends; found {from} and {to}"));
+            return Err(format!("a logarithmic axis needs positive ends; found {} and {}", digits(from), digits(to)));
         }
         if count > 1 && from == to {
             return Err(format!("FROM and TO are both {from}, so COUNT must be 1; found {count}"));

@@ -4,6 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_model::system::System;
 use supple_model::{ContactState, Trajectory};
 
+use super::descent::is_over;
 use super::nominal::search_free;
 use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within};
 use crate::problem::Task;
@@ -44,6 +45,9 @@ pub(crate) fn approach(
     let mut apart = false;
     let mut iterations = 0;
     for _ in 0..STAGES {
+        if is_over(work.deadline) {
+            break;
+        }
         let phi: Vec<f64> = phi.iter().copied().chain([widening.width.unwrap_or(0.0), friction.speed()]).collect();
         let problem = NominalProblem { system: wide, phi: &phi, bounds: task.control_bounds.as_ref() };
         let mut patience = Patience::Full;

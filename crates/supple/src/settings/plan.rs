@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use supple_text::digits;
 
 use supple_lqg::Regularisation;
 
@@ -182,16 +183,16 @@ impl PlanSettings {
         if let Some(limit) = self.time_limit.filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
             return Err((
                 "time_limit",
-                format!("must be above 0 s and finite; leave it out for no limit; found {limit}"),
+                format!("must be above 0 s and finite; leave it out for no limit; found {}", digits(limit)),
             ));
         }
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));
+            return Err(("tolerance", format!("must be between 0 and 1; found {}", digits(self.tolerance))));
         }
         if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
             return Err((
                 "sufficient_decrease",
-                format!("must be between 0 and 1; found {}", self.sufficient_decrease),
+                format!("must be between 0 and 1; found {}", digits(self.sufficient_decrease)),
             ));
         }
         if !self.risk_sensitivity.is_finite() {
@@ -205,17 +206,17 @@ impl PlanSettings {
             return Err(("belief", "starts must be at least 1; found 0".into()));
         }
         if !(self.belief.spread > 0.0 && self.belief.spread.is_finite()) {
-            return Err(("belief", format!("spread must be above 0; found {}", self.belief.spread)));
+            return Err(("belief", format!("spread must be above 0; found {}", digits(self.belief.spread))));
         }
         let SampledSettings { iterations, averaging, tolerance, .. } = self.sampled;
         if iterations == 0 {
             return Err(("sampled", "iterations must be at least 1; found 0".into()));
         }
         if !(averaging > 0.0 && averaging <= 1.0) {
-            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {averaging}")));
+            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {}", digits(averaging))));
         }
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(("sampled", format!("tolerance must be between 0 and 1; found {tolerance}")));
+            return Err(("sampled", format!("tolerance must be between 0 and 1; found {}", digits(tolerance))));
         }
         Ok(())
     }

@@ -107,7 +107,7 @@ impl Rules {
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number".into()))?;
         let least = if *name == "margin" { 1.0 } else { 0.0 };
         if !(value.is_finite() && value > least) {
-            return Err(wrong(format!("must be above {least}; found {value}")));
+            return Err(wrong(format!("must be above {least}; found {}", supple_text::digits(value))));
         }
         **number = value;
         Ok(name)

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use supple_robot::{Inertia, InsertedAxis, Pose};
-use supple_text::{FileError, nearest, owned, quoted};
+use supple_text::{FileError, digits, nearest, owned, quoted};
 
 use super::compliance::{Element, Spring, find};
 use super::file::Build;
@@ -143,7 +143,7 @@ impl InsertFile {
             let least = if key == "inertia" { 0.0 } else { f64::NEG_INFINITY };
             if let Some(entry) = (0..3).find(|&entry| !(numbers[entry].is_finite() && numbers[entry] >= least)) {
                 let valid = if key == "inertia" { "must be at least 0" } else { "must be finite" };
-                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", numbers[entry])));
+                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", digits(numbers[entry]))));
             }
         }
         let carried = |(place, name): (usize, &String)| {
