@@ -77,9 +77,9 @@ pub fn passed(report: &DesignReport) -> String {
     let first = if report.settings.information.needed > 0.0 { "needed" } else { "used" };
     match (most, first) {
         (0, _) => String::new(),
-        (1, "needed") => "\nNo information is needed there; the search then minimised the information used.".into(),
+        (1, "needed") => "\nNo information is needed there; the search then minimised the information used, among designs that need none.".into(),
         (_, "needed") => {
-            "\nNo information is needed or used there; the search then minimised the information measured.".into()
+            "\nNo information is needed or used there; the search then minimised the information measured, among designs that need none.".into()
         }
         _ => "\nNo information is used there; the search then minimised the information measured.".into(),
     }

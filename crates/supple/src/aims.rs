@@ -115,6 +115,36 @@ pub(crate) fn information_within(
     Ok(sum)
 }
 
+/// The expected cost of a task of which nothing is ever measured, and its total gradient by all parameters: no information
+/// is needed where that is within the limit.
+///
+/// # Errors
+/// Where there is no law of least cost along the plan, or it is no strict local optimum.
+pub(crate) fn cost_without_measurements(
+    (task, phi): (&Task, &[f64]),
+    state: &mut TaskState,
+    out: &mut Vec<f64>,
+) -> Result<f64, Error> {
+    let found = horizon_of_plan(&state.plan, &state.noise)?.unmeasured();
+    let mut partials = Partials::zeros(state.plan.knots.dimensions, task.steps);
+    let scaled = [
+        (&mut partials.dynamics, &found.dynamics, 1.0),
+        (&mut partials.process, &found.process, 1.0),
+        (&mut partials.initial, &found.initial, 1.0),
+        // Theta = Xi / 2.
+        (&mut partials.value_of_information, &found.prices, 0.5),
+    ];
+    for (to, from, weight) in scaled {
+        add_scaled(to, from, weight);
+    }
+    let functional = Functional { process: 1.0, initial: 1.0, partials: Some(&partials), ..Functional::default() };
+    state.total_gradient(task, phi, functional, out)?;
+    let mut by_nominal = Vec::new();
+    state.nominal_gradient(task, phi, &mut by_nominal)?;
+    out.iter_mut().zip(&by_nominal).for_each(|(sum, slope)| *sum += slope);
+    Ok(found.cost)
+}
+
 /// The least information at the limit, or at what the plan costs itself where there is none.
 fn needed_information(limit: Option<&Limit>, state: &mut TaskState) -> Result<(Needed, Budget), Error> {
     let own = state.cost.belief;

@@ -56,7 +56,18 @@ fn designs_minimise_the_information_that_is_asked_for() {
     // Nothing is needed at this bound: what is used is minimised in its stead.
     let run = folder.run(&["design", "task.toml", "--starts", "1", "--information", "needed"]);
     let page = run.quiet().1;
-    assert!(page.contains("No information is needed there; the search then minimised the information used."), "{page}");
+    assert!(
+        page.contains("No information is needed there; the search then minimised the information used, among"),
+        "{page}"
+    );
+    // Among designs that need nothing.
+    let needed = folder.run(&[&arguments[..], &["--information", "needed"]].concat()).json(0);
+    let least = number(&needed["optimum"]["tasks"][0]["information"]["needed"]["total_bits"]);
+    assert!(least < 1e-6 && bits(&needed) > bits(&used) - 1e-6, "{least} {} {}", bits(&needed), bits(&used));
+    let mixed = folder.run(&[&arguments[..], &["--information", "used=1,measured=0.01"]].concat()).json(0);
+    assert_eq!(mixed["settings"]["information"], json!({ "needed": 0.0, "used": 1.0, "measured": 0.01 }));
+    let run = folder.run(&["design", "task.toml", "--information", "used=much"]);
+    assert!(run.code == Some(2) && run.stderr.contains("the weight `much` is no number"), "{}", run.stderr);
 
     for (wrong, says) in [
         ("information = \"wanted\"", "`needed`, `used`, `measured`"),

@@ -1,4 +1,4 @@
-use super::visit::Visit;
+use super::visited::Visit;
 use crate::problem::Problem;
 
 /// What a design search is after.

@@ -17,6 +17,7 @@ mod split;
 mod sqp;
 mod start;
 mod visit;
+mod visited;
 
 pub use crate::branches::{best_plan, plan_at};
 pub use crate::settings::{DesignSettings, GradientKind, InformationWeights, Method, ROLLOUTS};

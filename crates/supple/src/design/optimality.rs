@@ -1,7 +1,8 @@
 //! Whether a visited design is an optimum, to first order (theory, equation D.3).
 
 use super::Aim;
-use super::visit::{Visit, Visitor};
+use super::visit::Visitor;
+use super::visited::{TaskVisit, Visit};
 
 /// First-order optimality up to which a design counts as an optimum.
 pub(crate) const OPTIMAL: f64 = 1e-4;
@@ -23,11 +24,17 @@ pub(crate) fn optimality(at: &Visit, visitor: &Visitor) -> (f64, Vec<f64>) {
         Aim::Information { .. } => {
             let objective = scaled(&at.objective_gradient(problem));
             let of_tasks = at.tasks.iter().map(|task| scaled(&task.excess_gradient(1.0)));
-            let constraints: Vec<_> = of_tasks.chain([scaled(&at.price.gradient)]).collect();
+            let mut constraints: Vec<_> = of_tasks.chain([scaled(&at.price.gradient)]).collect();
             let is_active = |task: usize| violations[task].is_some_and(|violation| violation > -near);
             let active = (0..at.tasks.len()).filter(|&task| is_active(task));
-            let active: Vec<usize> = active.chain(is_tight.then_some(budget)).collect();
-            let (worst, multipliers) = project(&objective, &constraints, &active, &at.scaled);
+            let mut active: Vec<usize> = active.chain(is_tight.then_some(budget)).collect();
+            // Those without measurements have no multipliers that are told.
+            let is_near = |task: &&TaskVisit| task.unmeasured_violation().is_some_and(|violation| violation > -near);
+            let unmeasured = at.tasks.iter().filter(is_near).filter_map(TaskVisit::unmeasured_gradient);
+            constraints.extend(unmeasured.map(|gradient| scaled(&gradient)));
+            active.extend(budget + 1..constraints.len());
+            let (worst, mut multipliers) = project(&objective, &constraints, &active, &at.scaled);
+            multipliers.truncate(budget + 1);
             // Where information and price are in balance, the gradient of their sum is no measure.
             let parts = scaled(&at.information_gradient(problem)).into_iter().zip(scaled(&at.price.gradient));
             let parts = parts.map(|(information, price)| information.abs() + (at.price.weight * price).abs());

@@ -1,6 +1,6 @@
 //! The problem of a design search as optimisers see it: numbers in a box, an objective, and constraints.
 
-use super::visit::Visit;
+use super::visited::Visit;
 use super::{Aim, Search};
 use crate::Error;
 
@@ -67,7 +67,8 @@ pub struct OuterPoint {
 /// equation D.2).
 ///
 /// The variables are the design parameters; a search for the least cost has one more, which is at least every
-/// `J_i / D_i` and is minimised. There is one constraint per task with a bound, then one for a budget of prices.
+/// `J_i / D_i` and is minimised. There is one constraint per task with a bound, then one for a budget of prices, then one
+/// per task whose cost without measurements is to stay within its bound.
 pub struct OuterProblem<'s, 'a, 'b> {
     search: &'s mut Search<'a, 'b>,
     units: Units,
@@ -130,7 +131,8 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
 
     /// How many constraints there are.
     pub fn constraints(&self) -> usize {
-        self.bounded.len() + usize::from(self.search.settings().budget.is_some())
+        let unmeasured = self.first.tasks.iter().filter(|task| task.unmeasured.is_some()).count();
+        self.bounded.len() + usize::from(self.search.settings().budget.is_some()) + unmeasured
     }
 
     /// How many points may be evaluated.
@@ -231,6 +233,14 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             };
             constraints.push(value);
             jacobian.push(self.gradient(&visit, &visit.price.gradient, (scale, 0.0)));
+        }
+        for &(task, size) in &self.bounded {
+            let at = &visit.tasks[task];
+            if let (Some((cost, _)), Some(bound), Some(gradient)) = (&at.unmeasured, at.bound, at.unmeasured_gradient())
+            {
+                constraints.push((cost - bound) / size);
+                jacobian.push(self.gradient(&visit, &gradient, (size, 0.0)));
+            }
         }
         let mut at = match self.units {
             Units::Scaled => visit.scaled.clone(),

@@ -2,7 +2,8 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
 use super::optimality::{OPTIMAL, optimality};
-use super::visit::{Visit, Visitor, controls_of};
+use super::visit::Visitor;
+use super::visited::{Visit, controls_of};
 use super::{CatalogueDesign, Ending};
 use crate::Error;
 

@@ -1,7 +1,8 @@
 use supple_kernels::Matrices;
 
 use super::start::own_optimiser;
-use super::visit::{Visit, Visitor, controls_of};
+use super::visit::Visitor;
+use super::visited::{Visit, controls_of};
 use super::{Ending, Event, Search, Searcher, StartSummary};
 use crate::Error;
 use crate::branches::{BranchSearch, best_of_guesses, search_branches};
@@ -55,9 +56,10 @@ impl Rounds<'_, '_> {
             if self.searcher.goes_on
                 && self.summary.status.meets_bounds()
                 && last.information(problem) <= NOTHING
-                && let Some(next) = visitor.weights.next()
+                && let Some(next) = visitor.weighed.weights.next()
             {
-                visitor.weights = next;
+                visitor.weighed.needs_nothing |= visitor.weighed.weights.needed > 0.0;
+                visitor.weighed.weights = next;
                 self.summary.passed += 1;
                 (phi, controls) = (last.phi.clone(), controls_of(&last));
                 continue;

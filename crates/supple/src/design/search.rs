@@ -2,7 +2,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::optimality::{OPTIMAL, optimality};
 use super::outer::{Ending, Optimiser, OuterProblem};
-use super::visit::{Visit, Visitor};
+use super::visit::Visitor;
+use super::visited::Visit;
 use super::{Aim, DesignSettings};
 use crate::Error;
 use crate::problem::Problem;

@@ -1,172 +1,17 @@
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
+use super::visited::{PriceVisit, TaskVisit, Visit};
 use super::{Aim, DesignSettings, GradientKind};
 use crate::Error;
-use crate::aims::{Limit, information_within};
-use crate::continuation::{Scaling, continue_plan, largest_difference};
+use crate::aims::{Limit, cost_without_measurements, information_within};
+use crate::continuation::{Scaling, continue_plan};
 use crate::gradient::FrozenGradient;
 use crate::growth::explain;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
 use crate::settings::InformationWeights;
 use crate::touching::misses_contact;
-use crate::violation;
-
-/// What is known of one task at a visited design.
-#[derive(Clone, Debug)]
-pub(crate) struct TaskVisit {
-    /// Controls of its plan, to warm-start from.
-    pub controls: Matrices,
-    /// Its directed information, nats, and gradient by all parameters.
-    pub information: f64,
-    pub information_gradient: Vec<f64>,
-    /// Its expected cost, and gradient by all parameters.
-    pub cost: f64,
-    pub cost_gradient: Vec<f64>,
-    /// Its bound, where it has one.
-    pub bound: Option<f64>,
-    /// Its derivative by each parameter that it depends on.
-    pub bound_slopes: Vec<(usize, f64)>,
-    /// Whether its plan converged.
-    pub converged: bool,
-    /// Whether its plan never touches a contact from which a cost wants a force.
-    pub misses_contact: bool,
-}
-
-/// What the parameters of a visited design cost.
-#[derive(Clone, Debug)]
-pub(crate) struct PriceVisit {
-    /// The sum of their prices, and gradient by all parameters.
-    pub total: f64,
-    pub gradient: Vec<f64>,
-    /// Nats that a unit counts as.
-    pub weight: f64,
-    /// What the sum may be at most.
-    pub budget: Option<f64>,
-}
-
-impl PriceVisit {
-    fn of(problem: &Problem, settings: &DesignSettings, phi: &[f64]) -> Self {
-        let Problem { parameters, .. } = problem;
-        let (total, gradient) = (parameters.price_in_search(phi), parameters.price_gradient(phi));
-        Self { total, gradient, weight: settings.price_weight, budget: settings.budget }
-    }
-
-    /// How far the sum is above the budget, relative to it.
-    pub fn violation(&self) -> Option<f64> {
-        self.budget.map(|budget| violation(self.total, budget))
-    }
-}
-
-/// A visited design.
-#[derive(Clone, Debug)]
-pub(crate) struct Visit {
-    /// Scaled coordinates of the design parameters.
-    pub scaled: Vec<f64>,
-    /// All parameters.
-    pub phi: Vec<f64>,
-    pub tasks: Vec<TaskVisit>,
-    pub price: PriceVisit,
-}
-
-impl Visit {
-    /// The weighted sum of the tasks' information, nats.
-    pub fn information(&self, problem: &Problem) -> f64 {
-        self.tasks.iter().zip(&problem.tasks).map(|(visit, task)| task.information_weight * visit.information).sum()
-    }
-
-    /// The gradient of the weighted sum of the tasks' information by all parameters.
-    pub fn information_gradient(&self, problem: &Problem) -> Vec<f64> {
-        let mut sum = vec![0.0; self.phi.len()];
-        for (visit, task) in self.tasks.iter().zip(&problem.tasks) {
-            for (sum, gradient) in sum.iter_mut().zip(&visit.information_gradient) {
-                *sum += task.information_weight * gradient;
-            }
-        }
-        sum
-    }
-
-    /// The objective: information, and price with its weight, nats.
-    pub fn objective(&self, problem: &Problem) -> f64 {
-        self.information(problem) + self.price.weight * self.price.total
-    }
-
-    /// The objective's gradient by all parameters.
-    pub fn objective_gradient(&self, problem: &Problem) -> Vec<f64> {
-        let mut sum = self.information_gradient(problem);
-        for (sum, slope) in sum.iter_mut().zip(&self.price.gradient) {
-            *sum += self.price.weight * slope;
-        }
-        sum
-    }
-
-    /// How far the worst task is above its bound, relative to the bound; negative where all are below.
-    pub fn violation(&self) -> f64 {
-        self.tasks.iter().filter_map(TaskVisit::violation).fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// How far the design is above the worst bound of a task or the budget, relative to that.
-    pub fn excess(&self) -> f64 {
-        self.violation().max(self.price.violation().unwrap_or(f64::NEG_INFINITY))
-    }
-
-    /// Whether every task meets its bound and the design the budget within `feasibility`, and every plan converged.
-    pub fn is_feasible(&self, feasibility: f64) -> bool {
-        self.excess() <= feasibility && self.is_planned()
-    }
-
-    /// Whether the design meets the budget within `feasibility`.
-    pub fn is_affordable(&self, feasibility: f64) -> bool {
-        self.price.violation().is_none_or(|violation| violation <= feasibility)
-    }
-
-    /// Whether any plan never touches a contact from which a cost wants a force.
-    pub fn misses_contact(&self) -> bool {
-        self.tasks.iter().any(|task| task.misses_contact)
-    }
-
-    /// Whether every plan converged, to numbers that are finite.
-    pub fn is_planned(&self) -> bool {
-        self.tasks.iter().all(|task| task.converged && task.cost.is_finite() && task.information.is_finite())
-    }
-}
-
-impl TaskVisit {
-    /// Whether the cost at a design is so far above what the slopes there and at this one tell that its plan seems to
-    /// be on another branch.
-    fn leads_up_to(&self, other: &Self, scaling: &Scaling, (from, to): (&[f64], &[f64])) -> bool {
-        let (start, end) = (scaling.scaled(from), scaling.scaled(to));
-        let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
-        let (first, last) = (along(from, &self.cost_gradient), along(to, &other.cost_gradient));
-        let surprise = other.cost - self.cost - 0.5 * (first + last);
-        largest_difference(&start, &end) <= NEAR
-            && surprise > SURPRISE * (first.abs() + last.abs()) + 1e-3 * self.cost.abs()
-    }
-
-    /// `(J - D) / |D|`
-    pub fn violation(&self) -> Option<f64> {
-        self.bound.map(|bound| violation(self.cost, bound))
-    }
-
-    /// The gradient of `J - share D` by all parameters.
-    pub fn excess_gradient(&self, share: f64) -> Vec<f64> {
-        let mut gradient = self.cost_gradient.clone();
-        // A bound that is itself a parameter moves too.
-        for &(parameter, slope) in &self.bound_slopes {
-            gradient[parameter] -= share * slope;
-        }
-        gradient
-    }
-
-    /// The gradient of [`violation`](Self::violation) by all parameters.
-    pub fn violation_gradient(&self) -> Option<Vec<f64>> {
-        let size = self.bound?.abs().max(1e-300);
-        let mut gradient = self.excess_gradient(self.cost / size);
-        gradient.iter_mut().for_each(|entry| *entry /= size);
-        Some(gradient)
-    }
-}
 
 /// How many iterations of a plan a total gradient takes as long as.
 const GRADIENT_EFFORT: usize = 3;
@@ -174,18 +19,20 @@ const GRADIENT_EFFORT: usize = 3;
 /// By how much finer steps are where a plan seems to have left its branch.
 const FINER: usize = 8;
 
-/// A cost above that of the mean slope by more than this share of the slopes is on another branch: a parabola is not
-/// above it at all.
-const SURPRISE: f64 = 0.25;
-
-/// Beyond this distance in scaled coordinates, slopes cannot detect branch changes.
-const NEAR: f64 = 0.25;
+/// What is minimised.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weighed {
+    pub weights: InformationWeights,
+    /// Whether tasks are to stay within their bounds without measurements: a search for what is needed that found that
+    /// nothing is goes on among designs of which that is true.
+    pub needs_nothing: bool,
+}
 
 /// Everything known of a task at a design whose plan is in `state`, with gradients of the given kind.
 fn task_visit(
     task: &Task,
     phi: &[f64],
-    (kind, aim, weights): (GradientKind, Aim, InformationWeights),
+    (kind, aim, Weighed { weights, needs_nothing }): (GradientKind, Aim, Weighed),
     state: &mut TaskState,
 ) -> Result<TaskVisit, Error> {
     let (mut information_gradient, mut cost_gradient) = (Vec::new(), Vec::new());
@@ -203,7 +50,14 @@ fn task_visit(
             cost_gradient = frozen.belief_cost;
         }
     }
+    let mut unmeasured = None;
+    if needs_nothing && bound.is_some() && kind == GradientKind::Total {
+        let mut gradient = Vec::new();
+        let cost = cost_without_measurements((task, phi), state, &mut gradient)?;
+        unmeasured = Some((cost, gradient));
+    }
     Ok(TaskVisit {
+        unmeasured,
         controls: state.plan.trajectory.controls.clone(),
         information,
         information_gradient,
@@ -222,7 +76,7 @@ pub(crate) struct Visitor<'a> {
     pub settings: &'a DesignSettings,
     pub aim: Aim,
     /// What is minimised now.
-    pub weights: InformationWeights,
+    pub weighed: Weighed,
     pub scaling: Scaling,
     /// All visits, in their order.
     pub visits: Vec<Visit>,
@@ -233,7 +87,8 @@ impl<'a> Visitor<'a> {
     pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim) -> Self {
         let scaling = Scaling::of(&problem.parameters);
         let states = problem.tasks.iter().map(TaskState::new).collect();
-        Self { problem, settings, aim, weights: settings.information, scaling, visits: Vec::new(), states }
+        let weighed = Weighed { weights: settings.information, needs_nothing: false };
+        Self { problem, settings, aim, weighed, scaling, visits: Vec::new(), states }
     }
 
     /// Iterations of all plans so far, a gradient counting as much as some of them.
@@ -274,11 +129,11 @@ impl<'a> Visitor<'a> {
         if self.settings.gradient == GradientKind::Total || !has_one {
             return Ok(visit.clone());
         }
-        let Self { problem, aim, weights, states, .. } = self;
+        let Self { problem, aim, weighed, states, .. } = self;
         let tasks = problem.tasks.iter().zip(states.iter_mut()).zip(&visit.tasks);
         let tasks = tasks.map(|((task, state), known)| {
             state.evaluate(task, &visit.phi, &problem.planning, Some(&known.controls))?;
-            task_visit(task, &visit.phi, (GradientKind::Total, *aim, *weights), state)
+            task_visit(task, &visit.phi, (GradientKind::Total, *aim, *weighed), state)
         });
         Ok(Visit { tasks: tasks.collect::<Result<_, _>>()?, ..visit.clone() })
     }
@@ -290,13 +145,13 @@ impl<'a> Visitor<'a> {
         (from, controls): (&[f64], Vec<&Matrices>),
         known: Option<&Visit>,
     ) -> Result<&Visit, Error> {
-        let Self { problem, settings, aim, weights, scaling, states, .. } = self;
+        let Self { problem, settings, aim, weighed, scaling, states, .. } = self;
         let tasks = problem.tasks.par_iter().zip(states.par_iter_mut()).zip(controls).enumerate();
         let tasks = tasks.map(|(index, ((task, state), controls))| {
             let visit = |finer: usize, state: &mut TaskState| {
                 continue_plan((problem, task), scaling, (from, &phi), (controls, finer), state)
                     .map_err(|failed| failed.explain(task, state))?;
-                task_visit(task, &phi, (settings.gradient, *aim, *weights), state)
+                task_visit(task, &phi, (settings.gradient, *aim, *weighed), state)
                     .map_err(|error| explain(task, &phi, error, &state.plan.trajectory))
             };
             let found = visit(1, state)?;
@@ -319,11 +174,6 @@ impl<'a> Visitor<'a> {
         self.visits.push(Visit { scaled: self.scaling.scaled(&phi), phi, tasks, price });
         Ok(&self.visits[self.visits.len() - 1])
     }
-}
-
-/// The controls of all plans of a visit.
-pub(crate) fn controls_of(visit: &Visit) -> Vec<Matrices> {
-    visit.tasks.iter().map(|task| task.controls.clone()).collect()
 }
 
 #[cfg(test)]

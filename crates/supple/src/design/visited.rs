@@ -1,0 +1,194 @@
+//! What is known at visited designs.
+
+use supple_kernels::Matrices;
+
+use super::DesignSettings;
+use crate::continuation::{Scaling, largest_difference};
+use crate::problem::Problem;
+use crate::violation;
+
+/// A cost above that of the mean slope by more than this share of the slopes is on another branch: a parabola is not
+/// above it at all.
+const SURPRISE: f64 = 0.25;
+
+/// Beyond this distance in scaled coordinates, slopes cannot detect branch changes.
+const NEAR: f64 = 0.25;
+
+/// What is known of one task at a visited design.
+#[derive(Clone, Debug)]
+pub(crate) struct TaskVisit {
+    /// Controls of its plan, to warm-start from.
+    pub controls: Matrices,
+    /// Its directed information, nats, and gradient by all parameters.
+    pub information: f64,
+    pub information_gradient: Vec<f64>,
+    /// Its expected cost, and gradient by all parameters.
+    pub cost: f64,
+    pub cost_gradient: Vec<f64>,
+    /// Its bound, where it has one.
+    pub bound: Option<f64>,
+    /// Its derivative by each parameter that it depends on.
+    pub bound_slopes: Vec<(usize, f64)>,
+    /// The cost without measurements, and gradient by all parameters, where that is to stay within the bound.
+    pub unmeasured: Option<(f64, Vec<f64>)>,
+    /// Whether its plan converged.
+    pub converged: bool,
+    /// Whether its plan never touches a contact from which a cost wants a force.
+    pub misses_contact: bool,
+}
+
+/// What the parameters of a visited design cost.
+#[derive(Clone, Debug)]
+pub(crate) struct PriceVisit {
+    /// The sum of their prices, and gradient by all parameters.
+    pub total: f64,
+    pub gradient: Vec<f64>,
+    /// Nats that a unit counts as.
+    pub weight: f64,
+    /// What the sum may be at most.
+    pub budget: Option<f64>,
+}
+
+impl PriceVisit {
+    pub fn of(problem: &Problem, settings: &DesignSettings, phi: &[f64]) -> Self {
+        let Problem { parameters, .. } = problem;
+        let (total, gradient) = (parameters.price_in_search(phi), parameters.price_gradient(phi));
+        Self { total, gradient, weight: settings.price_weight, budget: settings.budget }
+    }
+
+    /// How far the sum is above the budget, relative to it.
+    pub fn violation(&self) -> Option<f64> {
+        self.budget.map(|budget| violation(self.total, budget))
+    }
+}
+
+/// A visited design.
+#[derive(Clone, Debug)]
+pub(crate) struct Visit {
+    /// Scaled coordinates of the design parameters.
+    pub scaled: Vec<f64>,
+    /// All parameters.
+    pub phi: Vec<f64>,
+    pub tasks: Vec<TaskVisit>,
+    pub price: PriceVisit,
+}
+
+impl Visit {
+    /// The weighted sum of the tasks' information, nats.
+    pub fn information(&self, problem: &Problem) -> f64 {
+        self.tasks.iter().zip(&problem.tasks).map(|(visit, task)| task.information_weight * visit.information).sum()
+    }
+
+    /// The gradient of the weighted sum of the tasks' information by all parameters.
+    pub fn information_gradient(&self, problem: &Problem) -> Vec<f64> {
+        let mut sum = vec![0.0; self.phi.len()];
+        for (visit, task) in self.tasks.iter().zip(&problem.tasks) {
+            for (sum, gradient) in sum.iter_mut().zip(&visit.information_gradient) {
+                *sum += task.information_weight * gradient;
+            }
+        }
+        sum
+    }
+
+    /// The objective: information, and price with its weight, nats.
+    pub fn objective(&self, problem: &Problem) -> f64 {
+        self.information(problem) + self.price.weight * self.price.total
+    }
+
+    /// The objective's gradient by all parameters.
+    pub fn objective_gradient(&self, problem: &Problem) -> Vec<f64> {
+        let mut sum = self.information_gradient(problem);
+        for (sum, slope) in sum.iter_mut().zip(&self.price.gradient) {
+            *sum += self.price.weight * slope;
+        }
+        sum
+    }
+
+    /// How far the worst task is above its bound, relative to the bound; negative where all are below.
+    pub fn violation(&self) -> f64 {
+        self.tasks.iter().filter_map(TaskVisit::violation).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// How far the design is above the worst bound of a task or the budget, relative to that; with or without measurements,
+    /// where it is to stay within bounds without.
+    pub fn excess(&self) -> f64 {
+        let unmeasured = self.tasks.iter().filter_map(TaskVisit::unmeasured_violation);
+        let budget = self.price.violation();
+        unmeasured.chain(budget).fold(self.violation(), f64::max)
+    }
+
+    /// Whether every task meets its bound and the design the budget within `feasibility`, and every plan converged.
+    pub fn is_feasible(&self, feasibility: f64) -> bool {
+        self.excess() <= feasibility && self.is_planned()
+    }
+
+    /// Whether the design meets the budget within `feasibility`.
+    pub fn is_affordable(&self, feasibility: f64) -> bool {
+        self.price.violation().is_none_or(|violation| violation <= feasibility)
+    }
+
+    /// Whether any plan never touches a contact from which a cost wants a force.
+    pub fn misses_contact(&self) -> bool {
+        self.tasks.iter().any(|task| task.misses_contact)
+    }
+
+    /// Whether every plan converged, to numbers that are finite.
+    pub fn is_planned(&self) -> bool {
+        self.tasks.iter().all(|task| task.converged && task.cost.is_finite() && task.information.is_finite())
+    }
+}
+
+impl TaskVisit {
+    /// Whether the cost at a design is so far above what the slopes there and at this one tell that its plan seems to
+    /// be on another branch.
+    pub fn leads_up_to(&self, other: &Self, scaling: &Scaling, (from, to): (&[f64], &[f64])) -> bool {
+        let (start, end) = (scaling.scaled(from), scaling.scaled(to));
+        let along = |at: &[f64], gradient: &[f64]| scaling.slope_along((&start, &end), at, gradient);
+        let (first, last) = (along(from, &self.cost_gradient), along(to, &other.cost_gradient));
+        let surprise = other.cost - self.cost - 0.5 * (first + last);
+        largest_difference(&start, &end) <= NEAR
+            && surprise > SURPRISE * (first.abs() + last.abs()) + 1e-3 * self.cost.abs()
+    }
+
+    /// `(J - D) / |D|`
+    pub fn violation(&self) -> Option<f64> {
+        self.bound.map(|bound| violation(self.cost, bound))
+    }
+
+    /// The same of the cost without measurements, where that is to stay within the bound.
+    pub fn unmeasured_violation(&self) -> Option<f64> {
+        self.bound.zip(self.unmeasured.as_ref()).map(|(bound, (cost, _))| violation(*cost, bound))
+    }
+
+    /// The gradient of `J - share D` by all parameters.
+    pub fn excess_gradient(&self, share: f64) -> Vec<f64> {
+        self.less_bound(&self.cost_gradient, share)
+    }
+
+    /// The gradient of the cost without measurements above the bound, where it is to stay within that.
+    pub fn unmeasured_gradient(&self) -> Option<Vec<f64>> {
+        self.unmeasured.as_ref().map(|(_, gradient)| self.less_bound(gradient, 1.0))
+    }
+
+    fn less_bound(&self, gradient: &[f64], share: f64) -> Vec<f64> {
+        let mut gradient = gradient.to_vec();
+        // A bound that is itself a parameter moves too.
+        for &(parameter, slope) in &self.bound_slopes {
+            gradient[parameter] -= share * slope;
+        }
+        gradient
+    }
+
+    /// The gradient of [`violation`](Self::violation) by all parameters.
+    pub fn violation_gradient(&self) -> Option<Vec<f64>> {
+        let size = self.bound?.abs().max(1e-300);
+        let mut gradient = self.excess_gradient(self.cost / size);
+        gradient.iter_mut().for_each(|entry| *entry /= size);
+        Some(gradient)
+    }
+}
+
+/// The controls of all plans of a visit.
+pub(crate) fn controls_of(visit: &Visit) -> Vec<Matrices> {
+    visit.tasks.iter().map(|task| task.controls.clone()).collect()
+}
