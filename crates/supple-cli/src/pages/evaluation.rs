@@ -127,7 +127,7 @@ pub(super) fn limit_lines(task: &TaskEvaluation) -> String {
         let steps = if *steps == 1 { "1 step".into() } else { format!("{steps} steps") };
         format!("    {name}: {} at step {step}, {side} {} ({steps})\n", number(*worst), number(*limit))
     };
-    task.limits_violated.iter().map(line).collect()
+    first_lines(task.limits_violated.iter().map(line))
 }
 
 /// A line for each limit that the plan of a task is held at.
@@ -137,7 +137,20 @@ pub(super) fn reached_lines(task: &TaskEvaluation) -> String {
         let steps = if *steps == 1 { format!("step {step}") } else { format!("{steps} steps from {step}") };
         format!("    {name} {side} {} ({steps}); +1 lowers the cost by {}\n", number(*limit), number(*price))
     };
-    task.limits_reached.iter().map(line).collect()
+    first_lines(task.limits_reached.iter().map(line))
+}
+
+/// Lines of one list that are printed at most.
+const MOST_LINES: usize = 12;
+
+/// The first lines of a list, and how many more there are.
+fn first_lines(lines: impl ExactSizeIterator<Item = String>) -> String {
+    let more = lines.len().saturating_sub(MOST_LINES);
+    let mut text: String = lines.take(MOST_LINES).collect();
+    if more > 0 {
+        text += &format!("    and {more} more, which `--json` lists\n");
+    }
+    text
 }
 
 /// How far a cost is above its bound, also relative to a bound that is not 0.
