@@ -3,9 +3,6 @@ use std::path::Path;
 use supple::FileError;
 use supple::parameters::ParameterError;
 
-use crate::LoadedTask;
-use crate::task::OWN_MODEL;
-
 /// Why a study could not be made, kept or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
@@ -66,17 +63,6 @@ impl From<FileError> for StudyError {
 }
 
 impl StudyError {
-    /// The same with the file that the task is in, where it does not say so yet and there is one.
-    #[must_use]
-    pub fn of(self, task: &LoadedTask) -> Self {
-        match (self, task.sources.first()) {
-            (Self::Compute(error), Some(source)) if source.path != OWN_MODEL && !error.is_of_request() => {
-                Self::ComputeOf { file: source.path.clone(), error }
-            }
-            (error, _) => error,
-        }
-    }
-
     /// Something wrong with what was asked for.
     pub fn usage(message: impl Into<String>) -> Self {
         Self::Usage(message.into())

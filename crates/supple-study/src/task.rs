@@ -78,6 +78,16 @@ pub struct LoadedTask {
 }
 
 impl LoadedTask {
+    /// An error of a computation with the file that the task is in, where it does not say so yet and there is one.
+    pub fn blame(&self, error: StudyError) -> StudyError {
+        match (error, self.sources.first()) {
+            (StudyError::Compute(error), Some(source)) if source.path != OWN_MODEL && !error.is_of_request() => {
+                StudyError::ComputeOf { file: source.path.clone(), error }
+            }
+            (error, _) => error,
+        }
+    }
+
     /// Reads a task file and sets parameters of it by name.
     ///
     /// # Errors

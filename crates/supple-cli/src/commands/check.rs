@@ -1,8 +1,7 @@
 use supple::check::check as compare;
-
-use crate::Outcome;
 use supple_study::{About, LoadedTask, StudyError, not_finite};
 
+use crate::Outcome;
 use crate::arguments::CheckOptions;
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
@@ -14,7 +13,7 @@ use crate::progress::watched;
 pub fn check(options: &CheckOptions) -> Result<Outcome, Failure> {
     let task = options.task.load()?;
     let LoadedTask { problem, phi, .. } = &task;
-    let report = watched(|_| compare(problem, phi)).map_err(|error| StudyError::from(error).of(&task))?;
+    let report = watched(|_| compare(problem, phi)).map_err(|error| task.blame(StudyError::from(error)))?;
     if options.json {
         print_json(&report)?;
     } else {

@@ -108,7 +108,7 @@ impl Work {
     /// Where an option is wrong or does not fit the task, nothing can be computed, the journal is of another study or cannot be
     /// written, or the work was stopped before there was a result.
     pub fn run(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
-        self.make(task, folder, watch).map_err(|error| error.of(task))
+        self.make(task, folder, watch).map_err(|error| task.blame(error))
     }
 
     fn make(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
