@@ -2,6 +2,7 @@
 
 use supple_kernels::{Matrices, halt};
 
+use super::along::Spread;
 use super::horizon::Horizon;
 use super::interior::{Found, begin, search};
 use super::local::nats;
@@ -42,6 +43,19 @@ pub fn minimum_information(
     cost: f64,
     settings: &BoundSettings,
 ) -> Result<MinimumInformation, Error> {
+    minimum_information_within((horizon, &Spread::default()), cost, settings)
+}
+
+/// As [`minimum_information`], of a horizon whose least cost and prices may be off by so much: the bound holds for all
+/// that they may be.
+///
+/// # Errors
+/// As of that.
+pub fn minimum_information_within(
+    (horizon, spread): (&Horizon, &Spread),
+    cost: f64,
+    settings: &BoundSettings,
+) -> Result<MinimumInformation, Error> {
     horizon.check()?;
     horizon.check_covariances()?;
     // Without noise, nothing need be known for the least cost itself.
@@ -50,7 +64,7 @@ pub fn minimum_information(
     }
     let of = |settings: &BoundSettings| {
         let (chain, found, budget) = place(horizon, cost, settings, None)?;
-        Ok::<_, Error>(solution(horizon, &chain, found, (cost, budget)))
+        Ok::<_, Error>(solution((horizon, spread), &chain, found, (cost, budget)))
     };
     let mut best = of(settings)?;
     if best.lower_nats <= OF_USE * best.nats {
@@ -162,7 +176,12 @@ pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (M
 }
 
 /// What was found, in the coordinates of the horizon.
-fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
+fn solution(
+    (horizon, spread): (&Horizon, &Spread),
+    chain: &Chain,
+    found: Found,
+    (asked, budget): (f64, f64),
+) -> MinimumInformation {
     let (predicted, posterior) = covariances(horizon, chain, &found);
     let spent: f64 = found.local.iter().map(|at| at.price.trace()).sum();
     let mut per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
@@ -170,10 +189,11 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f6
     let sensors = sensors(chain, &found);
     let achieved = Achieved::of_horizon(horizon, &sensors);
     let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
+    let witness = Witness::new(chain, &found, budget);
+    let lower = Lower::of_horizon((horizon, spread), asked, &witness).beside(kept.as_ref());
     // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
-    let nats = kept.map_or(total, |achieved| achieved.nats.min(total));
+    let nats = kept.map_or(total, |achieved| achieved.nats.min(total)).max(lower.nats);
     per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
-    let lower = Lower::of_horizon(horizon, asked, |margin| Witness::new(chain, &found, budget, margin));
     MinimumInformation {
         nats,
         lower_nats: lower.nats,

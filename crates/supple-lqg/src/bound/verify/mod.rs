@@ -5,13 +5,20 @@
 //! then a bound is not proved, or a worse one is.
 
 mod filter;
+mod frame;
 mod information;
 mod interval;
+mod law;
 mod matrix;
 mod regulator;
+mod steady;
+mod wide;
+mod wides;
 
-pub(super) use filter::{Sensor, over_horizon, steady};
-pub(super) use information::{Dual, DualStep, Given, Stage, information};
+pub(super) use filter::{Filtered, Sensor, over_horizon};
+pub(super) use information::{Dual, DualStep, Given, Proving, Stage};
 pub(super) use interval::Interval;
+pub(super) use law::{Along, AlongStep, law};
 pub(super) use matrix::Matrix;
 pub(super) use regulator::{Back, distance, is_paid};
+pub(super) use steady::steady;
