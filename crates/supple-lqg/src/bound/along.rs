@@ -4,7 +4,6 @@ use supple_kernels::{Matrices, halt, rows};
 
 use super::horizon::Horizon;
 use super::verify::{Along, AlongStep, Matrix, law};
-use crate::dense::{cholesky, dense, symmetric};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::riccati::Policy;
@@ -39,24 +38,25 @@ pub struct Spread {
     pub distance: f64,
 }
 
-/// The share of a control's price that its own cost must be so that rounding leaves the law as it is: motions that cost
-/// nothing else grow until they cost as much as the control.
-const OWN_SHARE: f64 = 1e-6;
-
 impl Horizon {
     /// That along knots with the law of least expected cost, both computed and proved in as many digits as it takes, with
-    /// how far it may be off.
+    /// how far it may be off. Controls that the policy holds at a limit stay there.
     ///
     /// # Errors
     /// Why it is not proved.
-    pub fn proved(knots: &Knots, noise: &Noise, nominal_cost: f64) -> Result<(Self, Spread), String> {
+    pub fn proved(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Result<(Self, Spread), String> {
         let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
-        let of = |from: &Matrices, t: usize, rows: usize, cols: usize| {
-            Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j))
+        let is_held = |t: usize, i: usize| i >= n && policy.clamped[t * (joint - n) + i - n];
+        let of =
+            |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
+        // A control that is held moves nothing and costs nothing.
+        let free = |from: &Matrices, t: usize, rows: usize| {
+            let moves = |i: usize, j: usize| !is_held(t, i) && !is_held(t, j);
+            Matrix::from_fn(rows, joint, |i, j| if moves(i, j) { from.get(t, i, j) } else { 0.0 })
         };
         let step = |t: usize| AlongStep {
-            dynamics: of(&knots.dynamics, t, n, joint),
-            cost: of(&knots.cost, t, joint, joint),
+            dynamics: free(&knots.dynamics, t, n),
+            cost: free(&knots.cost, t, joint),
             process: of(&noise.process, t, n, n),
         };
         let along = Along {
@@ -75,19 +75,8 @@ impl Horizon {
         }
         let base_cost = found.least.middle();
         let least = [(base_cost - found.least.low).next_up(), (found.least.high - base_cost).next_up()];
-        let horizon = Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost };
+        let horizon =
+            Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost };
         Ok((horizon, Spread { least, prices: Some(radii), distance: found.distance }))
-    }
-
-    /// Whether rounding may change the law of knots: some control costs hardly anything by itself, so that motions that
-    /// cost nothing else decide.
-    pub fn is_delicate(knots: &Knots, policy: &Policy) -> bool {
-        let (n, m) = (knots.dimensions.states, knots.dimensions.controls);
-        (0..knots.steps()).any(|t| {
-            let (f, l, s) = (dense(&knots.dynamics, t), dense(&knots.cost, t), dense(&policy.curvature, t + 1));
-            let (b, own) = (f.columns(n, m), l.view((n, n), (m, m)));
-            let moved = symmetric(b.transpose() * s * b);
-            cholesky(&(own * (1.0 - OWN_SHARE) - moved * OWN_SHARE)).is_none()
-        })
     }
 }

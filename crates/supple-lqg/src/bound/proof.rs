@@ -140,11 +140,7 @@ impl Achieved {
     }
 
     /// Per step in the steady state near a point of the dual, with the covariance before the measurement.
-    pub(super) fn of_stationary(
-        system: &Stationary,
-        one: &VirtualSensor,
-        near: &WitnessStep,
-    ) -> Option<(Self, Dense)> {
+    pub(super) fn of_stationary(system: &Stationary, one: &VirtualSensor, near: &WitnessStep) -> Option<(Self, Dense)> {
         let found = steady(&stage(system), &dual_step(near), &sensor(one))?;
         let n = near.basis.nrows();
         let predicted = Dense::from_fn(n, n, |i, j| found.predicted.at(i, j));

@@ -371,8 +371,7 @@ fn without_sensors(stage: &Stage) -> Option<Dense> {
 fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
     let n = stage.price.nrows();
     let identity = Dense::identity(n, n);
-    let mut predicted =
-        doubling(&stage.dynamics.transpose(), &identity / variance, &stage.process, &identity, 0.0)?;
+    let mut predicted = doubling(&stage.dynamics.transpose(), &identity / variance, &stage.process, &identity, 0.0)?;
     let mut posterior = once_measured(&predicted, variance)?;
     // Doubling leaves rounding that steps take away.
     for _ in 0..POLISHING {

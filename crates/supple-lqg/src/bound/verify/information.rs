@@ -112,8 +112,9 @@ impl<'a> Proving<'a> {
             if let Some(to) = next(count, given.initial.is_none(), t) {
                 let a = &local.dynamics;
                 let predicted = a.times(&a.transpose()).scaled(enlarged).plus(&local.process);
-                let factored = Factored::new(&predicted)
-                    .ok_or_else(|| format!("the covariance before decision {to} is not proved to be positive definite"))?;
+                let factored = Factored::new(&predicted).ok_or_else(|| {
+                    format!("the covariance before decision {to} is not proved to be positive definite")
+                })?;
                 let whitened = factored.inverse_root.times(a);
                 let known = whitened.transpose().times(&whitened).scaled(half * factored.least_share);
                 slope = slope.plus(&known).minus(&a.transpose().around(&multipliers[to]));

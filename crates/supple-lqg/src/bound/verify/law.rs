@@ -1,6 +1,7 @@
 //! The least expected cost of a linear system over a horizon with the state known, from both sides, and the prices of
 //! not knowing it (theory, equation L.31), in as many digits as it takes.
 
+use super::elimination::{Elimination, Row, Symmetric, eliminated, gains};
 use super::interval::Interval;
 use super::matrix::Matrix;
 use super::wide::Wide;
@@ -93,72 +94,11 @@ struct Sweep<const K: usize> {
     distance: f64,
 }
 
-/// A symmetric matrix: its lower triangle is kept.
-#[derive(Clone)]
-struct Symmetric<const K: usize> {
-    n: usize,
-    entries: Vec<Wide<K>>,
-}
-
-impl<const K: usize> Symmetric<K> {
-    fn from_fn(n: usize, entry: impl Fn(usize, usize) -> Wide<K>) -> Self {
-        let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        Self { n, entries }
-    }
-
-    /// The mean of a matrix and its transpose.
-    fn new(a: &Matrix) -> Self {
-        let half = Wide::power_of_two(-1);
-        Self::from_fn(a.rows, |i, j| (Wide::new(a.at(i, j)) + Wide::new(a.at(j, i))) * half)
-    }
-
-    fn at(&self, i: usize, j: usize) -> Wide<K> {
-        let (i, j) = if i < j { (j, i) } else { (i, j) };
-        self.entries[i * (i + 1) / 2 + j]
-    }
-
-    fn set(&mut self, i: usize, j: usize, value: Wide<K>) {
-        self.entries[i * (i + 1) / 2 + j] = value;
-    }
-
-    /// `Tr(self W)`, and the sum of the absolute values.
-    fn dot(&self, w: &Matrix) -> (Wide<K>, f64) {
-        let (mut sum, mut size) = (Wide::ZERO, 0.0);
-        for i in 0..self.n {
-            for j in 0..self.n {
-                if w.at(i, j) != 0.0 {
-                    sum = sum + self.at(i, j) * Wide::new(w.at(i, j));
-                    size += self.at(i, j).magnitude() * w.at(i, j).abs();
-                }
-            }
-        }
-        (sum, size)
-    }
-}
-
-/// A row of `U` in `U' c U`, whose weight is `c`.
-struct Row<const K: usize> {
-    control: usize,
-    entries: Vec<Wide<K>>,
-    weight: Wide<K>,
-}
-
-/// A control whose price is at most the first share of what it is summed from has none; above the second it has one;
-/// between the two more digits decide.
-fn thresholds<const K: usize>() -> (f64, f64) {
-    (2f64.powi(-48 * K.min(20) as i32), 2f64.powi(-(16 * K.min(60) as i32)))
-}
-
 impl<const K: usize> Sweep<K> {
     fn run(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, Failure> {
         let last = Symmetric::new(&along.last);
-        let mut sweep = Self {
-            below: last.clone(),
-            above: last,
-            sums: [Wide::ZERO; 2],
-            sizes: [0.0; 2],
-            distance: 0.0,
-        };
+        let mut sweep =
+            Self { below: last.clone(), above: last, sums: [Wide::ZERO; 2], sizes: [0.0; 2], distance: 0.0 };
         let (mut prices, mut radii) = (Vec::new(), Vec::new());
         for (t, step) in along.steps.iter().enumerate().rev() {
             if is_stopped() {
@@ -233,9 +173,8 @@ impl<const K: usize> Sweep<K> {
         };
         let used = |i: usize| i < n || rows.iter().any(|row| row.control == i);
         let taken = Matrix::from_fn(joint, joint, |i, j| {
-            let of_row = |row: &Row<K>| {
-                row.entries[i].magnitude() * row.entries[j].magnitude() * row.weight.magnitude() * 1.01
-            };
+            let of_row =
+                |row: &Row<K>| row.entries[i].magnitude() * row.entries[j].magnitude() * row.weight.magnitude() * 1.01;
             rows.iter().map(of_row).sum::<f64>()
         });
         let squares = Matrix::from_fn(joint, joint, |i, j| {
@@ -268,15 +207,10 @@ impl<const K: usize> Sweep<K> {
         let h = plus_carried(cost, step, &self.above);
         // `H [I; K]`.
         let half: Vec<Vec<Wide<K>>> = (0..joint)
-            .map(|i| {
-                (0..n)
-                    .map(|j| (n..joint).fold(h.at(i, j), |sum, k| sum + times(h.at(i, k), gains[k - n][j])))
-                    .collect()
-            })
+            .map(|i| (0..n).map(|j| (n..joint).fold(h.at(i, j), |sum, k| sum + h.at(i, k) * gains[k - n][j])).collect())
             .collect();
-        let sum = Symmetric::from_fn(n, |i, j| {
-            (n..joint).fold(half[i][j], |sum, k| sum + times(gains[k - n][i], half[k][j]))
-        });
+        let sum =
+            Symmetric::from_fn(n, |i, j| (n..joint).fold(half[i][j], |sum, k| sum + gains[k - n][i] * half[k][j]));
         let terms = (n * n + 2 * joint * joint + 16) as f64;
         let sizes = sizes(step, &self.above, Some(gains));
         let raised = |i: usize, j: usize| {
@@ -307,10 +241,6 @@ fn is_finite(a: &Matrix) -> bool {
     a.entries.iter().all(|entry| entry.is_finite())
 }
 
-fn times<const K: usize>(a: Wide<K>, b: Wide<K>) -> Wide<K> {
-    if a.is_zero() || b.is_zero() { Wide::ZERO } else { a * b }
-}
-
 /// `L + F' S F`.
 fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symmetric<K>) -> Symmetric<K> {
     let (n, joint, f) = (step.dynamics.rows, step.cost.rows, &step.dynamics);
@@ -331,7 +261,7 @@ fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symme
         for i in (0..joint).filter(|&i| f.at(k, i) != 0.0) {
             let factor = Wide::new(f.at(k, i));
             for j in 0..=i {
-                let term = times(factor, moved[k * joint + j]);
+                let term = factor * moved[k * joint + j];
                 if !term.is_zero() {
                     h.set(i, j, h.at(i, j) + term);
                 }
@@ -350,7 +280,8 @@ fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec
     let cost = step.cost.abs();
     let h = Matrix::from_fn(joint, joint, |i, j| 1.01 * (carried.at(i, j) + cost.at(i, j).max(cost.at(j, i))));
     let Some(gains) = gains else { return h };
-    let wide = Matrix::from_fn(joint, n, |i, j| if i < n { f64::from(u8::from(i == j)) } else { gains[i - n][j].magnitude() });
+    let wide =
+        Matrix::from_fn(joint, n, |i, j| if i < n { f64::from(u8::from(i == j)) } else { gains[i - n][j].magnitude() });
     let all = wide.transpose().times(&h).times(&wide);
     Matrix::from_fn(n, n, |i, j| 1.01 * all.at(i, j))
 }
@@ -379,84 +310,4 @@ fn is_dominated<const K: usize>(
         // Twice the sum, for the rounding of the sum itself.
         (diagonal[a] * Wide::power_of_two(2 * exponents[a]) - sum * Wide::new(2.0)).is_positive()
     })
-}
-
-/// Why controls could not be eliminated.
-enum Elimination {
-    Undecided,
-    Negative,
-}
-
-type Eliminated<const K: usize> = (Vec<Row<K>>, Symmetric<K>, f64);
-
-/// Rows with `H - U' c U` without controls, the dearest control first; what is left; and how much of controls without a
-/// price is left out.
-fn eliminated<const K: usize>(mut left: Symmetric<K>, sizes: &Matrix, n: usize) -> Result<Eliminated<K>, Elimination> {
-    let joint = left.n;
-    let (free, priced) = thresholds::<K>();
-    let (mut rows, mut dropped) = (Vec::new(), 0.0f64);
-    let mut controls: Vec<usize> = (n..joint).collect();
-    let share = |left: &Symmetric<K>, k: usize| {
-        let (pivot, size) = (left.at(k, k).rounded(), sizes.at(k, k));
-        if size > 0.0 { pivot / size } else { 0.0 }
-    };
-    while let Some(place) =
-        (0..controls.len()).max_by(|&a, &b| share(&left, controls[a]).total_cmp(&share(&left, controls[b])))
-    {
-        let k = controls[place];
-        let price = share(&left, k);
-        if price <= free {
-            break;
-        }
-        if price <= priced {
-            return Err(Elimination::Undecided);
-        }
-        controls.swap_remove(place);
-        let entries: Vec<Wide<K>> =
-            (0..joint).map(|j| if j < n || j == k || controls.contains(&j) { left.at(k, j) } else { Wide::ZERO }).collect();
-        let weight = entries[k].inverse();
-        for i in (0..joint).filter(|&i| i < n || controls.contains(&i)) {
-            let by = times(entries[i], weight);
-            if by.is_zero() {
-                continue;
-            }
-            for j in (0..=i).filter(|&j| j < n || controls.contains(&j)) {
-                let taken = times(by, entries[j]);
-                if !taken.is_zero() {
-                    left.set(i, j, left.at(i, j) - taken);
-                }
-            }
-        }
-        rows.push(Row { control: k, entries, weight });
-    }
-    // Those without a price change nothing at all, but for rounding.
-    for &k in &controls {
-        if share(&left, k) < -priced {
-            return Err(Elimination::Negative);
-        }
-        for j in (0..n).chain(controls.iter().copied()) {
-            let size = sizes.at(k, k).sqrt() * sizes.at(j, j).sqrt();
-            let entry = left.at(k, j).magnitude();
-            let of = if entry == 0.0 { 0.0 } else { entry / size };
-            if of.is_nan() || of > free.sqrt() {
-                return Err(Elimination::Undecided);
-            }
-            dropped = dropped.max(of);
-        }
-    }
-    Ok((rows, left, dropped))
-}
-
-/// `u = K x` at which every row is 0; 0 of controls without a price.
-fn gains<const K: usize>(rows: &[Row<K>], n: usize, joint: usize) -> Vec<Vec<Wide<K>>> {
-    let mut gains = vec![vec![Wide::ZERO; n]; joint - n];
-    for row in rows.iter().rev() {
-        let solved = (0..n).map(|j| {
-            let others = (n..joint).filter(|&k| k != row.control);
-            let sum = others.fold(row.entries[j], |sum, k| sum + times(row.entries[k], gains[k - n][j]));
-            -times(sum, row.weight)
-        });
-        gains[row.control - n] = solved.collect();
-    }
-    gains
 }

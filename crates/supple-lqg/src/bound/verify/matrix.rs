@@ -142,10 +142,6 @@ impl Enclosure {
         Matrix::from_fn(self.rows, self.cols, |i, j| self.at(i, j).middle())
     }
 
-    pub fn magnitude(&self) -> Matrix {
-        Matrix::from_fn(self.rows, self.cols, |i, j| self.at(i, j).magnitude())
-    }
-
     /// `Tr(self other)` of symmetric matrices.
     pub fn dot(&self, other: &Self) -> Interval {
         self.entries.iter().zip(&other.entries).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)

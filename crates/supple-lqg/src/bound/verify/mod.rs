@@ -4,6 +4,7 @@
 //! Nothing here uses the rest of the library. The search, its reductions and its linear algebra may be wrong in any way;
 //! then a bound is not proved, or a worse one is.
 
+mod elimination;
 mod filter;
 mod frame;
 mod information;

@@ -97,10 +97,9 @@ impl<const K: usize> Wide<K> {
             (true, true) => std::cmp::Ordering::Equal,
             (true, false) => std::cmp::Ordering::Less,
             (false, true) => std::cmp::Ordering::Greater,
-            (false, false) => self
-                .exponent
-                .cmp(&other.exponent)
-                .then_with(|| self.words.iter().rev().cmp(other.words.iter().rev())),
+            (false, false) => {
+                self.exponent.cmp(&other.exponent).then_with(|| self.words.iter().rev().cmp(other.words.iter().rev()))
+            }
         }
     }
 
