@@ -7,7 +7,7 @@ use super::horizon::Horizon;
 use super::interior::{Found, begin, search};
 use super::local::nats;
 use super::nearby::Nearby;
-use super::proof::{Achieved, Lower, Proof};
+use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, start};
 use super::sensitivity::Worth;
 use super::sensor::sensors;
@@ -74,6 +74,7 @@ pub fn minimum_information_within(
             && lower_nats > best.lower_nats.max(OF_USE * best.nats)
         {
             (best.lower_nats, best.proof) = (lower_nats, proof);
+            best.nats = best.nats.max(lower_nats);
         }
     }
     if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) {
@@ -189,8 +190,9 @@ fn solution(
     let sensors = sensors(chain, &found);
     let achieved = Achieved::of_horizon(horizon, &sensors);
     let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
-    let witness = Witness::new(chain, &found, budget);
-    let lower = Lower::of_horizon((horizon, spread), asked, &witness).beside(kept.as_ref());
+    let witnesses: [&dyn Fn() -> Witness; 2] =
+        [&|| Witness::new(chain, &found, budget), &|| Witness::settled(chain, &found, budget)];
+    let lower = Lower::of_horizon((horizon, spread), asked, &Attempt { nats: total, witnesses }).beside(kept.as_ref());
     // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
     let nats = kept.map_or(total, |achieved| achieved.nats.min(total)).max(lower.nats);
     per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);

@@ -44,7 +44,27 @@ const MARGINS: [f64; 6] = [0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 /// How far rates that should agree are apart by rounding, relatively and in nats.
 const CONSISTENT: f64 = 1e-11;
 
+/// Points of the dual that prove so much of what was found need no other beside them.
+const ENOUGH: f64 = 1.0 - 1e-5;
+
+/// Points of the dual to prove a bound of so many nats with, one after the other while none is good enough.
+pub(super) struct Attempt<'a> {
+    pub nats: f64,
+    pub witnesses: [&'a dyn Fn() -> Witness; 2],
+}
+
 impl Lower {
+    fn of_any(given: &Given, attempt: &Attempt) -> Self {
+        let is_proved = |one: &Self| matches!(one.proof, Proof::Proved { .. });
+        let [first, second] = attempt.witnesses;
+        let best = Self::new(given, &first());
+        if is_proved(&best) && best.nats >= ENOUGH * attempt.nats {
+            return best;
+        }
+        let other = Self::new(given, &second());
+        if is_proved(&other) && (!is_proved(&best) || other.nats > best.nats) { other } else { best }
+    }
+
     fn new(given: &Given, witness: &Witness) -> Self {
         let mut best = Self { nats: 0.0, proof: Proof::NotProved { reason: "there is no dual point".into() } };
         let dual = Dual { steps: witness.steps.iter().map(dual_step).collect() };
@@ -73,7 +93,7 @@ impl Lower {
     }
 
     /// Over a horizon that may be off by so much.
-    pub fn of_horizon((horizon, spread): (&Horizon, &Spread), cost: f64, witness: &Witness) -> Self {
+    pub fn of_horizon((horizon, spread): (&Horizon, &Spread), cost: f64, attempt: &Attempt) -> Self {
         let [below, above] = spread.least;
         let least = Interval::point(horizon.base_cost) + Interval { low: -below, high: above };
         let mut stages = stages(horizon);
@@ -81,7 +101,7 @@ impl Lower {
             stages.iter_mut().enumerate().for_each(|(t, stage)| stage.radius = Some(of(radii, t)));
         }
         let budget = Interval::point(cost) - least;
-        Self::new(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, witness)
+        Self::of_any(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, attempt)
     }
 
     /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be, and then one of the two
@@ -101,9 +121,9 @@ impl Lower {
     }
 
     /// Per step, where nothing changes over time.
-    pub fn of_stationary(system: &Stationary, cost: f64, witness: &Witness) -> Self {
+    pub fn of_stationary(system: &Stationary, cost: f64, attempt: &Attempt) -> Self {
         let budget = Interval::point(cost) - Interval::point(system.base_cost);
-        Self::new(&Given { stages: vec![stage(system)], initial: None, budget }, witness)
+        Self::of_any(&Given { stages: vec![stage(system)], initial: None, budget }, attempt)
     }
 }
 

@@ -8,7 +8,7 @@ use super::horizon::Stationary;
 use super::interior::{begin, search};
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
-use super::proof::{Achieved, Lower, Proof};
+use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
 use super::regulator::doubling;
 use super::sensitivity::Worth;
@@ -74,7 +74,9 @@ pub fn stationary_minimum(
     };
     // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
     let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
-    let lower = Lower::of_stationary(system, cost, &witness).beside(kept.as_ref());
+    let witnesses: [&dyn Fn() -> Witness; 2] = [&|| witness.clone(), &|| Witness::settled(&chain, &found, budget)];
+    let lower = Lower::of_stationary(system, cost, &Attempt { nats, witnesses }).beside(kept.as_ref());
+
     let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats)).max(lower.nats);
     Ok(StationaryMinimum {
         nats,

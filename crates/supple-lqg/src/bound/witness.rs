@@ -44,8 +44,22 @@ const LONGEST: f64 = 0.3;
 const FLAT: f64 = 1e-6;
 
 impl Witness {
-    /// That of a place, with the covariances at which the Lagrangian of its multipliers is least.
+    /// That of a place.
     pub fn new(chain: &Chain, found: &Found, budget: f64) -> Self {
+        let step = |t: usize| WitnessStep {
+            basis: &chain.stages[t].basis * &found.place.factors[t],
+            unseen: chain.stages[t].unseen.clone(),
+            multiplier: symmetric(found.place.multipliers[t].clone()),
+            dynamics: found.local[t].dynamics.clone(),
+            slack: found.local[t].slack.clone(),
+        };
+        let steps = (0..chain.stages.len()).map(step).collect();
+        Self { steps, price: found.place.price / budget, wraps: chain.wraps }
+    }
+
+    /// The same with the covariances at which the Lagrangian of its multipliers is least: it may be proved where the place
+    /// itself is not.
+    pub fn settled(chain: &Chain, found: &Found, budget: f64) -> Self {
         let changes: Vec<Dense> = (0..chain.stages.len()).map(|t| least(chain, found, t)).collect();
         let step = |t: usize| {
             let change = &changes[t];
