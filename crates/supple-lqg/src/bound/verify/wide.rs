@@ -107,10 +107,10 @@ impl<const K: usize> Wide<K> {
     fn shifted_down(&self, bits: u64) -> [u64; K] {
         let (by, rest) = ((bits / 64) as usize, bits % 64);
         let mut out = [0; K];
-        for i in 0..K.saturating_sub(by) {
+        for (i, word) in out.iter_mut().enumerate().take(K.saturating_sub(by)) {
             let high = if i + by + 1 < K { self.words[i + by + 1] } else { 0 };
             let low = self.words[i + by];
-            out[i] = if rest == 0 { low } else { low >> rest | high << (64 - rest) };
+            *word = if rest == 0 { low } else { low >> rest | high << (64 - rest) };
         }
         out
     }
