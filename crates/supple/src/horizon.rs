@@ -24,8 +24,16 @@ pub(crate) struct ProvedHorizon {
     pub spread: Spread,
     /// How far the cost is from one for which the law is optimal; why that is not proved otherwise.
     pub law: Result<f64, String>,
-    /// The least cost by the plan's own law, where rounding makes that another.
-    pub rounded_least: Option<f64>,
+    /// The least cost in double precision.
+    pub rounded_least: f64,
+}
+
+impl ProvedHorizon {
+    /// Whether rounding led to another law in double precision.
+    pub fn is_other_law(&self) -> bool {
+        let (rounded, least) = (self.rounded_least, self.horizon.base_cost);
+        (rounded - least).abs() > SAME_LEAST * rounded.abs().max(least.abs())
+    }
 }
 
 /// Least costs closer than this, relatively, are of the same law.
@@ -39,19 +47,14 @@ const SAME_LEAST: f64 = 1e-9;
 pub(crate) fn proved_horizon(plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
     let law = law_of(plan)?;
     let horizon = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
-    let unproved =
-        |law| ProvedHorizon { horizon: horizon.clone(), spread: Spread::default(), law, rounded_least: None };
+    let rounded_least = horizon.base_cost;
+    let unproved = |law| ProvedHorizon { horizon: horizon.clone(), spread: Spread::default(), law, rounded_least };
     if plan.mode == PlanMode::Belief || plan.status == PlanStatus::Indefinite {
         return Ok(unproved(Ok(0.0)));
     }
     Ok(match Horizon::proved(&plan.knots, &law, noise, plan.nominal_cost) {
         Err(reason) => unproved(Err(reason)),
-        Ok((proved, spread)) => {
-            let (rounded, least) = (horizon.base_cost, proved.base_cost);
-            let is_same = (rounded - least).abs() <= SAME_LEAST * rounded.abs().max(least.abs());
-            let law = Ok(spread.distance);
-            ProvedHorizon { horizon: proved, spread, law, rounded_least: (!is_same).then_some(rounded) }
-        }
+        Ok((horizon, spread)) => ProvedHorizon { law: Ok(spread.distance), horizon, spread, rounded_least },
     })
 }
 

@@ -44,19 +44,20 @@ impl Own {
                 "{held} of {all} controls are at a limit along the plan; all bounds are for controllers that keep them there"
             ));
         }
-        if let Some(rounded) = proved.rounded_least {
+        if proved.is_other_law() {
             remarks.push(format!(
-                "rounding affects this design's control law: with the state known exactly it costs {rounded:.7}, and the optimal \
-                 law {:.7}; the bounds are those of the optimal law",
-                proved.horizon.base_cost
+                "rounding affects this design's control law: the least cost computed along its plan is {:.7}, and the proved one \
+                 {:.7}; the bounds hold for the proved one, and the cost and information of this design may be inaccurate",
+                proved.rounded_least, proved.horizon.base_cost
             ));
         }
-        let is_optimal = state.plan.mode != PlanMode::Risk && proved.rounded_least.is_none();
+        let is_optimal = state.plan.mode != PlanMode::Risk && !proved.is_other_law();
+        // What is lost by rounding is paid too.
+        let lost = (proved.rounded_least - proved.horizon.base_cost).max(0.0);
         Ok(Self {
             status: state.plan.status,
-            // The least cost is the proved one, so that the price is exactly what is beyond it.
-            cost: Some(if is_optimal { proved.horizon.base_cost + state.cost.belief } else { state.cost.expected() }),
-            price: is_optimal.then_some(state.cost.belief),
+            cost: Some(state.cost.expected()),
+            price: is_optimal.then_some(state.cost.belief + lost),
             control: Some(control),
             measurement: Some(before.to_vec()),
             last_measurement: last,
