@@ -1,6 +1,6 @@
 //! Small dense matrices, where clarity counts for more than speed.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector, Schur, SymmetricEigen};
 use supple_kernels::Matrices;
 use supple_kernels::math;
 
@@ -103,7 +103,8 @@ pub fn least_eigenvalue(a: Dense) -> f64 {
     match a.nrows() {
         0 => f64::INFINITY,
         1 => a[(0, 0)],
-        _ => a.symmetric_eigenvalues().min(),
+        // What is not found must not look positive.
+        _ => eigen(a).map_or(f64::NEG_INFINITY, |found| found.eigenvalues.min()),
     }
 }
 
@@ -116,6 +117,26 @@ pub fn eigen(a: Dense) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
         return Some(SymmetricEigen { eigenvectors: a, eigenvalues: nalgebra::DVector::zeros(0) });
     }
     SymmetricEigen::try_new(a, f64::EPSILON, 10_000)
+}
+
+/// Iterations for eigenvalues at most.
+const EIGENVALUE_ITERATIONS: usize = 10_000;
+
+/// The eigenvalues of a square matrix; `None` where they are not found or the matrix is not finite.
+pub fn eigenvalues(a: &Dense) -> Option<Vec<Complex<f64>>> {
+    if a.is_empty() {
+        return Some(Vec::new());
+    }
+    if !a.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    // The iteration stalls at matrices such as cyclic permutations, and no longer once they are turned.
+    let n = a.nrows();
+    let axis = DVector::from_fn(n, |i, _| 1.0 + (i as f64 + 1.0).sqrt()).normalize();
+    let reflection = Dense::identity(n, n) - 2.0 * &axis * axis.transpose();
+    let turned = std::iter::successors(Some(a.clone()), |matrix| Some(&reflection * matrix * &reflection));
+    let schur = turned.take(4).find_map(|matrix| Schur::try_new(matrix, f64::EPSILON, EIGENVALUE_ITERATIONS))?;
+    Some(schur.complex_eigenvalues().iter().copied().collect())
 }
 
 /// A singular value decomposition `a = u diag(values) v'`: as many values as `a` has rows or columns, the greatest first, and

@@ -1,9 +1,12 @@
 //! Horizons along plans.
 
+use std::borrow::Cow;
+
+use supple_lqg::bound::Spread;
 use supple_lqg::{Horizon, Knots, Noise, Policy, Regularisation, solve_riccati};
 
 use crate::Error;
-use crate::plan::{Plan, PlanMode};
+use crate::plan::{Plan, PlanMode, PlanStatus};
 
 /// The horizon of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law of
 /// least expected cost along it.
@@ -11,12 +14,58 @@ use crate::plan::{Plan, PlanMode};
 /// # Errors
 /// Where there is no such law.
 pub fn horizon_of_plan(plan: &Plan, noise: &Noise) -> Result<Horizon, Error> {
+    Ok(Horizon::along(&plan.knots, law_of(plan)?.as_ref(), noise, plan.nominal_cost))
+}
+
+/// The horizon of a plan whose law is proved.
+pub(crate) struct ProvedHorizon {
+    pub horizon: Horizon,
+    /// How far the least cost and the prices may be off.
+    pub spread: Spread,
+    /// How far the cost is from one for which the law is optimal; why that is not proved otherwise.
+    pub law: Result<f64, String>,
+    /// The least cost in double precision.
+    pub rounded_least: f64,
+}
+
+impl ProvedHorizon {
+    /// Whether rounding led to another law in double precision.
+    pub fn is_other_law(&self) -> bool {
+        let (rounded, least) = (self.rounded_least, self.horizon.base_cost);
+        (rounded - least).abs() > SAME_LEAST * rounded.abs().max(least.abs())
+    }
+}
+
+/// Least costs closer than this, relatively, are of the same law.
+const SAME_LEAST: f64 = 1e-9;
+
+/// The same with the law of least expected cost, computed and proved in as many digits as it takes. Plans in belief space
+/// and those with an indefinite curvature keep their own law, which remarks name.
+///
+/// # Errors
+/// Where there is no law.
+pub(crate) fn proved_horizon(plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
+    let law = law_of(plan)?;
+    let horizon = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
+    let rounded_least = horizon.base_cost;
+    let unproved = |law| ProvedHorizon { horizon: horizon.clone(), spread: Spread::default(), law, rounded_least };
+    if plan.mode == PlanMode::Belief || plan.status == PlanStatus::Indefinite {
+        return Ok(unproved(Ok(0.0)));
+    }
+    Ok(match Horizon::proved(&plan.knots, &law, noise, plan.nominal_cost) {
+        Err(reason) => unproved(Err(reason)),
+        Ok((horizon, spread)) => ProvedHorizon { law: Ok(spread.distance), horizon, spread, rounded_least },
+    })
+}
+
+/// The law of least expected cost along a plan.
+fn law_of(plan: &Plan) -> Result<Cow<'_, Policy>, Error> {
     if plan.mode != PlanMode::Risk {
-        return Ok(Horizon::along(&plan.knots, &plan.policy, noise, plan.nominal_cost));
+        return Ok(Cow::Borrowed(&plan.policy));
     }
     let Knots { dimensions, dynamics, cost, .. } = &plan.knots;
     let mut law = Policy::zeros(*dimensions, plan.knots.steps());
     solve_riccati(dynamics, cost, Regularisation::default(), &mut law)
         .map_err(|step| Error::NotPositiveDefinite { what: "the control's curvature", step })?;
-    Ok(Horizon::along(&plan.knots, &law, noise, plan.nominal_cost))
+    Ok(Cow::Owned(law))
 }

@@ -323,3 +323,43 @@ fn a_control_that_tells_all_tells_no_more_however_long() {
     }
     assert!(bound.is_ordered());
 }
+
+/// The control is free and what costs has a zero at 2: in double precision the law costs 8 with the state known, not 5.
+#[test]
+fn a_law_that_rounding_changed_is_named_and_bounds_nothing() {
+    let text = r#"
+        title = "zero"
+        [model]
+        kind = "linear"
+        A = [[0.5, 0.0], [1.0, 0.0]]
+        B = [[1.0], [0.0]]
+        C = [[1.0, 0.0], [0.0, 1.0]]
+        [[tasks]]
+        name = "t"
+        steps = 40
+        time_step = 1.0
+        initial_state = [0.0, 0.0]
+        initial_control = [0.0]
+        [tasks.noise]
+        initial = [[1.0, 0.0], [0.0, 1.0]]
+        process = [[0.0, 0.0], [0.0, 0.0]]
+        measurement = [[1.0, 0.0], [0.0, 1.0]]
+        [[tasks.costs]]
+        kind = "quadratic"
+        Q = [[1.0, -2.0], [-2.0, 4.0]]
+        R = [[0.0]]
+    "#;
+    let problem = supple_file::parse(text, "test").unwrap();
+    let at = |cost: Option<f64>| {
+        let options = BoundOptions { cost, ..BoundOptions::default() };
+        problem.bound(&[], &options).unwrap().tasks.remove(0)
+    };
+    let own = at(None);
+    assert!((own.minimum_cost - 5.0).abs() < 1e-9, "{}", own.minimum_cost);
+    assert!(own.remarks.iter().any(|remark| remark.contains("rounding affects this design's control law")));
+    // Without measurements it costs 8.
+    assert!(own.minimum_bits < 1e-4 && own.minimum_lower_bits_per_step <= own.minimum_bits_per_step, "{own:?}");
+    let tight = at(Some(5.5));
+    assert!(tight.proved && tight.minimum_lower_bits_per_step > 0.01, "{tight:?}");
+    assert!(tight.duality_gap_bits >= 0.0 && tight.duality_gap_bits < 1e-6, "{tight:?}");
+}

@@ -1,9 +1,9 @@
 //! Horizons along linearised plans.
 
-use supple_kernels::{Matrices, rows};
+use supple_kernels::{Matrices, halt, rows};
 
 use super::horizon::Horizon;
-use super::verify::{Back, Matrix, distance};
+use super::verify::{Along, AlongStep, Matrix, law};
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::riccati::Policy;
@@ -27,24 +27,56 @@ impl Horizon {
     }
 }
 
-/// How far, relatively, the costs along a plan are from those for which the law is exact at every step.
-///
-/// # Errors
-/// Where a number is out of the range of intervals, and at which step.
-pub fn law_distance(horizon: &Horizon, knots: &Knots, curvature: &Matrices) -> Result<f64, String> {
-    let (n, joint) = (knots.dimensions.states, knots.dimensions.joint());
-    let block =
-        |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
-    let mut worst = 0.0f64;
-    for t in 0..horizon.steps() {
-        let found = distance(&Back {
-            dynamics: &block(&knots.dynamics, t, n, joint),
-            cost: &block(&knots.cost, t, joint, joint),
-            next: &block(curvature, t + 1, n, n),
-            here: &block(curvature, t, n, n),
-            price: &block(&horizon.prices, t, n, n),
-        });
-        worst = worst.max(found.map_err(|reason| format!("at step {t}, {reason}"))?);
+/// How far a horizon may be from the problem that it was made of.
+#[derive(Clone, Debug, Default)]
+pub struct Spread {
+    /// By how much the least cost may be below `base_cost`, and above.
+    pub least: [f64; 2],
+    /// By how much each entry of the prices may be off; none where they are exact.
+    pub prices: Option<Matrices>,
+    /// How far, relatively, the costs for which all of this is proved are from those given.
+    pub distance: f64,
+}
+
+impl Horizon {
+    /// That along knots with the law of least expected cost, both computed and proved in as many digits as it takes, with
+    /// how far it may be off. Controls that the policy holds at a limit stay there.
+    ///
+    /// # Errors
+    /// Why it is not proved.
+    pub fn proved(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Result<(Self, Spread), String> {
+        let (n, joint, steps) = (knots.dimensions.states, knots.dimensions.joint(), knots.steps());
+        let is_held = |t: usize, i: usize| i >= n && policy.clamped[t * (joint - n) + i - n];
+        let of =
+            |from: &Matrices, t: usize, rows: usize, cols: usize| Matrix::from_fn(rows, cols, |i, j| from.get(t, i, j));
+        // A control that is held moves nothing and costs nothing.
+        let free = |from: &Matrices, t: usize, rows: usize| {
+            let moves = |i: usize, j: usize| !is_held(t, i) && !is_held(t, j);
+            Matrix::from_fn(rows, joint, |i, j| if moves(i, j) { from.get(t, i, j) } else { 0.0 })
+        };
+        let step = |t: usize| AlongStep {
+            dynamics: free(&knots.dynamics, t, n),
+            cost: free(&knots.cost, t, joint),
+            process: of(&noise.process, t, n, n),
+        };
+        let along = Along {
+            steps: (0..steps).map(step).collect(),
+            last: of(&knots.cost, steps, n, n),
+            initial: of(&noise.initial, 0, n, n),
+            nominal: nominal_cost,
+        };
+        let found = law(&along, &halt::is_requested)?;
+        let mut dynamics = Matrices::zeros(steps, n, n);
+        let (mut prices, mut radii) = (dynamics.clone(), dynamics.clone());
+        for (t, (i, j)) in (0..steps).flat_map(|t| (0..n * n).map(move |k| (t, (k / n, k % n)))) {
+            dynamics.set(t, i, j, knots.dynamics.get(t, i, j));
+            prices.set(t, i, j, found.prices[t].at(i, j));
+            radii.set(t, i, j, found.radii[t].at(i, j));
+        }
+        let base_cost = found.least.middle();
+        let least = [(base_cost - found.least.low).next_up(), (found.least.high - base_cost).next_up()];
+        let horizon =
+            Self { dynamics, process: noise.process.clone(), initial: noise.initial.clone(), prices, base_cost };
+        Ok((horizon, Spread { least, prices: Some(radii), distance: found.distance }))
     }
-    Ok(worst)
 }

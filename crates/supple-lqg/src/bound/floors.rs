@@ -1,17 +1,14 @@
 //! What is known of the minimum without searching for it: bounds in closed form, and what codes cost beside them.
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector};
 use supple_kernels::Matrices;
 use supple_kernels::math;
 
 use super::horizon::Stationary;
 use super::product::log_singular_values;
 use crate::Error;
-use crate::dense::{dense, svd};
-
-/// Iterations for eigenvalues at most.
-const EIGENVALUE_ITERATIONS: usize = 10_000;
+use crate::dense::{dense, eigen, eigenvalues, svd};
 
 /// A matrix counts as singular when, with its diagonal scaled to 1, its least eigenvalue is at most this times its
 /// order.
@@ -35,11 +32,7 @@ pub fn data_rate_floor(dynamics: &Matrices) -> Result<f64, Error> {
     }
     let mut balanced = a;
     balance_parlett_reinsch(&mut balanced);
-    // The iteration stalls at matrices such as cyclic permutations, and no longer once they are turned.
-    let turned = std::iter::successors(Some(balanced.clone()), |matrix| Some(turn(matrix)));
-    let schur = turned.take(4).find_map(|matrix| Schur::try_new(matrix, f64::EPSILON, EIGENVALUE_ITERATIONS));
-    let schur = schur.ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
-    let values = schur.complex_eigenvalues();
+    let values = eigenvalues(&balanced).ok_or(Error::NotFinite { what: "an eigenvalue of the dynamics", step: 0 })?;
     let outside = values.iter().filter(|value| value.norm() > 1.0);
     // The sum of nothing is -0.
     Ok(outside.map(|value| math::ln(value.norm() - blur(&balanced, *value)).max(0.0)).sum::<f64>() + 0.0)
@@ -64,14 +57,6 @@ fn blur(matrix: &DMatrix<f64>, value: Complex<f64>) -> f64 {
         condition.is_finite().then_some(condition)
     });
     condition.map_or(f64::INFINITY, |condition| condition * rounding)
-}
-
-/// A matrix in other orthonormal coordinates: it keeps its eigenvalues.
-fn turn(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = matrix.nrows();
-    let axis = DVector::from_fn(n, |i, _| 1.0 + (i as f64 + 1.0).sqrt()).normalize();
-    let reflection = DMatrix::identity(n, n) - 2.0 * &axis * axis.transpose();
-    &reflection * matrix * &reflection
 }
 
 /// `sum log sigma` over the singular values above 1 of `A_{T-1} ... A_0` (theory, equation L.21), nats over `steps`
@@ -173,10 +158,10 @@ fn log_determinant_semidefinite(matrix: &DMatrix<f64>) -> Option<f64> {
         return None;
     }
     let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / scale[i] / scale[j]);
-    let eigenvalues = scaled.symmetric_eigenvalues();
-    let regular = eigenvalues.min() > SINGULAR * n as f64;
+    let values = eigen(scaled)?.eigenvalues;
+    let regular = values.min() > SINGULAR * n as f64;
     regular.then(|| {
-        eigenvalues.iter().map(|value| math::ln(*value)).sum::<f64>()
+        values.iter().map(|value| math::ln(*value)).sum::<f64>()
             + 2.0 * scale.iter().map(|scale| math::ln(*scale)).sum::<f64>()
     })
 }

@@ -2,11 +2,12 @@
 
 use supple_kernels::{Matrices, halt};
 
+use super::along::Spread;
 use super::horizon::Horizon;
 use super::interior::{Found, begin, search};
 use super::local::nats;
 use super::nearby::Nearby;
-use super::proof::{Achieved, Lower, Proof};
+use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, start};
 use super::sensitivity::Worth;
 use super::sensor::sensors;
@@ -42,6 +43,19 @@ pub fn minimum_information(
     cost: f64,
     settings: &BoundSettings,
 ) -> Result<MinimumInformation, Error> {
+    minimum_information_within((horizon, &Spread::default()), cost, settings)
+}
+
+/// As [`minimum_information`], of a horizon whose least cost and prices may be off by so much: the bound holds for all
+/// that they may be.
+///
+/// # Errors
+/// As of that.
+pub fn minimum_information_within(
+    (horizon, spread): (&Horizon, &Spread),
+    cost: f64,
+    settings: &BoundSettings,
+) -> Result<MinimumInformation, Error> {
     horizon.check()?;
     horizon.check_covariances()?;
     // Without noise, nothing need be known for the least cost itself.
@@ -50,7 +64,7 @@ pub fn minimum_information(
     }
     let of = |settings: &BoundSettings| {
         let (chain, found, budget) = place(horizon, cost, settings, None)?;
-        Ok::<_, Error>(solution(horizon, &chain, found, (cost, budget)))
+        Ok::<_, Error>(solution((horizon, spread), &chain, found, (cost, budget)))
     };
     let mut best = of(settings)?;
     if best.lower_nats <= OF_USE * best.nats {
@@ -60,6 +74,7 @@ pub fn minimum_information(
             && lower_nats > best.lower_nats.max(OF_USE * best.nats)
         {
             (best.lower_nats, best.proof) = (lower_nats, proof);
+            best.nats = best.nats.max(lower_nats);
         }
     }
     if halt::is_requested() {
@@ -165,7 +180,12 @@ pub(super) fn covariances(horizon: &Horizon, chain: &Chain, found: &Found) -> (M
 }
 
 /// What was found, in the coordinates of the horizon.
-fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f64, f64)) -> MinimumInformation {
+fn solution(
+    (horizon, spread): (&Horizon, &Spread),
+    chain: &Chain,
+    found: Found,
+    (asked, budget): (f64, f64),
+) -> MinimumInformation {
     let (predicted, posterior) = covariances(horizon, chain, &found);
     let spent: f64 = found.local.iter().map(|at| at.price.trace()).sum();
     let mut per_step_nats: Vec<f64> = found.local.iter().map(nats).collect();
@@ -173,10 +193,12 @@ fn solution(horizon: &Horizon, chain: &Chain, found: Found, (asked, budget): (f6
     let sensors = sensors(chain, &found);
     let achieved = Achieved::of_horizon(horizon, &sensors);
     let kept = achieved.filter(|achieved| achieved.keeps(asked, horizon.base_cost));
+    let witnesses: [&dyn Fn() -> Witness; 2] =
+        [&|| Witness::new(chain, &found, budget), &|| Witness::settled(chain, &found, budget)];
+    let lower = Lower::of_horizon((horizon, spread), asked, &Attempt { nats: total, witnesses }).beside(kept.as_ref());
     // What the sensors achieve is an upper bound too, without what the barriers leave in every direction.
-    let nats = kept.map_or(total, |achieved| achieved.nats.min(total));
+    let nats = kept.map_or(total, |achieved| achieved.nats.min(total)).max(lower.nats);
     per_step_nats.iter_mut().for_each(|of_step| *of_step *= nats / total);
-    let lower = Lower::of_horizon(horizon, asked, |margin| Witness::new(chain, &found, budget, margin));
     MinimumInformation {
         nats,
         lower_nats: lower.nats,

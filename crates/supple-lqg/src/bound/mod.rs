@@ -27,10 +27,10 @@ mod verify;
 mod witness;
 mod zeros;
 
-pub use along::law_distance;
+pub use along::Spread;
 pub use floors::{KostinaHassibi, Vacuous, data_rate_floor, kostina_hassibi, product_growth, quantiser_bound};
 pub use horizon::{Horizon, Stationary};
-pub use minimum::minimum_information;
+pub use minimum::{minimum_information, minimum_information_within};
 pub use nearby::Nearby;
 pub use needed::Needed;
 pub use own::{OwnRates, own_rates};

@@ -1,14 +1,13 @@
 //! What given sensors and the optimal controller use in a steady state.
 
 use nalgebra::{Cholesky, Dyn};
-use supple_kernels::Matrices;
-use supple_kernels::math;
+use supple_kernels::{Matrices, halt, math};
 
 use super::horizon::Stationary;
 use super::regulator::{doubling, regulator};
 use crate::Error;
 use crate::belief::{Belief, kalman};
-use crate::dense::{Dense, dense, first, store, symmetric};
+use crate::dense::{Dense, dense, eigenvalues, first, store, symmetric};
 use crate::information::control_information;
 use crate::knots::Knots;
 use crate::noise::Noise;
@@ -61,7 +60,7 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
             let found = far.map_or(Ok(None), |far| filter.settle(far))?;
             found.filter(|step| {
                 let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.gain * &c);
-                closed.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + STABLE)
+                eigenvalues(&closed).is_some_and(|roots| roots.iter().all(|root| root.norm() <= 1.0 + STABLE))
             })
         }
         found => found,
@@ -98,6 +97,9 @@ impl Filter<'_> {
     /// The step at which it settles from a predicted covariance; none where it does not within [`MOST_STEPS`].
     fn settle(&self, mut predicted: Dense) -> Result<Option<Step>, Error> {
         for _ in 0..MOST_STEPS {
+            if halt::is_requested() {
+                return Err(Error::Stopped);
+            }
             let step = self.step(&predicted)?;
             if !step.next.norm().is_finite() {
                 return Ok(None);

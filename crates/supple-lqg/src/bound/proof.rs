@@ -1,14 +1,18 @@
 //! What the proofs read of a search: the problem as given, and a point of the dual.
 
-use supple_kernels::Matrices;
+use std::f64::consts::LN_2;
 
+use supple_kernels::{Matrices, halt};
+
+use super::along::Spread;
 use super::horizon::{Horizon, Stationary};
 use super::regulator::regulator;
 use super::solution::VirtualSensor;
 use super::verify::{
-    Back, Dual, DualStep, Given, Interval, Matrix, Sensor, Stage, distance, information, is_paid, over_horizon, steady,
+    Back, Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, distance, is_paid, over_horizon,
+    steady,
 };
-use super::witness::Witness;
+use super::witness::{Witness, WitnessStep};
 use crate::dense::{Dense, dense};
 
 /// Whether a lower bound is proved.
@@ -37,19 +41,46 @@ pub(super) struct Lower {
 /// proves more.
 const MARGINS: [f64; 6] = [0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 
+/// How far rates that should agree are apart by rounding, relatively and in nats.
+const CONSISTENT: f64 = 1e-11;
+
+/// Points of the dual that prove so much of what was found need no other beside them.
+const ENOUGH: f64 = 1.0 - 1e-5;
+
+/// Points of the dual to prove a bound of so many nats with, one after the other while none is good enough.
+pub(super) struct Attempt<'a> {
+    pub nats: f64,
+    pub witnesses: [&'a dyn Fn() -> Witness; 2],
+}
+
 impl Lower {
-    fn new(given: &Given, witness: impl Fn(f64) -> Option<Witness>) -> Self {
+    fn of_any(given: &Given, attempt: &Attempt) -> Self {
+        let is_proved = |one: &Self| matches!(one.proof, Proof::Proved { .. });
+        let [first, second] = attempt.witnesses;
+        let best = Self::new(given, &first());
+        if is_proved(&best) && best.nats >= ENOUGH * attempt.nats {
+            return best;
+        }
+        let other = Self::new(given, &second());
+        if is_proved(&other) && (!is_proved(&best) || other.nats > best.nats) { other } else { best }
+    }
+
+    fn new(given: &Given, witness: &Witness) -> Self {
         let mut best = Self { nats: 0.0, proof: Proof::NotProved { reason: "there is no dual point".into() } };
+        let dual = Dual { steps: witness.steps.iter().map(dual_step).collect() };
+        let proving = match Proving::new(given, &dual) {
+            Ok(proving) => proving,
+            Err(reason) => return Self { nats: 0.0, proof: Proof::NotProved { reason } },
+        };
         let mut first = true;
         for margin in MARGINS {
-            let Some(witness) = witness(margin) else { continue };
-            let steps = witness.steps.iter().map(|step| DualStep {
-                basis: matrix(&step.basis),
-                unseen: matrix(&step.unseen),
-                multiplier: matrix(&step.multiplier),
-            });
+            if halt::is_requested() {
+                break;
+            }
+            let Some((price, multipliers)) = witness.with_margin(margin) else { continue };
+            let multipliers: Vec<Matrix> = multipliers.iter().map(matrix).collect();
             let proved = matches!(best.proof, Proof::Proved { .. });
-            match information(given, &Dual { price: witness.price, steps: steps.collect() }) {
+            match proving.information(price, &multipliers) {
                 Ok(found) if !proved || found.nats > best.nats => {
                     best = Self { nats: found.nats, proof: Proof::Proved { distance: found.distance } };
                 }
@@ -64,17 +95,38 @@ impl Lower {
         best
     }
 
-    /// Over a horizon.
-    pub fn of_horizon(horizon: &Horizon, cost: f64, witness: impl Fn(f64) -> Option<Witness>) -> Self {
-        let budget = Interval::point(cost) - Interval::point(horizon.base_cost);
-        let given = Given { stages: stages(horizon), initial: Some(of(&horizon.initial, 0)), budget };
-        Self::new(&given, witness)
+    /// Over a horizon that may be off by so much.
+    pub fn of_horizon((horizon, spread): (&Horizon, &Spread), cost: f64, attempt: &Attempt) -> Self {
+        let [below, above] = spread.least;
+        let least = Interval::point(horizon.base_cost) + Interval { low: -below, high: above };
+        let mut stages = stages(horizon);
+        if let Some(radii) = &spread.prices {
+            stages.iter_mut().enumerate().for_each(|(t, stage)| stage.radius = Some(of(radii, t)));
+        }
+        let budget = Interval::point(cost) - least;
+        Self::of_any(&Given { stages, initial: Some(of(&horizon.initial, 0)), budget }, attempt)
+    }
+
+    /// The same beside what sensors achieve at the cost asked for: less than what is proved cannot be, and then one of the two
+    /// is wrong.
+    pub fn beside(self, achieved: Option<&Achieved>) -> Self {
+        match achieved {
+            Some(achieved) if achieved.nats < self.nats * (1.0 - CONSISTENT) - CONSISTENT => {
+                let reason = format!(
+                    "the virtual sensor achieves {:.7} bits, less than the bound of {:.7}",
+                    achieved.nats / LN_2,
+                    self.nats / LN_2
+                );
+                Self { nats: 0.0, proof: Proof::NotProved { reason } }
+            }
+            _ => self,
+        }
     }
 
     /// Per step, where nothing changes over time.
-    pub fn of_stationary(system: &Stationary, cost: f64, witness: impl Fn(f64) -> Option<Witness>) -> Self {
+    pub fn of_stationary(system: &Stationary, cost: f64, attempt: &Attempt) -> Self {
         let budget = Interval::point(cost) - Interval::point(system.base_cost);
-        Self::new(&Given { stages: vec![stage(system)], initial: None, budget }, witness)
+        Self::of_any(&Given { stages: vec![stage(system)], initial: None, budget }, attempt)
     }
 }
 
@@ -110,16 +162,23 @@ impl Achieved {
         Some(Self { nats: found.nats, cost: horizon.base_cost + found.price })
     }
 
-    /// Per step, near the steady state with this basis of covariances.
-    pub(super) fn of_stationary(system: &Stationary, one: &VirtualSensor, basis: &Dense) -> Option<Self> {
-        let found = steady(&stage(system), &matrix(basis), &sensor(one))?;
-        Some(Self { nats: found.nats, cost: system.base_cost + found.price })
+    /// Per step in the steady state near a point of the dual, with the covariance before the measurement.
+    pub(super) fn of_stationary(system: &Stationary, one: &VirtualSensor, near: &WitnessStep) -> Option<(Self, Dense)> {
+        let found = steady(&stage(system), &dual_step(near), &sensor(one))?;
+        let n = near.basis.nrows();
+        let predicted = Dense::from_fn(n, n, |i, j| found.predicted.at(i, j));
+        let Filtered { nats, price } = found.filtered;
+        Some((Self { nats, cost: system.base_cost + price }, predicted))
     }
 
     /// Whether it keeps a cost, but for rounding.
     pub(super) fn keeps(&self, cost: f64, base: f64) -> bool {
         self.cost - base <= (cost - base) * (1.0 + 1e-9) + 1e-14 * base.abs()
     }
+}
+
+fn dual_step(step: &WitnessStep) -> DualStep {
+    DualStep { basis: matrix(&step.basis), unseen: matrix(&step.unseen) }
 }
 
 fn sensor(one: &VirtualSensor) -> Sensor {
@@ -135,12 +194,14 @@ fn stages(horizon: &Horizon) -> Vec<Stage> {
         dynamics: at(&horizon.dynamics, t),
         process: at(&horizon.process, t),
         price: of(&horizon.prices, t),
+        radius: None,
     };
     (0..horizon.steps()).map(stage).collect()
 }
 
 fn stage(system: &Stationary) -> Stage {
-    Stage { dynamics: of(&system.dynamics, 0), process: of(&system.process, 0), price: of(&system.price, 0) }
+    let (dynamics, process, price) = (of(&system.dynamics, 0), of(&system.process, 0), of(&system.price, 0));
+    Stage { dynamics, process, price, radius: None }
 }
 
 /// Symmetric matrices are read as the mean with their transposes elsewhere; here as they are.

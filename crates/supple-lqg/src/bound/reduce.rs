@@ -165,23 +165,34 @@ pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
     inside(|variance| measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone()).is_some()))
 }
 
+/// Logarithms of variances that are tried, and how far these are apart.
+const VARIANCES: (f64, f64) = (80.0, 2.0);
+
 /// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
-/// any below 1.
+/// one at which it is below 1. It may say nothing where the variance is so large that covariances grow without limit,
+/// and where it is so small that only rounding is left of them.
 pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
-    let (mut low, mut high) = (-80.0f64, 60.0f64);
-    let mut best = None;
-    while high - low > 1e-3 {
-        let middle = 0.5 * (low + high);
-        match measured(math::exp(middle)) {
-            Some((found, cost)) if cost <= 0.7 => {
-                best = Some(found);
-                if cost > 0.3 {
-                    break;
-                }
-                low = middle;
-            }
-            _ => high = middle,
+    let (most, step) = VARIANCES;
+    let kept = |log: f64| measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7);
+    let mut low = 0.0;
+    let mut best = kept(low);
+    while best.is_none() && low > -most {
+        low -= step;
+        best = kept(low);
+    }
+    let mut high = low + step;
+    if low == 0.0 {
+        while let Some(more) = kept(high).filter(|_| best.is_some() && high < most) {
+            (best, low) = (Some(more), high);
+            high += step;
         }
     }
-    best
+    while high - low > 1e-3 && best.as_ref().is_some_and(|(_, cost)| *cost <= 0.3) {
+        let middle = 0.5 * (low + high);
+        match kept(middle) {
+            Some(more) => (best, low) = (Some(more), middle),
+            None => high = middle,
+        }
+    }
+    best.map(|(found, _)| found)
 }

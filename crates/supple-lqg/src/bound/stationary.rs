@@ -8,19 +8,27 @@ use super::horizon::Stationary;
 use super::interior::{begin, search};
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
-use super::proof::{Achieved, Lower, Proof};
+use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
+use super::regulator::doubling;
 use super::sensitivity::Worth;
 use super::sensor::sensors;
 use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
 use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
-use super::witness::Witness;
-use super::zeros::lasting;
+use super::witness::{Witness, WitnessStep};
+use super::zeros::{lasting, moduli};
 use crate::Error;
 use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, store, svd, symmetric};
 
 /// Steps of the filter that scales coordinates, beside two for every state.
 const SCALING: usize = 30;
+
+/// Steps of the filter from where doubling led to.
+const POLISHING: usize = 10;
+
+/// How much more precise, as a factor, a sensor may be made so that it keeps the cost, and steps that find how much.
+const MOST_PRECISION: f64 = 1e6;
+const PRECISION_STEPS: usize = 20;
 
 /// The least directed information per step that any sensors and any controller need to keep an expected cost per step
 /// of `cost` (theory, equation L.15), with a bound from below that no rounding is above.
@@ -59,11 +67,17 @@ pub fn stationary_minimum(
     store(&mut predicted, 0, &congruence(&root, &found.local[0].predicted));
     let nats = nats(&found.local[0]);
     let sensor = sensors(&chain, &found).pop().unwrap_or_else(|| VirtualSensor::none(n));
-    let achieved = Achieved::of_stationary(system, &sensor, &root);
+    let witness = Witness::new(&chain, &found, budget);
+    let (sensor, achieved) = match witness.steps.first() {
+        Some(near) => keeping(system, cost, sensor, near),
+        None => (sensor, None),
+    };
     // What the sensor achieves is an upper bound too, without what the barriers leave in every direction.
     let kept = achieved.filter(|achieved| achieved.keeps(cost, system.base_cost));
-    let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats));
-    let lower = Lower::of_stationary(system, cost, |margin| Witness::new(&chain, &found, budget, margin));
+    let witnesses: [&dyn Fn() -> Witness; 2] = [&|| witness.clone(), &|| Witness::settled(&chain, &found, budget)];
+    let lower = Lower::of_stationary(system, cost, &Attempt { nats, witnesses }).beside(kept.as_ref());
+
+    let nats = kept.map_or(nats, |achieved| achieved.nats.min(nats)).max(lower.nats);
     Ok(StationaryMinimum {
         nats,
         lower_nats: lower.nats,
@@ -78,6 +92,50 @@ pub fn stationary_minimum(
         status: found.status,
         sensor,
     })
+}
+
+/// A sensor with its gain and what it achieves, made so much more precise that it keeps the cost by a filter of many digits,
+/// where that takes little: rounding may have misled the filter that it was found with.
+fn keeping(
+    system: &Stationary,
+    cost: f64,
+    sensor: VirtualSensor,
+    near: &WitnessStep,
+) -> (VirtualSensor, Option<Achieved>) {
+    let of = |precision: f64| {
+        let variances = sensor.variances.iter().map(|variance| variance / precision).collect();
+        let one = VirtualSensor { variances, ..sensor.clone() };
+        Achieved::of_stationary(system, &one, near).map(|(achieved, predicted)| {
+            let gain = one.gain_from(&predicted).unwrap_or_else(|| one.gain.clone());
+            (VirtualSensor { gain, ..one }, achieved)
+        })
+    };
+    let Some((first, achieved)) = of(1.0) else { return (sensor, None) };
+    let keeps = |achieved: &Achieved| achieved.keeps(cost, system.base_cost);
+    if keeps(&achieved) {
+        return (first, Some(achieved));
+    }
+    // What it costs too much, as a share of the budget, is about as much as it has to be more precise.
+    let excess = (achieved.cost - cost) / (cost - system.base_cost);
+    let (mut low, mut more, mut best) = (0.0, 1.5 * excess, None);
+    while best.is_none() && more < MOST_PRECISION {
+        best = of(1.0 + more).filter(|(_, achieved)| keeps(achieved));
+        if best.is_none() {
+            (low, more) = (more, 4.0 * more);
+        }
+    }
+    for _ in 0..PRECISION_STEPS {
+        if best.is_none() || more - low <= 1e-8 {
+            break;
+        }
+        let middle = 0.5 * (low + more);
+        match of(1.0 + middle).filter(|(_, achieved)| keeps(achieved)) {
+            Some(kept) => (best, more) = (Some(kept), middle),
+            None => low = middle,
+        }
+    }
+    let (sensor, achieved) = best.unwrap_or((first, achieved));
+    (sensor, Some(achieved))
 }
 
 /// The system in coordinates of what costs something and stays uncertain (theory, equation L.16).
@@ -276,7 +334,11 @@ fn uncertain(a: &Dense, root: Dense, seen: &Dense) -> Result<Dense, Error> {
     // In the blocks of (driven, the others) A is triangular: these grow as their own block says.
     let others = complement(&driven);
     let block = others.transpose() * a * others;
-    if block.complex_eigenvalues().iter().all(|root| root.norm() <= 1.0 + GROWTH) {
+    let moduli = moduli(&block).ok_or_else(|| Error::NoBound {
+        what: "the eigenvalues of the states that no noise drives could not be computed".into(),
+        advice: "scale the states to similar sizes, or add a small process noise to these states",
+    })?;
+    if moduli.iter().all(|&modulus| modulus <= 1.0 + GROWTH) {
         return Ok(seen * driven);
     }
     let growing = unstable(a, 1.0 + GROWTH).ok_or_else(|| Error::NoBound {
@@ -310,17 +372,14 @@ fn without_sensors(stage: &Stage) -> Option<Dense> {
 /// and its cost as a share of the budget.
 fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
     let n = stage.price.nrows();
-    let mut predicted = Dense::identity(n, n) + &stage.process;
-    for _ in 0..10_000 {
-        let posterior = once_measured(&predicted, variance)?;
-        let next = congruence(&stage.dynamics, &posterior) + &stage.process;
-        let change = (&next - &predicted).norm();
-        predicted = next;
-        if change <= 1e-9 * predicted.norm() {
-            break;
-        }
+    let identity = Dense::identity(n, n);
+    let mut predicted = doubling(&stage.dynamics.transpose(), &identity / variance, &stage.process, &identity, 0.0)?;
+    let mut posterior = once_measured(&predicted, variance)?;
+    // Doubling leaves rounding that steps take away.
+    for _ in 0..POLISHING {
+        predicted = congruence(&stage.dynamics, &posterior) + &stage.process;
+        posterior = once_measured(&predicted, variance)?;
     }
-    let posterior = once_measured(&predicted, variance)?;
     cholesky(&(congruence(&stage.dynamics, &posterior) + &stage.process - &posterior))?;
     let cost = stage.price.dot(&posterior);
     cost.is_finite().then_some((cholesky(&posterior)?, cost))

@@ -25,9 +25,9 @@ pub fn complement(basis: &Dense) -> Dense {
     if basis.ncols() == 0 {
         return Dense::identity(n, n);
     }
-    let found = (Dense::identity(n, n) - basis * basis.transpose()).symmetric_eigen();
-    let kept: Vec<usize> = (0..n).filter(|&k| found.eigenvalues[k] > 0.5).collect();
-    found.eigenvectors.select_columns(&kept)
+    let Svd { u, values, .. } = svd(&(Dense::identity(n, n) - basis * basis.transpose()));
+    let kept: Vec<usize> = (0..n).filter(|&k| values[k] > 0.5).collect();
+    u.select_columns(&kept)
 }
 
 /// Columns scaled to length 1; those of zeros stay.

@@ -1,9 +1,7 @@
 //! Motions that cost nothing for ever: what an optimal regulator leaves alone.
 
-use nalgebra::Schur;
-
 use super::subspace::{complement, range, unit_columns, unstable};
-use crate::dense::{Dense, Svd, semidefinite_root, svd};
+use crate::dense::{Dense, Svd, eigenvalues, semidefinite_root, svd};
 
 /// Lengths below this share of 1 count as 0, once rows have length 1.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -13,9 +11,6 @@ const SETTLES: f64 = 0.8;
 
 /// Modes closer to the unit circle than this count as on it.
 const ON_CIRCLE: f64 = 1e-7;
-
-/// Iterations for eigenvalues at most.
-const EIGENVALUE_ITERATIONS: usize = 10_000;
 
 /// An orthonormal basis, by columns, of states that some control keeps at no cost for ever while they do not die out
 /// (theory, below equation L.14): `(A + B F) V = V A_0` with `L [V; F V] = 0` and `A_0` not stable.
@@ -82,16 +77,7 @@ fn radius(mut moduli: Vec<f64>, order: usize) -> Option<f64> {
 
 /// Absolute values of the eigenvalues.
 pub(super) fn moduli(a: &Dense) -> Option<Vec<f64>> {
-    if a.is_empty() {
-        return Some(Vec::new());
-    }
-    // The iteration stalls at matrices such as cyclic permutations, and no longer once they are turned.
-    let n = a.nrows();
-    let axis = nalgebra::DVector::from_fn(n, |i, _| 1.0 + (i as f64 + 1.0).sqrt()).normalize();
-    let reflection = Dense::identity(n, n) - &axis * axis.transpose() * 2.0;
-    let turned = std::iter::successors(Some(a.clone()), |matrix| Some(&reflection * matrix * &reflection));
-    let schur = turned.take(3).find_map(|matrix| Schur::try_new(matrix, f64::EPSILON, EIGENVALUE_ITERATIONS))?;
-    Some(schur.complex_eigenvalues().iter().map(|value| value.norm()).collect())
+    Some(eigenvalues(a)?.into_iter().map(|value| value.norm()).collect())
 }
 
 /// Rows of length 1: what costs now, and what is seen of the next state.

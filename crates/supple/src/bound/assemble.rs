@@ -100,7 +100,7 @@ impl Bounding {
 
     fn kostina_hassibi(&self, cost: f64) -> (Option<f64>, Option<super::Vacuous>) {
         match &self.kind {
-            Kind::Horizon(_) => (None, None),
+            Kind::Horizon(..) => (None, None),
             Kind::Stationary(problem) => {
                 let found = kostina_hassibi(problem, cost, self.certain_nats);
                 let silent =

@@ -2,8 +2,8 @@
 
 use supple_kernels::Matrices;
 use supple_lqg::bound::{
-    Achieved, BoundSettings, BoundStatus, Horizon, InUnits, Proof, Stationary, VirtualSensor, data_rate_floor,
-    kostina_hassibi, law_distance, minimum_information, observed, product_growth, stationary_minimum, virtual_sensors,
+    Achieved, BoundSettings, BoundStatus, Horizon, InUnits, Proof, Spread, Stationary, VirtualSensor, data_rate_floor,
+    kostina_hassibi, minimum_information_within, observed, product_growth, stationary_minimum, virtual_sensors,
 };
 use supple_lqg::dense::{congruence, dense, store};
 use supple_model::{Channel, Named};
@@ -14,9 +14,8 @@ use super::report::BoundReport;
 use super::steady::stationary;
 use crate::Error;
 use crate::branches::plan_at;
-use crate::horizon::horizon_of_plan;
+use crate::horizon::proved_horizon;
 use crate::pipeline::TaskState;
-use crate::plan::{PlanMode, PlanStatus};
 use crate::problem::{Problem, Task};
 
 const LN_2: f64 = std::f64::consts::LN_2;
@@ -87,7 +86,7 @@ pub struct Bounding {
 }
 
 pub(super) enum Kind {
-    Horizon(Horizon),
+    Horizon(Horizon, Spread),
     Stationary(Stationary),
 }
 
@@ -130,18 +129,10 @@ impl Bounding {
             let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
             (Kind::Stationary(problem), own, floors, regulator)
         } else {
-            let horizon = horizon_of_plan(&state.plan, &state.noise)?;
-            let floor = product_growth(&horizon.dynamics, task.steps)?;
-            // Remarks name laws other than the regulator's: the bounds are those of their prices.
-            let plan = &state.plan;
-            let plain =
-                matches!(plan.mode, PlanMode::Nominal | PlanMode::Sampled) && !plan.policy.clamped.contains(&true);
-            let regulator = if plain && plan.status != PlanStatus::Indefinite {
-                law_distance(&horizon, &plan.knots, &plan.policy.curvature)
-            } else {
-                Ok(0.0)
-            };
-            (Kind::Horizon(horizon), Own::over_horizon(task, &state)?, (floor, 0.0), regulator)
+            let proved = proved_horizon(&state.plan, &state.noise)?;
+            let floor = product_growth(&proved.horizon.dynamics, task.steps)?;
+            let own = Own::over_horizon(task, &state, &proved)?;
+            (Kind::Horizon(proved.horizon, proved.spread), own, (floor, 0.0), proved.law)
         };
         Ok(Self {
             kind,
@@ -164,7 +155,7 @@ impl Bounding {
     /// T: decisions that rates are over; 1 where it is stationary.
     pub fn steps(&self) -> usize {
         match &self.kind {
-            Kind::Horizon(horizon) => horizon.prices.count(),
+            Kind::Horizon(horizon, _) => horizon.prices.count(),
             Kind::Stationary(_) => 1,
         }
     }
@@ -177,7 +168,7 @@ impl Bounding {
     /// The expected cost with the state known exactly.
     pub fn minimum_cost(&self) -> f64 {
         match &self.kind {
-            Kind::Horizon(horizon) => horizon.base_cost,
+            Kind::Horizon(horizon, _) => horizon.base_cost,
             Kind::Stationary(problem) => problem.base_cost,
         }
     }
@@ -185,7 +176,7 @@ impl Bounding {
     /// The expected cost with nothing measured; none where it is infinite.
     pub fn open_loop_cost(&self) -> Option<f64> {
         let cost = match &self.kind {
-            Kind::Horizon(horizon) => {
+            Kind::Horizon(horizon, _) => {
                 let (mut covariance, mut cost) = (dense(&horizon.initial, 0), horizon.base_cost);
                 for t in 0..horizon.prices.count() {
                     cost += dense(&horizon.prices, t).dot(&covariance);
@@ -228,7 +219,7 @@ impl Bounding {
     /// The best bound in closed form: nats per step.
     pub(super) fn closed_form_nats(&self, cost: f64) -> f64 {
         match &self.kind {
-            Kind::Horizon(_) => 0.0,
+            Kind::Horizon(..) => 0.0,
             Kind::Stationary(problem) => kostina_hassibi(problem, cost, self.certain_nats).nats.max(self.certain_nats),
         }
     }
@@ -257,10 +248,10 @@ impl Bounding {
 
     fn search(&self, cost: f64, own_price: Option<f64>) -> Result<Minimum, Error> {
         match &self.kind {
-            Kind::Horizon(horizon) => {
+            Kind::Horizon(horizon, spread) => {
                 let beyond = own_price.map(|_| Horizon { base_cost: 0.0, ..horizon.clone() });
                 let (horizon, cost) = (beyond.as_ref().unwrap_or(horizon), own_price.unwrap_or(cost));
-                let found = minimum_information(horizon, cost, &self.settings)?;
+                let found = minimum_information_within((horizon, spread), cost, &self.settings)?;
                 Ok(Minimum {
                     nats: found.nats,
                     lower_nats: found.lower_nats,

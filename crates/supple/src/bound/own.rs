@@ -4,6 +4,7 @@ use supple_lqg::bound::{Stationary, own_rates};
 use supple_lqg::control_information;
 
 use crate::Error;
+use crate::horizon::ProvedHorizon;
 use crate::pipeline::TaskState;
 use crate::plan::{PlanMode, PlanStatus};
 use crate::problem::Task;
@@ -27,11 +28,11 @@ pub(super) struct Own {
 }
 
 impl Own {
-    /// Along its plan.
+    /// Along its plan, beside the horizon with the optimal law.
     ///
     /// # Errors
     /// Where `V` is not positive definite.
-    pub fn over_horizon(task: &Task, state: &TaskState) -> Result<Self, Error> {
+    pub fn over_horizon(task: &Task, state: &TaskState, proved: &ProvedHorizon) -> Result<Self, Error> {
         let control = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
         let (last, before) =
             state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
@@ -43,10 +44,20 @@ impl Own {
                 "{held} of {all} controls are at a limit along the plan; all bounds are for controllers that keep them there"
             ));
         }
+        if proved.is_other_law() {
+            remarks.push(format!(
+                "rounding affects this design's control law: the least cost computed along its plan is {:.7}, and the proved one \
+                 {:.7}; the bounds hold for the proved one, and the cost and information of this design may be inaccurate",
+                proved.rounded_least, proved.horizon.base_cost
+            ));
+        }
+        let is_optimal = state.plan.mode != PlanMode::Risk && !proved.is_other_law();
+        // What is lost by rounding is paid too.
+        let lost = (proved.rounded_least - proved.horizon.base_cost).max(0.0);
         Ok(Self {
             status: state.plan.status,
             cost: Some(state.cost.expected()),
-            price: (state.plan.mode != PlanMode::Risk).then_some(state.cost.belief),
+            price: is_optimal.then_some(state.cost.belief + lost),
             control: Some(control),
             measurement: Some(before.to_vec()),
             last_measurement: last,

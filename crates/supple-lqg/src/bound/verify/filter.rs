@@ -2,7 +2,7 @@
 
 use super::information::Stage;
 use super::matrix::Matrix;
-use supple_kernels::{halt, math};
+use supple_kernels::math;
 
 /// A sensor `y = C x + v` with independent noises.
 pub(crate) struct Sensor {
@@ -19,19 +19,10 @@ pub(crate) struct Filtered {
     pub price: f64,
 }
 
-/// Steps of a steady filter: at least, and at most.
-const STEPS: [usize; 2] = [100, 5000];
-
-/// A steady filter has settled when a step changes what it gives and costs by less than this, relatively.
-const SETTLED: f64 = 1e-13;
-
-/// That of a horizon from `X_0`, or none where the innovation is singular or a stop is requested.
+/// That of a horizon from `X_0`, or none where the innovation is singular.
 pub(crate) fn over_horizon(stages: &[Stage], initial: &Matrix, sensors: &[Sensor]) -> Option<Filtered> {
     let (mut predicted, mut sum) = (initial.clone(), Filtered { nats: 0.0, price: 0.0 });
     for (t, (stage, sensor)) in stages.iter().zip(sensors).enumerate() {
-        if halt::is_requested() {
-            return None;
-        }
         let (step, posterior) = correct(&predicted, stage, sensor)?;
         sum = Filtered { nats: sum.nats + step.nats, price: sum.price + step.price };
         if t + 1 < stages.len() {
@@ -39,25 +30,6 @@ pub(crate) fn over_horizon(stages: &[Stage], initial: &Matrix, sensors: &[Sensor
         }
     }
     (sum.nats.is_finite() && sum.price.is_finite()).then_some(sum)
-}
-
-/// That of a step of the steady state near a covariance `E E'` that is claimed to be it; none where it does not settle.
-pub(crate) fn steady(stage: &Stage, basis: &Matrix, sensor: &Sensor) -> Option<Filtered> {
-    let mut predicted = predict(&basis.times(&basis.transpose()), stage);
-    let mut last: Option<Filtered> = None;
-    for step in 0..STEPS[1] {
-        let (now, posterior) = correct(&predicted, stage, sensor)?;
-        if !(now.nats.is_finite() && now.price.is_finite()) {
-            return None;
-        }
-        let near = |a: f64, b: f64| (a - b).abs() <= SETTLED * (a.abs() + b.abs());
-        if step >= STEPS[0] && last.is_some_and(|last| near(last.nats, now.nats) && near(last.price, now.price)) {
-            return Some(now);
-        }
-        last = Some(now);
-        predicted = predict(&posterior, stage);
-    }
-    last
 }
 
 fn predict(posterior: &Matrix, stage: &Stage) -> Matrix {

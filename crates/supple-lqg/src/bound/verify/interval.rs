@@ -52,11 +52,6 @@ impl Interval {
         Self { low: value, high: value }
     }
 
-    /// All numbers that differ from `middle` by at most `radius`.
-    pub fn around(middle: f64, radius: f64) -> Self {
-        Self { low: sums(middle, -radius).0, high: sums(middle, radius).1 }
-    }
-
     /// A number near the middle.
     pub fn middle(self) -> f64 {
         0.5 * self.low + 0.5 * self.high

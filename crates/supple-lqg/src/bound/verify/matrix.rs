@@ -66,35 +66,6 @@ impl Matrix {
         })
     }
 
-    /// The inverse, rounded, by elimination with pivots; none where it is singular.
-    pub fn inverse(&self) -> Option<Self> {
-        let n = self.rows;
-        let mut work = self.beside(&Self::identity(n));
-        let width = 2 * n;
-        for k in 0..n {
-            let pivot = (k..n).max_by(|&a, &b| work.at(a, k).abs().total_cmp(&work.at(b, k).abs()))?;
-            let by = work.at(pivot, k);
-            if by == 0.0 || !by.is_finite() {
-                return None;
-            }
-            for j in 0..width {
-                work.entries.swap(pivot * width + j, k * width + j);
-            }
-            for j in 0..width {
-                work.entries[k * width + j] /= by;
-            }
-            for i in (0..n).filter(|&i| i != k) {
-                let factor = work.at(i, k);
-                if factor != 0.0 {
-                    for j in k..width {
-                        work.entries[i * width + j] -= factor * work.entries[k * width + j];
-                    }
-                }
-            }
-        }
-        Some(Self::from_fn(n, n, |i, j| work.at(i, n + j)))
-    }
-
     /// The lower Cholesky factor, rounded; none where a pivot is not positive.
     pub fn cholesky(&self) -> Option<Self> {
         let n = self.rows;
@@ -171,20 +142,19 @@ impl Enclosure {
         Matrix::from_fn(self.rows, self.cols, |i, j| self.at(i, j).middle())
     }
 
-    pub fn magnitude(&self) -> Matrix {
-        Matrix::from_fn(self.rows, self.cols, |i, j| self.at(i, j).magnitude())
-    }
-
     /// `Tr(self other)` of symmetric matrices.
     pub fn dot(&self, other: &Self) -> Interval {
         self.entries.iter().zip(&other.entries).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)
     }
 
-    /// Whether every symmetric matrix in it is positive semidefinite, proved: less a rounded `g g'` of its middle, what is left
-    /// has a diagonal that is larger than all else in its rows.
+    /// Whether every symmetric matrix in it is positive semidefinite, proved: in units in which its diagonal is about 1, less a
+    /// rounded `g g'` of its middle, what is left has a diagonal that is larger than all else in its rows.
     pub fn is_positive_semidefinite(&self) -> bool {
         let n = self.rows;
-        let middle = self.middle();
+        // Powers of 2: nothing rounds.
+        let unit: Vec<f64> = (0..n).map(|i| near_root(self.at(i, i).middle())).collect();
+        let one = Self::from_fn(n, n, |i, j| self.at(i, j) * Interval::point(unit[i]) * Interval::point(unit[j]));
+        let middle = one.middle();
         let size = (0..n).map(|i| middle.at(i, i).abs()).fold(0.0, f64::max);
         [1e-15, 1e-13, 1e-11].into_iter().any(|share| {
             let left = share * size * n as f64;
@@ -193,8 +163,8 @@ impl Enclosure {
             });
             let Some(g) = lowered.cholesky() else { return false };
             let g = enclosed(&g);
-            self.minus(&g.times(&g.transpose())).is_dominated()
-        }) || self.is_dominated()
+            one.minus(&g.times(&g.transpose())).is_dominated()
+        }) || one.is_dominated()
     }
 
     /// Whether each entry of the diagonal is at least the sum of the absolute values beside it, in rows and columns.
@@ -216,34 +186,13 @@ impl Enclosure {
     }
 }
 
+/// Near `1 / sqrt(size)`, a power of 2; 1 where there is none.
+fn near_root(size: f64) -> f64 {
+    let exponent = -0.5 * math::log2(size);
+    if exponent.abs() < 500.0 { 2f64.powi(exponent.round() as i32) } else { 1.0 }
+}
+
 /// A matrix of points.
 pub(crate) fn enclosed(a: &Matrix) -> Enclosure {
     Enclosure::from_fn(a.rows, a.cols, |i, j| Interval::point(a.at(i, j)))
-}
-
-/// The inverse of a matrix of numbers: `X + (I - R)^-1 R X` with `R = I - X G`; none where that is not proved to exist.
-pub(crate) fn inverse(g: &Matrix) -> Option<Enclosure> {
-    let n = g.rows;
-    // Rows and columns in units that are powers of 2: nothing rounds.
-    let unit =
-        |size: f64| if size > 0.0 && size.is_finite() { 2f64.powi(-(math::log2(size).round() as i32)) } else { 1.0 };
-    let rows: Vec<f64> = (0..n).map(|i| unit((0..n).map(|j| g.at(i, j).abs()).fold(0.0, f64::max))).collect();
-    let cols: Vec<f64> =
-        (0..n).map(|j| unit((0..n).map(|i| (g.at(i, j) * rows[i]).abs()).fold(0.0, f64::max))).collect();
-    let scaled = Matrix::from_fn(n, n, |i, j| g.at(i, j) * rows[i] * cols[j]);
-    let near = scaled.inverse()?;
-    let residual = enclosed(&Matrix::identity(n)).minus(&enclosed(&near).times(&enclosed(&scaled)));
-    let norm = residual.row_sum();
-    if norm.is_nan() || norm >= 0.5 {
-        return None;
-    }
-    // |(I - R)^-1 R X| <= |R| |X| + |R|^2 / (1 - |R|) times the largest entry of a column of X, and 1 / (1 - |R|) is at most 2.
-    let first = enclosed(&residual.magnitude()).times(&enclosed(&near.abs()));
-    let second = Interval::point(2.0) * Interval::point(norm) * Interval::point(norm);
-    let wide: Vec<Interval> =
-        (0..n).map(|j| second * Interval::point((0..n).map(|i| near.at(i, j).abs()).fold(0.0, f64::max))).collect();
-    Some(Enclosure::from_fn(n, n, |i, j| {
-        let radius = (first.at(i, j) + wide[j]).high;
-        Interval::around(near.at(i, j), radius) * Interval::point(cols[i]) * Interval::point(rows[j])
-    }))
 }

@@ -4,14 +4,22 @@
 //! Nothing here uses the rest of the library. The search, its reductions and its linear algebra may be wrong in any way;
 //! then a bound is not proved, or a worse one is.
 
+mod elimination;
 mod filter;
+mod frame;
 mod information;
 mod interval;
+mod law;
 mod matrix;
 mod regulator;
+mod steady;
+mod wide;
+mod wides;
 
-pub(super) use filter::{Sensor, over_horizon, steady};
-pub(super) use information::{Dual, DualStep, Given, Stage, information};
+pub(super) use filter::{Filtered, Sensor, over_horizon};
+pub(super) use information::{Dual, DualStep, Given, Proving, Stage};
 pub(super) use interval::Interval;
+pub(super) use law::{Along, AlongStep, law};
 pub(super) use matrix::Matrix;
 pub(super) use regulator::{Back, distance, is_paid};
+pub(super) use steady::steady;

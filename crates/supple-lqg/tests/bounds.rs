@@ -1,0 +1,342 @@
+//! Bounds where rounding grows: free controls of plants that are not minimum phase, chains of delays, slow modes.
+#![allow(clippy::unwrap_used)]
+
+use nalgebra::{DMatrix, DVector};
+use supple_lqg::bound::{
+    BoundSettings, MinimumInformation, Proof, Spread, Stationary, StationaryMinimum, minimum_information,
+    minimum_information_within, own_rates, regulator_distance, stationary_minimum,
+};
+use supple_lqg::dense::{dense, store};
+use supple_lqg::{Dimensions, Horizon, Knots, Matrices, Noise, Policy, Regularisation, solve_riccati};
+
+/// `x+ = A x + B u + w` with the cost `x'Qx + u'Ru` per step, without factors 1/2.
+struct System {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    w: DMatrix<f64>,
+    q: DMatrix<f64>,
+    r: DMatrix<f64>,
+}
+
+fn of(rows: usize, entries: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_row_slice(rows, entries.len() / rows, entries)
+}
+
+fn matrices(a: &DMatrix<f64>) -> Matrices {
+    let mut out = Matrices::constant(a.nrows(), a.ncols());
+    store(&mut out, 0, a);
+    out
+}
+
+impl System {
+    /// `[A, B]` and `diag(2 Q, 2 R)`.
+    fn joint(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (n, m) = self.b.shape();
+        let mut f = self.a.clone().resize(n, n + m, 0.0);
+        f.columns_mut(n, m).copy_from(&self.b);
+        let mut l = (&self.q * 2.0).resize(n + m, n + m, 0.0);
+        l.view_mut((n, n), (m, m)).copy_from(&(&self.r * 2.0));
+        (f, l)
+    }
+
+    /// Over a horizon, with the first state's covariance the identity.
+    fn knots(&self, steps: usize) -> (Knots, Noise) {
+        let (n, m) = self.b.shape();
+        let mut knots = Knots::zeros(Dimensions { states: n, controls: m, measurements: n }, steps);
+        let (f, l) = self.joint();
+        for t in 0..=steps {
+            store(&mut knots.measurement, t, &DMatrix::identity(n, n));
+            if t < steps {
+                store(&mut knots.dynamics, t, &f);
+                store(&mut knots.cost, t, &l);
+            } else {
+                store(&mut knots.cost, t, &l.view((0, 0), (n, n)).into_owned());
+            }
+        }
+        let mut noise = Noise::zeros(n, n);
+        store(&mut noise.initial, 0, &DMatrix::identity(n, n));
+        store(&mut noise.process, 0, &self.w);
+        store(&mut noise.measurement, 0, &DMatrix::identity(n, n));
+        (knots, noise)
+    }
+
+    /// The least cost over a horizon by a sweep in double precision, and the horizon whose law is proved.
+    fn horizons(&self, steps: usize) -> (f64, (Horizon, Spread)) {
+        let (knots, noise) = self.knots(steps);
+        let mut policy = Policy::zeros(knots.dimensions, steps);
+        solve_riccati(&knots.dynamics, &knots.cost, Regularisation::default(), &mut policy).unwrap();
+        let rounded = Horizon::along(&knots, &policy, &noise, 0.0).base_cost;
+        (rounded, Horizon::proved(&knots, &policy, &noise, 0.0).unwrap())
+    }
+
+    /// In the steady state, with a regulator that is proved but for rounding.
+    fn stationary(&self) -> Stationary {
+        let (f, l) = self.joint();
+        let (f, l) = (matrices(&f), matrices(&l));
+        let system = Stationary::new(&f, &matrices(&self.w), &l).unwrap();
+        let distance = regulator_distance(&system, &f, &l).unwrap();
+        assert!(distance < 1e-8, "{distance:e}");
+        system
+    }
+}
+
+/// `x1+ = x1 / 2 + u`, `x2+ = x1` with the cost `(x1 - z x2)^2`: the control is free, and the zero of what costs is z.
+fn with_zero(z: f64, noise: f64) -> System {
+    System {
+        a: of(2, &[0.5, 0.0, 1.0, 0.0]),
+        b: of(2, &[1.0, 0.0]),
+        w: of(2, &[noise, 0.0, 0.0, 0.0]),
+        q: of(2, &[1.0, -z, -z, z * z]),
+        r: DMatrix::zeros(1, 1),
+    }
+}
+
+/// A bound that is proved, and not above what the sensors achieve at the cost asked for.
+fn assert_proved(found: &MinimumInformation, cost: f64) {
+    assert!(matches!(found.proof, Proof::Proved { distance } if distance < 1e-9), "{:?}", found.proof);
+    let achieved = found.achieved.unwrap();
+    assert!(achieved.cost <= cost * (1.0 + 1e-9), "{achieved:?}");
+    assert!(found.lower_nats <= found.nats && found.lower_nats <= achieved.nats, "{found:?}");
+    assert!(found.nats - found.lower_nats < 1e-5, "{} {}", found.nats, found.lower_nats);
+}
+
+/// `u` cancels the noise before it costs: `1 + z^2` at the start and what each step adds.
+#[test]
+fn a_zero_outside_the_unit_circle_does_not_raise_the_least_cost() {
+    for z in [1.5, 2.0, 3.0, 4.0] {
+        for steps in [5, 20, 40, 100] {
+            for noise in [0.0, 0.25] {
+                let (_, (horizon, spread)) = with_zero(z, noise).horizons(steps);
+                let least = 1.0 + z * z + noise * steps as f64;
+                assert!((horizon.base_cost - least).abs() < 1e-11 * least, "{z} {steps} {}", horizon.base_cost);
+                let [below, above] = spread.least;
+                let off = least - horizon.base_cost;
+                assert!(-below <= off && off <= above, "{z} {steps} {noise}: {off:e} {spread:?}");
+                assert!(below + above < 1e-11 * least && spread.distance == 0.0, "{spread:?}");
+            }
+        }
+    }
+}
+
+/// The same problem in double precision leads to the law that keeps all states bounded, which costs 8 and not 5.
+#[test]
+fn a_law_that_rounding_changed_proves_nothing() {
+    let (rounded, (horizon, spread)) = with_zero(2.0, 0.0).horizons(40);
+    assert!((rounded - 8.0).abs() < 1e-4, "{rounded}");
+    assert!((horizon.base_cost - 5.0).abs() < 1e-12);
+    // Without measurements it costs 8: below, something must be known, and at 8 nothing.
+    let within = |cost: f64| minimum_information_within((&horizon, &spread), cost, &BoundSettings::default());
+    assert!(within(4.99).is_err());
+    let mut last = f64::INFINITY;
+    for cost in [5.01, 5.5, 6.5, 7.9] {
+        let found = within(cost).unwrap();
+        assert_proved(&found, cost);
+        assert!(found.nats < last && found.nats > 1e-3, "{cost}: {}", found.nats);
+        last = found.nats;
+    }
+    assert!(within(8.0 + 1e-9).unwrap().nats < 1e-6);
+}
+
+/// What is known no better than its radii bounds no more than the worst of it.
+#[test]
+fn a_wider_spread_proves_less() {
+    let (_, (horizon, spread)) = with_zero(3.0, 0.25).horizons(20);
+    let settings = BoundSettings::default();
+    let cost = 1.5 * horizon.base_cost;
+    let exact = minimum_information(&horizon, cost, &settings).unwrap();
+    let within = minimum_information_within((&horizon, &spread), cost, &settings).unwrap();
+    assert_proved(&within, cost);
+    assert!((exact.lower_nats - within.lower_nats).abs() < 1e-9, "{} {}", exact.lower_nats, within.lower_nats);
+    let wide = Spread { least: [0.5, 0.5], ..spread };
+    let less = minimum_information_within((&horizon, &wide), cost, &settings).unwrap();
+    let dearer = minimum_information(&horizon, cost + 0.5, &settings).unwrap();
+    assert!(matches!(less.proof, Proof::Proved { .. }), "{:?}", less.proof);
+    assert!(less.lower_nats < exact.lower_nats - 1e-3 && less.lower_nats <= dearer.nats, "{}", less.lower_nats);
+}
+
+/// Controls at their limits stay there: without the only one, the cost is that of free motion.
+#[test]
+fn a_control_at_its_limit_moves_nothing() {
+    let steps = 6;
+    let system = with_zero(2.0, 0.25);
+    let (knots, noise) = system.knots(steps);
+    let mut policy = Policy::zeros(knots.dimensions, steps);
+    policy.clamped.fill(true);
+    let (horizon, _) = Horizon::proved(&knots, &policy, &noise, 1.0).unwrap();
+    let (mut covariance, mut free) = (DMatrix::identity(2, 2), 1.0);
+    for t in 0..=steps {
+        free += (&system.q * &covariance).trace();
+        covariance = &system.a * covariance * system.a.transpose() + &system.w;
+        assert!(t == steps || dense(&horizon.prices, t).norm() == 0.0);
+    }
+    assert!((horizon.base_cost - free).abs() < 1e-12 * free, "{} {free}", horizon.base_cost);
+}
+
+/// Controls that lower the cost without limit have no law.
+#[test]
+fn a_cost_that_is_not_convex_has_no_law() {
+    let system = System { r: of(1, &[-9.0]), ..with_zero(0.5, 0.1) };
+    let (knots, noise) = system.knots(5);
+    let policy = Policy::zeros(knots.dimensions, 5);
+    let reason = Horizon::proved(&knots, &policy, &noise, 0.0).unwrap_err();
+    assert!(reason.contains("not convex"), "{reason}");
+}
+
+/// What a sensor gives, nats, and pays, by a filter of its own after many steps.
+fn filtered(system: &Stationary, found: &StationaryMinimum, steps: usize) -> (f64, f64) {
+    let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
+    let sensor = found.virtual_sensor();
+    let c = dense(&sensor.measurement, 0);
+    let v = DMatrix::from_diagonal(&DVector::from_vec(sensor.variances.clone()));
+    let mut predicted = dense(&found.predicted, 0);
+    let mut out = (0.0, 0.0);
+    for _ in 0..steps {
+        let innovation = &c * &predicted * c.transpose() + &v;
+        let gain = &predicted * c.transpose() * innovation.clone().try_inverse().unwrap();
+        let kept = DMatrix::identity(a.nrows(), a.nrows()) - &gain * &c;
+        let posterior = &kept * &predicted * kept.transpose() + &gain * &v * gain.transpose();
+        out = (0.5 * (innovation.determinant() / v.determinant()).ln(), (&price * &posterior).trace());
+        predicted = &a * posterior * a.transpose() + &w;
+        predicted = 0.5 * (&predicted + predicted.transpose());
+    }
+    out
+}
+
+/// The minimum in the steady state, proved, attained and agreed upon by so many steps of another filter.
+fn attained(system: &Stationary, cost: f64, steps: usize) -> f64 {
+    let found = stationary_minimum(system, cost, &BoundSettings::default()).unwrap();
+    assert!(matches!(found.proof, Proof::Proved { distance } if distance < 1e-9), "{:?}", found.proof);
+    let achieved = found.achieved.unwrap();
+    assert!(achieved.cost <= cost * (1.0 + 1e-8), "{achieved:?} {cost}");
+    assert!(found.lower_nats <= found.nats && found.lower_nats <= achieved.nats, "{found:?}");
+    assert!(found.nats - found.lower_nats < 1e-5, "{} {}", found.nats, found.lower_nats);
+    if found.virtual_sensor().rank == 0 || steps == 0 {
+        return found.nats;
+    }
+    let (rate, price) = filtered(system, &found, steps);
+    assert!((rate - achieved.nats).abs() < 1e-6 * rate, "{rate} {achieved:?}");
+    let budget = cost - system.base_cost;
+    assert!((price + system.base_cost - achieved.cost).abs() < 1e-6 * budget, "{price} {achieved:?}");
+    found.nats
+}
+
+/// `x+ = a x + (u some steps ago) + w`: eigenvalues at 0 in long chains. `x` is as uncertain as that long ahead,
+/// whatever the control, and what is measured matters as much later.
+#[test]
+fn actuators_with_delays_have_a_steady_state() {
+    for (growth, delay, price) in [(1.1, 3, 0.0), (1.1, 17, 0.0), (1.0, 10, 0.0), (0.9, 10, 1.0), (1.1, 10, 1.0)] {
+        let n = delay + 1;
+        let mut system = System {
+            a: DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i >= 2 && j + 1 == i))),
+            b: DMatrix::from_fn(n, 1, |i, _| f64::from(u8::from(i == 1))),
+            w: DMatrix::zeros(n, n),
+            q: DMatrix::zeros(n, n),
+            r: of(1, &[price]),
+        };
+        (system.a[(0, 0)], system.a[(0, delay)]) = (growth, 1.0);
+        (system.w[(0, 0)], system.q[(0, 0)]) = (1.0, 1.0);
+        let stationary = system.stationary();
+        let least: f64 = (0..=delay as i32).map(|k| f64::powi(growth * growth, k)).sum();
+        if price == 0.0 {
+            assert!((stationary.base_cost - least).abs() < 1e-9 * least, "{} {least}", stationary.base_cost);
+        }
+        let (few, more) = (1.05 * stationary.base_cost, 1.2 * stationary.base_cost);
+        let (dear, cheap) = (attained(&stationary, few, 3000), attained(&stationary, more, 3000));
+        assert!(dear > cheap && cheap >= growth.ln().max(0.0) - 1e-9, "{growth} {delay}: {dear} {cheap}");
+        let (knots, noise) = system.knots(2);
+        let own = own_rates(&stationary, &knots, &noise).unwrap().unwrap();
+        let at_own = stationary_minimum(&stationary, stationary.base_cost + own.price, &BoundSettings::default());
+        assert!(at_own.unwrap().lower_nats <= own.measurement_nats * (1.0 + 1e-9), "{own:?}");
+    }
+}
+
+/// A cart with a pendulum, held upright, sampled at 20 and at 100 Hz: slow modes beside fast ones.
+#[test]
+fn a_cart_pole_at_any_cost() {
+    let slow = of(
+        4,
+        &[
+            1.0,
+            0.049_773_098_045_225_096,
+            0.003_355_963_057_773_744_6,
+            5.582_966_764_729_548_5e-5,
+            0.0,
+            0.990_924_968_688_301_3,
+            0.134_908_308_350_697_64,
+            0.003_355_963_057_773_744,
+            0.0,
+            -0.000_570_160_220_484_835_7,
+            1.039_245_951_786_772_5,
+            0.050_652_508_255_970_81,
+            0.0,
+            -0.022_920_201_894_444_034,
+            1.579_523_535_854_428_4,
+            1.039_245_951_786_772_5,
+        ],
+    );
+    let fast = of(
+        4,
+        &[
+            1.0,
+            0.009_990_914_091_648_278,
+            0.000_133_726_474_101_889_04,
+            4.457_760_504_322_141e-7,
+            0.0,
+            0.998_183_267_539_677_3,
+            0.026_744_150_811_284_062,
+            0.000_133_726_474_101_889,
+            0.0,
+            -2.271_941_456_029_374e-5,
+            1.001_560_885_157_939_4,
+            0.010_005_202_578_060_767,
+            0.0,
+            -0.004_543_688_551_016_658,
+            0.312_237_970_255_150_5,
+            1.001_560_885_157_939_4,
+        ],
+    );
+    let by_slow =
+        [0.002_269_019_547_749_006, 0.090_750_313_116_987_88, 0.005_701_602_204_848_358, 0.229_202_018_944_440_37];
+    let by_fast =
+        [9.085_908_351_725_655e-5, 0.018_167_324_603_226_096, 0.000_227_194_145_602_937_37, 0.045_436_885_510_166_58];
+    let diagonal = |entries: [f64; 4]| DMatrix::from_diagonal(&DVector::from_row_slice(&entries));
+    let all = diagonal([1e-3; 4]);
+    let pushed = diagonal([0.0, 1e-4, 0.0, 1e-4]);
+    for (a, b, w, q) in [
+        (&slow, by_slow, &all, DMatrix::identity(4, 4)),
+        (&slow, by_slow, &all, diagonal([1.0, 0.0, 10.0, 0.0])),
+        (&fast, by_fast, &pushed, diagonal([1.0, 0.0, 10.0, 0.0])),
+    ] {
+        let system = System { a: a.clone(), b: of(4, &b), w: w.clone(), q, r: of(1, &[0.1]) };
+        let stationary = system.stationary();
+        // What grows must be known, whatever it costs.
+        let growth: f64 = a.complex_eigenvalues().iter().map(|root| root.norm().ln()).filter(|log| *log > 1e-9).sum();
+        let mut last = f64::INFINITY;
+        for beyond in [1.0, 100.0, 1e4, 1e6] {
+            // Beyond, a filter in double precision does not settle.
+            let steps = if beyond > 1e4 { 0 } else { 100_000 };
+            let found = attained(&stationary, stationary.base_cost * (1.0 + beyond), steps);
+            assert!(found < last && found > growth - 1e-6, "{beyond}: {found} {growth}");
+            last = found;
+        }
+        assert!(last < growth + 0.01, "{last} {growth}");
+    }
+}
+
+/// An AR(3) signal that is tracked at no cost of the control; what is measured must save all that it can.
+#[test]
+fn an_autoregression_of_three_terms() {
+    let mut a = DMatrix::zeros(4, 4);
+    a.view_mut((0, 0), (3, 3)).copy_from(&of(3, &[0.5, 0.25, 0.15, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
+    a[(3, 0)] = 1.0;
+    let mut w = DMatrix::zeros(4, 4);
+    w[(0, 0)] = 1.0;
+    let mut q = DMatrix::zeros(4, 4);
+    q[(3, 3)] = 1.0;
+    let system = System { a, b: of(4, &[0.0, 0.0, 0.0, -1.0]), w, q, r: of(1, &[0.0]) };
+    let stationary = system.stationary();
+    assert_eq!(stationary.base_cost, 0.0);
+    let (loose, tight) = (attained(&stationary, 1.0, 3000), attained(&stationary, 0.2, 3000));
+    // To know the signal for a tenth of its variance takes about 1/2 log 10 nats more.
+    assert!(loose > 0.1 && tight > loose + 0.5, "{loose} {tight}");
+}
