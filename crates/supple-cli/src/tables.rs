@@ -142,7 +142,7 @@ mod tests {
         for width in [40, 60, 80, 100] {
             let text = fitted(&wide(), width);
             assert!(text.lines().all(|line| line.chars().count() <= width), "{width}\n{text}");
-            for word in ["factor", "information,", "press", "bound", "status", "123.456", "within"] {
+            for word in ["factor", "information,", "press", "limit", "status", "123.456", "within"] {
                 assert!(text.contains(word), "{word} at {width}\n{text}");
             }
         }

@@ -157,7 +157,7 @@ fn wrong_types() {
             "tasks[0].time_step",
             "a number, the name of a parameter or an expression of parameters",
         ),
-        two_mass(["= 0.02 ", "= \"0.02\" "], "\"0.02\"", "tasks[0].time_step", "numbers stand without quotes"),
+        two_mass(["= 0.02 ", "= \"0.02\" "], "\"0.02\"", "tasks[0].time_step", "write numbers without quotes"),
         two_mass(["initial = 60.0", "initial = \"60\""], "\"60\"", "parameters.k1.initial", "must be a number"),
         two_mass(["unit = \"N/m\"", "unit = 3"], "3\n\n[parameters.k2", "parameters.k1.unit", "text in quotes"),
         two_mass(["scale = \"log\"", "scale = 3"], "3\n", "parameters.k1.scale", "must be one of `linear`, `log`"),
@@ -228,7 +228,7 @@ fn numbers_that_are_not_valid() {
             [BOUNDS, "[60.0, 60.0]"],
             "[60.0",
             "parameters.k1.bounds",
-            "are equal: [60, 60]; a parameter needs room",
+            "are equal: [60, 60]; replace a fixed parameter by a number",
         ),
         two_mass([BOUNDS, "[0.0, 120.0]"], "[0.0, 120", "parameters.k1.bounds", "must be above 0 with scale = \"log\""),
         two_mass([BOUNDS, "[20.0, inf]"], "[20.0, inf]", "parameters.k1.bounds", "must be two finite numbers"),
@@ -286,7 +286,7 @@ fn numbers_that_are_not_valid() {
             ["smoothing = 5.0", "smoothing = -5.0"],
             "-5.0",
             "tasks[0].costs[0].smoothing",
-            "at least 0 N; found -5",
+            "above 0 N, or left out for the force as it is; found -5",
         ),
         linear(
             ["information_weight = 2", "information_weight = -2"],
@@ -403,7 +403,7 @@ fn names_of_tasks_states_and_signals() {
 fn text_that_is_no_toml() {
     meet_all(&[
         two_mass(["steps = 125", "steps 125"], "125\n", "", "expected `=`"),
-        two_mass(["steps = 125", "steps = 125\nsteps = 3"], "steps = 3", "steps", "`steps` occurs twice"),
+        two_mass(["steps = 125", "steps = 125\nsteps = 3"], "steps = 3", "steps", "`steps` is defined twice"),
         two_mass(["\"press\"", "\"press"], "\nsteps", "", "expected `\"`"),
         two_mass(["steps = 125", "\u{1f600} = 125"], "\u{1f600}", "", "invalid unquoted key"),
         two_mass(["\"press\"", "\"dr\u{fc}cken\" x"], "x\nsteps", "", "expected newline"),
@@ -423,7 +423,7 @@ fn text_that_is_not_unicode() {
     let folder = Folder::with_task([before.as_bytes(), b"\xff", after.as_bytes()].concat());
     let (line, column) = position(TWO_MASS, "steps");
     let run = folder.run(&["evaluate", "task.toml", "--json"]);
-    assert!(run.error().starts_with(&format!("error: task.toml:{line}:{column}: must be text in UTF-8")), "{run:?}");
+    assert!(run.error().starts_with(&format!("error: task.toml:{line}:{column}: must be UTF-8")), "{run:?}");
 }
 
 #[test]

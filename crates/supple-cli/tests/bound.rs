@@ -72,7 +72,7 @@ fn of_several_tasks_each_is_told_or_the_named_one() {
     assert_eq!(one["minimum_bits_per_step"], all["tasks"][1]["minimum_bits_per_step"]);
     assert!(one.get("tasks").is_none());
     let error = folder.run(&["bound", "task.toml", "--cost", "3"]);
-    assert!(error.error().contains("several tasks: `reach`, `hold`; say which task"), "{error:?}");
+    assert!(error.error().contains("several tasks: `reach`, `hold`; choose the task with --task"), "{error:?}");
     let error = folder.run(&["bound", "task.toml", "--task", "hodl"]);
     assert_eq!(error.error(), "error: no task `hodl`; valid: `reach`, `hold`");
 }
@@ -81,7 +81,7 @@ fn of_several_tasks_each_is_told_or_the_named_one() {
 fn a_cost_that_nobody_keeps_names_the_least() {
     let folder = Folder::with_task(PLANT);
     let error = folder.run(&["bound", "task.toml", "--stationary", "--cost", "31"]);
-    assert!(error.error().contains("31.483") && error.error().contains("ask for more"), "{error:?}");
+    assert!(error.error().contains("31.483") && error.error().contains("choose a larger cost"), "{error:?}");
     let error = folder.run(&["bound", "task.toml", "--cost", "nan"]);
     assert!(error.error().contains("not finite"), "{error:?}");
     assert_eq!(folder.run(&["bound", "task.toml", "--curve=1"]).code, Some(2));

@@ -74,7 +74,7 @@ fn no_combination_will_do() {
         "{page}"
     );
     assert!(
-        page.contains("No design from the catalogues within all cost limits was found. The closest misses"),
+        page.contains("No design from the catalogues within all cost limits was found. The closest exceeds"),
         "{page}"
     );
 }

@@ -117,5 +117,5 @@ fn plans_that_did_not_converge_are_told() {
     let run = folder.run(&["export", "at", "--to", "json"]);
     assert_eq!(run.code, Some(1), "{run:?}");
     assert!(run.stdout.starts_with("wrote press.json\n"), "{}", run.stdout);
-    assert!(run.stderr.contains("ended as max_iterations"), "{}", run.stderr);
+    assert!(run.stderr.contains("has status max_iterations"), "{}", run.stderr);
 }

@@ -69,7 +69,8 @@ fn commands_that_load_tasks_warn_on_standard_error() {
             assert!(matches!(run.code, Some(0 | 1)), "{command}: {run:?}");
             assert!(run.stderr.starts_with(WARNING), "{command}: {}", run.stderr);
             assert_eq!(run.stderr.matches("warning: ").count(), 2, "{command}: {}", run.stderr);
-            let start = "warning: task `hold` starts at position of joint `slide` of 0.35, outside its range";
+            let start =
+                "warning: task `hold`: the initial value of position of joint `slide`, 0.35, is outside its range";
             assert!(run.stderr.contains(start), "{command}: {}", run.stderr);
             assert!(!run.stdout.contains("inertial of link"), "{command}: {}", run.stdout);
         }
@@ -121,7 +122,7 @@ fn plans_with_too_large_a_time_step_say_what_would_do() {
     for command in ["evaluate", "design", "check"] {
         let run = folder.run(&[command, "task.toml"]);
         let error = run.error();
-        assert!(error.starts_with("error: task `press`: "), "{error}");
+        assert!(error.starts_with("error: task.toml: task `press`: "), "{error}");
         assert!(error.contains(": time_step = 2e3 s is too large for the stiff parts of the model: "), "{error}");
         assert!(error.contains("; use at most 0.0"), "{error}");
     }

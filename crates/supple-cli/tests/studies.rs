@@ -142,6 +142,6 @@ fn bad_requests_are_errors_and_write_nothing() {
         assert!(run.error().contains(message), "{arguments:?}: {}", run.error());
     }
     let unbound = Folder::with_task(TWO_MASS.replace("bound = 25.0", ""));
-    assert!(unbound.run(&["pareto", "task.toml", "--out", "kept"]).error().contains("no task has a bound"));
+    assert!(unbound.run(&["pareto", "task.toml", "--out", "kept"]).error().contains("no task has a cost limit"));
     assert_eq!(folder.names(), ["task.toml"]);
 }

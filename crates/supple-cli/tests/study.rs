@@ -121,7 +121,7 @@ fn options_that_do_not_fit_the_task_are_found_before_anything_runs() {
             "steps[1]: `line`: --grid k1=log:20:1200:5: 154.91933384829667 is outside the bounds",
         ),
         ("rollouts = 2", "set = \"k3=1\"", "`start`: --set k3=1: "),
-        ("rollouts = 2", "threads = 1", "is an option of `supple study` itself"),
+        ("rollouts = 2", "threads = 1", "is an option of `supple study`, not of a step"),
         ("task = \"task.toml\"\ngrid", "task = \"tusk.toml\"\ngrid", "tusk.toml: "),
     ] {
         let folder = with_study(&edited(STUDY, from, to));

@@ -143,7 +143,7 @@ impl Table {
         let text = read_text(path)?;
         let row = |(index, line): (usize, &str)| {
             let damaged = |what: String| {
-                StudyError::kept(path, format!("line {}: {what}: it is damaged; make the result again", index + 1))
+                StudyError::kept(path, format!("line {}: {what}: it is damaged; recompute the result", index + 1))
             };
             let Pairs(pairs) = serde_json::from_str(line).map_err(|error| damaged(error.to_string()))?;
             if !pairs.iter().map(|(name, _)| name).eq(columns.iter().map(|column| &column.name)) {

@@ -115,13 +115,13 @@ fn what_is_no_expression_is_said_by_place() {
     for (stiffness, expected) in [
         ("k1 *", "after `k1 *` came the end"),
         ("k1 k2", "after `k1` came `k2`"),
-        ("(k1", "1 opening and 0 close"),
+        ("(k1", "1 opening and 0 closing"),
         ("cosh(k1)", "unknown function `cosh`; valid: `sqrt`"),
         ("k1 + k3", "parameter `k3` is not declared"),
         ("k1-k3", "parameter `k1-k3` is not declared"),
         ("1 / 0", "is inf, not a finite number"),
         ("", "must be"),
-        ("500", "numbers stand without quotes"),
+        ("500", "write numbers without quotes"),
     ] {
         let message = error(&with(&two_mass(), &[(STIFFNESS, &format!("stiffness = [\"{stiffness}\", \"k2\"]"))]));
         assert!(message.contains("task.toml:14:14: model.stiffness[0]: "), "{message}");

@@ -235,7 +235,7 @@ fn errors_name_line_and_key() {
             "position of m1",
             "position of m",
             "18:16",
-            "measurement[0]: there is no measurement `position of m`: there are",
+            "measurement[0]: no measurement is `position of m`; measurements: ",
         ),
         ("position of m1", "speed*", "18:16", "measurement[0]: no measurement fits `speed*`"),
         ("[\"position of m1\"]", "[]", "18:15", "must name at least one measurement; found an empty list"),

@@ -146,7 +146,7 @@ fn summary(sweep: &Sweep) -> String {
             let values: Vec<String> = values.collect();
             let count = (0..rows.len()).filter(meets).count();
             let what = match among {
-                Some(_) => format!("Least information among the {count} that meet every bound"),
+                Some(_) => format!("Least information among the {count} that are within all cost limits"),
                 None => "No point meets every bound with plans that converged. Least information".into(),
             };
             let _ = writeln!(text, "{what}: {} bits at {}.", number(bits[point]), values.join(", "));

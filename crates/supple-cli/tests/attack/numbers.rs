@@ -72,7 +72,7 @@ fn a_risk_sensitivity_without_effect_was_ignored() {
         let table = format!("[planning]\nplan = \"{plan}\"\nrisk_sensitivity = 0.1\n\n[[tasks]]\nname = \"press\"");
         let folder = Folder::with_task(edited(TWO_MASS, "[[tasks]]\nname = \"press\"", &table));
         let run = folder.run(&["evaluate", "task.toml"]);
-        assert!(run.error().contains("is of use with plan = \"risk\" only"), "{run:?}");
+        assert!(run.error().contains("is only valid with plan = \"risk\""), "{run:?}");
     }
 }
 

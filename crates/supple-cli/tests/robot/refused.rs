@@ -76,7 +76,7 @@ fn broken_files_are_named_with_the_line() {
         ("ixx='0.1'", "ixx='-0.1'", "3:46: inertia of link `hand`: the principal moments of inertia must be"),
         ("type='continuous'", "type='floating'", "6:27: joint `swing`: type `floating` is not supported"),
         ("type='continuous'", "type='twisting'", "6:27: joint `swing`: type `twisting` is not a type of joint"),
-        ("xyz='1 0 0'", "xyz='0 0 0'", "6:80: axis of joint `swing`: the axis must have a direction"),
+        ("xyz='1 0 0'", "xyz='0 0 0'", "6:80: axis of joint `swing`: the axis must be non-zero"),
         ("<link name='base'/>", "<link name='hand'/>", "3:13: link `hand`: there is another link `hand`, at line 2"),
         ("mimic joint='left'", "mimic joint='lift'", "8:239: mimic of joint `right`: there is no joint `lift`"),
         ("mimic joint='left'", "mimic joint='right'", "8:239: mimic of joint `right`: a joint cannot follow itself"),

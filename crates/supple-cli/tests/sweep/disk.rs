@@ -112,7 +112,7 @@ fn folders_that_cannot_be_written_are_named() {
     let folder = two_mass();
     std::fs::write(folder.path("file"), "").unwrap();
     std::fs::create_dir_all(folder.path("taken/journal.redb")).unwrap();
-    let mut cases = vec![("file/out", "Not a directory"), ("taken", "is no file")];
+    let mut cases = vec![("file/out", "Not a directory"), ("taken", "is not a regular file")];
     if cfg!(target_os = "linux") {
         cases.push(("/proc/sweep", ""));
     }

@@ -69,7 +69,7 @@ impl Shown<'_> {
 /// The curve of the named task, or else of the first one.
 fn one<'a>(folder: &Folder, study: &'a BoundStudy, task: Option<&str>) -> Result<Shown<'a>, FigureError> {
     if study.curves.is_empty() {
-        return Err(content(folder, "has no curve; make the result again with `--curve`"));
+        return Err(content(folder, "has no curve; recompute the result with `--curve`"));
     }
     let both = || study.report.tasks.iter().zip(&study.curves);
     let found = both().find(|(of, _)| task.is_none_or(|name| name == of.name));

@@ -91,7 +91,7 @@ pub fn landscape(folders: &[Folder], task: Option<&str>) -> Result<Figure, Figur
 fn columns(folder: &Folder, sweep: &Sweep, task: Option<&str>, name: &str) -> Result<[Vec<f64>; 2], FigureError> {
     let information = if task.is_some() { format!("{name}.information_nats") } else { "information_nats".to_owned() };
     let column = |column: &str| {
-        let missing = || content(folder, format!("its table has no column `{column}`; make the result again"));
+        let missing = || content(folder, format!("its table has no column `{column}`; recompute the result"));
         sweep.table.numbers(column).ok_or_else(missing)
     };
     let nats = column(&information)?;

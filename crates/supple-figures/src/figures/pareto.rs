@@ -108,7 +108,7 @@ fn panel(
     for (index, front) in fronts.iter().enumerate() {
         if let (0, Some(bound)) = (index, front.bound()) {
             let style = Style { dash: Dash::Dashed, width: 0.8, ..Style::line(Colour::Black) };
-            series.push(Series::named("bound of the task file", style, Shape::Vertical { x: bound }));
+            series.push(Series::named("cost limit in the task file", style, Shape::Vertical { x: bound }));
         }
         let label = front.name.clone().unwrap_or_else(|| "Pareto front".into());
         let style = Style::of_set(index);

@@ -65,7 +65,7 @@ pub fn designs<'a>(
         for (name, evaluation) in evaluations(folder).unwrap_or_default() {
             let index = task_index(folder, task)?;
             let task = evaluation.tasks.get(index).ok_or_else(|| content(folder, "has no tasks"))?;
-            let missing = || content(folder, "has no trajectories; make the result again with this version of supple");
+            let missing = || content(folder, "has no trajectories; recompute the result with this version of supple");
             let trajectory = task.trajectory.as_ref().ok_or_else(missing)?;
             let design = match (name, several) {
                 (None, _) => folder_name(folder),

@@ -54,7 +54,7 @@ impl NamedVariance {
         let wrong = |key, message| WrongName { key, entry: None, message, help: None };
         let states: Vec<&str> = channels.states.iter().map(|channel| channel.name.as_str()).collect();
         let Some(state) = states.iter().position(|name| *name == self.state) else {
-            let message = format!("no state is `{}`: there are {}", self.state, quoted(&states));
+            let message = format!("no state is `{}`; states: {}", self.state, quoted(&states));
             return Err(WrongName { help: nearest(&self.state, &states), ..wrong("state", message) });
         };
         if let Some(least) = parameters.least(self.coefficient).filter(|&least| least < 0.0) {
@@ -76,7 +76,7 @@ impl NamedVariance {
         for (entry, pattern) in self.measurement.iter().enumerate() {
             if !names.iter().any(|name| matches(pattern, name)) {
                 let verb = if pattern.contains('*') { "fits" } else { "is" };
-                let message = format!("no measurement {verb} `{pattern}`: there are {}", quoted(&names));
+                let message = format!("no measurement {verb} `{pattern}`; measurements: {}", quoted(&names));
                 return Err(WrongName { help: nearest(pattern, &names), ..wrong(Some(entry), message) });
             }
         }

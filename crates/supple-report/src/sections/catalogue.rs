@@ -40,7 +40,7 @@ fn chosen(catalogue: &CatalogueReport, of: &str) -> Markup {
         ))
         p {
             (catalogue.designed) " of " (catalogue.combinations) " combinations were designed, and "
-            (catalogue.feasible) " of them meet every bound."
+            (catalogue.feasible) " of them are within all cost limits."
             " " (catalogue.distance(number))
         }
         (table(

@@ -98,7 +98,7 @@ impl ExportedController {
         let trajectory = report
             .trajectory
             .as_ref()
-            .ok_or_else(|| wrong(folder, "has no trajectories; make the result again with them"))?;
+            .ok_or_else(|| wrong(folder, "has no trajectories; recompute the result with them"))?;
         let restored;
         let loaded = match loaded {
             Some(loaded) => loaded,
@@ -237,7 +237,7 @@ struct Law {
 impl Law {
     fn read(folder: &Folder, report: &TrajectoryReport) -> Result<Self, StudyError> {
         if report.feedforward.is_empty() {
-            return Err(wrong(folder, "has no feedforward; make the result again with this version of supple"));
+            return Err(wrong(folder, "has no feedforward; recompute the result with this version of supple"));
         }
         let vectors = |rows: &[Vec<f64>]| {
             let matrices: Vec<&[Vec<f64>]> = rows.iter().map(std::slice::from_ref).collect();
@@ -253,7 +253,7 @@ impl Law {
 }
 
 fn damaged(folder: &Folder) -> StudyError {
-    wrong(folder, "is damaged: rows of one matrix have different lengths; make the result again")
+    wrong(folder, "is damaged: rows of one matrix have different lengths; recompute the result")
 }
 
 /// Matrices of rows in one sequence; `None` where they differ in shape.

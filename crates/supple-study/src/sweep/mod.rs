@@ -104,7 +104,7 @@ impl Sweep {
         self.table = Table::read_jsonl(&self.columns, &path)?;
         let (found, expected) = (self.table.rows.len(), self.options.points());
         if self.complete && found != expected {
-            let message = format!("has {found} rows, not {expected}: it is damaged; make the result again");
+            let message = format!("has {found} rows, not {expected}: it is damaged; recompute the result");
             return Err(StudyError::kept(&path, message));
         }
         Ok(())
