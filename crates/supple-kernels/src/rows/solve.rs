@@ -236,10 +236,10 @@ impl Block {
             // SAFETY: the caller's.
             unsafe {
                 let mut row = load::<L, C>(right.add(i * stride));
-                for j in 0..i {
+                for (j, x) in x[..i].iter().enumerate() {
                     let factor = L::constant(*self.factor.add(j * self.stride + i));
                     for c in 0..C {
-                        row[c] = factor.neg_mul_add(x[j][c], row[c]);
+                        row[c] = factor.neg_mul_add(x[c], row[c]);
                     }
                 }
                 x[i] = self.finish(i, row, right.add(i * stride));

@@ -1,3 +1,5 @@
+use std::marker::PhantomData;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -21,7 +23,7 @@ struct Multiply<'a, R> {
     transposed: bool,
     way: Way,
     lower: bool,
-    rows: R,
+    rows: PhantomData<R>,
 }
 
 impl<R: Rows> Job for Multiply<'_, R> {
@@ -89,7 +91,7 @@ fn at_every_level<J: Job>(job: impl Fn() -> J, mut check: impl FnMut(Option<Leve
     }
 }
 
-fn check_product<R: Rows>(sizes: (usize, usize, usize), seed: usize, transposed: bool, way: Way, lower: bool, kind: R) {
+fn check_product<R: Rows>(sizes: (usize, usize, usize), seed: usize, transposed: bool, way: Way, lower: bool, _: R) {
     let (rows, inner, cols) = sizes;
     let left = if transposed { filled(inner, rows, seed) } else { filled(rows, inner, seed) };
     let (right, before) = (filled(inner, cols, seed + 1), filled(rows, cols, seed + 2));
@@ -99,8 +101,16 @@ fn check_product<R: Rows>(sizes: (usize, usize, usize), seed: usize, transposed:
             continue;
         }
         let mut out = before.clone();
-        let job =
-            Multiply { out: &mut out, left: &left, right: &right, base: &base, transposed, way, lower, rows: kind };
+        let job = Multiply {
+            out: &mut out,
+            left: &left,
+            right: &right,
+            base: &base,
+            transposed,
+            way,
+            lower,
+            rows: PhantomData::<R>,
+        };
         if level.is_some() {
             dispatch(job)
         } else {
@@ -157,7 +167,7 @@ struct Solve<'a, R> {
     beside: &'a mut Matrices,
     others: [&'a mut Matrices; 2],
     n: usize,
-    rows: R,
+    rows: PhantomData<R>,
 }
 
 impl<R: Rows> Job for Solve<'_, R> {
@@ -179,7 +189,7 @@ impl<R: Rows> Job for Solve<'_, R> {
     }
 }
 
-fn check_solve<R: Rows>(n: usize, cols: usize, seed: usize, kind: R) {
+fn check_solve<R: Rows>(n: usize, cols: usize, seed: usize, _: R) {
     let (a, b, first) = (definite(n, seed), filled(n, cols, seed + 3), R::stride(n));
     for level in Level::ALL.into_iter().filter(|level| level.force()) {
         let mut beside = Matrices::zeros(1, n, first + cols);
@@ -188,7 +198,7 @@ fn check_solve<R: Rows>(n: usize, cols: usize, seed: usize, kind: R) {
             (0..cols).for_each(|j| beside.set(0, i, first + j, b.get(0, i, j)));
         }
         let (mut once, mut twice) = (b.clone(), b.clone());
-        dispatch(Solve { beside: &mut beside, others: [&mut once, &mut twice], n, rows: kind });
+        dispatch(Solve { beside: &mut beside, others: [&mut once, &mut twice], n, rows: PhantomData::<R> });
         let size = a.as_slice().iter().fold(0.0f64, |most, v| most.max(v.abs()));
         for (i, j) in (0..n).flat_map(|i| (0..cols).map(move |j| (i, j))) {
             let product: f64 = (0..n).map(|k| a.get(0, i, k) * twice.get(0, k, j)).sum();

@@ -229,7 +229,7 @@ pub(crate) fn finish(
     plan.mode = PlanMode::Nominal;
     plan.objective = plan.nominal_cost;
     let mut mu = 0.0;
-    while let Err(step) = sweep(problem, Regularisation { control: mu, state: 0.0 }, None, plan) {
+    while let Err(step) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
         // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
         plan.status = PlanStatus::Indefinite;
         mu = (10.0 * mu).max(LEAST_MU);
@@ -240,14 +240,24 @@ pub(crate) fn finish(
     Ok(())
 }
 
-/// The Riccati sweep along a plan within the bounds, with the second derivatives of the cost or others.
+/// The Riccati sweep of a search along a plan within the bounds, with the second derivatives of the cost or others; without
+/// the value of information, which only the final sweep computes.
 pub(crate) fn sweep(
     problem: NominalProblem,
     regularisation: Regularisation,
     hessian: Option<&Matrices>,
     plan: &mut Plan,
 ) -> Result<Decrease, usize> {
+    solve(problem, (regularisation, false), hessian, plan)
+}
+
+fn solve(
+    problem: NominalProblem,
+    (regularisation, with_value): (Regularisation, bool),
+    hessian: Option<&Matrices>,
+    plan: &mut Plan,
+) -> Result<Decrease, usize> {
     let limits = problem.bounds.map(|bounds| Limits::Bounds(bounds, &plan.trajectory.controls));
     let cost = hessian.unwrap_or(&plan.knots.cost);
-    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits }, &mut plan.policy)
+    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits, with_value }, &mut plan.policy)
 }
