@@ -1,4 +1,4 @@
-use supple_kernels::rows::{Left, Long, Product, Rows, Scaled, Short, View, ViewMut, add_scaled, scale, transpose};
+use supple_kernels::rows::{Left, Product, Rows, Scaled, View, ViewMut, add_scaled, scale, transpose};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
 use crate::belief::Belief;
@@ -8,7 +8,7 @@ use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::partials::Partials;
 use crate::riccati::Policy;
-use crate::shape::{Shape, has_short_rows};
+use crate::shape::{Shape, by_length};
 use crate::transport::{Mover, Transport};
 
 /// Weights of the parts of the expected cost that depend on the Riccati recursion.
@@ -91,7 +91,7 @@ impl Job for Sweep<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        if has_short_rows(self.knots.dimensions) { self.sweep::<L, Short>() } else { self.sweep::<L, Long>() }
+        by_length!(self.knots.dimensions, |R| self.sweep::<L, R>())
     }
 }
 
@@ -101,7 +101,7 @@ impl Sweep<'_> {
         let Self { knots, policy, belief, noise, seeds, work, adjoints } = self;
         let (steps, shape) = (knots.steps(), Shape::<R>::of(knots.dimensions));
         let (n, joint, narrow, wide, full) = (shape.n, shape.joint(), shape.narrow(), shape.wide(), shape.full());
-        let suggested = if R::SHORT { None } else { Carried::suggested(&knots.dynamics, LEAST) };
+        let suggested = if !R::CALLED { None } else { Carried::suggested(&knots.dynamics, LEAST) };
         work.s.clear();
         add_scaled::<L>(work.s.at_mut(0), 0.5 * seeds.initial, noise.initial.at(0));
         for t in 0..steps {

@@ -17,15 +17,56 @@ pub(crate) struct Shape<R> {
     rows: PhantomData<R>,
 }
 
-/// Whether no row of a sweep is longer than the shortest stride.
-pub(crate) fn has_short_rows(Dimensions { states, controls, measurements }: Dimensions) -> bool {
-    states + controls < LANES && measurements <= LANES
+/// How long the rows of a sweep are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Length {
+    Short,
+    Medium,
+    Long,
 }
+
+/// Rows up to this length are medium.
+fn medium() -> usize {
+    std::env::var("MEDIUM").map_or(16, |v| v.parse().unwrap_or(16))
+}
+
+impl Length {
+    #[inline(always)]
+    pub fn of(Dimensions { states, controls, measurements }: Dimensions) -> Self {
+        let longest = (states + controls + 1).max(measurements);
+        match longest {
+            0..=LANES => Self::Short,
+            _ if longest <= medium() => Self::Medium,
+            _ => Self::Long,
+        }
+    }
+}
+
+/// Calls a generic function with the rows of [`Length::of`] some sizes.
+macro_rules! by_length {
+    ($dimensions:expr, |$rows:ident| $run:expr) => {
+        match $crate::shape::Length::of($dimensions) {
+            $crate::shape::Length::Short => {
+                type $rows = supple_kernels::rows::Short;
+                $run
+            }
+            $crate::shape::Length::Medium => {
+                type $rows = supple_kernels::rows::Medium;
+                $run
+            }
+            $crate::shape::Length::Long => {
+                type $rows = supple_kernels::rows::Long;
+                $run
+            }
+        }
+    };
+}
+pub(crate) use by_length;
 
 impl<R: Rows> Shape<R> {
     #[inline(always)]
     pub fn of(Dimensions { states: n, controls: m, measurements: p }: Dimensions) -> Self {
-        debug_assert!(!R::SHORT || has_short_rows(Dimensions { states: n, controls: m, measurements: p }));
+        debug_assert!(!R::SHORT || n + m < LANES && p <= LANES);
         Self { n, m, p, rows: PhantomData }
     }
 

@@ -58,7 +58,7 @@ impl Mover<'_> {
         let (left, right) = (Left::plain(own, width), View::new(transposed, turned));
         let all = Product { left, right, rows: n - h, inner: columns, width: turned }.lower();
         match carried {
-            Some(Carried { dt, .. }) if !R::SHORT => {
+            Some(Carried { dt, .. }) if R::CALLED => {
                 let rates = rates.at_mut(0);
                 all.set::<L, R>(ViewMut::new(rates, turned));
                 mirror::<L, R>(ViewMut::new(rates, turned), h);

@@ -13,10 +13,10 @@ pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, (rows, cols): (usize,
     assert!(a.numbers.len() > (rows - 1) * a.stride + cols - 1);
     let to = Place { at: out.numbers.as_mut_ptr(), stride: out.stride };
     let job = Transpose { to, from: a.numbers.as_ptr(), stride: a.stride, rows, cols };
-    if R::SHORT {
-        job.run::<L>();
-    } else {
+    if R::CALLED {
         L::apart(job);
+    } else {
+        job.run::<L>();
     }
 }
 
@@ -28,9 +28,11 @@ pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };
     if R::SHORT {
         // SAFETY: the assertion above.
-        unsafe { Mirror { a, n }.entries::<L>() };
-    } else {
+        unsafe { Mirror { a, n }.entries::<L>(0) };
+    } else if R::CALLED {
         L::apart(Mirror { a, n });
+    } else {
+        Mirror { a, n }.run::<L>();
     }
 }
 
@@ -38,10 +40,10 @@ pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
 #[inline(always)]
 pub fn mirror_upper<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };
-    if R::SHORT {
-        MirrorUpper { a, n }.run::<L>();
-    } else {
+    if R::CALLED {
         L::apart(MirrorUpper { a, n });
+    } else {
+        MirrorUpper { a, n }.run::<L>();
     }
 }
 
@@ -49,10 +51,10 @@ pub fn mirror_upper<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
 #[inline(always)]
 pub fn symmetrise<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
     let Some(a) = square(a, n) else { return };
-    if R::SHORT {
-        Symmetrise { a, n }.run::<L>();
-    } else {
+    if R::CALLED {
         L::apart(Symmetrise { a, n });
+    } else {
+        Symmetrise { a, n }.run::<L>();
     }
 }
 
@@ -169,6 +171,10 @@ impl Job for Transpose {
     }
 }
 
+/// Up to so many rows entries are moved in less time than blocks.
+const FEW: usize = 3;
+
+#[derive(Clone, Copy)]
 struct Mirror {
     a: Place,
     n: usize,
@@ -180,7 +186,7 @@ impl Job for Mirror {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         // SAFETY: `mirror` checked the sizes.
-        unsafe { if L::WIDE { self.blocks::<L>() } else { self.entries::<L>() } }
+        unsafe { if L::WIDE && self.n >= LANES { self.blocks::<L>() } else { self.entries::<L>(0) } }
     }
 }
 
@@ -196,6 +202,10 @@ impl Mirror {
             let mut column = 0;
             // SAFETY: the caller's.
             unsafe {
+                if rows <= FEW {
+                    self.entries::<L>(first);
+                    return;
+                }
                 while column < first {
                     let block = L::transposed(load_block::<L>(kept.add(column), stride, rows));
                     store_block(block, at.add(column * stride + first), stride, LANES);
@@ -217,14 +227,16 @@ impl Mirror {
         }
     }
 
+    /// From row `first` on.
+    ///
     /// # Safety
     /// As [`Mirror::blocks`].
     #[inline(always)]
-    unsafe fn entries<L: Lanes>(self) {
+    unsafe fn entries<L: Lanes>(self, first: usize) {
         let Self { a, n } = self;
         // SAFETY: the caller's.
         unsafe {
-            for i in 1..n {
+            for i in first.max(1)..n {
                 for j in 0..i {
                     *a.entry(j, i) = *a.entry(i, j);
                 }

@@ -3,7 +3,7 @@
 use super::blocks::{load_block, store_block};
 use super::product::subtract_product;
 use super::solve::Block;
-use super::{Long, Rows, ViewMut, add_scaled, scale};
+use super::{FEW, Long, Rows, ViewMut, add_scaled, scale};
 use crate::{Job, LANES, Lanes, dispatch, math, padded};
 
 /// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. The lower triangle is read, and `U`
@@ -16,8 +16,8 @@ use crate::{Job, LANES, Lanes, dispatch, math, padded};
 /// `Err(i)` where the leading minor of order `i + 1` is not positive.
 #[inline(always)]
 pub fn factor<L: Lanes, R: Rows>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
-    if R::SHORT {
-        in_one_lane::<L>(a, n, width, reciprocals)
+    if R::SHORT || !R::CALLED && n <= FEW {
+        by_rows::<L>(a, n, width, reciprocals)
     } else {
         run::<L>(Factor { a, n, width, given: Given::Lower, reciprocals })
     }
@@ -100,9 +100,9 @@ fn by_entries(a: &mut [f64], n: usize, (row, col): (usize, usize)) -> Result<(),
     Ok(())
 }
 
-/// As [`factor`], of a matrix in one set of lanes.
+/// As [`factor`], of a matrix in one set of lanes, one row after the other.
 #[inline(always)]
-fn in_one_lane<L: Lanes>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
+fn by_rows<L: Lanes>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
     let ViewMut { numbers: a, stride } = a;
     for i in 0..n {
         let mut pivot = a[i * stride + i];

@@ -3,8 +3,9 @@
 //! Every matrix is row-major with a stride that is a multiple of [`LANES`], and zero padding; kernels read and write whole
 //! rows, so padding stays zero.
 //!
-//! Each kernel takes two types: the lanes, and how long rows are. Of [`Short`] rows kernels are copied into their callers;
-//! of [`Long`] ones they are functions of their own, compiled once for each set of lanes, beside which a call is nothing.
+//! Each kernel takes two types: the lanes, and how long rows are. For [`Short`] rows kernels are copied into their callers;
+//! for [`Long`] ones they are functions that are compiled once for each set of lanes, which costs a call. For [`Medium`] rows,
+//! where a call is a large part of a product, products are copied and factors and solves are called.
 
 mod blocks;
 mod cholesky;
@@ -27,6 +28,8 @@ pub use vector::{add_scaled, clear_beyond, combine, dot, fetch, fetch_lower, sca
 pub trait Rows: Copy + std::fmt::Debug + 'static {
     /// Whether every row is one set of lanes.
     const SHORT: bool;
+    /// Whether products are functions to call.
+    const CALLED: bool;
 
     /// The stride of rows of `len` numbers.
     fn stride(len: usize) -> usize;
@@ -36,12 +39,17 @@ pub trait Rows: Copy + std::fmt::Debug + 'static {
 #[derive(Clone, Copy, Debug)]
 pub struct Short;
 
+/// Rows of a few sets of lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Medium;
+
 /// Rows of any length.
 #[derive(Clone, Copy, Debug)]
 pub struct Long;
 
 impl Rows for Short {
     const SHORT: bool = true;
+    const CALLED: bool = false;
 
     #[inline(always)]
     fn stride(_: usize) -> usize {
@@ -49,8 +57,19 @@ impl Rows for Short {
     }
 }
 
+impl Rows for Medium {
+    const SHORT: bool = false;
+    const CALLED: bool = false;
+
+    #[inline(always)]
+    fn stride(len: usize) -> usize {
+        padded(len)
+    }
+}
+
 impl Rows for Long {
     const SHORT: bool = false;
+    const CALLED: bool = true;
 
     #[inline(always)]
     fn stride(len: usize) -> usize {
@@ -91,6 +110,9 @@ impl<'a> ViewMut<'a> {
         Self { numbers, stride }
     }
 }
+
+/// Orders up to which medium matrices are factored, and solved with, in their callers.
+const FEW: usize = 4;
 
 #[cfg(test)]
 mod tests;

@@ -115,11 +115,11 @@ impl<'a> Product<'a> {
         let work = Work { part, factors, rows, width, to, out_stride, base: base.0, base_stride: base.1, sign };
         // SAFETY: the assertions above.
         unsafe {
-            match (R::SHORT, left.transposed) {
-                (true, true) => work.in_one_lane::<L, true>(),
-                (true, false) => work.in_one_lane::<L, false>(),
-                (false, true) => L::apart(Blocks::<true>(work)),
-                (false, false) => L::apart(Blocks::<false>(work)),
+            match (R::CALLED, left.transposed) {
+                (false, true) => work.by_lanes::<L, R, true>(),
+                (false, false) => work.by_lanes::<L, R, false>(),
+                (true, true) => L::apart(Blocks::<true>(work)),
+                (true, false) => L::apart(Blocks::<false>(work)),
             }
         }
     }
@@ -252,22 +252,29 @@ pub(super) unsafe fn subtract_product<L: Lanes, const TRANSPOSED: bool>(
 const LONG: usize = 16;
 
 impl Work {
-    /// Rows of one set of lanes.
+    /// Short rows, one set of lanes after the other, in as little code as is fast.
     ///
     /// # Safety
-    /// As [`Product::run`] checks, with strides of [`LANES`].
+    /// As [`Product::run`] checks.
     #[inline(always)]
-    unsafe fn in_one_lane<L: Lanes, const TRANSPOSED: bool>(self) {
+    unsafe fn by_lanes<L: Lanes, R: Rows, const TRANSPOSED: bool>(self) {
+        let mut column = 0;
         // SAFETY: the caller's.
         unsafe {
-            let mut row = 0;
-            while row + 4 <= self.rows {
-                self.block::<L, TRANSPOSED, 4, 1>(row, 0);
-                row += 4;
-            }
-            while row < self.rows {
-                self.block::<L, TRANSPOSED, 1, 1>(row, 0);
-                row += 1;
+            while column < self.width {
+                let mut row = if self.part == Part::Lower { column } else { 0 };
+                while row + 4 <= self.rows {
+                    self.block::<L, TRANSPOSED, 4, 1>(row, column);
+                    row += 4;
+                }
+                while row < self.rows {
+                    self.block::<L, TRANSPOSED, 1, 1>(row, column);
+                    row += 1;
+                }
+                column += LANES;
+                if R::SHORT {
+                    break;
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Solves with the factors that [`factor`](super::factor) leaves, of which only the upper triangle `U` is read.
 
 use super::product::{holds, subtract_product};
-use super::{Rows, View, ViewMut};
+use super::{FEW, Rows, View, ViewMut};
 use crate::{Job, LANES, Lanes, padded};
 
 /// What [`factor`](super::factor) left of a matrix of order `n`.
@@ -72,9 +72,9 @@ struct Solve<'a> {
 impl Solve<'_> {
     #[inline(always)]
     fn forward<L: Lanes, R: Rows>(self) {
-        if R::SHORT {
+        if R::SHORT || !R::CALLED && self.n <= FEW {
             // SAFETY: the sizes were checked.
-            unsafe { self.forward_in_one_lane::<L>() };
+            unsafe { self.forward_by_rows::<L>() };
         } else {
             L::apart(Forward(self));
         }
@@ -82,9 +82,9 @@ impl Solve<'_> {
 
     #[inline(always)]
     fn backward<L: Lanes, R: Rows>(self) {
-        if R::SHORT {
+        if R::SHORT || !R::CALLED && self.n <= FEW {
             // SAFETY: the sizes were checked.
-            unsafe { self.backward_in_one_lane::<L>() };
+            unsafe { self.backward_by_rows::<L>() };
         } else {
             L::apart(Backward(self));
         }
@@ -93,36 +93,46 @@ impl Solve<'_> {
     /// # Safety
     /// All that is named must exist.
     #[inline(always)]
-    unsafe fn forward_in_one_lane<L: Lanes>(self) {
-        for i in 0..self.n {
-            // SAFETY: the caller's.
-            unsafe { self.row::<L>(i, 0..i, |k| k * self.u_stride + i) };
+    unsafe fn forward_by_rows<L: Lanes>(self) {
+        for column in (0..self.width).step_by(LANES) {
+            for i in 0..self.n {
+                // SAFETY: the caller's.
+                unsafe { self.row::<L>((i, column), 0..i, |k| k * self.u_stride + i) };
+            }
         }
     }
 
     /// # Safety
     /// All that is named must exist.
     #[inline(always)]
-    unsafe fn backward_in_one_lane<L: Lanes>(self) {
-        for i in (0..self.n).rev() {
-            // SAFETY: the caller's.
-            unsafe { self.row::<L>(i, i + 1..self.n, |k| i * self.u_stride + k) };
+    unsafe fn backward_by_rows<L: Lanes>(self) {
+        for column in (0..self.width).step_by(LANES) {
+            for i in (0..self.n).rev() {
+                // SAFETY: the caller's.
+                unsafe { self.row::<L>((i, column), i + 1..self.n, |k| i * self.u_stride + k) };
+            }
         }
     }
 
-    /// Row `i` of the solution, given others, whose factors are where `place` says.
+    /// Row `i` of the solution, the lanes from `column` on, given others, whose factors are where `place` says.
     ///
     /// # Safety
     /// All that is named must exist.
     #[inline(always)]
-    unsafe fn row<L: Lanes>(&self, i: usize, others: std::ops::Range<usize>, place: impl Fn(usize) -> usize) {
+    unsafe fn row<L: Lanes>(
+        &self,
+        (i, column): (usize, usize),
+        others: std::ops::Range<usize>,
+        place: impl Fn(usize) -> usize,
+    ) {
         // SAFETY: the caller's.
         unsafe {
-            let to = self.right.add(i * self.stride);
+            let right = self.right.add(column);
+            let to = right.add(i * self.stride);
             let mut row = L::load(to);
             for k in others {
                 let factor = L::constant(*self.u.add(place(k)));
-                row = factor.neg_mul_add(L::load(self.right.add(k * self.stride)), row);
+                row = factor.neg_mul_add(L::load(right.add(k * self.stride)), row);
             }
             (row * self.reciprocals[i]).store(to);
         }

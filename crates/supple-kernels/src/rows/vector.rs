@@ -76,11 +76,18 @@ pub fn combine<L: Lanes, R: Rows>(out: &mut [f64], base: Option<&[f64]>, factor:
         weights,
         a,
     };
-    if R::SHORT {
-        // SAFETY: the assertions above, and rows of one set of lanes.
-        unsafe { job.columns::<L, 1>(0) };
-    } else {
+    if R::CALLED {
         L::apart(job);
+        return;
+    }
+    let mut column = 0;
+    while column < width {
+        // SAFETY: the assertions above.
+        unsafe { job.columns::<L, 1>(column) };
+        column += LANES;
+        if R::SHORT {
+            break;
+        }
     }
 }
 

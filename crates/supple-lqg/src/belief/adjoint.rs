@@ -1,6 +1,6 @@
 use supple_kernels::rows::{
-    Factored, Left, Long, Product, Rows, Scaled, Short, View, ViewMut, add_scaled, mirror, scale, solve_column,
-    solve_lower, solve_upper, transpose,
+    Factored, Left, Product, Rows, Scaled, View, ViewMut, add_scaled, mirror, scale, solve_column, solve_lower,
+    solve_upper, transpose,
 };
 use supple_kernels::{Job, Lanes, Matrices, dispatch, rows};
 
@@ -10,7 +10,7 @@ use crate::dense::{cholesky, dense};
 use crate::knots::KnotAdjoints;
 use crate::knots::Knots;
 use crate::noise::Noise;
-use crate::shape::{Shape, has_short_rows};
+use crate::shape::{Shape, by_length};
 
 /// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -91,7 +91,7 @@ impl Job for Sweep<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        if has_short_rows(self.knots.dimensions) { self.sweep::<L, Short>() } else { self.sweep::<L, Long>() }
+        by_length!(self.knots.dimensions, |R| self.sweep::<L, R>())
     }
 }
 
@@ -192,9 +192,16 @@ impl Sweep<'_> {
 
         // Vb += L' Sb L + i/2 (S^y)^-1.
         let v = noise_adjoint.measurement.at_mut(t);
-        transpose::<L, R>(ViewMut::new(turned, small), gain, (p, n));
-        let (left, right) = (Left::plain(cross, stride), View::new(turned, small));
-        Product { left, right, rows: p, inner: n, width: small }.add::<L, R>(ViewMut::new(v, small));
+        if R::SHORT {
+            for (i, j) in (0..p).flat_map(|i| (0..p).map(move |j| (i, j))) {
+                let (row, other) = (&cross[i * stride..i * stride + n], &gain.numbers[j * stride..j * stride + n]);
+                v[i * small + j] += rows::dot(row, other);
+            }
+        } else {
+            transpose::<L, R>(ViewMut::new(turned, small), gain, (p, n));
+            let (left, right) = (Left::plain(cross, stride), View::new(turned, small));
+            Product { left, right, rows: p, inner: n, width: small }.add::<L, R>(ViewMut::new(v, small));
+        }
         add_scaled::<L>(v, joint, inverse);
 
         // square = Sb M = Sb - (Sb L) C; Pb = M' square = square - C' (L' square - i/2 (S^y)^-1 C).

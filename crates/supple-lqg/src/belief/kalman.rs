@@ -1,4 +1,4 @@
-use supple_kernels::rows::{Long, Rows, Short};
+use supple_kernels::rows::Rows;
 use supple_kernels::{Job, Lanes, dispatch};
 
 use super::predict::{LEAST, Predict};
@@ -10,7 +10,7 @@ use crate::Error;
 use crate::carried::Carried;
 use crate::knots::Knots;
 use crate::noise::Noise;
-use crate::shape::{Shape, has_short_rows};
+use crate::shape::{Shape, by_length};
 
 /// The Kalman recursion over knots (theory, equation B.1), in Joseph form:
 ///
@@ -45,11 +45,7 @@ impl Job for Sweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Self { knots, noise, belief } = self;
-        if has_short_rows(knots.dimensions) {
-            sweep::<L, Short>(knots, noise, belief)
-        } else {
-            sweep::<L, Long>(knots, noise, belief)
-        }
+        by_length!(knots.dimensions, |R| sweep::<L, R>(knots, noise, belief))
     }
 }
 
@@ -59,7 +55,7 @@ fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -
     belief.repairs = 0;
     let picks = knots.picks.as_deref().filter(|_| noise.measurements_are_independent());
     belief.form = if picks.is_some() { Form::EachAlone } else { Form::Together };
-    let suggested = if R::SHORT { None } else { Carried::suggested(&knots.dynamics, LEAST) };
+    let suggested = if !R::CALLED { None } else { Carried::suggested(&knots.dynamics, LEAST) };
     belief.predicted.at_mut(0).copy_from_slice(noise.initial.at(0));
     for t in 0..=steps {
         if t > 0 {

@@ -10,7 +10,7 @@ mod minimise;
 mod policy;
 mod quadratic;
 
-use supple_kernels::rows::{Long, Rows, Short, fetch, fetch_lower};
+use supple_kernels::rows::{Rows, fetch, fetch_lower};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
 pub use self::along::solve_lq;
@@ -22,7 +22,7 @@ use self::minimise::minimise;
 pub use self::policy::Policy;
 use self::quadratic::{Knot, form};
 use crate::carried::Carried;
-use crate::shape::{Shape, has_short_rows};
+use crate::shape::{Shape, by_length};
 
 /// The Riccati sweep over knots (theory, equation P.2), joint in `z = (x, u)` with `F = [A B]`:
 ///
@@ -71,7 +71,7 @@ impl Job for Sweep<'_> {
         if lq.limits.is_none() {
             policy.clamped.fill(false);
         }
-        if has_short_rows(policy.dimensions()) { sweep::<L, Short>(lq, policy) } else { sweep::<L, Long>(lq, policy) }
+        by_length!(policy.dimensions(), |R| sweep::<L, R>(lq, policy))
     }
 }
 
@@ -87,7 +87,7 @@ fn sweep<L: Lanes, R: Rows>(lq: Lq, policy: &mut Policy) -> Result<Decrease, usi
         }
         policy.slope.vector_mut(steps)[i] = end[i * stride + joint];
     }
-    let suggested = if R::SHORT { None } else { Carried::suggested(dynamics, LEAST) };
+    let suggested = if !R::CALLED { None } else { Carried::suggested(dynamics, LEAST) };
     let follows = lq.limits.is_some() || lq.regularisation != Regularisation::default();
     let mut total = Decrease::default();
     for t in (0..steps).rev() {
@@ -99,7 +99,7 @@ fn sweep<L: Lanes, R: Rows>(lq: Lq, policy: &mut Policy) -> Result<Decrease, usi
             fetch_lower(cost.at(t - 1), stride);
         }
         let decrease = if follows {
-            L::apart(Follow { shape, t, lq, policy })
+            shape.part::<L, _>(Follow { shape, t, lq, policy })
         } else {
             minimise::<L, R>(shape, t, lq.with_value, policy)
         };

@@ -85,7 +85,7 @@ pub(super) fn form<L: Lanes, R: Rows>(
     let (cost, slope) = (View::new(knot.cost, full), &mut q_slope.at_mut(0)[..wide]);
     let q = ViewMut::new(q.at_mut(0), wide);
     match carried {
-        Some(carried) if !R::SHORT => {
+        Some(carried) if R::CALLED => {
             products.carry::<L, R>(shape, carried, (s, f), cost, q);
             let h = carried.rows;
             for ((weight, q), v) in products.weights.iter_mut().zip(next_slope).zip(&next_slope[h..]) {
