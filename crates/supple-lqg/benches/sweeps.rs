@@ -107,7 +107,8 @@ fn run(sizes: &str, dimensions: Dimensions) {
     });
     let regularisation = Regularisation { control: 1e-6, state: 1e-6 };
     time("riccati_regularised", sizes, steps, || {
-        solve_riccati(dynamics, black_box(cost), regularisation, &mut policy).unwrap();
+        let lq = Lq { dynamics, cost: black_box(cost), regularisation, limits: None, with_value: false };
+        solve_limited(lq, &mut policy).unwrap();
     });
     let controls = Matrices::vectors(steps, m);
     let bounds = ControlBounds::new(&vec![(-0.5, 0.5); m]);

@@ -111,11 +111,10 @@ impl Sweep<'_> {
             if let Some(partials) = seeds.partials {
                 add_scaled::<L>(s, -1.0, partials.value_of_information.at(t));
             }
-            work.close::<L, R>(shape, policy.feedback.at(t));
+            let by_value = Scaled { from: View::new(sigma, narrow), factor: 0.5 * seeds.belief, rows: n, count: n };
+            work.close::<L, R>(shape, policy.feedback.at(t), by_value);
             let RiccatiAdjoint { s, q, transport, .. } = &mut *work;
             let (s, q) = (s.at_mut(0), q.at_mut(0));
-            let by_value = Scaled { from: View::new(sigma, narrow), factor: 0.5 * seeds.belief, rows: n, count: n };
-            by_value.add::<L, R>(ViewMut::new(q, wide));
             if let Some(partials) = seeds.partials {
                 add_partials((knots, policy, partials), t, (&mut *q, wide));
             }
@@ -143,9 +142,9 @@ impl Sweep<'_> {
 }
 
 impl RiccatiAdjoint {
-    /// `Qb = [I; K] M [I K']` with the symmetric `M` in `s`.
+    /// `Qb = [I; K] M [I K'] + blkdiag(Xb, 0)` with the symmetric `M` in `s`.
     #[inline(always)]
-    fn close<L: Lanes, R: Rows>(&mut self, shape: Shape<R>, feedback: &[f64]) {
+    fn close<L: Lanes, R: Rows>(&mut self, shape: Shape<R>, feedback: &[f64], by_value: Scaled) {
         let Shape { n, m, .. } = shape;
         let (narrow, wide, small) = (shape.narrow(), shape.wide(), shape.of_controls());
         let Self { s, q, moved, turned, controls, .. } = self;
@@ -157,8 +156,7 @@ impl RiccatiAdjoint {
         let (left, right) = (Left::plain(moved, narrow), View::new(turned, small));
         Product { left, right, rows: m, inner: n, width: small }.set::<L, R>(ViewMut::new(controls, small));
 
-        let kept = Scaled { from: View::new(s, narrow), factor: 1.0, rows: n, count: n };
-        kept.set::<L, R>(ViewMut::new(q, wide));
+        by_value.add_to::<L, R>(View::new(s, narrow), ViewMut::new(q, wide));
         let kept = Scaled { from: View::new(moved, narrow), factor: 1.0, rows: m, count: n };
         kept.set::<L, R>(ViewMut::new(&mut q[n * wide..], wide));
         transpose::<L, R>(ViewMut::new(&mut q[n..], wide), View::new(moved, narrow), (m, n));

@@ -25,10 +25,8 @@ pub(crate) enum Length {
     Long,
 }
 
-/// Rows up to this length are medium.
-fn medium() -> usize {
-    std::env::var("MEDIUM").map_or(16, |v| v.parse().unwrap_or(16))
-}
+/// The length of the longest medium rows.
+const MEDIUM: usize = 2 * LANES;
 
 impl Length {
     #[inline(always)]
@@ -36,7 +34,7 @@ impl Length {
         let longest = (states + controls + 1).max(measurements);
         match longest {
             0..=LANES => Self::Short,
-            _ if longest <= medium() => Self::Medium,
+            0..=MEDIUM => Self::Medium,
             _ => Self::Long,
         }
     }

@@ -24,15 +24,24 @@ pub fn transpose<L: Lanes, R: Rows>(out: ViewMut, a: View, (rows, cols): (usize,
 /// lanes, to 0; numbers there must be finite.
 #[inline(always)]
 pub fn mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
+    run_mirror::<L, R>(a, n, true);
+}
+
+/// As [`mirror`] of a matrix with zeros right of it, whose numbers were stored one by one just before: where that is faster,
+/// they are not loaded as lanes, for which processors wait then.
+#[inline(always)]
+pub fn mirror_single<L: Lanes, R: Rows>(a: ViewMut, n: usize) {
+    run_mirror::<L, R>(a, n, false);
+}
+
+#[inline(always)]
+fn run_mirror<L: Lanes, R: Rows>(a: ViewMut, n: usize, clear: bool) {
     assert!(n == 0 || a.stride >= R::stride(n) && a.numbers.len() >= n * a.stride);
     let Some(a) = square(a, n) else { return };
-    if R::SHORT {
-        // SAFETY: the assertion above.
-        unsafe { Mirror { a, n }.entries::<L>(0) };
-    } else if R::CALLED {
-        L::apart(Mirror { a, n });
+    if R::CALLED {
+        L::apart(Mirror { a, n, clear });
     } else {
-        Mirror { a, n }.run::<L>();
+        Mirror { a, n, clear }.run::<L>();
     }
 }
 
@@ -178,6 +187,8 @@ const FEW: usize = 3;
 struct Mirror {
     a: Place,
     n: usize,
+    /// Whether numbers right of the matrix may differ from 0.
+    clear: bool,
 }
 
 impl Job for Mirror {
@@ -186,7 +197,7 @@ impl Job for Mirror {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         // SAFETY: `mirror` checked the sizes.
-        unsafe { if L::WIDE && self.n >= LANES { self.blocks::<L>() } else { self.entries::<L>(0) } }
+        unsafe { if L::WIDE && (self.clear || self.n >= LANES) { self.blocks::<L>() } else { self.entries::<L>(0) } }
     }
 }
 
@@ -195,35 +206,48 @@ impl Mirror {
     /// All entries and the padding must exist.
     #[inline(always)]
     unsafe fn blocks<L: Lanes>(self) {
-        let Self { a: Place { at, stride }, n } = self;
         let mut first = 0;
-        while first < n {
-            let (rows, kept) = (LANES.min(n - first), at.wrapping_add(first * stride));
-            let mut column = 0;
-            // SAFETY: the caller's.
-            unsafe {
-                if rows <= FEW {
-                    self.entries::<L>(first);
-                    return;
-                }
-                while column < first {
-                    let block = L::transposed(load_block::<L>(kept.add(column), stride, rows));
-                    store_block(block, at.add(column * stride + first), stride, LANES);
-                    column += LANES;
-                }
-                let mut block = load_block::<L>(kept.add(first), stride, rows);
-                let transposed = L::transposed(block);
-                for i in 0..LANES {
-                    block[i] = block[i].followed_by(transposed[i], i + 1);
-                }
-                if rows < LANES {
-                    for row in &mut block {
-                        *row = row.first(rows);
-                    }
-                }
-                store_block(block, kept.add(first), stride, rows);
+        // SAFETY: the caller's.
+        unsafe {
+            while first + LANES <= self.n {
+                self.rows::<L>(first, LANES);
+                first += LANES;
             }
-            first += LANES;
+            match self.n - first {
+                0 => {}
+                1..=FEW => self.entries::<L>(first),
+                rows => self.rows::<L>(first, rows),
+            }
+        }
+    }
+
+    /// Up to eight rows from `first` on, a multiple of eight, and their mirrored places.
+    ///
+    /// # Safety
+    /// As [`Mirror::blocks`].
+    #[inline(always)]
+    unsafe fn rows<L: Lanes>(&self, first: usize, rows: usize) {
+        let Place { at, stride } = self.a;
+        // SAFETY: the caller's.
+        unsafe {
+            let kept = at.add(first * stride);
+            let mut column = 0;
+            while column < first {
+                let block = L::transposed(load_block::<L>(kept.add(column), stride, rows));
+                store_block(block, at.add(column * stride + first), stride, LANES);
+                column += LANES;
+            }
+            let mut block = load_block::<L>(kept.add(first), stride, rows);
+            let transposed = L::transposed(block);
+            for i in 0..LANES {
+                block[i] = block[i].followed_by(transposed[i], i + 1);
+            }
+            if rows < LANES {
+                for row in &mut block {
+                    *row = row.first(rows);
+                }
+            }
+            store_block(block, kept.add(first), stride, rows);
         }
     }
 
@@ -233,19 +257,20 @@ impl Mirror {
     /// As [`Mirror::blocks`].
     #[inline(always)]
     unsafe fn entries<L: Lanes>(self, first: usize) {
-        let Self { a, n } = self;
+        let Self { a, n, clear } = self;
         // SAFETY: the caller's.
         unsafe {
-            for i in first.max(1)..n {
-                for j in 0..i {
-                    *a.entry(j, i) = *a.entry(i, j);
-                }
-            }
-            if !n.is_multiple_of(LANES) {
+            // First, as processors wait where lanes are loaded soon after single numbers are stored there.
+            if clear && !n.is_multiple_of(LANES) {
                 let last = n / LANES * LANES;
                 for row in 0..n {
                     let to = a.entry(row, last);
                     L::load(to).first(n % LANES).store(to);
+                }
+            }
+            for i in first.max(1)..n {
+                for j in 0..i {
+                    *a.entry(j, i) = *a.entry(i, j);
                 }
             }
         }

@@ -16,7 +16,7 @@ mod vector;
 
 use crate::{LANES, padded};
 
-pub use blocks::{mirror, mirror_upper, symmetrise, transpose};
+pub use blocks::{mirror, mirror_single, mirror_upper, symmetrise, transpose};
 pub(crate) use cholesky::factor_upper;
 pub use cholesky::{cholesky, factor, log_determinant};
 pub use product::{Left, Lower, Product};

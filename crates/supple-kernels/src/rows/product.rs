@@ -252,29 +252,59 @@ pub(super) unsafe fn subtract_product<L: Lanes, const TRANSPOSED: bool>(
 const LONG: usize = 16;
 
 impl Work {
-    /// Short rows, one set of lanes after the other, in as little code as is fast.
+    /// Short and medium rows, in as little code as is fast.
     ///
     /// # Safety
     /// As [`Product::run`] checks.
     #[inline(always)]
     unsafe fn by_lanes<L: Lanes, R: Rows, const TRANSPOSED: bool>(self) {
-        let mut column = 0;
         // SAFETY: the caller's.
         unsafe {
+            if R::SHORT {
+                return self.fours::<L, TRANSPOSED, 1>(0, 0, false);
+            }
+            let mut column = 0;
             while column < self.width {
-                let mut row = if self.part == Part::Lower { column } else { 0 };
-                while row + 4 <= self.rows {
-                    self.block::<L, TRANSPOSED, 4, 1>(row, column);
-                    row += 4;
+                if self.part == Part::Lower {
+                    self.fours::<L, TRANSPOSED, 1>(column, column, true);
+                    column += LANES;
+                } else if L::WIDE && column + 2 * LANES <= self.width {
+                    self.fours::<L, TRANSPOSED, 2>(0, column, true);
+                    column += 2 * LANES;
+                } else {
+                    self.fours::<L, TRANSPOSED, 1>(0, column, true);
+                    column += LANES;
                 }
-                while row < self.rows {
-                    self.block::<L, TRANSPOSED, 1, 1>(row, column);
-                    row += 1;
-                }
-                column += LANES;
-                if R::SHORT {
-                    break;
-                }
+            }
+        }
+    }
+
+    /// `C` lanes of columns from `column` on, four rows at a time from `row` on, and those left one by one or together.
+    ///
+    /// # Safety
+    /// As [`Product::run`] checks.
+    #[inline(always)]
+    unsafe fn fours<L: Lanes, const TRANSPOSED: bool, const C: usize>(
+        &self,
+        mut row: usize,
+        column: usize,
+        together: bool,
+    ) {
+        // SAFETY: the caller's.
+        unsafe {
+            while row + 4 <= self.rows {
+                self.block::<L, TRANSPOSED, 4, C>(row, column);
+                row += 4;
+            }
+            if together && row + 3 == self.rows {
+                return self.block::<L, TRANSPOSED, 3, C>(row, column);
+            }
+            if together && row + 2 == self.rows {
+                return self.block::<L, TRANSPOSED, 2, C>(row, column);
+            }
+            while row < self.rows {
+                self.block::<L, TRANSPOSED, 1, C>(row, column);
+                row += 1;
             }
         }
     }

@@ -143,6 +143,8 @@ proptest! {
         check_product((rows, inner, cols), seed, transposed, WAYS[which], false, Long);
         check_product((rows, inner, rows), seed, transposed, WAYS[which], true, Long);
         let (few, short) = (rows % LANES, inner % LANES);
+        check_product((rows, inner, cols), seed, transposed, WAYS[which], false, Medium);
+        check_product((rows, inner, rows), seed, transposed, WAYS[which], true, Medium);
         check_product((few, short, cols % LANES + 1), seed, transposed, WAYS[which], false, Short);
         check_product((few, short, few.max(1)), seed, transposed, WAYS[which], true, Short);
     }
@@ -151,6 +153,7 @@ proptest! {
     #[test]
     fn factors_solve(n in 1..28usize, cols in 1..20usize, seed in 0..100usize) {
         check_solve(n, cols, seed, Long);
+        check_solve(n, cols, seed, Medium);
         check_solve(n % LANES + 1, cols % LANES + 1, seed, Short);
     }
 
@@ -257,14 +260,14 @@ fn scaled_rows_and_their_sums() {
 
 #[test]
 fn rows_are_combined_by_weights() {
-    struct Weigh<'a>(&'a mut Matrices, Option<&'a [f64]>, &'a [f64], &'a Matrices);
-    impl Job for Weigh<'_> {
+    struct Weigh<'a, R>(&'a mut Matrices, Option<&'a [f64]>, &'a [f64], &'a Matrices, R);
+    impl<R: Rows> Job for Weigh<'_, R> {
         type Output = ();
 
         #[inline(always)]
         fn run<L: Lanes>(self) {
-            let Self(out, base, weights, a) = self;
-            combine::<L, Long>(out.at_mut(0), base, -2.0, weights, View::new(a.at(0), a.stride()));
+            let Self(out, base, weights, a, _) = self;
+            combine::<L, R>(out.at_mut(0), base, -2.0, weights, View::new(a.at(0), a.stride()));
         }
     }
     for (rows, cols) in [(0, 3), (1, 8), (4, 13), (7, 40)] {
@@ -272,11 +275,13 @@ fn rows_are_combined_by_weights() {
         let weights: Vec<f64> = (0..rows).map(|k| k as f64 - 1.0).collect();
         for level in Level::ALL.into_iter().filter(|level| level.force()) {
             for base in [None, Some(base.at(0))] {
-                let mut out = Matrices::vectors(1, cols);
-                dispatch(Weigh(&mut out, base, &weights, &a));
+                let [mut out, mut copied] = [Matrices::vectors(1, cols), Matrices::vectors(1, cols)];
+                dispatch(Weigh(&mut out, base, &weights, &a, Long));
+                dispatch(Weigh(&mut copied, base, &weights, &a, Medium));
                 for j in 0..cols {
                     let sum: f64 = (0..rows).map(|k| weights[k] * a.get(0, k, j)).sum();
                     assert_eq!(out.get(0, 0, j), base.map_or(0.0, |base| base[j]) - 2.0 * sum, "{level:?}");
+                    assert_eq!(out.get(0, 0, j), copied.get(0, 0, j), "{level:?}");
                 }
             }
         }
@@ -285,28 +290,33 @@ fn rows_are_combined_by_weights() {
 
 #[test]
 fn symmetry_and_transposes_at_every_level() {
-    struct All<'a>(&'a mut [Matrices; 3], &'a mut Matrices);
-    impl Job for All<'_> {
+    struct All<'a, R>(&'a mut [Matrices; 4], &'a mut Matrices, R);
+    impl<R: Rows> Job for All<'_, R> {
         type Output = ();
 
         #[inline(always)]
         fn run<L: Lanes>(self) {
-            let Self([mean, lower, upper], out) = self;
+            let Self([mean, lower, upper, single], out, _) = self;
             let (n, stride) = (mean.rows(), mean.stride());
-            transpose::<L, Long>(ViewMut::new(out.at_mut(0), stride), View::new(mean.at(0), stride), (n, n));
-            symmetrise::<L, Long>(ViewMut::new(mean.at_mut(0), stride), n);
-            mirror::<L, Long>(ViewMut::new(lower.at_mut(0), stride), n);
-            mirror_upper::<L, Long>(ViewMut::new(upper.at_mut(0), stride), n);
+            transpose::<L, R>(ViewMut::new(out.at_mut(0), stride), View::new(mean.at(0), stride), (n, n));
+            symmetrise::<L, R>(ViewMut::new(mean.at_mut(0), stride), n);
+            mirror::<L, R>(ViewMut::new(lower.at_mut(0), stride), n);
+            mirror_upper::<L, R>(ViewMut::new(upper.at_mut(0), stride), n);
+            mirror_single::<L, R>(ViewMut::new(single.at_mut(0), stride), n);
         }
     }
     for level in Level::ALL.into_iter().filter(|level| level.force()) {
-        for n in [1, 5, 8, 13, 16, 24, 29] {
+        for (n, called) in [1, 2, 5, 8, 10, 13, 16, 24, 29].map(|n| [(n, true), (n, false)]).into_iter().flatten() {
             let (before, mut out) = (filled(n, n, 7), Matrices::zeros(1, n, n));
-            let mut all = [before.clone(), before.clone(), before.clone()];
+            let mut all = [before.clone(), before.clone(), before.clone(), before.clone()];
             // What a product leaves right of a lower triangle.
             all[1].as_mut_slice().iter_mut().filter(|entry| **entry == 0.0).for_each(|entry| *entry = 3.0);
-            dispatch(All(&mut all, &mut out));
-            let [mean, lower, upper] = &all;
+            if called {
+                dispatch(All(&mut all, &mut out, Long));
+            } else {
+                dispatch(All(&mut all, &mut out, Medium));
+            }
+            let [mean, lower, upper, single] = &all;
             for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
                 let (here, there) = (before.get(0, i, j), before.get(0, j, i));
                 let entry = |i: usize, j: usize| if before.get(0, i, j) == 0.0 { 3.0 } else { before.get(0, i, j) };
@@ -314,6 +324,7 @@ fn symmetry_and_transposes_at_every_level() {
                 assert_eq!(mean.get(0, i, j), 0.5 * (here + there), "{level:?}");
                 assert_eq!(lower.get(0, i, j), entry(i.max(j), i.min(j)), "{level:?} {n} {i} {j}");
                 assert_eq!(upper.get(0, i, j), before.get(0, i.min(j), i.max(j)), "{level:?}");
+                assert_eq!(single.get(0, i, j), before.get(0, i.max(j), i.min(j)), "{level:?} {n} {i} {j}");
             }
             assert!(
                 (0..n).all(|i| lower.at(0)[i * lower.stride() + n..(i + 1) * lower.stride()].iter().all(|&v| v == 0.0))
@@ -343,5 +354,6 @@ fn the_minor_that_fails_is_named() {
         let stride = a.stride();
         assert_eq!(cholesky(a.at_mut(0), n, stride), Err(n - 1));
     }
+    at_every_level(|| Fail(3, Medium), |level, found| assert_eq!(found, Err(2), "{level:?}"));
     at_every_level(|| Fail(3, Short), |level, found| assert_eq!(found, Err(2), "{level:?}"));
 }

@@ -2,7 +2,7 @@
 //! stays small whatever the ratio of covariance to noise.
 
 use supple_kernels::math;
-use supple_kernels::rows::{self, Left, Product, Rows, View, ViewMut, combine, mirror};
+use supple_kernels::rows::{self, Left, Product, Rows, View, ViewMut, combine, mirror_single};
 use supple_kernels::{Job, Lanes, Matrices};
 
 use super::innovation::Innovation;
@@ -103,7 +103,7 @@ fn correct<L: Lanes, R: Rows>(
             }
         }
     }
-    mirror::<L, R>(ViewMut::new(p, stride), n);
+    mirror_single::<L, R>(ViewMut::new(p, stride), n);
     // L' = V^-1 C Sigma.
     for (i, &s) in picks.iter().enumerate() {
         let row = &mut gain[i * stride..(i + 1) * stride];
