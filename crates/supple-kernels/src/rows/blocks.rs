@@ -206,48 +206,35 @@ impl Mirror {
     /// All entries and the padding must exist.
     #[inline(always)]
     unsafe fn blocks<L: Lanes>(self) {
+        let Self { a: Place { at, stride }, n, .. } = self;
         let mut first = 0;
-        // SAFETY: the caller's.
-        unsafe {
-            while first + LANES <= self.n {
-                self.rows::<L>(first, LANES);
-                first += LANES;
-            }
-            match self.n - first {
-                0 => {}
-                1..=FEW => self.entries::<L>(first),
-                rows => self.rows::<L>(first, rows),
-            }
-        }
-    }
-
-    /// Up to eight rows from `first` on, a multiple of eight, and their mirrored places.
-    ///
-    /// # Safety
-    /// As [`Mirror::blocks`].
-    #[inline(always)]
-    unsafe fn rows<L: Lanes>(&self, first: usize, rows: usize) {
-        let Place { at, stride } = self.a;
-        // SAFETY: the caller's.
-        unsafe {
-            let kept = at.add(first * stride);
+        while first < n {
+            let (rows, kept) = (LANES.min(n - first), at.wrapping_add(first * stride));
             let mut column = 0;
-            while column < first {
-                let block = L::transposed(load_block::<L>(kept.add(column), stride, rows));
-                store_block(block, at.add(column * stride + first), stride, LANES);
-                column += LANES;
-            }
-            let mut block = load_block::<L>(kept.add(first), stride, rows);
-            let transposed = L::transposed(block);
-            for i in 0..LANES {
-                block[i] = block[i].followed_by(transposed[i], i + 1);
-            }
-            if rows < LANES {
-                for row in &mut block {
-                    *row = row.first(rows);
+            // SAFETY: the caller's.
+            unsafe {
+                if rows <= FEW {
+                    self.entries::<L>(first);
+                    return;
                 }
+                while column < first {
+                    let block = L::transposed(load_block::<L>(kept.add(column), stride, rows));
+                    store_block(block, at.add(column * stride + first), stride, LANES);
+                    column += LANES;
+                }
+                let mut block = load_block::<L>(kept.add(first), stride, rows);
+                let transposed = L::transposed(block);
+                for i in 0..LANES {
+                    block[i] = block[i].followed_by(transposed[i], i + 1);
+                }
+                if rows < LANES {
+                    for row in &mut block {
+                        *row = row.first(rows);
+                    }
+                }
+                store_block(block, kept.add(first), stride, rows);
             }
-            store_block(block, kept.add(first), stride, rows);
+            first += LANES;
         }
     }
 

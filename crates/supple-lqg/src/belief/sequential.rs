@@ -67,9 +67,14 @@ fn correct<L: Lanes, R: Rows>(
             let (Some(pivot), Some(scaled)) = (rows.next(), scaled.next()) else {
                 unreachable!("a row of each measurement")
             };
-            pivot[..=s].copy_from_slice(&p[s * stride..=s * stride + s]);
-            for j in s + 1..n {
-                pivot[j] = p[j * stride + s];
+            if first == 0 {
+                // All of `P_t` is there still; numbers that are stored one by one are slow to load as lanes.
+                pivot.copy_from_slice(&p[s * stride..(s + 1) * stride]);
+            } else {
+                pivot[..=s].copy_from_slice(&p[s * stride..=s * stride + s]);
+                for j in s + 1..n {
+                    pivot[j] = p[j * stride + s];
+                }
             }
             for (j, &(before, by)) in done[..k].iter().enumerate() {
                 take::<L>(pivot, (s, group[j]), (before, by), variance(j) * reciprocals[j]);
