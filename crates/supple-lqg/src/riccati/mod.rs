@@ -8,6 +8,7 @@ mod limits;
 mod lq;
 mod minimise;
 mod policy;
+mod products;
 mod quadratic;
 
 use supple_kernels::rows::{Rows, fetch, fetch_lower};

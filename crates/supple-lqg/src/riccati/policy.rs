@@ -2,7 +2,7 @@ use supple_kernels::{Matrices, padded};
 
 use super::box_qp::BoxQp;
 use super::limits::Limits;
-use super::quadratic::Products;
+use super::products::Products;
 use crate::knots::Dimensions;
 
 /// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
