@@ -1,7 +1,7 @@
 //! Symmetric positive definite matrices that are block tridiagonal: factored in blocks, in lanes, and solved.
 
-use crate::rows::{add_scaled, scale};
-use crate::{Job, LANES, Lanes, Matrices, dispatch, halt};
+use crate::rows::{Left, Long, Product, View, ViewMut, factor_upper};
+use crate::{Job, LANES, Lanes, Matrices, dispatch, halt, padded};
 
 /// How many right sides a [`Band`] solves for at once.
 pub const RIGHT_SIDES: usize = 2;
@@ -97,8 +97,8 @@ fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
     sums[0] + sums[1] + (sums[2] + sums[3]) + rest
 }
 
-/// `H_t = R'R` by block rows, with `R'^-1` applied to `C_t` and the right sides as the rows are made, and what that
-/// takes from the next block.
+/// `H_t = R'R`, with `R'^-1` applied to `C_t` and the right sides as the rows are made, and what that takes from the next
+/// block.
 struct Factor<'a>(&'a mut Band);
 
 impl Job for Factor<'_> {
@@ -108,6 +108,8 @@ impl Job for Factor<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Self(band) = self;
+        let most = band.orders.iter().copied().max().unwrap_or(0);
+        let mut reciprocals = vec![0.0; padded(most)];
         for t in 0..band.orders.len() {
             if halt::is_requested() {
                 return Err(t);
@@ -116,7 +118,8 @@ impl Job for Factor<'_> {
                 band.take_coupling::<L>(t);
             }
             let (n, stride) = (band.orders[t], band.blocks[t].stride());
-            if !factor_rows::<L>(band.blocks[t].at_mut(0), n, stride) {
+            let rows = ViewMut::new(band.blocks[t].at_mut(0), stride);
+            if factor_upper::<L>(rows, n, stride, &mut reciprocals).is_err() {
                 return Err(t);
             }
         }
@@ -130,151 +133,23 @@ impl Band {
     fn take_coupling<L: Lanes>(&mut self, t: usize) {
         let ((from, from_right), (_, right)) = (self.offsets(t - 1), self.offsets(t));
         let (inner, n) = (self.orders[t - 1], self.orders[t]);
+        if inner == 0 {
+            return;
+        }
         let (head, tail) = self.blocks.split_at_mut(t);
         let (before, now) = (&head[t - 1], &mut tail[0]);
         let (before_stride, stride) = (before.stride(), now.stride());
         let (x, out) = (before.at(0), now.at_mut(0));
-        if inner == 0 {
-            return;
-        }
-        let width = n.next_multiple_of(LANES);
         for i in (0..n).step_by(LANES) {
-            let rows = LANES.min(n - i);
-            let left = (&x[from + i..], before_stride);
-            subtract_product::<L>(
-                (&mut out[i * stride + i..], stride),
-                left,
-                (&x[from + i..], before_stride),
-                (rows, inner, width - i),
-            );
-            subtract_product::<L>(
-                (&mut out[i * stride + right..], stride),
-                left,
-                (&x[from_right..], before_stride),
-                (rows, inner, LANES),
-            );
-        }
-    }
-}
-
-/// Turns rows `[H, rest]` into `[R, R'^-1 rest]`; false where `H` is not positive definite.
-#[inline(always)]
-fn factor_rows<L: Lanes>(block: &mut [f64], n: usize, stride: usize) -> bool {
-    for i in (0..n).step_by(LANES) {
-        let rows = LANES.min(n - i);
-        let (done, rest) = block.split_at_mut(i * stride);
-        if i > 0 {
-            let left = (&done[i..], stride);
-            subtract_product::<L>((&mut rest[i..], stride), left, left, (rows, i, stride - i));
-        }
-        for a in 0..rows {
-            let (above, below) = rest.split_at_mut(a * stride);
-            let row = &mut below[i..stride];
-            for b in 0..a {
-                let from = &above[b * stride + i..(b + 1) * stride];
-                add_scaled::<L>(row, -from[a], from);
-            }
-            let pivot = row[a];
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return false;
-            }
-            scale::<L>(row, 1.0 / pivot.sqrt());
-        }
-    }
-    true
-}
-
-/// `out (rows x width) -= left' right`: `left` is `inner x rows` and `right` `inner x width`, each with its stride;
-/// `width` is a multiple of [`LANES`].
-#[inline(always)]
-fn subtract_product<L: Lanes>(
-    (out, out_stride): (&mut [f64], usize),
-    (left, left_stride): (&[f64], usize),
-    (right, right_stride): (&[f64], usize),
-    (rows, inner, width): (usize, usize, usize),
-) {
-    assert!(width.is_multiple_of(LANES) && rows <= LANES);
-    if rows == 0 || inner == 0 || width == 0 {
-        return;
-    }
-    assert!(out.len() >= (rows - 1) * out_stride + width && left.len() >= (inner - 1) * left_stride + rows);
-    assert!(right.len() >= (inner - 1) * right_stride + width);
-    let mut column = 0;
-    // SAFETY: the assertions cover every row, column and inner index.
-    unsafe {
-        while L::WIDE && column + 2 * LANES <= width {
-            let place = (out.as_mut_ptr().add(column), out_stride);
-            tiles::<L, 2>(place, (left.as_ptr(), left_stride), (right.as_ptr().add(column), right_stride), rows, inner);
-            column += 2 * LANES;
-        }
-        while column < width {
-            let place = (out.as_mut_ptr().add(column), out_stride);
-            tiles::<L, 1>(place, (left.as_ptr(), left_stride), (right.as_ptr().add(column), right_stride), rows, inner);
-            column += LANES;
-        }
-    }
-}
-
-/// `C` lanes of columns of up to eight rows.
-///
-/// # Safety
-/// As [`subtract_product`] asserts.
-#[inline(always)]
-unsafe fn tiles<L: Lanes, const C: usize>(
-    (out, out_stride): (*mut f64, usize),
-    (left, left_stride): (*const f64, usize),
-    right: (*const f64, usize),
-    rows: usize,
-    inner: usize,
-) {
-    let mut row = 0;
-    // SAFETY: the caller's.
-    unsafe {
-        if L::WIDE && rows == LANES {
-            return tile::<L, 8, C>((out, out_stride), (left, left_stride), right, inner);
-        }
-        while row + 4 <= rows {
-            tile::<L, 4, C>((out.add(row * out_stride), out_stride), (left.add(row), left_stride), right, inner);
-            row += 4;
-        }
-        while row < rows {
-            tile::<L, 1, C>((out.add(row * out_stride), out_stride), (left.add(row), left_stride), right, inner);
-            row += 1;
-        }
-    }
-}
-
-/// `R` rows and `C` lanes of columns.
-///
-/// # Safety
-/// As [`subtract_product`] asserts.
-#[inline(always)]
-unsafe fn tile<L: Lanes, const R: usize, const C: usize>(
-    (out, out_stride): (*mut f64, usize),
-    (left, left_stride): (*const f64, usize),
-    (right, right_stride): (*const f64, usize),
-    inner: usize,
-) {
-    // SAFETY: the caller's.
-    unsafe {
-        let mut sums = [[L::zero(); C]; R];
-        for k in 0..inner {
-            let mut lines = [L::zero(); C];
-            for (c, line) in lines.iter_mut().enumerate() {
-                *line = L::load(right.add(k * right_stride + c * LANES));
-            }
-            for (r, sums) in sums.iter_mut().enumerate() {
-                let factor = L::constant(*left.add(k * left_stride + r));
-                for (sum, line) in sums.iter_mut().zip(lines) {
-                    *sum = factor.mul_add(line, *sum);
-                }
-            }
-        }
-        for (r, sums) in sums.into_iter().enumerate() {
-            for (c, sum) in sums.into_iter().enumerate() {
-                let to = out.add(r * out_stride + c * LANES);
-                (L::load(to) - sum).store(to);
-            }
+            let (left, rows) = (Left::transposed(&x[from + i..], before_stride), LANES.min(n - i));
+            let taken = |from: usize, width: usize| {
+                let right = View::new(&x[from..], before_stride);
+                Product { left, right, rows, inner, width }
+            };
+            let rest = ViewMut::new(&mut out[i * stride + i..], stride);
+            taken(from + i, padded(n) - i).subtract::<L, Long>(rest);
+            let sides = ViewMut::new(&mut out[i * stride + right..], stride);
+            taken(from_right, LANES).subtract::<L, Long>(sides);
         }
     }
 }

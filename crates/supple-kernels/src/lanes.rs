@@ -35,6 +35,9 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// compiled once, however many call it: for work beside which a call is nothing.
     fn apart<J: Job>(job: J) -> J::Output;
 
+    /// `term - self * factor`, rounded once where the machine can.
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self;
+
     /// Loads the first eight numbers at `from`.
     ///
     /// # Safety
@@ -46,6 +49,22 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// # Safety
     /// Eight numbers must be writable at `to`.
     unsafe fn store(self, to: *mut f64);
+
+    /// The first `count` lanes, at most eight, and 0 in the others.
+    ///
+    /// All lanes must be finite.
+    #[inline(always)]
+    fn first(self, count: usize) -> Self {
+        let place = LANES - count.min(LANES);
+        // SAFETY: eight numbers follow each of the first nine.
+        self * unsafe { Self::load(FIRST.as_ptr().add(place)) }
+    }
+
+    /// The first `count` lanes of these, and the others of `rest`. All must be finite.
+    #[inline(always)]
+    fn followed_by(self, rest: Self, count: usize) -> Self {
+        self.first(count) + (rest - rest.first(count))
+    }
 
     /// Eight rows of eight numbers, as columns.
     #[inline(always)]
@@ -63,6 +82,17 @@ pub trait Lanes: Scalar + Mul<f64, Output = Self> {
         out
     }
 }
+
+/// Eight ones and eight zeros.
+static FIRST: [f64; 2 * LANES] = {
+    let mut numbers = [0.0; 2 * LANES];
+    let mut i = 0;
+    while i < LANES {
+        numbers[i] = 1.0;
+        i += 1;
+    }
+    numbers
+};
 
 /// Eight numbers in a plain array, for machines whose vector instructions are not known here.
 #[derive(Clone, Copy, Debug)]
@@ -104,6 +134,10 @@ impl Lanes for Portable {
     #[inline(always)]
     fn to_array(self) -> [f64; LANES] {
         self.0
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        term - self * factor
     }
     #[inline(always)]
     unsafe fn load(from: *const f64) -> Self {

@@ -68,6 +68,7 @@ mod recursion;
 mod riccati;
 mod riccati_adjoint;
 mod shape;
+mod transport;
 
 pub use arrays::{Entries, constant, sequence};
 pub use belief::{

@@ -1,13 +1,15 @@
-use supple_kernels::rows::{self, Into, Left, multiply};
+use supple_kernels::rows::{Left, Product, Rows, Scaled, View, ViewMut, add_scaled, scale, transpose};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
 use crate::belief::Belief;
+use crate::carried::Carried;
 use crate::knots::KnotAdjoints;
 use crate::knots::Knots;
 use crate::noise::Noise;
 use crate::partials::Partials;
 use crate::riccati::Policy;
-use crate::shape::{Shape, with_shape};
+use crate::shape::{Shape, by_length};
+use crate::transport::{Mover, Transport};
 
 /// Weights of the parts of the expected cost that depend on the Riccati recursion.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,22 +27,30 @@ pub struct RiccatiSeeds<'a> {
 /// Memory of the sweep.
 #[derive(Clone, Debug)]
 pub struct RiccatiAdjoint {
+    /// `Sb`.
     s: Matrices,
+    /// `Qb`.
     q: Matrices,
-    product: Matrices,
-    closed: Matrices,
-    transposed: Matrices,
+    /// `K (Sb - Xb)`, m x n.
+    moved: Matrices,
+    /// `K'`, n x m.
+    turned: Matrices,
+    /// `K (Sb - Xb) K'`.
+    controls: Matrices,
+    transport: Transport,
 }
 
 impl RiccatiAdjoint {
     /// For states and `z = (x, u)` of these lengths.
     pub fn new(states: usize, joint: usize) -> Self {
+        let controls = joint - states;
         Self {
             s: Matrices::zeros(1, states, states),
             q: Matrices::zeros(1, joint, joint),
-            product: Matrices::zeros(1, states, joint),
-            closed: Matrices::zeros(1, joint, states),
-            transposed: Matrices::zeros(1, joint, states),
+            moved: Matrices::zeros(1, controls, states),
+            turned: Matrices::zeros(1, states, controls),
+            controls: Matrices::zeros(1, controls, controls),
+            transport: Transport::new(states, joint),
         }
     }
 }
@@ -73,79 +83,86 @@ struct Sweep<'a> {
     adjoints: &'a mut KnotAdjoints,
 }
 
+/// States from which it pays that positions follow rates.
+const LEAST: usize = 12;
+
 impl Job for Sweep<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
+        by_length!(self.knots.dimensions, |R| self.sweep::<L, R>())
     }
 }
 
 impl Sweep<'_> {
     #[inline(always)]
-    fn sweep<L: Lanes>(self, shape: Shape) {
+    fn sweep<L: Lanes, R: Rows>(self) {
         let Self { knots, policy, belief, noise, seeds, work, adjoints } = self;
-        let RiccatiAdjoint { s, q, product, closed, transposed } = work;
-        let (steps, n, joint) = (knots.steps(), shape.n, shape.joint());
-        let (narrow, wide, full) = (shape.narrow(), shape.wide(), shape.full());
-        let (s, q, product) = (s.at_mut(0), q.at_mut(0), product.at_mut(0));
-        let (closed, transposed) = (closed.at_mut(0), transposed.at_mut(0));
-        s.fill(0.0);
-        rows::add_scaled::<L>(s, 0.5 * seeds.initial, noise.initial.at(0));
+        let (steps, shape) = (knots.steps(), Shape::<R>::of(knots.dimensions));
+        let (n, joint, narrow, wide, full) = (shape.n, shape.joint(), shape.narrow(), shape.wide(), shape.full());
+        let suggested = if !R::CALLED { None } else { Carried::suggested(&knots.dynamics, LEAST) };
+        work.s.clear();
+        add_scaled::<L>(work.s.at_mut(0), 0.5 * seeds.initial, noise.initial.at(0));
         for t in 0..steps {
             let sigma = belief.corrected.at(t);
-            rows::add_scaled::<L>(s, -0.5 * seeds.belief, sigma);
+            let s = work.s.at_mut(0);
+            add_scaled::<L>(s, -0.5 * seeds.belief, sigma);
             if let Some(partials) = seeds.partials {
-                rows::add_scaled::<L>(s, -1.0, partials.value_of_information.at(t));
+                add_scaled::<L>(s, -1.0, partials.value_of_information.at(t));
             }
-            // closed = [I; K] (Sb - Xb), transposed = [I; K]; Qb = closed [I K'].
-            let feedback = policy.feedback.at(t);
-            closed[..n * narrow].copy_from_slice(s);
-            multiply::<L>(
-                &mut closed[n * narrow..],
-                Left::plain(feedback, narrow),
-                s,
-                narrow,
-                (joint - n, n),
-                Into::Set,
-            );
-            for i in 0..joint {
-                let row = &mut q[i * wide..(i + 1) * wide];
-                let left = &closed[i * narrow..i * narrow + n];
-                row[..n].copy_from_slice(left);
-                for (a, entry) in row[n..joint].iter_mut().enumerate() {
-                    *entry = rows::dot(left, &feedback[a * narrow..a * narrow + n]);
-                }
-            }
-            for i in 0..n {
-                let row = &mut q[i * wide..i * wide + n];
-                for (entry, sigma) in row.iter_mut().zip(&sigma[i * narrow..]) {
-                    *entry += 0.5 * seeds.belief * sigma;
-                }
-            }
+            let by_value = Scaled { from: View::new(sigma, narrow), factor: 0.5 * seeds.belief, rows: n, count: n };
+            work.close::<L, R>(shape, policy.feedback.at(t), by_value);
+            let RiccatiAdjoint { s, q, transport, .. } = &mut *work;
+            let (s, q) = (s.at_mut(0), q.at_mut(0));
             if let Some(partials) = seeds.partials {
                 add_partials((knots, policy, partials), t, (&mut *q, wide));
             }
-            let to = adjoints.cost.at_mut(t);
-            for i in 0..joint {
-                to[i * full..i * full + joint].copy_from_slice(&q[i * wide..i * wide + joint]);
-            }
-            // product = F Qb; Sb_{t+1} = product F' + W part; Fb += 2 S product.
+            let q = View::new(q, wide);
+            let kept = Scaled { from: q, factor: 1.0, rows: joint, count: joint };
+            kept.set::<L, R>(ViewMut::new(adjoints.cost.at_mut(t), full));
+            // Sb_{t+1} = F Qb F' + W part; Fb += 2 S F Qb.
             let f = knots.dynamics.at(t);
-            multiply::<L>(product, Left::plain(f, wide), q, wide, (n, joint), Into::Set);
-            rows::transpose::<L>(transposed, narrow, f, wide, (n, joint));
-            multiply::<L>(s, Left::plain(product, wide), transposed, narrow, (n, joint), Into::Set);
-            rows::symmetrise::<L>(s, n, narrow);
-            rows::add_scaled::<L>(s, 0.5 * seeds.process, noise.process.at(t));
-            rows::scale::<L>(product, 2.0);
-            let next = policy.curvature.at(t + 1);
-            multiply::<L>(adjoints.dynamics.at_mut(t), Left::plain(next, narrow), product, wide, (n, n), Into::Add);
+            let carried = Carried::at_step::<L>(suggested, f, wide);
+            let mover = Mover { f: View::new(f, wide), rows: n, columns: joint, carried };
+            mover.transport::<L, R>(q, None, s, transport);
+            add_scaled::<L>(s, 0.5 * seeds.process, noise.process.at(t));
+            mover.carry::<L, R>(q, transport);
+            let product = transport.product.at_mut(0);
+            scale::<L>(product, 2.0);
+            let (left, right) = (Left::transposed(policy.curvature.at(t + 1), narrow), View::new(product, wide));
+            let by_dynamics = Product { left, right, rows: n, inner: n, width: wide };
+            by_dynamics.add::<L, R>(ViewMut::new(adjoints.dynamics.at_mut(t), wide));
         }
         let to = adjoints.cost.at_mut(steps);
         to.fill(0.0);
-        for i in 0..n {
-            to[i * full..i * full + n].copy_from_slice(&s[i * narrow..i * narrow + n]);
+        let kept = Scaled { from: View::new(work.s.at(0), narrow), factor: 1.0, rows: n, count: n };
+        kept.set::<L, R>(ViewMut::new(to, full));
+    }
+}
+
+impl RiccatiAdjoint {
+    /// `Qb = [I; K] M [I K'] + blkdiag(Xb, 0)` with the symmetric `M` in `s`.
+    #[inline(always)]
+    fn close<L: Lanes, R: Rows>(&mut self, shape: Shape<R>, feedback: &[f64], by_value: Scaled) {
+        let Shape { n, m, .. } = shape;
+        let (narrow, wide, small) = (shape.narrow(), shape.wide(), shape.of_controls());
+        let Self { s, q, moved, turned, controls, .. } = self;
+        let (s, q, moved) = (s.at(0), q.at_mut(0), moved.at_mut(0));
+        let (turned, controls) = (turned.at_mut(0), controls.at_mut(0));
+        let (left, right) = (Left::plain(feedback, narrow), View::new(s, narrow));
+        Product { left, right, rows: m, inner: n, width: narrow }.set::<L, R>(ViewMut::new(moved, narrow));
+        transpose::<L, R>(ViewMut::new(turned, small), View::new(feedback, narrow), (m, n));
+        let (left, right) = (Left::plain(moved, narrow), View::new(turned, small));
+        Product { left, right, rows: m, inner: n, width: small }.set::<L, R>(ViewMut::new(controls, small));
+
+        by_value.add_to::<L, R>(View::new(s, narrow), ViewMut::new(q, wide));
+        let kept = Scaled { from: View::new(moved, narrow), factor: 1.0, rows: m, count: n };
+        kept.set::<L, R>(ViewMut::new(&mut q[n * wide..], wide));
+        transpose::<L, R>(ViewMut::new(&mut q[n..], wide), View::new(moved, narrow), (m, n));
+        for a in 0..m {
+            let to = (n + a) * wide + n;
+            q[to..to + m].copy_from_slice(&controls[a * small..a * small + m]);
         }
     }
 }

@@ -1,69 +1,77 @@
-use supple_kernels::{Job, LANES, Lanes, padded};
+use std::marker::PhantomData;
+
+use supple_kernels::rows::Rows;
+use supple_kernels::{Job, LANES, Lanes};
 
 use crate::knots::Dimensions;
 
-/// The sizes that sweeps work with, and their padded strides.
+/// The sizes that sweeps work with, and the strides of rows of these lengths.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape {
+pub(crate) struct Shape<R> {
     /// Length of the state.
     pub n: usize,
     /// Length of the control.
     pub m: usize,
     /// Length of the measurement.
     pub p: usize,
-    /// The stride of all rows, where it is known to the compiler.
-    row: Option<usize>,
+    rows: PhantomData<R>,
 }
 
-/// Calls `$run` with a [`Shape`] of given sizes: with strides known to the compiler where every row is as short as rows
-/// can be, which unrolls the loops over rows of small systems, and with run-time strides otherwise. The code is the
-/// same.
-macro_rules! with_shape {
-    ($shape:expr, |$name:ident| $run:expr) => {{
-        let shape: $crate::shape::Shape = $shape;
-        if shape.is_small() {
-            let $name = shape.small_rows();
-            $run
-        } else {
-            let $name = shape;
-            $run
+/// How long the rows of a sweep are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Length {
+    Short,
+    Medium,
+    Long,
+}
+
+/// The length of the longest medium rows.
+const MEDIUM: usize = 2 * LANES;
+
+impl Length {
+    #[inline(always)]
+    pub fn of(Dimensions { states, controls, measurements }: Dimensions) -> Self {
+        let longest = (states + controls + 1).max(measurements);
+        match longest {
+            0..=LANES => Self::Short,
+            0..=MEDIUM => Self::Medium,
+            _ => Self::Long,
         }
-    }};
+    }
 }
-pub(crate) use with_shape;
 
-impl Shape {
+/// Calls a generic function with the rows of [`Length::of`] some sizes.
+macro_rules! by_length {
+    ($dimensions:expr, |$rows:ident| $run:expr) => {
+        match $crate::shape::Length::of($dimensions) {
+            $crate::shape::Length::Short => {
+                type $rows = supple_kernels::rows::Short;
+                $run
+            }
+            $crate::shape::Length::Medium => {
+                type $rows = supple_kernels::rows::Medium;
+                $run
+            }
+            $crate::shape::Length::Long => {
+                type $rows = supple_kernels::rows::Long;
+                $run
+            }
+        }
+    };
+}
+pub(crate) use by_length;
+
+impl<R: Rows> Shape<R> {
     #[inline(always)]
-    pub fn of(dimensions: Dimensions) -> Self {
-        Self::new(dimensions.states, dimensions.controls, dimensions.measurements)
+    pub fn of(Dimensions { states: n, controls: m, measurements: p }: Dimensions) -> Self {
+        debug_assert!(!R::SHORT || n + m < LANES && p <= LANES);
+        Self { n, m, p, rows: PhantomData }
     }
 
-    #[inline(always)]
-    pub fn new(n: usize, m: usize, p: usize) -> Self {
-        Self { n, m, p, row: None }
-    }
-
-    /// Whether no row is longer than the shortest stride.
-    pub fn is_small(self) -> bool {
-        self.n + self.m < LANES && self.p <= LANES
-    }
-
-    /// The same of a small system, its strides known.
-    #[inline(always)]
-    pub fn small_rows(self) -> Self {
-        Self { row: Some(LANES), ..self }
-    }
-
-    /// Runs part of a sweep: inlined for small systems, otherwise in a separate function, for which a call
-    /// is nothing. Sweeps that hold all their parts take compilers minutes.
+    /// Runs part of a sweep: copied into it for short rows, otherwise a function of its own, beside which a call is nothing.
     #[inline(always)]
     pub fn part<L: Lanes, J: Job>(self, job: J) -> J::Output {
-        if self.row.is_some() { job.run::<L>() } else { L::apart(job) }
-    }
-
-    #[inline(always)]
-    fn stride(self, len: usize) -> usize {
-        self.row.unwrap_or_else(|| padded(len))
+        if R::SHORT { job.run::<L>() } else { L::apart(job) }
     }
 
     /// Length of `z = (x, u)`.
@@ -75,30 +83,37 @@ impl Shape {
     /// Stride of rows of length n.
     #[inline(always)]
     pub fn narrow(self) -> usize {
-        self.stride(self.n)
+        R::stride(self.n)
+    }
+
+    /// Where `[Q_ux | Q_u]` begin in rows `[Q_uu | Q_ux | Q_u]`, and the stride of these.
+    #[inline(always)]
+    pub fn gains(self) -> (usize, usize) {
+        let first = R::stride(self.m);
+        (first, first + R::stride(self.n + 1))
     }
 
     /// Stride of rows of length n + m.
     #[inline(always)]
     pub fn wide(self) -> usize {
-        self.stride(self.n + self.m)
+        R::stride(self.n + self.m)
     }
 
     /// Stride of rows of length n + m + 1.
     #[inline(always)]
     pub fn full(self) -> usize {
-        self.stride(self.n + self.m + 1)
+        R::stride(self.n + self.m + 1)
     }
 
     /// Stride of rows of length m.
     #[inline(always)]
     pub fn of_controls(self) -> usize {
-        self.stride(self.m)
+        R::stride(self.m)
     }
 
     /// Stride of rows of length p.
     #[inline(always)]
     pub fn small(self) -> usize {
-        self.stride(self.p)
+        R::stride(self.p)
     }
 }

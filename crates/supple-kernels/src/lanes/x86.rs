@@ -9,7 +9,7 @@ use crate::fused::Fused;
 macro_rules! lanes {
     ($(#[$doc:meta])* $name:ident, $register:ty, $parts:literal, $width:literal, {
         $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $splat:ident $load:ident $store:ident
-    }, $(instructions: $instructions:literal,)? single: $single:ty, fma: $fma:expr, $(transpose: $transpose:ident,)? negate: $negate:expr, select: $select:expr) => {
+    }, $(instructions: $instructions:literal,)? single: $single:ty, fma: $fma:expr, negative_fma: $negative_fma:expr, $(transpose: $transpose:ident, followed_by: $followed_by:ident,)? negate: $negate:expr, select: $select:expr) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name([$register; $parts]);
@@ -35,13 +35,18 @@ macro_rules! lanes {
             const WIDE: bool = $parts == 1;
             #[inline(always)]
             fn apart<J: Job>(job: J) -> J::Output {
-                #[inline(never)]
                 $(#[target_feature(enable = $instructions)])?
                 unsafe fn run<J: Job>(job: J) -> J::Output {
                     job.run::<$name>()
                 }
-                // SAFETY: instructions as in `neg`.
-                unsafe { run(job) }
+                // Compilers heed `inline(never)` of functions without instructions of their own only, and copy none that have
+                // some into one without.
+                #[inline(never)]
+                fn alone<J: Job>(job: J) -> J::Output {
+                    // SAFETY: instructions as in `neg`.
+                    unsafe { run(job) }
+                }
+                alone(job)
             }
             #[inline(always)]
             fn from_array(values: [f64; LANES]) -> Self {
@@ -56,6 +61,11 @@ macro_rules! lanes {
                 values
             }
             #[inline(always)]
+            fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+                // SAFETY: instructions as in `neg`.
+                lanes!(@each self, i => unsafe { $negative_fma(self.0[i], factor.0[i], term.0[i]) })
+            }
+            #[inline(always)]
             unsafe fn load(from: *const f64) -> Self {
                 let mut parts = Self::constant(0.0);
                 for i in 0..$parts {
@@ -68,6 +78,11 @@ macro_rules! lanes {
             fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
                 // SAFETY: instructions as in `neg`.
                 unsafe { $transpose(rows) }
+            }
+            #[inline(always)]
+            fn followed_by(self, rest: Self, count: usize) -> Self {
+                // SAFETY: instructions as in `neg`.
+                unsafe { $followed_by(self, rest, count) }
             })?
             #[inline(always)]
             unsafe fn store(self, to: *mut f64) {
@@ -164,6 +179,11 @@ unsafe fn fma_sse2(a: __m128d, b: __m128d, c: __m128d) -> __m128d {
     unsafe { _mm_add_pd(_mm_mul_pd(a, b), c) }
 }
 #[inline(always)]
+unsafe fn negative_fma_sse2(a: __m128d, b: __m128d, c: __m128d) -> __m128d {
+    // SAFETY: as above.
+    unsafe { _mm_sub_pd(c, _mm_mul_pd(a, b)) }
+}
+#[inline(always)]
 unsafe fn negate_sse2(v: __m128d) -> __m128d {
     // SAFETY: as above.
     unsafe { _mm_xor_pd(v, _mm_set1_pd(-0.0)) }
@@ -203,6 +223,13 @@ unsafe fn select_avx512(condition: __m512d, positive: __m512d, otherwise: __m512
     }
 }
 
+#[inline(always)]
+unsafe fn followed_by_avx512(v: Avx512, rest: Avx512, count: usize) -> Avx512 {
+    let ([v], [rest], mask) = (v.0, rest.0, (1_u32 << count.min(LANES)) - 1);
+    // SAFETY: the caller's level has AVX-512 F.
+    unsafe { Avx512([_mm512_mask_blend_pd(mask as u8, rest, v)]) }
+}
+
 /// Pairs of neighbours first, then pairs of pairs, then halves.
 #[inline(always)]
 unsafe fn transpose_avx512(rows: [Avx512; LANES]) -> [Avx512; LANES] {
@@ -235,18 +262,18 @@ lanes!(
     /// Eight numbers in four SSE2 registers, without fused multiply-add.
     Sse2, __m128d, 4, 2,
     { _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_sqrt_pd _mm_set1_pd _mm_loadu_pd _mm_storeu_pd },
-    single: f64, fma: fma_sse2, negate: negate_sse2, select: select_sse2
+    single: f64, fma: fma_sse2, negative_fma: negative_fma_sse2, negate: negate_sse2, select: select_sse2
 );
 lanes!(
     /// Eight numbers in two AVX2 registers, with fused multiply-add.
     Avx2, __m256d, 2, 4,
     { _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd },
-    instructions: "avx2,fma", single: Fused, fma: _mm256_fmadd_pd, negate: negate_avx, select: select_avx
+    instructions: "avx2,fma", single: Fused, fma: _mm256_fmadd_pd, negative_fma: _mm256_fnmadd_pd, negate: negate_avx, select: select_avx
 );
 lanes!(
     /// Eight numbers in one AVX-512 register, with fused multiply-add.
     Avx512, __m512d, 1, 8,
     { _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd },
-    instructions: "avx2,fma,avx512f,avx512dq,avx512vl", single: Fused, fma: _mm512_fmadd_pd,
-    transpose: transpose_avx512, negate: negate_avx512, select: select_avx512
+    instructions: "avx2,fma,avx512f,avx512dq,avx512vl", single: Fused, fma: _mm512_fmadd_pd, negative_fma: _mm512_fnmadd_pd,
+    transpose: transpose_avx512, followed_by: followed_by_avx512, negate: negate_avx512, select: select_avx512
 );

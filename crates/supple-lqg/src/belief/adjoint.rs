@@ -1,14 +1,16 @@
-use supple_kernels::rows::{self, Into, Left, multiply};
-use supple_kernels::{Job, Lanes, Matrices, dispatch};
+use supple_kernels::rows::{
+    Factored, Left, Product, Rows, Scaled, View, ViewMut, add_scaled, mirror, scale, solve_column, solve_lower,
+    solve_upper, transpose,
+};
+use supple_kernels::{Job, Lanes, Matrices, dispatch, rows};
 
-use super::Belief;
-use super::kalman::Form;
-use super::sequential::ReverseEach;
+use super::sequential::{Memory, ReverseEach};
+use super::state::{Belief, Form};
 use crate::dense::{cholesky, dense};
 use crate::knots::KnotAdjoints;
 use crate::knots::Knots;
 use crate::noise::Noise;
-use crate::shape::{Shape, with_shape};
+use crate::shape::{Shape, by_length};
 
 /// What the reverse sweep differentiates: `information DI + 1/2 sum_{t<N} Tr(weights_t Sigma_t)`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,11 +26,16 @@ pub struct BeliefSeeds<'a> {
 /// Memory of the reverse sweep.
 #[derive(Clone, Debug)]
 pub struct BeliefAdjoint {
-    pub(super) sigma: Matrices,
+    sigma: Matrices,
     square: Matrices,
-    pub(super) other: Matrices,
-    pub(super) cross: Matrices,
+    other: Matrices,
+    cross: Matrices,
     inverse: Matrices,
+    /// The factor of `S^y`, upper, and the reciprocals of its diagonal.
+    factor: Matrices,
+    reciprocals: Matrices,
+    /// `L`, n x p.
+    gain: Matrices,
 }
 
 impl BeliefAdjoint {
@@ -41,6 +48,9 @@ impl BeliefAdjoint {
             other: Matrices::zeros(1, n, n),
             cross: Matrices::zeros(1, p, n),
             inverse: Matrices::zeros(1, p, p),
+            factor: Matrices::zeros(1, p, p),
+            reciprocals: Matrices::vectors(1, p),
+            gain: Matrices::zeros(1, n, p),
         }
     }
 }
@@ -81,57 +91,59 @@ impl Job for Sweep<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        with_shape!(Shape::of(self.knots.dimensions), |shape| self.sweep::<L>(shape));
+        by_length!(self.knots.dimensions, |R| self.sweep::<L, R>())
     }
 }
 
 /// [`Sweep::correct`] as a part of the sweep.
-struct Correct<'s, 'a> {
+struct Correct<'s, 'a, R> {
     sweep: &'s mut Sweep<'a>,
-    shape: Shape,
+    shape: Shape<R>,
     t: usize,
 }
 
-impl Job for Correct<'_, '_> {
+impl<R: Rows> Job for Correct<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.sweep.correct::<L>(self.shape, self.t);
+        self.sweep.correct::<L, R>(self.shape, self.t);
     }
 }
 
 /// [`Sweep::predict`] as a part of the sweep.
-struct Predict<'s, 'a> {
+struct Predict<'s, 'a, R> {
     sweep: &'s mut Sweep<'a>,
-    shape: Shape,
+    shape: Shape<R>,
     t: usize,
 }
 
-impl Job for Predict<'_, '_> {
+impl<R: Rows> Job for Predict<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.sweep.predict::<L>(self.shape, self.t);
+        self.sweep.predict::<L, R>(self.shape, self.t);
     }
 }
 
 impl Sweep<'_> {
     #[inline(always)]
-    fn sweep<L: Lanes>(&mut self, shape: Shape) {
-        let steps = self.knots.steps();
+    fn sweep<L: Lanes, R: Rows>(&mut self) {
+        let (steps, shape) = (self.knots.steps(), Shape::<R>::of(self.knots.dimensions));
         self.work.sigma.clear();
         if let Some((_, by_corrected)) = self.seeds.covariances {
-            rows::add_scaled::<L>(self.work.sigma.at_mut(0), 1.0, by_corrected.at(steps));
+            add_scaled::<L>(self.work.sigma.at_mut(0), 1.0, by_corrected.at(steps));
         }
         let picks = self.knots.picks.as_deref().filter(|_| self.noise.measurements_are_independent());
         for t in (0..=steps).rev() {
             match picks {
                 Some(picks) => {
                     let (belief, information) = (self.belief, self.seeds.information);
-                    let (work, noise_adjoint) = (&mut *self.work, &mut *self.noise_adjoint);
-                    shape.part::<L, _>(ReverseEach { shape, t, picks, information, belief, work, noise_adjoint });
+                    let noise_adjoint = &mut *self.noise_adjoint;
+                    let BeliefAdjoint { sigma, other: predicted, cross: row, .. } = &mut *self.work;
+                    let memory = Memory { sigma, predicted, row };
+                    shape.part::<L, _>(ReverseEach { shape, t, picks, information, belief, memory, noise_adjoint });
                 }
                 None => {
                     shape.part::<L, _>(Correct { sweep: self, shape, t });
@@ -141,14 +153,14 @@ impl Sweep<'_> {
                 }
             }
             if let Some((by_predicted, _)) = self.seeds.covariances {
-                rows::add_scaled::<L>(self.work.other.at_mut(0), 1.0, by_predicted.at(t));
+                add_scaled::<L>(self.work.other.at_mut(0), 1.0, by_predicted.at(t));
             }
             if t > 0 {
                 shape.part::<L, _>(Predict { sweep: self, shape, t });
             }
         }
         let predicted = self.work.other.at(0);
-        rows::add_scaled::<L>(self.noise_adjoint.initial.at_mut(0), 1.0, predicted);
+        add_scaled::<L>(self.noise_adjoint.initial.at_mut(0), 1.0, predicted);
         if self.seeds.information != 0.0 && self.belief.form != Form::Roots {
             self.subtract_noise_information();
         }
@@ -156,57 +168,57 @@ impl Sweep<'_> {
 
     /// From the adjoint of Sigma_t in `sigma` to that of P_t in `other`.
     #[inline(always)]
-    fn correct<L: Lanes>(&mut self, shape: Shape, t: usize) {
+    fn correct<L: Lanes, R: Rows>(&mut self, shape: Shape<R>, t: usize) {
         let Self { knots, belief, seeds, work, adjoints, noise_adjoint, .. } = self;
         let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
-        let BeliefAdjoint { sigma, square, other, cross, inverse } = &mut **work;
-        let (sigma, square, predicted) = (sigma.at(0), square.at_mut(0), other.at_mut(0));
-        let (cross, inverse) = (cross.at_mut(0), inverse.at_mut(0));
-        let (c, gain) = (knots.measurement.at(t), belief.gain_transposed.at(t));
+        invert::<L, R>(shape, belief.innovation_factor.at(t), work);
+        let BeliefAdjoint { sigma, square, other, cross, inverse, gain: turned, .. } = &mut **work;
+        let (sigma, square, predicted) = (View::new(sigma.at(0), stride), square.at_mut(0), other.at_mut(0));
+        let (cross, inverse, turned) = (cross.at_mut(0), inverse.at_mut(0), turned.at_mut(0));
+        let (c, gain) = (View::new(knots.measurement.at(t), stride), View::new(belief.gain_transposed.at(t), stride));
         let information = seeds.information;
         // In square roots the parts of the information cancel too far: they come apart.
         let joint = if belief.form == Form::Roots { 0.0 } else { 0.5 * information };
+        let of_gain = Left::plain(gain.numbers, stride);
 
         // cross = L' Sb; Cb = i L' - 2 cross Sigma.
-        multiply::<L>(cross, Left::plain(gain, stride), sigma, stride, (p, n), Into::Set);
-        let measurement = adjoints.measurement.at_mut(t);
-        let corrected = belief.corrected.at(t);
-        multiply::<L>(measurement, Left::plain(cross, stride), corrected, stride, (p, n), Into::Set);
-        for i in 0..p {
-            let row = &mut measurement[i * stride..(i + 1) * stride];
-            rows::scale::<L>(row, -2.0);
-            rows::add_scaled::<L>(row, information, &gain[i * stride..(i + 1) * stride]);
-        }
+        let width = stride;
+        Product { left: of_gain, right: sigma, rows: p, inner: n, width }.set::<L, R>(ViewMut::new(cross, stride));
+        let (measurement, corrected) = (adjoints.measurement.at_mut(t), View::new(belief.corrected.at(t), stride));
+        let left = Left::plain(cross, stride);
+        Product { left, right: corrected, rows: p, inner: n, width }.set::<L, R>(ViewMut::new(measurement, stride));
+        scale::<L>(measurement, -2.0);
+        add_scaled::<L>(measurement, information, gain.numbers);
 
-        // (S^y)^-1, and Vb += L' Sb L + i/2 (S^y)^-1.
-        for i in 0..p {
-            for j in 0..p {
-                inverse[i * small + j] = f64::from(u8::from(i == j));
-            }
-        }
-        rows::cholesky_solve::<L>(belief.innovation_factor.at(t), small, inverse, small, p);
+        // Vb += L' Sb L + i/2 (S^y)^-1.
         let v = noise_adjoint.measurement.at_mut(t);
-        for i in 0..p {
-            for j in 0..p {
-                let through = rows::dot(&cross[i * stride..i * stride + n], &gain[j * stride..j * stride + n]);
-                v[i * small + j] += through + joint * inverse[i * small + j];
+        if R::SHORT {
+            for (i, j) in (0..p).flat_map(|i| (0..p).map(move |j| (i, j))) {
+                let (row, other) = (&cross[i * stride..i * stride + n], &gain.numbers[j * stride..j * stride + n]);
+                v[i * small + j] += rows::dot(row, other);
             }
+        } else {
+            transpose::<L, R>(ViewMut::new(turned, small), gain, (p, n));
+            let (left, right) = (Left::plain(cross, stride), View::new(turned, small));
+            Product { left, right, rows: p, inner: n, width: small }.add::<L, R>(ViewMut::new(v, small));
         }
+        add_scaled::<L>(v, joint, inverse);
 
         // square = Sb M = Sb - (Sb L) C; Pb = M' square = square - C' (L' square - i/2 (S^y)^-1 C).
-        let base = Into::SubtractFrom(sigma);
-        multiply::<L>(square, Left::transposed(cross, stride), c, stride, (n, p), base);
-        multiply::<L>(cross, Left::plain(gain, stride), square, stride, (p, n), Into::Set);
-        for i in 0..p {
-            let row = &mut cross[i * stride..(i + 1) * stride];
-            for j in 0..p {
-                let factor = -joint * inverse[i * small + j];
-                rows::add_scaled::<L>(row, factor, &c[j * stride..(j + 1) * stride]);
-            }
+        let left = Left::transposed(cross, stride);
+        Product { left, right: c, rows: n, inner: p, width }.subtract_from::<L, R>(sigma, ViewMut::new(square, stride));
+        let squared = View::new(square, stride);
+        Product { left: of_gain, right: squared, rows: p, inner: n, width }.set::<L, R>(ViewMut::new(cross, stride));
+        if joint != 0.0 {
+            // The inverse, in its place, times the weight.
+            scale::<L>(inverse, joint);
+            let left = Left::transposed(inverse, small);
+            Product { left, right: c, rows: p, inner: p, width }.subtract::<L, R>(ViewMut::new(cross, stride));
         }
-        let base = Into::SubtractFrom(square);
-        multiply::<L>(predicted, Left::transposed(c, stride), cross, stride, (n, p), base);
-        rows::symmetrise::<L>(predicted, n, stride);
+        let (left, right) = (Left::transposed(c.numbers, stride), View::new(cross, stride));
+        let product = Product { left, right, rows: n, inner: p, width }.lower();
+        product.subtract_from::<L, R>(squared, ViewMut::new(predicted, stride));
+        mirror::<L, R>(ViewMut::new(predicted, stride), n);
     }
 
     /// With `S^y = Y Y'`: `Pb += i/2 (Y^-1 C)' Y^-1 C` and `Vb -= i/2 L' C' V^-1`, which is `i/2 ((S^y)^-1 - V^-1)`.
@@ -232,37 +244,38 @@ impl Sweep<'_> {
 
     /// From the adjoint of P_t in `other` to that of Sigma_{t-1} in `sigma`.
     #[inline(always)]
-    fn predict<L: Lanes>(&mut self, shape: Shape, t: usize) {
+    fn predict<L: Lanes, R: Rows>(&mut self, shape: Shape<R>, t: usize) {
         let Self { knots, belief, seeds, work, adjoints, noise_adjoint, .. } = self;
         let (n, stride, wide) = (shape.n, shape.narrow(), shape.wide());
         let BeliefAdjoint { sigma, square, other, .. } = &mut **work;
         let (sigma, square, predicted) = (sigma.at_mut(0), square.at_mut(0), other.at(0));
         let f = knots.dynamics.at(t - 1);
+        add_scaled::<L>(noise_adjoint.process.at_mut(t - 1), 1.0, predicted);
 
-        let process = noise_adjoint.process.at_mut(t - 1);
+        // square = Pb A, with zeros right of it, where F has the columns of controls.
+        let (left, right) = (Left::transposed(predicted, stride), View::new(f, wide));
+        Product { left, right, rows: n, inner: n, width: stride }.set::<L, R>(ViewMut::new(square, stride));
         for i in 0..n {
-            let range = i * stride..(i + 1) * stride;
-            rows::add_scaled::<L>(&mut process[range.clone()], 1.0, &predicted[range]);
+            rows::clear_beyond::<L>(&mut square[i * stride..(i + 1) * stride], n);
         }
-        // square = Pb A, by rows of A cut off the control's columns.
-        rows::multiply_strided::<L>(square, Left::plain(predicted, stride), (f, wide), stride, (n, n));
-        for i in 0..n {
-            square[i * stride + n..(i + 1) * stride].fill(0.0);
-        }
+        let (left, right) = (Left::transposed(f, wide), View::new(square, stride));
+        let product = Product { left, right, rows: n, inner: n, width: stride };
+        product.lower().set::<L, R>(ViewMut::new(sigma, stride));
+        mirror::<L, R>(ViewMut::new(sigma, stride), n);
+
         // Ab = 2 Pb A Sigma; B has no part in the belief.
-        let (a, corrected) = (adjoints.dynamics.at_mut(t - 1), belief.corrected.at(t - 1));
+        let (a, corrected) = (adjoints.dynamics.at_mut(t - 1), View::new(belief.corrected.at(t - 1), stride));
         if wide != stride {
             a.fill(0.0);
         }
-        rows::multiply_into_strided::<L>((a, wide), Left::plain(square, stride), corrected, stride, (n, n), 2.0);
-
-        multiply::<L>(sigma, Left::transposed(f, wide), square, stride, (n, n), Into::Set);
-        rows::symmetrise::<L>(sigma, n, stride);
+        scale::<L>(square, 2.0);
+        let left = Left::plain(square, stride);
+        Product { left, right: corrected, rows: n, inner: n, width: stride }.set::<L, R>(ViewMut::new(a, wide));
         if let Some((weights, factor)) = seeds.weights {
-            rows::add_scaled::<L>(sigma, 0.5 * factor, weights.at(t - 1));
+            add_scaled::<L>(sigma, 0.5 * factor, weights.at(t - 1));
         }
         if let Some((_, by_corrected)) = seeds.covariances {
-            rows::add_scaled::<L>(sigma, 1.0, by_corrected.at(t - 1));
+            add_scaled::<L>(sigma, 1.0, by_corrected.at(t - 1));
         }
     }
 
@@ -294,19 +307,21 @@ impl Sweep<'_> {
     }
 }
 
-/// Solves `G G' x = b` in place for one column.
-pub fn solve_column(factor: &[f64], stride: usize, x: &mut [f64]) {
-    let n = x.len();
-    for i in 0..n {
-        for k in 0..i {
-            x[i] -= factor[i * stride + k] * x[k];
-        }
-        x[i] /= factor[i * stride + i];
+/// `(S^y)^-1` from the lower factor of `S^y`.
+#[inline(always)]
+fn invert<L: Lanes, R: Rows>(shape: Shape<R>, lower: &[f64], work: &mut BeliefAdjoint) {
+    let (p, small) = (shape.p, shape.small());
+    let BeliefAdjoint { inverse, factor, reciprocals, .. } = work;
+    let (inverse, factor, reciprocals) = (inverse.at_mut(0), factor.at_mut(0), reciprocals.at_mut(0));
+    let given = Scaled { from: View::new(lower, small), factor: 1.0, rows: p, count: p };
+    given.set::<L, R>(ViewMut::new(factor, small));
+    mirror::<L, R>(ViewMut::new(factor, small), p);
+    inverse.fill(0.0);
+    for i in 0..p {
+        inverse[i * small + i] = 1.0;
+        reciprocals[i] = 1.0 / factor[i * small + i];
     }
-    for i in (0..n).rev() {
-        for k in i + 1..n {
-            x[i] -= factor[k * stride + i] * x[k];
-        }
-        x[i] /= factor[i * stride + i];
-    }
+    let factored = Factored { upper: View::new(factor, small), reciprocals, n: p };
+    solve_lower::<L, R>(factored, ViewMut::new(inverse, small));
+    solve_upper::<L, R>(factored, ViewMut::new(inverse, small));
 }

@@ -5,8 +5,7 @@ use nalgebra::DMatrix;
 use supple_kernels::Matrices;
 use supple_kernels::math;
 
-use super::Belief;
-use super::kalman::Form;
+use super::state::{Belief, Form};
 use crate::Error;
 use crate::dense::{beside, cholesky, dense, store, symmetric};
 use crate::knots::Knots;

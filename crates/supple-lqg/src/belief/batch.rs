@@ -1,40 +1,18 @@
 //! One step of the filters of a batch of samples, in step with one another: matrices are indexed by sample.
 
-use supple_kernels::math;
+use supple_kernels::rows::Long;
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
 
-use super::kalman::{Correct, Digits, Predict};
+use super::predict::{LEAST, Predict};
 use super::sequential::CorrectEach;
-use super::{Belief, array, guard};
+use super::state::Belief;
+use super::together::{Correct, Digits};
+use super::{array, guard};
 use crate::Error;
 use crate::carried::Carried;
 use crate::dense::{dense, of_rows};
 use crate::knots::Knots;
 use crate::shape::Shape;
-
-/// The innovation `nu = y - g(mu)` of one measurement, as far as its likelihood goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Innovation {
-    /// `nu' S^-1 nu`, with the innovation covariance `S`: p in the mean where the filter is consistent.
-    pub squared: f64,
-    /// `ln |S|`
-    pub log_determinant: f64,
-}
-
-impl Innovation {
-    /// With the Cholesky factor of `S`, lower, rows `stride` apart; what is solved for takes the place of `nu`.
-    pub fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
-        let mut found = Self::default();
-        for i in 0..nu.len() {
-            let row = &factor[i * stride..=i * stride + i];
-            let done: f64 = row.iter().zip(&nu[..i]).map(|(g, w)| g * w).sum();
-            nu[i] = (nu[i] - done) / row[i];
-            found.squared += nu[i] * nu[i];
-            found.log_determinant += 2.0 * math::ln(row[i]);
-        }
-        found
-    }
-}
 
 /// Takes the measurements of one step into the covariances of all samples, each with its own `C`: from `predicted` to
 /// `corrected`, with `V` of all samples or of each; `knots` has one for each sample of the belief. Where `picks` says which state each measurement is, `C` is not read.
@@ -73,7 +51,7 @@ impl Job for CorrectAll<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let shape = Shape::of(self.knots.dimensions);
+        let shape = Shape::<Long>::of(self.knots.dimensions);
         for sample in 0..self.belief.corrected.count() {
             let v = self.v.1.map_or(self.v.0, |each| each.at(sample));
             let is_corrected = match self.picks {
@@ -112,11 +90,11 @@ impl Job for PredictAll<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let shape = Shape::of(self.knots.dimensions);
-        let suggested = Carried::suggested(&self.knots.dynamics);
+        let shape = Shape::<Long>::of(self.knots.dimensions);
+        let suggested = Carried::suggested(&self.knots.dynamics, LEAST);
         let Self { knots, w, belief } = self;
         for sample in 0..belief.corrected.count() {
-            shape.part::<L, _>(Predict { shape, suggested, steps: (sample, sample), knots, w, belief });
+            shape.part::<L, _>(Predict { shape, suggested, from: sample, to: sample, knots, w, belief });
         }
     }
 }

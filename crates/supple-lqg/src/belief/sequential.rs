@@ -2,12 +2,11 @@
 //! stays small whatever the ratio of covariance to noise.
 
 use supple_kernels::math;
-use supple_kernels::rows::{self, Into, Left, multiply_lower};
-use supple_kernels::{Job, LANES, Lanes};
+use supple_kernels::rows::{self, Left, Product, Rows, View, ViewMut, combine, mirror_single};
+use supple_kernels::{Job, Lanes, Matrices};
 
-use super::Belief;
-use super::adjoint::BeliefAdjoint;
-use super::batch::Innovation;
+use super::innovation::Innovation;
+use super::state::Belief;
 use crate::noise::Noise;
 use crate::shape::Shape;
 
@@ -15,8 +14,8 @@ use crate::shape::Shape;
 const GROUP: usize = 8;
 
 /// From `P_t` to `Sigma_t`, [`correct`], as a part of a sweep.
-pub(super) struct CorrectEach<'a> {
-    pub shape: Shape,
+pub(super) struct CorrectEach<'a, R> {
+    pub shape: Shape<R>,
     pub t: usize,
     /// The state that each measurement is.
     pub picks: &'a [usize],
@@ -25,13 +24,13 @@ pub(super) struct CorrectEach<'a> {
     pub belief: &'a mut Belief,
 }
 
-impl Job for CorrectEach<'_> {
+impl<R: Rows> Job for CorrectEach<'_, R> {
     type Output = Result<(), usize>;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Self { shape, t, picks, variances, belief } = self;
-        correct::<L>(shape, t, (picks, variances), belief)
+        correct::<L, R>(shape, t, (picks, variances), belief)
     }
 }
 
@@ -45,8 +44,8 @@ impl Job for CorrectEach<'_> {
 /// `P`, of which only the lower triangle is kept, is changed once. `Err(i)` where the `i`th innovation variance is not
 /// positive.
 #[inline(always)]
-fn correct<L: Lanes>(
-    shape: Shape,
+fn correct<L: Lanes, R: Rows>(
+    shape: Shape<R>,
     t: usize,
     (picks, variances): (&[usize], &[f64]),
     belief: &mut Belief,
@@ -68,9 +67,14 @@ fn correct<L: Lanes>(
             let (Some(pivot), Some(scaled)) = (rows.next(), scaled.next()) else {
                 unreachable!("a row of each measurement")
             };
-            pivot[..=s].copy_from_slice(&p[s * stride..=s * stride + s]);
-            for j in s + 1..n {
-                pivot[j] = p[j * stride + s];
+            if first == 0 {
+                // All of `P_t` is there still; numbers that are stored one by one are slow to load as lanes.
+                pivot.copy_from_slice(&p[s * stride..(s + 1) * stride]);
+            } else {
+                pivot[..=s].copy_from_slice(&p[s * stride..=s * stride + s]);
+                for j in s + 1..n {
+                    pivot[j] = p[j * stride + s];
+                }
             }
             for (j, &(before, by)) in done[..k].iter().enumerate() {
                 take::<L>(pivot, (s, group[j]), (before, by), variance(j) * reciprocals[j]);
@@ -93,9 +97,10 @@ fn correct<L: Lanes>(
                 take::<L>(exact, (s, group[j]), done[j], variance(j) * reciprocals[j]);
             }
         }
-        let left = Left::transposed(&pivots[first * stride..], stride);
-        let right = (&gain[first * stride..], stride);
-        multiply_lower::<L>((p, stride), left, right, (n, group.len()), Into::Subtract);
+        let (pivots, gain) = (&pivots[first * stride..], &gain[first * stride..]);
+        let (left, right) = (Left::transposed(pivots, stride), View::new(gain, stride));
+        let told = Product { left, right, rows: n, inner: group.len(), width: stride };
+        told.lower().subtract::<L, R>(ViewMut::new(p, stride));
         for (&s, exact) in group.iter().zip(exact.chunks(stride)) {
             p[s * stride..=s * stride + s].copy_from_slice(&exact[..=s]);
             for j in s + 1..n {
@@ -103,7 +108,7 @@ fn correct<L: Lanes>(
             }
         }
     }
-    rows::mirror::<L>(p, n, stride);
+    mirror_single::<L, R>(ViewMut::new(p, stride), n);
     // L' = V^-1 C Sigma.
     for (i, &s) in picks.iter().enumerate() {
         let row = &mut gain[i * stride..(i + 1) * stride];
@@ -146,30 +151,35 @@ fn take<L: Lanes>(row: &mut [f64], (s, other): (usize, usize), (g, scaled): (&[f
 }
 
 /// [`reverse`] as a part of a sweep.
-pub(super) struct ReverseEach<'a> {
-    pub shape: Shape,
+pub(super) struct ReverseEach<'a, R> {
+    pub shape: Shape<R>,
     pub t: usize,
     /// The state that each measurement is.
     pub picks: &'a [usize],
     /// Weight of the information.
     pub information: f64,
     pub belief: &'a Belief,
-    pub work: &'a mut BeliefAdjoint,
+    pub memory: Memory<'a>,
     pub noise_adjoint: &'a mut Noise,
 }
 
-impl Job for ReverseEach<'_> {
+/// The adjoint of `Sigma_t`, what receives that of `P_t`, and a row of length n.
+pub(super) struct Memory<'a> {
+    pub sigma: &'a Matrices,
+    pub predicted: &'a mut Matrices,
+    pub row: &'a mut Matrices,
+}
+
+impl<R: Rows> Job for ReverseEach<'_, R> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { shape, t, picks, information, belief, work, noise_adjoint } = self;
-        reverse::<L>(shape, t, (picks, information), belief, (work, noise_adjoint));
+        reverse::<L, R>(self);
     }
 }
 
-/// From the adjoint `Sb` of `Sigma_t`, in `work.sigma`, to that of `P_t` in `work.other` (theory, equation B.2c): the
-/// measurements in reverse, each with
+/// From the adjoint `Sb` of `Sigma_t` to that of `P_t` (theory, equation B.2c): the measurements in reverse, each with
 ///
 /// ```text
 /// h = Sb g / S     k = g' h / S + i / (2 S)     Sb <- Sb - h e_s' - e_s h' + k e_s e_s'     vb += k
@@ -177,41 +187,25 @@ impl Job for ReverseEach<'_> {
 ///
 /// with `i` the weight of the information. `C` picks states whatever the design: it has no adjoint.
 #[inline(always)]
-fn reverse<L: Lanes>(
-    shape: Shape,
-    t: usize,
-    (picks, information): (&[usize], f64),
-    belief: &Belief,
-    (work, noise_adjoint): (&mut BeliefAdjoint, &mut Noise),
-) {
+fn reverse<L: Lanes, R: Rows>(part: ReverseEach<R>) {
+    let ReverseEach { shape, t, picks, information, belief, memory, noise_adjoint } = part;
+    let Memory { sigma, predicted, row } = memory;
     let (n, stride, small) = (shape.n, shape.narrow(), shape.small());
-    let BeliefAdjoint { sigma, other, cross, .. } = work;
-    let adjoint = other.at_mut(0);
+    let adjoint = predicted.at_mut(0);
     adjoint.copy_from_slice(sigma.at(0));
     if picks.is_empty() {
-        rows::symmetrise::<L>(adjoint, n, stride);
+        rows::symmetrise::<L, R>(ViewMut::new(adjoint, stride), n);
         return;
     }
-    let h = &mut cross.at_mut(0)[..stride];
+    let h = &mut row.at_mut(0)[..stride];
     let (pivots, factor) = (belief.pivots.at(t), belief.innovation_factor.at(t));
     let v = noise_adjoint.measurement.at_mut(t);
     for (i, &s) in picks.iter().enumerate().rev() {
-        let pivot = &pivots[i * stride..(i + 1) * stride];
+        let pivot = &pivots[i * stride..i * stride + n];
         let root = factor[i * small + i];
         let reciprocal = 1.0 / (root * root);
-        let mut column = 0;
-        // SAFETY: `h` and every row of `adjoint` hold `stride` numbers, and `adjoint` has `n` rows.
-        unsafe {
-            while L::WIDE && column + 4 * LANES <= stride {
-                weigh::<L, 4>(&pivot[..n], (adjoint, stride), reciprocal, (h, column));
-                column += 4 * LANES;
-            }
-            while column < stride {
-                weigh::<L, 1>(&pivot[..n], (adjoint, stride), reciprocal, (h, column));
-                column += LANES;
-            }
-        }
-        let k = (rows::dot(&pivot[..n], &h[..n]) + 0.5 * information) * reciprocal;
+        combine::<L, R>(h, None, reciprocal, pivot, View::new(adjoint, stride));
+        let k = (rows::dot(pivot, &h[..n]) + 0.5 * information) * reciprocal;
         for j in 0..n {
             adjoint[j * stride + s] -= h[j];
         }
@@ -221,33 +215,5 @@ fn reverse<L: Lanes>(
         adjoint[s * stride + s] += k;
         v[i * small + i] += k;
     }
-    rows::symmetrise::<L>(adjoint, n, stride);
-}
-
-/// `h = factor weights' a` in `C` lanes of columns from `column` on.
-///
-/// # Safety
-/// `h` and every row of `a` must hold so many numbers, and `a` a row for each weight.
-#[inline(always)]
-unsafe fn weigh<L: Lanes, const C: usize>(
-    weights: &[f64],
-    (a, stride): (&[f64], usize),
-    factor: f64,
-    (h, column): (&mut [f64], usize),
-) {
-    let mut sums = [[L::zero(); C]; 2];
-    for (j, &weight) in weights.iter().enumerate() {
-        let weight = L::constant(weight);
-        for (c, sum) in sums[j % 2].iter_mut().enumerate() {
-            // SAFETY: the caller's.
-            let line = unsafe { L::load(a.as_ptr().add(j * stride + column + c * LANES)) };
-            *sum = weight.mul_add(line, *sum);
-        }
-    }
-    let [even, odd] = sums;
-    for (c, (even, odd)) in even.into_iter().zip(odd).enumerate() {
-        let sum = (even + odd) * L::constant(factor);
-        // SAFETY: the caller's.
-        unsafe { sum.store(h.as_mut_ptr().add(column + c * LANES)) };
-    }
+    rows::symmetrise::<L, R>(ViewMut::new(adjoint, stride), n);
 }

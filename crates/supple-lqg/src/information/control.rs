@@ -75,7 +75,7 @@ impl Means {
         let dynamics = (t > 0).then(|| dense(&knots.dynamics, t - 1).columns(0, n).into_owned());
         let c = dense(&knots.measurement, t);
         let gain = dense(&belief.gain_transposed, t).transpose();
-        let innovation = belief.told(t);
+        let innovation = belief.reduction(t);
         let factor = cholesky(&dense(&noise.measurement, t));
         let noise = &gain * factor.ok_or(Error::NotPositiveDefinite { what: "the measurement covariance", step: t })?;
         let known = &noise * noise.transpose();

@@ -1,15 +1,8 @@
-use supple_kernels::{Lanes, Matrices, rows};
+use supple_kernels::Matrices;
+use supple_kernels::rows::{self, View, ViewMut, solve_column};
 
-use super::ControlBounds;
-
-/// What keeps controls from moving freely in a sweep.
-#[derive(Clone, Copy)]
-pub enum Limits<'a> {
-    /// Bounds, and the controls of the trajectory that the sweep is about.
-    Bounds(&'a ControlBounds, &'a Matrices),
-    /// Which controls do not move at all: m of each step.
-    Held(&'a [bool]),
-}
+use super::bounds::ControlBounds;
+use super::limits::Limits;
 
 /// The gains of one step under [`Limits`]: a quadratic program over a box by projected Newton (Bertsekas 1982; Tassa,
 /// Mansard, Todorov 2014), and its memory.
@@ -19,9 +12,10 @@ pub enum Limits<'a> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct BoxQp {
-    /// `H`, m x m, without padding; `factor` is the Cholesky factor of its free block.
+    /// `H`, m x m, without padding.
     hessian: Vec<f64>,
-    factor: Vec<f64>,
+    /// The Cholesky factor of its free block, lower.
+    factor: Matrices,
     linear: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
@@ -32,20 +26,6 @@ pub struct BoxQp {
     /// The controls that are not held, in order.
     free: Vec<usize>,
     held: Vec<bool>,
-}
-
-/// Where a step's numbers are: rows `[Q_ux Q_uu | Q_u]`, `wide` apart, `Q_uu` from column n on, `Q_u` in column `joint`.
-pub struct Gains<'a> {
-    pub rows: &'a mut [f64],
-    pub wide: usize,
-    pub n: usize,
-    /// Receives `K`, rows `narrow` apart.
-    pub feedback: &'a mut [f64],
-    pub narrow: usize,
-    /// Receives `k`.
-    pub feedforward: &'a mut [f64],
-    /// Receives which controls are held.
-    pub clamped: &'a mut [bool],
 }
 
 /// Iterations at most; a handful is usual.
@@ -59,7 +39,7 @@ impl BoxQp {
         let numbers = || vec![0.0; m];
         Self {
             hessian: vec![0.0; m * m],
-            factor: vec![0.0; m * m],
+            factor: Matrices::zeros(1, m, m),
             linear: numbers(),
             lower: numbers(),
             upper: numbers(),
@@ -72,60 +52,72 @@ impl BoxQp {
         }
     }
 
-    /// The gains at step `t` (theory, equation P.7): `k` solves the quadratic program; held controls have zero rows in
-    /// `K`, the others `K_f = -H_ff^-1 Q_fx`.
+    /// Which controls are held at step `t`, and `k`, which solves the quadratic program, from the lower triangle of `Q_uu` and `Q_u` (theory, equation
+    /// P.7).
     ///
     /// # Errors
     /// Where `H` is not positive definite on the free controls.
-    #[inline(always)]
-    pub fn solve<L: Lanes>(&mut self, limits: Limits, t: usize, gains: Gains) -> Result<(), ()> {
+    pub fn find(&mut self, limits: Limits, t: usize, q_uu: View, q_u: &[f64]) -> Result<(), ()> {
         let m = self.linear.len();
-        let Gains { rows: right, wide, n, feedback, narrow, feedforward, clamped } = gains;
-        let joint = n + m;
-        for a in 0..m {
-            for b in 0..=a {
-                let entry = right[a * wide + n + b];
-                self.hessian[a * m + b] = entry;
-                self.hessian[b * m + a] = entry;
-            }
-            self.linear[a] = right[a * wide + joint];
+        self.linear.copy_from_slice(q_u);
+        for (a, b) in (0..m).flat_map(|a| (0..=a).map(move |b| (a, b))) {
+            let entry = q_uu.numbers[a * q_uu.stride + b];
+            (self.hessian[a * m + b], self.hessian[b * m + a]) = (entry, entry);
         }
         match limits {
             Limits::Bounds(bounds, controls) => {
                 self.open_box(bounds, controls.vector(t));
-                self.minimise::<L>()?;
+                self.minimise()
             }
             Limits::Held(held) => {
                 self.held.copy_from_slice(&held[t * m..(t + 1) * m]);
                 self.k.fill(0.0);
+                // What does not move is held; all else is free of limits.
+                self.lower.fill(f64::NEG_INFINITY);
+                self.upper.fill(f64::INFINITY);
                 self.list_free();
-                self.factor()?;
+                self.factorise()
             }
         }
-        clamped.copy_from_slice(&self.held);
-        feedforward.copy_from_slice(&self.k);
+    }
 
-        // [K_f | k_f] = -H_ff^-1 [Q_fx | Q_f + H_fc k_c], the free rows moved up.
-        let free = self.free.len();
+    /// Of rows `[Q_uu | Q_ux | Q_u]` leaves `[U | Q_fx | Q_f + H_fc k_c]`, those of the controls that are free, moved up, with `H_ff = U'U`
+    /// and the reciprocals of its diagonal; how many they are. `Q_ux`, of n columns, begins at column `first`.
+    pub fn keep_free(&self, rows: ViewMut, (first, n): (usize, usize), reciprocals: &mut [f64]) -> usize {
+        let (m, ViewMut { numbers, stride }) = (self.linear.len(), rows);
+        let (factor, width) = (self.factor.at(0), self.factor.stride());
         for (i, &a) in self.free.iter().enumerate() {
-            right.copy_within(a * wide..(a + 1) * wide, i * wide);
+            numbers.copy_within(a * stride + first..(a + 1) * stride, i * stride + first);
             let held: f64 = (0..m).filter(|&b| self.held[b]).map(|b| self.hessian[a * m + b] * self.k[b]).sum();
-            right[i * wide + joint] += held;
+            numbers[i * stride + first + n] += held;
+            reciprocals[i] = 1.0 / factor[i * width + i];
         }
-        rows::cholesky_solve::<L>(&self.factor, m, right, wide, free);
-        for a in 0..m {
-            feedback[a * narrow..a * narrow + n].fill(0.0);
+        let free = self.free.len();
+        for (i, j) in (0..free).flat_map(|i| (i..free).map(move |j| (i, j))) {
+            numbers[i * stride + j] = factor[j * width + i];
         }
-        for (i, &a) in self.free.iter().enumerate() {
-            for (to, from) in feedback[a * narrow..a * narrow + n].iter_mut().zip(&right[i * wide..]) {
+        free
+    }
+
+    /// `K_f = -X` and `k_f = -x`, within the box, from rows `[X | x]` of the free controls; held ones have zero rows in `K`, and
+    /// their `k`.
+    pub fn give(&self, rows: View, n: usize, feedback: ViewMut, feedforward: &mut [f64]) {
+        let ViewMut { numbers: feedback, stride: narrow } = feedback;
+        feedforward.copy_from_slice(&self.k);
+        for row in feedback.chunks_exact_mut(narrow) {
+            row[..n].fill(0.0);
+        }
+        for (row, &a) in rows.numbers.chunks(rows.stride).zip(&self.free) {
+            for (to, from) in feedback[a * narrow..a * narrow + n].iter_mut().zip(row) {
                 *to = -from;
             }
-            feedforward[a] = -right[i * wide + joint];
-            if let Limits::Bounds(..) = limits {
-                feedforward[a] = feedforward[a].max(self.lower[a]).min(self.upper[a]);
-            }
+            feedforward[a] = (-row[n]).max(self.lower[a]).min(self.upper[a]);
         }
-        Ok(())
+    }
+
+    /// Which controls are held.
+    pub fn held(&self) -> &[bool] {
+        &self.held
     }
 
     /// The box of `k` around the controls, and `k = 0` in it, where the search begins: close to the optimum the
@@ -138,8 +130,7 @@ impl BoxQp {
         }
     }
 
-    #[inline(always)]
-    fn minimise<L: Lanes>(&mut self) -> Result<(), ()> {
+    fn minimise(&mut self) -> Result<(), ()> {
         let mut settled = false;
         for iteration in 0..MOST_ITERATIONS {
             let changed = self.find_held();
@@ -148,12 +139,12 @@ impl BoxQp {
             }
             if changed || iteration == 0 {
                 self.list_free();
-                self.factor()?;
+                self.factorise()?;
             }
             if self.free.is_empty() {
                 return Ok(());
             }
-            settled = self.newton_step::<L>()?;
+            settled = self.newton_step()?;
         }
         Err(())
     }
@@ -178,25 +169,25 @@ impl BoxQp {
     }
 
     /// Factors the free block of `H`.
-    fn factor(&mut self) -> Result<(), ()> {
-        let m = self.linear.len();
+    fn factorise(&mut self) -> Result<(), ()> {
+        let (m, stride) = (self.linear.len(), self.factor.stride());
+        let factor = self.factor.at_mut(0);
         for (i, &a) in self.free.iter().enumerate() {
             for (j, &b) in self.free[..=i].iter().enumerate() {
-                self.factor[i * m + j] = self.hessian[a * m + b];
+                factor[i * stride + j] = self.hessian[a * m + b];
             }
         }
-        rows::cholesky(&mut self.factor, self.free.len(), m).map_err(drop)
+        let free = self.free.len();
+        rows::cholesky(factor, free, stride).map_err(drop)
     }
 
     /// A Newton step in the free controls, shortened until what the box leaves of it lowers the objective enough;
     /// whether it was a whole step, so that the free controls are at their optimum.
-    #[inline(always)]
-    fn newton_step<L: Lanes>(&mut self) -> Result<bool, ()> {
-        let m = self.linear.len();
+    fn newton_step(&mut self) -> Result<bool, ()> {
         for (i, &a) in self.free.iter().enumerate() {
             self.step[i] = -self.slope[a];
         }
-        rows::cholesky_solve::<L>(&self.factor, m, &mut self.step, 1, self.free.len());
+        solve_column(self.factor.at(0), self.factor.stride(), &mut self.step[..self.free.len()]);
         let mut length = 1.0;
         for _ in 0..MOST_HALVINGS {
             let mut whole = length == 1.0;
@@ -233,24 +224,22 @@ impl BoxQp {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use proptest::prelude::*;
-    use supple_kernels::{Job, Matrices, dispatch, padded};
+    use supple_kernels::rows::Long;
+    use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 
     use super::*;
 
-    struct Solve<'a> {
-        qp: &'a mut BoxQp,
-        bounds: &'a ControlBounds,
-        gains: Gains<'a>,
-    }
+    /// The last part of the gains, as sweeps do it.
+    struct Solve<'a>(ViewMut<'a>, usize, (usize, usize), &'a [f64]);
 
     impl Job for Solve<'_> {
-        type Output = Result<(), ()>;
+        type Output = ();
 
         #[inline(always)]
-        fn run<L: Lanes>(self) -> Self::Output {
-            let m = self.gains.feedforward.len();
-            let controls = Matrices::vectors(1, m);
-            self.qp.solve::<L>(Limits::Bounds(self.bounds, &controls), 0, self.gains)
+        fn run<L: Lanes>(self) {
+            let Self(ViewMut { numbers, stride }, free, beside, reciprocals) = self;
+            rows::solve_lower_beside::<L, Long>(ViewMut::new(numbers, stride), free, beside, reciprocals);
+            rows::solve_upper_beside::<L, Long>(ViewMut::new(numbers, stride), free, beside, reciprocals);
         }
     }
 
@@ -259,34 +248,36 @@ mod tests {
         #[test]
         fn the_minimiser_is_one(m in 1usize..9, seeds in proptest::collection::vec(-1.0..1.0f64, 200)) {
             let n = 2;
-            let wide = padded(n + m + 1);
             let seed = |i: usize| seeds[i % seeds.len()];
-            let (mut rows, narrow) = (vec![0.0; m * wide], padded(n));
+            let first = padded(m);
+            let (mut hessian, mut gains) = (Matrices::zeros(1, m, m), Matrices::zeros(1, m, first + n + 1));
             for a in 0..m {
                 for b in 0..m {
                     let product: f64 = (0..m).map(|c| seed(a * m + c) * seed(b * m + c)).sum();
-                    rows[a * wide + n + b] = product + if a == b { 0.11 } else { 0.0 };
+                    hessian.set(0, a, b, product + if a == b { 0.11 } else { 0.0 });
                 }
-                rows[a * wide] = seed(90 + a);
-                rows[a * wide + n + m] = 3.0 * seed(100 + a);
+                gains.set(0, a, first, seed(90 + a));
+                gains.set(0, a, first + n, 3.0 * seed(100 + a));
             }
-            let given = rows.clone();
+            let given = gains.clone();
             let bounds: Vec<_> = (0..m).map(|a| (-seed(120 + a).abs(), seed(140 + a).abs())).collect();
             let bounds = ControlBounds::new(&bounds);
-            let (mut feedback, mut k, mut clamped) = (vec![9.0; m * narrow], vec![0.0; m], vec![false; m]);
-            let mut qp = BoxQp::new(m);
-            let gains = Gains {
-                rows: &mut rows, wide, n,
-                feedback: &mut feedback, narrow, feedforward: &mut k, clamped: &mut clamped,
-            };
-            dispatch(Solve { qp: &mut qp, bounds: &bounds, gains }).unwrap();
-            let h = |a: usize, b: usize| given[a * wide + n + b];
+            let (mut feedback, mut k) = (Matrices::zeros(1, m, n), vec![0.0; m]);
+            let (mut qp, controls) = (BoxQp::new(m), Matrices::vectors(1, m));
+            let linear: Vec<_> = (0..m).map(|a| gains.get(0, a, first + n)).collect();
+            let (width, stride, narrow) = (hessian.stride(), gains.stride(), feedback.stride());
+            qp.find(Limits::Bounds(&bounds, &controls), 0, View::new(hessian.at(0), width), &linear).unwrap();
+            let mut reciprocals = [0.0; 16];
+            let free = qp.keep_free(ViewMut::new(gains.at_mut(0), stride), (first, n), &mut reciprocals);
+            dispatch(Solve(ViewMut::new(gains.at_mut(0), stride), free, (first, stride - first), &reciprocals));
+            qp.give(View::new(&gains.at(0)[first..], stride), n, ViewMut::new(feedback.at_mut(0), narrow), &mut k);
+            let h = |a: usize, b: usize| hessian.get(0, a, b);
             for a in 0..m {
-                let slope: f64 = given[a * wide + n + m] + (0..m).map(|b| h(a, b) * k[b]).sum::<f64>();
+                let slope: f64 = given.get(0, a, first + n) + (0..m).map(|b| h(a, b) * k[b]).sum::<f64>();
                 prop_assert!(k[a] >= bounds.lower()[a] && k[a] <= bounds.upper()[a]);
                 prop_assert!(bounds.project(a, k[a], slope).abs() < 1e-11, "{a}: {slope}");
-                let row: f64 = given[a * wide] + (0..m).map(|b| h(a, b) * feedback[b * narrow]).sum::<f64>();
-                prop_assert!(if clamped[a] { feedback[a * narrow] == 0.0 } else { row.abs() < 1e-11 }, "{a}: {row}");
+                let row: f64 = given.get(0, a, first) + (0..m).map(|b| h(a, b) * feedback.get(0, b, 0)).sum::<f64>();
+                prop_assert!(if qp.held()[a] { feedback.get(0, a, 0) == 0.0 } else { row.abs() < 1e-11 }, "{a}: {row}");
             }
         }
     }

@@ -1,6 +1,6 @@
 use supple_kernels::graph::{Batch, Program};
-use supple_kernels::rows::{self, Into, Left};
-use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch, padded};
+use supple_kernels::rows::{Left, Long, Product, View, ViewMut, mirror};
+use supple_kernels::{Job, LANES, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::Points;
 use super::programs::TOGETHER;
@@ -93,7 +93,9 @@ impl Job for Rows<'_> {
         for t in 0..rates.count() {
             let (rates, through) = (rates.at(t), through.at_mut(0));
             let left = Left::plain(&rates[joint..], wide);
-            rows::multiply::<L>(through, left, by_unknown.at(t), narrow, (TOGETHER, unknowns), Into::Set);
+            let right = View::new(by_unknown.at(t), narrow);
+            let product = Product { left, right, rows: TOGETHER, inner: unknowns, width: narrow };
+            product.set::<L, Long>(ViewMut::new(through, narrow));
             let out = out.at_mut(t);
             for (place, b) in (first..curved).take(TOGETHER).enumerate() {
                 let row = &mut out[b * stride..b * stride + joint];
@@ -123,7 +125,14 @@ impl Job for Mirror<'_> {
         let stride = out.stride();
         for t in 0..out.count() {
             let out = out.at_mut(t);
-            rows::mirror::<L>(out, curved, stride);
+            // Whole lanes only: there are other numbers right of the matrix.
+            let whole = curved - curved % LANES;
+            mirror::<L, Long>(ViewMut::new(out, stride), whole);
+            for a in whole..curved {
+                for b in 0..a {
+                    out[b * stride + a] = out[a * stride + b];
+                }
+            }
             for a in curved..joint {
                 for b in 0..curved {
                     out[a * stride + b] = out[b * stride + a];

@@ -97,7 +97,7 @@ impl Hessian {
     fn factorise(&mut self, dynamics: &Matrices) -> Result<(), usize> {
         let regularisation = Regularisation { control: self.shift, state: 0.0 };
         let Self { law, factors, cost, .. } = self;
-        solve_limited(Lq { dynamics, cost, regularisation, limits: None }, law)?;
+        solve_limited(Lq { dynamics, cost, regularisation, limits: None, with_value: false }, law)?;
         let (n, m) = (dynamics.rows(), factors.rows());
         let (width, stride, small) = (dynamics.stride(), law.curvature.stride(), factors.stride());
         let mut product = vec![0.0; n * m];

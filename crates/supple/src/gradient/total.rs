@@ -95,7 +95,8 @@ impl GradientWorkspace {
     /// The step at which the problem is not convex.
     pub(super) fn vary(&mut self, plan: &Plan) -> Result<(), usize> {
         let (dynamics, cost, limits) = (&plan.knots.dynamics, &self.hessian, plan.policy.held());
-        let lq = Lq { dynamics, cost, regularisation: Regularisation::default(), limits };
+        let regularisation = Regularisation::default();
+        let lq = Lq { dynamics, cost, regularisation, limits, with_value: false };
         solve_limited(lq, &mut self.policy)?;
         solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);
         Ok(())

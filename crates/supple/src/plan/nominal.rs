@@ -233,25 +233,22 @@ pub(crate) fn finish(
     plan.mode = PlanMode::Nominal;
     plan.curvature = Curvature::Exact;
     plan.objective = plan.nominal_cost;
-    let none = Regularisation::default();
+    let has_law = |plan: &mut Plan| solve(problem, (Regularisation::default(), true), None, plan).is_ok();
     let convex = match curvature {
         CostCurvature::Exact => false,
         CostCurvature::GaussNewton => true,
-        CostCurvature::Auto => {
-            status.is_converged()
-                && problem.system.has_smooth_gauss_newton()
-                && sweep(problem, none, None, plan).is_err()
-        }
+        CostCurvature::Auto if has_law(plan) => return Ok(()),
+        CostCurvature::Auto => status.is_converged() && problem.system.has_smooth_gauss_newton(),
     };
     if convex {
         set_curvature(problem, Curvature::GaussNewton, plan, scratch);
-        if sweep(problem, none, None, plan).is_ok() {
+        if has_law(plan) {
             return Ok(());
         }
         set_curvature(problem, Curvature::Exact, plan, scratch);
     }
     let mut mu = 0.0;
-    while let Err(step) = sweep(problem, Regularisation { control: mu, state: 0.0 }, None, plan) {
+    while let Err(step) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
         // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
         plan.status = PlanStatus::Indefinite;
         mu = (10.0 * mu).max(LEAST_MU);
@@ -269,14 +266,24 @@ fn set_curvature(problem: NominalProblem, curvature: Curvature, plan: &mut Plan,
     problem.system.cost_quadratics(at, problem.phi, curvature, &mut plan.knots.cost, scratch);
 }
 
-/// The Riccati sweep along a plan within the bounds, with the second derivatives of the cost or others.
+/// The Riccati sweep of a search along a plan within the bounds, with the second derivatives of the cost or others; without
+/// the value of information, which only the final sweep computes.
 pub(crate) fn sweep(
     problem: NominalProblem,
     regularisation: Regularisation,
     hessian: Option<&Matrices>,
     plan: &mut Plan,
 ) -> Result<Decrease, usize> {
+    solve(problem, (regularisation, false), hessian, plan)
+}
+
+fn solve(
+    problem: NominalProblem,
+    (regularisation, with_value): (Regularisation, bool),
+    hessian: Option<&Matrices>,
+    plan: &mut Plan,
+) -> Result<Decrease, usize> {
     let limits = problem.bounds.map(|bounds| Limits::Bounds(bounds, &plan.trajectory.controls));
     let cost = hessian.unwrap_or(&plan.knots.cost);
-    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits }, &mut plan.policy)
+    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits, with_value }, &mut plan.policy)
 }

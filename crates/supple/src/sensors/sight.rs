@@ -1,7 +1,7 @@
 use nalgebra::DMatrix;
 use supple_kernels::math;
-use supple_kernels::rows::{self, Into, Left, multiply};
-use supple_kernels::{Job, Lanes, Matrices, dispatch};
+use supple_kernels::rows::{self, Left, Long, Product, View, ViewMut};
+use supple_kernels::{Job, Lanes, Matrices, dispatch, padded};
 use supple_lqg::Noise;
 
 use crate::Error;
@@ -202,12 +202,20 @@ fn predict<L: Lanes>(sight: &Sight, from: usize, memory: &mut Memory) {
     let (n, stride, wide) = (sight.initial.rows(), sight.initial.stride(), sight.dynamics.stride());
     let f = sight.dynamics.at(from);
     let Memory { predicted, corrected, square, other, .. } = memory;
-    multiply::<L>(square.at_mut(0), Left::plain(f, wide), corrected.at(0), stride, (n, n), Into::Set);
-    rows::transpose::<L>(other.at_mut(0), stride, f, wide, (n, n));
-    let base = Into::AddTo(sight.process.at(from));
-    multiply::<L>(predicted.at_mut(0), Left::plain(square.at(0), stride), other.at(0), stride, (n, n), base);
-    rows::symmetrise::<L>(predicted.at_mut(0), n, stride);
+    let moved = square_product(n, Left::plain(f, wide), View::new(corrected.at(0), stride));
+    moved.set::<L, Long>(ViewMut::new(square.at_mut(0), stride));
+    rows::transpose::<L, Long>(ViewMut::new(other.at_mut(0), stride), View::new(f, wide), (n, n));
+    let moved = square_product(n, Left::plain(square.at(0), stride), View::new(other.at(0), stride));
+    let noise = View::new(sight.process.at(from), stride);
+    moved.add_to::<L, Long>(noise, ViewMut::new(predicted.at_mut(0), stride));
+    rows::symmetrise::<L, Long>(ViewMut::new(predicted.at_mut(0), stride), n);
     std::mem::swap(predicted, corrected);
+}
+
+/// The product of two matrices of order `n`.
+#[inline(always)]
+fn square_product<'a>(n: usize, left: Left<'a>, right: View<'a>) -> Product<'a> {
+    Product { left, right, rows: n, inner: n, width: padded(n) }
 }
 
 /// One row of unit noise with a weight, in Joseph form (theory, equation N.2); its information, nats:
@@ -235,7 +243,7 @@ fn correct<L: Lanes>((n, stride): (usize, usize), (c, weight): (&[f64], f64), me
     for i in 0..n {
         rows::add_scaled::<L>(&mut p[i * stride..(i + 1) * stride], -defect[i], k);
     }
-    rows::symmetrise::<L>(p, n, stride);
+    rows::symmetrise::<L, Long>(ViewMut::new(p, stride), n);
     0.5 * math::ln_1p(weight * seen)
 }
 
@@ -309,21 +317,26 @@ impl Job for Backward<'_> {
 fn back<L: Lanes>(sight: &Sight, t: usize, information: f64, memory: &mut Memory) {
     let (n, stride, wide) = (sight.initial.rows(), sight.initial.stride(), sight.dynamics.stride());
     let Memory { predicted, corrected, square, other, adjoint, .. } = memory;
-    let m = square.at(0);
-    multiply::<L>(corrected.at_mut(0), Left::plain(adjoint.at(0), stride), m, stride, (n, n), Into::Set);
-    multiply::<L>(predicted.at_mut(0), Left::transposed(m, stride), corrected.at(0), stride, (n, n), Into::Set);
+    let m = View::new(square.at(0), stride);
+    let by_right = square_product(n, Left::plain(adjoint.at(0), stride), m);
+    by_right.set::<L, Long>(ViewMut::new(corrected.at_mut(0), stride));
+    let both = square_product(n, Left::transposed(m.numbers, stride), View::new(corrected.at(0), stride));
+    both.set::<L, Long>(ViewMut::new(predicted.at_mut(0), stride));
     if information != 0.0 {
         rows::scale::<L>(other.at_mut(0), information);
-        multiply::<L>(predicted.at_mut(0), Left::plain(other.at(0), stride), m, stride, (n, n), Into::Add);
+        let told = square_product(n, Left::plain(other.at(0), stride), m);
+        told.add::<L, Long>(ViewMut::new(predicted.at_mut(0), stride));
     }
-    rows::symmetrise::<L>(predicted.at_mut(0), n, stride);
+    rows::symmetrise::<L, Long>(ViewMut::new(predicted.at_mut(0), stride), n);
     let f = sight.dynamics.at(t - 1);
     let through = corrected.at_mut(0);
-    rows::multiply_strided::<L>(through, Left::plain(predicted.at(0), stride), (f, wide), stride, (n, n));
+    let moved = square_product(n, Left::plain(predicted.at(0), stride), View::new(f, wide));
+    moved.set::<L, Long>(ViewMut::new(through, stride));
     // The first numbers of rows of `[A B]` may hold columns of B.
     for i in 0..n {
         through[i * stride + n..(i + 1) * stride].fill(0.0);
     }
-    multiply::<L>(adjoint.at_mut(0), Left::transposed(f, wide), through, stride, (n, n), Into::Set);
-    rows::symmetrise::<L>(adjoint.at_mut(0), n, stride);
+    let moved = square_product(n, Left::transposed(f, wide), View::new(through, stride));
+    moved.set::<L, Long>(ViewMut::new(adjoint.at_mut(0), stride));
+    rows::symmetrise::<L, Long>(ViewMut::new(adjoint.at_mut(0), stride), n);
 }

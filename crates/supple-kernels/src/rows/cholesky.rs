@@ -1,0 +1,238 @@
+//! Factors of symmetric positive definite matrices.
+
+use super::blocks::{load_block, store_block};
+use super::product::subtract_product;
+use super::solve::Block;
+use super::{FEW, Long, Rows, ViewMut, add_scaled, scale};
+use crate::{Job, LANES, Lanes, dispatch, math, padded};
+
+/// Factors a symmetric positive definite matrix in place: `a = U' U`, `U` upper triangular. The lower triangle is read, and `U`
+/// takes the place of the upper one; numbers below the diagonal of its blocks of eight by eight are lost.
+///
+/// Of rows wider than the matrix `width` numbers count: those right of the padded matrix become `U'^-1` times what they were.
+/// Receives the reciprocals of the diagonal of `U`.
+///
+/// # Errors
+/// `Err(i)` where the leading minor of order `i + 1` is not positive.
+#[inline(always)]
+pub fn factor<L: Lanes, R: Rows>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
+    if R::SHORT || !R::CALLED && n <= FEW {
+        by_rows::<L>(a, n, width, reciprocals)
+    } else {
+        run::<L>(Factor { a, n, width, given: Given::Lower, reciprocals })
+    }
+}
+
+/// As [`factor`] of long rows, the upper triangle being read.
+///
+/// # Errors
+/// As [`factor`].
+#[inline(always)]
+pub(crate) fn factor_upper<L: Lanes>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
+    run::<L>(Factor { a, n, width, given: Given::Upper, reciprocals })
+}
+
+#[inline(always)]
+fn run<L: Lanes>(job: Factor) -> Result<(), usize> {
+    let Factor { a, n, width, reciprocals, .. } = &job;
+    assert!(*width >= padded(*n) && width.is_multiple_of(LANES) && reciprocals.len() >= padded(*n));
+    assert!(a.stride >= *width && a.numbers.len() >= n * a.stride);
+    L::apart(job)
+}
+
+/// As [`factor`], outside of sweeps, in the lower triangle: `a = G G'`, `G` lower triangular. The upper triangle may be
+/// overwritten.
+///
+/// # Errors
+/// As [`factor`].
+pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
+    if n < LANES || stride < padded(n) {
+        return by_entries(a, n, (stride, 1));
+    }
+    dispatch(Whole { a, n, stride })?;
+    for (i, j) in (1..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        a[i * stride + j] = a[j * stride + i];
+    }
+    Ok(())
+}
+
+/// `log |a|` from the factor that [`factor`] or [`cholesky`] left.
+#[inline(always)]
+pub fn log_determinant(factor: &[f64], n: usize, stride: usize) -> f64 {
+    2.0 * (0..n).map(|i| math::ln(factor[i * stride + i])).sum::<f64>()
+}
+
+struct Whole<'a> {
+    a: &'a mut [f64],
+    n: usize,
+    stride: usize,
+}
+
+impl Job for Whole<'_> {
+    type Output = Result<(), usize>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let mut reciprocals = vec![0.0; padded(self.n)];
+        factor::<L, Long>(ViewMut::new(self.a, self.stride), self.n, padded(self.n), &mut reciprocals)
+    }
+}
+
+/// Columns of `G` one after the other; entry `(i, j)` is number `i row + j col`.
+#[inline(always)]
+fn by_entries(a: &mut [f64], n: usize, (row, col): (usize, usize)) -> Result<(), usize> {
+    for j in 0..n {
+        let mut pivot = a[j * (row + col)];
+        for k in 0..j {
+            pivot -= a[j * row + k * col] * a[j * row + k * col];
+        }
+        let root = if is_positive(pivot) { pivot.sqrt() } else { return Err(j) };
+        a[j * (row + col)] = root;
+        let reciprocal = 1.0 / root;
+        for i in j + 1..n {
+            let mut sum = a[i * row + j * col];
+            for k in 0..j {
+                sum -= a[i * row + k * col] * a[j * row + k * col];
+            }
+            a[i * row + j * col] = sum * reciprocal;
+        }
+    }
+    Ok(())
+}
+
+/// As [`factor`], of a matrix in one set of lanes, one row after the other.
+#[inline(always)]
+fn by_rows<L: Lanes>(a: ViewMut, n: usize, width: usize, reciprocals: &mut [f64]) -> Result<(), usize> {
+    let ViewMut { numbers: a, stride } = a;
+    for i in 0..n {
+        let mut pivot = a[i * stride + i];
+        for k in 0..i {
+            pivot -= a[k * stride + i] * a[k * stride + i];
+        }
+        if !is_positive(pivot) {
+            return Err(i);
+        }
+        let root = pivot.sqrt();
+        reciprocals[i] = 1.0 / root;
+        a[i * stride + i] = root;
+        for j in i + 1..n {
+            let mut sum = a[j * stride + i];
+            for k in 0..i {
+                sum -= a[k * stride + i] * a[k * stride + j];
+            }
+            a[i * stride + j] = sum * reciprocals[i];
+        }
+        let (above, rest) = a.split_at_mut(i * stride);
+        let beside = &mut rest[LANES..width];
+        for k in 0..i {
+            let factor = above[k * stride + i];
+            add_scaled::<L>(beside, -factor, &above[k * stride + LANES..k * stride + width]);
+        }
+        scale::<L>(beside, reciprocals[i]);
+    }
+    Ok(())
+}
+
+#[inline(always)]
+fn is_positive(pivot: f64) -> bool {
+    pivot > 0.0 && pivot <= f64::MAX
+}
+
+/// The triangle that is read.
+#[derive(Clone, Copy, PartialEq)]
+enum Given {
+    Lower,
+    Upper,
+}
+
+struct Factor<'a> {
+    a: ViewMut<'a>,
+    n: usize,
+    width: usize,
+    given: Given,
+    reciprocals: &'a mut [f64],
+}
+
+impl Job for Factor<'_> {
+    type Output = Result<(), usize>;
+
+    /// Eight rows at a time: what those above take from them, the block on the diagonal, and what is right of it.
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { a: ViewMut { numbers, stride }, n, width, given, reciprocals: kept } = self;
+        let a = numbers.as_mut_ptr();
+        let mut first = 0;
+        // SAFETY: `run` checked that there are `n` rows of `width` numbers, at least `padded(n)`.
+        unsafe {
+            while first < n {
+                let (size, at) = (LANES.min(n - first), a.add(first * (stride + 1)));
+                if given == Given::Lower {
+                    raise::<L>(a, stride, first, n);
+                }
+                if first > 0 {
+                    let (left, right) = ((a.add(first).cast_const(), stride), a.add(first).cast_const());
+                    subtract_product::<L, true>((at, stride), left, right, (size, first, width - first));
+                }
+                let reciprocals = match pivots::<L>(at, stride, size) {
+                    Ok(reciprocals) => reciprocals,
+                    Err(i) => return Err(first + i),
+                };
+                kept[first..first + LANES].copy_from_slice(&reciprocals);
+                let block = Block { factor: at, stride, size, reciprocals };
+                block.forward::<L>(at.add(LANES), stride, width - first - LANES);
+                first += LANES;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Copies the blocks on and below the diagonal from column `first` on to their mirrored places.
+///
+/// # Safety
+/// There must be `n` rows of `padded(n)` numbers.
+#[inline(always)]
+unsafe fn raise<L: Lanes>(a: *mut f64, stride: usize, first: usize, n: usize) {
+    let size = LANES.min(n - first);
+    for below in (first..n).step_by(LANES) {
+        // SAFETY: the caller's.
+        unsafe {
+            let block = L::transposed(load_block::<L>(a.add(below * stride + first), stride, n - below));
+            store_block(block, a.add(first * stride + below), stride, size);
+        }
+    }
+}
+
+/// `U` of a block on the diagonal, in registers; the reciprocals of its diagonal. Roots are taken of all pivots together, so
+/// that no pivot waits for one. `Err(i)` where the `i`th is not positive.
+///
+/// # Safety
+/// There must be `size` rows of eight numbers.
+#[inline(always)]
+unsafe fn pivots<L: Lanes>(at: *mut f64, stride: usize, size: usize) -> Result<[f64; LANES], usize> {
+    let mut reciprocals = [1.0; LANES];
+    // SAFETY: the caller's.
+    unsafe {
+        let mut rows = load_block::<L>(at, stride, size);
+        for j in 0..LANES {
+            if j == size {
+                break;
+            }
+            let row = rows[j].to_array();
+            if !is_positive(row[j]) {
+                return Err(j);
+            }
+            reciprocals[j] = 1.0 / row[j];
+            let scaled = rows[j] * L::constant(reciprocals[j]);
+            for i in j + 1..LANES {
+                rows[i] = L::constant(row[i]).neg_mul_add(scaled, rows[i]);
+            }
+        }
+        let roots = L::from_array(reciprocals).sqrt().to_array();
+        for (row, root) in rows.iter_mut().zip(roots) {
+            *row = *row * L::constant(root);
+        }
+        store_block(rows, at, stride, size);
+        Ok(roots)
+    }
+}

@@ -1,0 +1,118 @@
+//! Small dense kernels on padded rows, generic over the lanes. Shapes are run-time numbers; widths are padded strides.
+//!
+//! Every matrix is row-major with a stride that is a multiple of [`LANES`], and zero padding; kernels read and write whole
+//! rows, so padding stays zero.
+//!
+//! Each kernel takes two types: the lanes, and how long rows are. For [`Short`] rows kernels are copied into their callers;
+//! for [`Long`] ones they are functions that are compiled once for each set of lanes, which costs a call. For [`Medium`] rows,
+//! where a call is a large part of a product, products are copied and factors and solves are called.
+
+mod blocks;
+mod cholesky;
+mod product;
+mod scaled;
+mod solve;
+mod vector;
+
+use crate::{LANES, padded};
+
+pub use blocks::{mirror, mirror_single, mirror_upper, symmetrise, transpose};
+pub(crate) use cholesky::factor_upper;
+pub use cholesky::{cholesky, factor, log_determinant};
+pub use product::{Left, Lower, Product};
+pub use scaled::Scaled;
+pub use solve::{Factored, solve_column, solve_lower, solve_lower_beside, solve_upper, solve_upper_beside};
+pub use vector::{add_scaled, clear_beyond, combine, dot, fetch, fetch_lower, scale};
+
+/// How long the rows of a computation are.
+pub trait Rows: Copy + std::fmt::Debug + 'static {
+    /// Whether every row is one set of lanes.
+    const SHORT: bool;
+    /// Whether products are functions to call.
+    const CALLED: bool;
+
+    /// The stride of rows of `len` numbers.
+    fn stride(len: usize) -> usize;
+}
+
+/// Every row is one set of lanes, whether it is used up or not: strides are known to the compiler.
+#[derive(Clone, Copy, Debug)]
+pub struct Short;
+
+/// Rows of a few sets of lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Medium;
+
+/// Rows of any length.
+#[derive(Clone, Copy, Debug)]
+pub struct Long;
+
+impl Rows for Short {
+    const SHORT: bool = true;
+    const CALLED: bool = false;
+
+    #[inline(always)]
+    fn stride(_: usize) -> usize {
+        LANES
+    }
+}
+
+impl Rows for Medium {
+    const SHORT: bool = false;
+    const CALLED: bool = false;
+
+    #[inline(always)]
+    fn stride(len: usize) -> usize {
+        padded(len)
+    }
+}
+
+impl Rows for Long {
+    const SHORT: bool = false;
+    const CALLED: bool = true;
+
+    #[inline(always)]
+    fn stride(len: usize) -> usize {
+        padded(len)
+    }
+}
+
+/// Rows of numbers, `stride` apart.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// All rows.
+    pub numbers: &'a [f64],
+    /// From one row to the next.
+    pub stride: usize,
+}
+
+impl<'a> View<'a> {
+    /// Rows that are `stride` apart.
+    #[inline(always)]
+    pub fn new(numbers: &'a [f64], stride: usize) -> Self {
+        Self { numbers, stride }
+    }
+}
+
+/// Rows of numbers to write, `stride` apart.
+#[derive(Debug)]
+pub struct ViewMut<'a> {
+    /// All rows.
+    pub numbers: &'a mut [f64],
+    /// From one row to the next.
+    pub stride: usize,
+}
+
+impl<'a> ViewMut<'a> {
+    /// Rows that are `stride` apart.
+    #[inline(always)]
+    pub fn new(numbers: &'a mut [f64], stride: usize) -> Self {
+        Self { numbers, stride }
+    }
+}
+
+/// Orders up to which medium matrices are factored, and solved with, in their callers.
+const FEW: usize = 4;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,25 @@
+use supple_kernels::math;
+
+/// The innovation `nu = y - g(mu)` of one measurement, as far as its likelihood goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovation {
+    /// `nu' S^-1 nu`, with the innovation covariance `S`: p in the mean where the filter is consistent.
+    pub squared: f64,
+    /// `ln |S|`
+    pub log_determinant: f64,
+}
+
+impl Innovation {
+    /// With the Cholesky factor of `S`, lower, rows `stride` apart; what is solved for takes the place of `nu`.
+    pub fn of(nu: &mut [f64], factor: &[f64], stride: usize) -> Self {
+        let mut found = Self::default();
+        for i in 0..nu.len() {
+            let row = &factor[i * stride..=i * stride + i];
+            let done: f64 = row.iter().zip(&nu[..i]).map(|(g, w)| g * w).sum();
+            nu[i] = (nu[i] - done) / row[i];
+            found.squared += nu[i] * nu[i];
+            found.log_determinant += 2.0 * math::ln(row[i]);
+        }
+        found
+    }
+}

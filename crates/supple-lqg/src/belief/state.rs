@@ -1,0 +1,86 @@
+use supple_kernels::{Matrices, padded};
+
+use crate::dense::{Dense, dense};
+use crate::transport::Transport;
+
+/// The belief along a trajectory: covariances, gains and innovation factors.
+#[derive(Clone, Debug)]
+pub struct Belief {
+    /// `P_t`, n x n, N + 1 of them: before the measurement at t.
+    pub predicted: Matrices,
+    /// `Sigma_t`, n x n, N + 1 of them: after it.
+    pub corrected: Matrices,
+    /// Transposed Kalman gain `L_t'`, p x n, N + 1 of them.
+    pub gain_transposed: Matrices,
+    /// Lower Cholesky factor of `S^y_t = C P C' + V`, p x p, N + 1 of them; or, where measurements are taken one at a
+    /// time, the roots of their variances on the diagonal, whose product is the same.
+    pub innovation_factor: Matrices,
+    /// Rows of the covariance that were measured, p x n, N + 1 of them, where measurements are taken one at a time.
+    pub(super) pivots: Matrices,
+    /// How the last sweep took measurements.
+    pub(super) form: Form,
+    /// Number of repairs that restored positive semidefiniteness of `Sigma`.
+    pub repairs: usize,
+    pub(super) work: Work,
+}
+
+/// How measurements are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// All of a step together.
+    Together,
+    /// One at a time.
+    EachAlone,
+    /// All together, with square roots of the covariances.
+    Roots,
+}
+
+/// Memory of one step.
+#[derive(Clone, Debug)]
+pub(super) struct Work {
+    pub transport: Transport,
+    /// `C P`, p x n.
+    pub cross: Matrices,
+    /// `[S^y | C P]`, and what becomes of it: each in whole lanes.
+    pub innovation: Matrices,
+    /// Reciprocals of the diagonal of the factor of `S^y`.
+    pub reciprocals: Matrices,
+    /// A factor of `V`, p x p, and a column, p, where `V` is not diagonal.
+    pub noise_factor: Matrices,
+    pub column: Matrices,
+}
+
+impl Belief {
+    /// Zeros for `steps` steps.
+    pub fn zeros(states: usize, measurements: usize, steps: usize) -> Self {
+        let (n, p) = (states, measurements);
+        Self {
+            predicted: Matrices::zeros(steps + 1, n, n),
+            corrected: Matrices::zeros(steps + 1, n, n),
+            gain_transposed: Matrices::zeros(steps + 1, p, n),
+            innovation_factor: Matrices::zeros(steps + 1, p, p),
+            pivots: Matrices::zeros(steps + 1, p, n),
+            form: Form::Together,
+            repairs: 0,
+            work: Work {
+                transport: Transport::new(n, n),
+                cross: Matrices::zeros(1, p, n),
+                innovation: Matrices::zeros(1, p, padded(p) + n),
+                reciprocals: Matrices::vectors(1, p),
+                noise_factor: Matrices::zeros(1, p, p),
+                column: Matrices::vectors(1, p),
+            },
+        }
+    }
+
+    /// A factor, n x p, of the covariance reduction by the measurements of step `t`: `L S^y L' = P - Sigma`.
+    pub(crate) fn reduction(&self, t: usize) -> Dense {
+        let factor = dense(&self.innovation_factor, t);
+        if self.form != Form::EachAlone {
+            return dense(&self.gain_transposed, t).tr_mul(&factor.lower_triangle());
+        }
+        let mut reduction = dense(&self.pivots, t).transpose();
+        reduction.column_iter_mut().zip(factor.diagonal().iter()).for_each(|(mut column, root)| column /= *root);
+        reduction
+    }
+}

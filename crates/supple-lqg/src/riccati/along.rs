@@ -1,0 +1,35 @@
+use supple_kernels::{Matrices, rows};
+
+use super::policy::Policy;
+
+/// The minimiser of `sum 1/2 dz' H dz + h' dz` over `dx+ = F dz`, `dx_0 = 0`, with its costates, from a sweep over
+/// `[H | h]`: `du = k + K dx`, `dlambda = S dx + J_x`.
+///
+/// `joint` receives `dz` (its control part 0 at the end), `costates` receives `dlambda`.
+pub fn solve_lq(dynamics: &Matrices, policy: &Policy, joint: &mut Matrices, costates: &mut Matrices) {
+    let (steps, n) = (dynamics.count(), dynamics.rows());
+    let stride = policy.feedback.stride();
+    joint.vector_mut(0)[..n].fill(0.0);
+    for t in 0..=steps {
+        let (now, next) = if t < steps { joint.at_mut_pair(t) } else { (joint.at_mut(t), [].as_mut_slice()) };
+        let (dx, du) = now.split_at_mut(n);
+        let curvature = policy.curvature.at(t);
+        for (i, costate) in costates.vector_mut(t).iter_mut().enumerate() {
+            *costate = policy.slope.vector(t)[i] + rows::dot(&curvature[i * stride..i * stride + n], dx);
+        }
+        if t == steps {
+            du.fill(0.0);
+            continue;
+        }
+        let (feedback, feedforward) = (policy.feedback.at(t), policy.feedforward.vector(t));
+        for (a, du) in du.iter_mut().take(feedforward.len()).enumerate() {
+            *du = feedforward[a] + rows::dot(&feedback[a * stride..a * stride + n], dx);
+        }
+        let f = dynamics.at(t);
+        let width = dynamics.stride();
+        let used = dynamics.cols();
+        for i in 0..n {
+            next[i] = rows::dot(&f[i * width..i * width + used], &now[..used]);
+        }
+    }
+}

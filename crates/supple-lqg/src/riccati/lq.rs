@@ -1,0 +1,37 @@
+use supple_kernels::Matrices;
+
+use super::limits::Limits;
+
+/// What a sweep is about.
+#[derive(Clone, Copy)]
+pub struct Lq<'a> {
+    /// `[A B]`, n x (n + m), N of them.
+    pub dynamics: &'a Matrices,
+    /// `[l_zz | l_z]`, (n + m) x (n + m + 1), N + 1 of them.
+    pub cost: &'a Matrices,
+    /// What gains are regularised by.
+    pub regularisation: Regularisation,
+    /// Limits of the controls.
+    pub limits: Option<Limits<'a>>,
+    /// Whether the value of information is computed, which searches do not need.
+    pub with_value: bool,
+}
+
+/// Levenberg-Marquardt terms in the gains (theory, equation P.2d): each entry of the diagonal of `Q_uu` and of `S_{t+1}` grows
+/// by a share of its size.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Regularisation {
+    /// `mu_u`, the share of the diagonal of `Q_uu`.
+    pub control: f64,
+    /// `mu_x`, the share of the diagonal of `S_{t+1}`.
+    pub state: f64,
+}
+
+/// What a step `alpha` along the search direction should change the cost by: `alpha linear + alpha^2 quadratic`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Decrease {
+    /// `sum k' Q_u`, negative.
+    pub linear: f64,
+    /// `1/2 sum k' Q_uu k`.
+    pub quadratic: f64,
+}

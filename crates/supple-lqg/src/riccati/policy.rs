@@ -1,0 +1,64 @@
+use supple_kernels::{Matrices, padded};
+
+use super::box_qp::BoxQp;
+use super::limits::Limits;
+use super::products::Products;
+use crate::knots::Dimensions;
+
+/// The control law and the cost-to-go that a backward sweep finds: `u = ubar + k + K (mu - xbar)`.
+#[derive(Clone, Debug)]
+pub struct Policy {
+    /// Feedback `K`, m x n, N of them.
+    pub feedback: Matrices,
+    /// Feedforward `k`, length m, N of them.
+    pub feedforward: Matrices,
+    /// Curvature of the cost-to-go `S = J_xx`, n x n, N + 1 of them.
+    pub curvature: Matrices,
+    /// Slope of the cost-to-go `J_x`, length n, N + 1 of them.
+    pub slope: Matrices,
+    /// Value of information `Xi = K' Q_uu K`, n x n, N of them: of the last sweep that computed it.
+    pub value_of_information: Matrices,
+    /// Which controls are held at a bound, so that their rows of `K` are zero: m of each of N steps.
+    pub clamped: Vec<bool>,
+    pub(super) box_qp: BoxQp,
+    /// `Q` of one step, of which the lower triangle is computed, and what follows its last row.
+    pub(super) q: Matrices,
+    /// Its slope `Q_z`.
+    pub(super) q_slope: Matrices,
+    /// `[Q_uu | Q_ux | Q_u]` of one step, and what becomes of it: `Q_uu` and the others each in whole lanes.
+    pub(super) gain: Matrices,
+    /// Reciprocals of the diagonal of the factor of `Q_uu`.
+    pub(super) reciprocals: Matrices,
+    pub(super) products: Products,
+}
+
+impl Policy {
+    /// Zeros for `steps` steps.
+    pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
+        let (n, m, joint) = (dimensions.states, dimensions.controls, dimensions.joint());
+        Self {
+            feedback: Matrices::zeros(steps, m, n),
+            feedforward: Matrices::vectors(steps, m),
+            curvature: Matrices::zeros(steps + 1, n, n),
+            slope: Matrices::vectors(steps + 1, n),
+            value_of_information: Matrices::zeros(steps, n, n),
+            clamped: vec![false; steps * m],
+            box_qp: BoxQp::new(m),
+            q: Matrices::zeros(1, joint + 1, joint),
+            q_slope: Matrices::vectors(1, joint),
+            gain: Matrices::zeros(1, m, padded(m) + n + 1),
+            reciprocals: Matrices::vectors(1, m),
+            products: Products::new(n, m),
+        }
+    }
+
+    /// The sizes of the sweep.
+    pub(super) fn dimensions(&self) -> Dimensions {
+        Dimensions { states: self.feedback.cols(), controls: self.feedback.rows(), measurements: 0 }
+    }
+
+    /// The same controls held, for another sweep; `None` where all are free.
+    pub fn held(&self) -> Option<Limits<'_>> {
+        self.clamped.contains(&true).then_some(Limits::Held(&self.clamped))
+    }
+}
