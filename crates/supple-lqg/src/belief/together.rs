@@ -112,7 +112,7 @@ fn trace_by_noise(
         for j in 0..=i {
             let (row, other) = (&factor[i * stride..i * stride + j], &factor[j * stride..j * stride + j]);
             let left = v[i * stride + j] - dot(row, other);
-            if i == j && !(left > 0.0) {
+            if i == j && (left.is_nan() || left <= 0.0) {
                 return f64::INFINITY;
             }
             factor[i * stride + j] = if i == j { left.sqrt() } else { left / factor[j * stride + j] };
