@@ -247,7 +247,7 @@ fn the_answer_is_true_for_every_status() {
         (DesignStatus::NotConverged, "The search did not converge", "Optimum:"),
         (DesignStatus::NotOptimal, "this is not an optimum", "Optimum:"),
         (DesignStatus::Stopped, "The search was stopped", "Optimum:"),
-        (DesignStatus::BoundViolated, "No design that meets every bound", "Optimum:"),
+        (DesignStatus::BoundViolated, "No design within all cost limits", "Optimum:"),
         (DesignStatus::Converged, "Optimum:", "did not converge"),
     ] {
         let mut folder = folder("design", &task, result.clone());
@@ -259,7 +259,7 @@ fn the_answer_is_true_for_every_status() {
         }
         let text = text(&page(&[folder]).unwrap());
         assert!(text.contains(says) && !text.contains(never), "{status}");
-        assert_eq!(text.contains("this misses its bound"), status == DesignStatus::BoundViolated, "{status}");
+        assert_eq!(text.contains("this exceeds its cost limit"), status == DesignStatus::BoundViolated, "{status}");
     }
 }
 
@@ -274,7 +274,7 @@ fn a_task_without_bound_and_a_plan_that_did_not_converge_are_told() {
     }
     folder.made.about.tasks[0].bound = None;
     let text = text(&page(&[folder]).unwrap());
-    assert!(text.contains("no cost limit") && text.contains("it has no bound"));
+    assert!(text.contains("no cost limit") && text.contains("it has no cost limit"));
     assert!(text.contains("reached the maximum number of iterations"));
 }
 

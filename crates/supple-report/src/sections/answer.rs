@@ -216,11 +216,11 @@ fn verdict(report: &DesignReport) -> String {
             "The search stopped, but this is not an optimum: the total gradient is not zero there.".into()
         }
         DesignStatus::NotConverged => {
-            "The search did not converge; this is the best design found that meets every bound.".into()
+            "The search did not converge; this is the best design found within all cost limits.".into()
         }
         DesignStatus::Stopped => "The search was stopped; this is the best design found so far.".into(),
         DesignStatus::BoundViolated => {
-            "No design that meets every bound with a converged plan was found; this is the closest.".into()
+            "No design within all cost limits with a converged plan was found; this is the closest.".into()
         }
     };
     let branches = match report.branches {

@@ -74,7 +74,7 @@ pub(super) fn find_mesh(uri: &str, options: &LoadOptions, folder: &Path) -> Resu
         return wrong(OUTSIDE);
     };
     if links_out(&path, folder, options) {
-        return wrong("leads out of the robot file's folder and of all package roots by a symbolic link");
+        return wrong("is outside the robot file's folder and all package roots by a symbolic link");
     }
     Ok(path)
 }

@@ -42,7 +42,7 @@ fn rotation(at: Element, name: &str, settings: &Settings) -> Result<Pose, FileEr
         "quat" => {
             let quaternion = at.required_numbers(name)?;
             Pose::from_quaternion([0.0; 3], quaternion)
-                .ok_or_else(|| at.error_at(name, "the quaternion must not be 0, nor too great to square"))
+                .ok_or_else(|| at.error_at(name, "the quaternion must be non-zero and finite when squared"))
         }
         "axisangle" => {
             let [x, y, z, angle] = at.required_numbers(name)?;

@@ -106,7 +106,7 @@ fn numbers(at: Element) -> Result<Pose, FileError> {
         }
         let [x, y, z, qx, qy, qz, qw] = at.content_numbers()?;
         return Pose::from_quaternion([x, y, z], [qw, qx, qy, qz])
-            .ok_or_else(|| at.error_in_content("the quaternion must not be 0, nor too great to square"));
+            .ok_or_else(|| at.error_in_content("the quaternion must be non-zero and finite when squared"));
     }
     let [x, y, z, roll, pitch, yaw] = at.content_numbers()?;
     let unit = if degrees == Some(true) { std::f64::consts::PI / 180.0 } else { 1.0 };

@@ -72,7 +72,7 @@ impl Sample {
                 assert!(matches!(error, StudyError::Kept { .. }), "{what}: {error:?}");
                 let text = error.to_string();
                 assert!(text.starts_with(&*self.path().to_string_lossy()) && text.ends_with(ADVICE), "{text}");
-                assert!(text.contains(": is damaged, or ") || text.contains(": is a database of format "), "{text}");
+                assert!(text.contains(": is damaged or ") || text.contains(": is a database of format "), "{text}");
                 assert!(std::fs::read(self.path()).unwrap() == bytes, "{what}: the journal was changed");
                 true
             }
@@ -176,8 +176,8 @@ fn another_sweep_is_refused_with_the_difference() {
 fn another_version_is_refused() {
     for (key, value, said) in [
         ("format", "2", "has format 2; this version of supple keeps format 1"),
-        ("supple", "0.0.9", "was written by supple 0.0.9, and this is "),
-        ("identity", "nothing", "does not fit to its fingerprint"),
+        ("supple", "0.0.9", "was written by supple 0.0.9, but this is "),
+        ("identity", "nothing", "does not match its fingerprint"),
     ] {
         let sample = Sample::new();
         let database = Database::open(sample.path()).unwrap();
