@@ -32,10 +32,12 @@ impl Length {
     #[inline(always)]
     pub fn of(Dimensions { states, controls, measurements }: Dimensions) -> Self {
         let longest = (states + controls + 1).max(measurements);
-        match longest {
-            0..=LANES => Self::Short,
-            0..=MEDIUM => Self::Medium,
-            _ => Self::Long,
+        if longest <= LANES {
+            Self::Short
+        } else if longest <= MEDIUM {
+            Self::Medium
+        } else {
+            Self::Long
         }
     }
 }
