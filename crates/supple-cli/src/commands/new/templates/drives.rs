@@ -1,0 +1,90 @@
+//! What drives the joints: position control, or torques.
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+use super::{Draft, Template, names, plain};
+use crate::commands::new::rules::digits;
+
+/// Position control of a joint.
+struct Servo<'a> {
+    joint: &'a str,
+    /// N m/rad or N/m.
+    kp: f64,
+    /// N m s/rad or N s/m.
+    kv: f64,
+    /// The command that holds the start, rad or m.
+    command: f64,
+}
+
+impl Draft<'_> {
+    /// Whether controls are torques: joint sensors are of use only where no controller of the joints uses them already.
+    pub(super) fn is_by_torque(&self) -> bool {
+        self.template == Template::Reach
+    }
+
+    /// The joints with drives: those that actuators of the file drive, or else those with an effort, or else all.
+    fn driven(&self) -> Vec<usize> {
+        let (robot, tree) = (&self.limb.planning.robot, &self.limb.planning.tree);
+        let joint = |dof: &usize| tree.joint_indices()[*dof];
+        let all = || 0..tree.dofs();
+        let with_actuator: Vec<_> =
+            all().filter(|dof| robot.actuators.iter().any(|actuator| actuator.joint == joint(dof))).collect();
+        let with_effort: Vec<_> = all().filter(|dof| robot.joints[joint(dof)].limits.effort > 0.0).collect();
+        [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
+    }
+
+    fn servos(&self) -> Vec<Servo<'_>> {
+        let Self { limb, start, rules, .. } = self;
+        let of = |dof: usize| {
+            let (inertia, lever) = (start.inertia[dof], start.levers[dof]);
+            let fast = inertia * (2.0 * PI * rules.bandwidth).powi(2);
+            let kp = digits(fast.max(1e4 * rules.force / limb.reach * lever * lever));
+            let kv = digits(2.0 * (kp * inertia).sqrt());
+            let command = plain(start.q[dof] + start.held[dof] / kp);
+            Servo { joint: &limb.joints()[dof], kp, kv, command }
+        };
+        self.driven().into_iter().map(of).collect()
+    }
+
+    /// Controls that hold the start: commands of position control, or torques.
+    pub(super) fn holding(&self) -> Vec<f64> {
+        if self.is_by_torque() {
+            self.driven().into_iter().map(|dof| plain(self.start.held[dof])).collect()
+        } else {
+            self.servos().into_iter().map(|servo| servo.command).collect()
+        }
+    }
+
+    /// The keys of `[model]` that say which joints have drives.
+    pub(super) fn actuated(&self, text: &mut String) {
+        let robot = &self.limb.planning.robot;
+        if !robot.actuators.is_empty() {
+            let _ = writeln!(text, "file_actuators = false           # true: the actuators of the robot file");
+        }
+        let driven: Vec<&String> = self.driven().into_iter().map(|dof| &self.limb.joints()[dof]).collect();
+        if driven.len() < self.limb.joints().len() {
+            let _ = writeln!(text, "actuated = {}   # the file gives the other joints no drive", names(&driven));
+        }
+    }
+
+    /// The table of drives.
+    pub(super) fn drives(&self, text: &mut String) {
+        let Self { limb, rules, .. } = self;
+        if self.is_by_torque() {
+            return;
+        }
+        let _ = write!(
+            text,
+            "\n# The joints follow position commands, as most robots do: their natural frequency is at least {:?} Hz, critically\n\
+             # damped, and they are so stiff that {:?} N move the tool by at most {:?} m each. Controls are the commands. Delete this\n\
+             # table for control by torques.\n[model.drives]\n",
+            rules.bandwidth,
+            rules.force,
+            digits(1e-4 * limb.reach),
+        );
+        for Servo { joint, kp, kv, .. } in self.servos() {
+            let _ = writeln!(text, "{joint:?} = {{ kp = {kp:?}, kv = {kv:?} }}");
+        }
+    }
+}
