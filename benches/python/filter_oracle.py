@@ -7,6 +7,7 @@ Needs mpmath. Every number of a case is a float64, and what is computed from the
 
 from __future__ import annotations
 
+import itertools
 import json
 import random
 import sys
@@ -108,7 +109,40 @@ def cases() -> list[dict[str, Any]]:
             [(small + 1.0 * (i == j and i > 1)) if i != j or i > 1 else 2.0 * small for j in range(4)] for i in range(4)
         ]
         add(f"shared noise, 1e-{decade}", a, c, w, shared, covariance(draw, n), 8)
+    still = [[1.0]]
+    fine = [[[1e2], [1e-12]], [[1e6], [1e-8]], [[1e8], [1e-12]], [[1e3], [1e-16]], [[1e8], [1e-20]]]
+    for (scale, variance), coarse in itertools.product(((c[0], v[0]) for c, v in fine), (1e-6, 1.0, 1e4)):
+        name = f"one state, {scale:.0e} with {variance:.0e} and 1 with {coarse:.0e}"
+        for order in ((0, 1), (1, 0)):
+            c, v = [[scale], [1.0]], [variance, coarse]
+            add(name, still, [c[i] for i in order], [[0.0]], diagonal([v[i] for i in order]), [[1e6]], 1)
+    for number in range(60):
+        draw = random.Random(1000 + number)
+        found.append(far_apart(draw, 16.0 + 0.2 * number) | {"name": f"far apart, {number}"})
     return found
+
+
+def far_apart(draw: random.Random, decades: float) -> dict[str, Any]:
+    """Random sensors, several of them of the same, whose ranges of precision and of what is known before span decades."""
+
+    def size(share: float) -> float:
+        return float(f"{10.0 ** (share * draw.uniform(-0.5, 0.5) * decades):.3g}")
+
+    n, p = draw.choice([1, 1, 2, 3]), draw.choice([2, 2, 3])
+    a = [[draw.uniform(0.3, 1.2) if i == j else draw.gauss(0, 0.5) for j in range(n)] for i in range(n)]
+    if draw.random() < 0.3:
+        c = [[float(j == s) for j in range(n)] for s in (draw.randrange(n) for _ in range(p))]
+    else:
+        c = [[draw.gauss(0, 1) * size(0.25) for _ in range(n)] for _ in range(p)]
+        if draw.random() < 0.6:
+            c[1] = [x * size(0.25) for x in c[0]]
+    x0 = diagonal([size(0.5) for _ in range(n)])
+    if draw.random() < 0.4:
+        scale = size(0.5)
+        x0 = [[scale * x for x in row] for row in covariance(draw, n)]
+    w = diagonal([0.0 if draw.random() < 0.4 else 1e-3 * size(0.5) for _ in range(n)])
+    v = diagonal([size(0.5) for _ in range(p)])
+    return {"A": a, "C": c, "W": w, "V": v, "X0": x0, "steps": draw.choice([1, 2, 5])}
 
 
 def main() -> None:

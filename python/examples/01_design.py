@@ -1,4 +1,4 @@
-"""Finds the stiffnesses with which two masses press on a wall at the least information.
+"""Finds the stiffnesses that minimise the information of two masses pressing on a wall.
 
 Its twin in Rust is crates/supple/examples/01_design.rs; both print the same.
 """

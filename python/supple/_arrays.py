@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._records import Array
+from ._supple import most_steps
 from .errors import UsageError
 
 __all__ = ["Sizes", "array", "check_unmasked", "covariance", "finite_array", "symmetric"]
@@ -37,8 +38,15 @@ class Sizes:
         if N is not None:
             if isinstance(N, bool) or not isinstance(N, (int, np.integer)) or N < 1:
                 raise UsageError(f"N={N!r}: a whole number of at least 1")
-            sizes._steps[int(N)] = "the argument N"
+            sizes._set(int(N), "the argument N")
         return sizes
+
+    def _set(self, steps: int, source: str) -> None:
+        """Records N, which must not be too large for so many states: before anything is computed from the arrays."""
+        most = most_steps(self.states, self.controls)
+        if steps > most:
+            raise UsageError(f"N = {steps} by {source}: it must be at most {most} with {self.states} states")
+        self._steps[steps] = source
 
     def length(self, axis: str) -> int:
         """The length of the axis ``n``, ``m`` or ``p``."""
@@ -57,7 +65,8 @@ class Sizes:
                 f"{name} has the length {count} along the time: it must be {valid} = {expected}, as N = {known} by "
                 f"{source}; or leave that axis out where it is the same at all steps"
             )
-        self._steps.setdefault(steps, f"the shape of {name}")
+        if not self._steps:
+            self._set(steps, f"the shape of {name}")
 
     @property
     def steps(self) -> int:
@@ -77,7 +86,7 @@ def check_unmasked(name: str, given: object) -> None:
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         place = ", ".join(str(index) for index in np.argwhere(np.ma.getmaskarray(given))[0])
         raise UsageError(
-            f"{name}[{place}] is masked: every number is needed; fill masked entries first, such as by `.filled(0.0)`"
+            f"{name}{f'[{place}]' if place else ''} is masked: every number is needed; fill masked entries first, such as by `.filled(0.0)`"
         )
 
 

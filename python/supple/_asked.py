@@ -42,6 +42,7 @@ class logged:
 def pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
     found = []
     for name, value in values.items():
+        check_unmasked(name, value)
         try:
             found.append((name, float(value)))
         except (TypeError, ValueError):

@@ -375,6 +375,8 @@ class TaskReport(Record):
         stationarity: The largest derivative of the Hamiltonian with respect to a control.
         relative_stationarity: The same, relative to 1 plus the largest ``|l_u|``.
         regularised_iterations: Iterations that had to raise the regularisation.
+        cost_curvature: Second derivatives of the cost in its control law and expected cost: ``exact`` or
+            ``gauss_newton``.
         belief_repairs: Number of repairs of rounding errors in the belief.
         branches: Number of different local minima of the plan encountered, if they were searched for.
         limits_violated: Limits that its plan violates.
@@ -399,6 +401,7 @@ class TaskReport(Record):
     stationarity: float
     relative_stationarity: float
     regularised_iterations: int
+    cost_curvature: str
     belief_repairs: int
     branches: int | None
     limits_violated: list[LimitViolation]

@@ -451,8 +451,13 @@ class Design(_OfDesign):
 
     @property
     def seconds(self) -> float:
-        """Wall time, s."""
+        """Wall time of the search, s."""
         return float(self._data["seconds"])
+
+    @property
+    def report_seconds(self) -> float:
+        """Wall time of the evaluation of start and optimum after the search, s."""
+        return float(self._data.get("report_seconds", 0.0))
 
     @cached_property
     def catalogue(self) -> CatalogueReport | None:

@@ -69,7 +69,7 @@ def test_simulations_of_matrices_end_with_them() -> None:
         ([[0.0], [np.nan]], {}, r"controls\[1, 0\] is nan: it must be finite"),
         ([["fast"]], {}, "controls holds <U4: it must hold real numbers"),
         (np.zeros((5, 1)), {"initial_state": [0.0]}, "the first state of task `press` has length 1, not 5"),
-        (np.zeros((5, 1)), {"task": "pull"}, "no task `pull`: there is press"),
+        (np.zeros((5, 1)), {"task": "pull"}, "no task `pull`; valid: press"),
         (np.zeros((5, 1)), {"k1": 1.0}, "outside"),
     ],
 )
@@ -131,7 +131,7 @@ def test_a_contact_that_is_missed_is_a_warning(tmp_path: Path) -> None:
     assert not wall.touches and wall.first_s is None and wall.last_s is None and wall.peak_force_N == 0.0
     (warning,) = found.warnings
     assert warning.startswith(
-        "task `press`: the plan never touches `wall`, but cost 1 (contact_force) tracks a force of 10 N there"
+        "task `press`: the plan never makes contact with `wall`, but cost 1 (contact_force) tracks a force of 10 N there"
     )
     assert warning in repr(found)
 
@@ -197,7 +197,7 @@ def test_figures_and_reports(best: supple.Design, task: supple.Task, tmp_path: P
 
 def test_misuse_says_what_is_valid(task: supple.Task) -> None:
     cases: list[tuple[Any, str]] = [
-        (lambda: task.evaluate(k1="soft"), "parameter `k1` = 'soft' is no number"),  # type: ignore[arg-type]
+        (lambda: task.evaluate(k1="soft"), "parameter `k1` = 'soft' is not a number"),  # type: ignore[arg-type]
         (lambda: task.evaluate(gradient="exact"), 'there is "total", "frozen", "both"'),  # type: ignore[arg-type]
         (lambda: task.evaluate(rollouts=-1), "rollouts=-1: a whole number of at least 0"),
         (lambda: task.evaluate(k1=float("nan")), "parameter `k1` = NaN is outside"),
@@ -250,7 +250,8 @@ def test_progress_is_told_on_the_thread_that_asked(task: supple.Task) -> None:
     assert watcher.threads == {threading.get_ident()}
     watcher = Watcher()
     task.design(starts=3, progress=watcher)
-    assert watcher.begun == [("starts", 0, 3)] and watcher.done == 3 and "designs, best" in watcher.said[-1]
+    parts = [("starts", 0, 3), ("evaluation of start and optimum", 0, 2), ("causes of the change of information", 0, 1)]
+    assert watcher.begun == parts and watcher.done == 6 and "designs, best" in watcher.said[-1]
 
 
 def test_an_exception_in_progress_stops_the_work(task: supple.Task) -> None:

@@ -96,7 +96,7 @@ def test_what_is_wrong_is_said(plant: supple.Task) -> None:
         plant.bound(curve=1)
     with pytest.raises(supple.UsageError, match="20000 points are too many"):
         plant.bound(curve=20_000)
-    with pytest.raises(supple.UsageError, match="is no number"):
+    with pytest.raises(supple.UsageError, match="is not a number"):
         plant.bound(cost="much")  # type: ignore[arg-type]
     with pytest.raises(supple.ComputeError, match="has no steady state"):
         supple.load("tasks/two_mass.toml").bound(stationary=True)

@@ -88,7 +88,7 @@ def test_own_models() -> None:
 def test_what_is_wrong() -> None:
     for catalogue, message in [
         ([5.0], "entry 1: must be within the bounds [0.1, 3]; found 5"),
-        ([1.0, 1.0], "entry 2: the value 1 is there already"),
+        ([1.0, 1.0], "entry 2: the value 1 occurs twice"),
         (["soft"], "a number, or supple.CatalogueEntry(value, price, name)"),
         ([supple.CatalogueEntry(1.0, float("nan"))], "price is not finite"),
         ([supple.CatalogueEntry(1.0, -2.0)], "a price must be a number of at least 0; found -2"),

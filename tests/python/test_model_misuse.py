@@ -63,7 +63,7 @@ WRONG: list[tuple[str, dict[str, Any], str]] = [
     (
         "jax",
         {"cost": lambda x, u, p: p.stifness * x[0]},
-        r"`cost` cannot be traced.*no parameter `stifness`: there is `stiff",
+        r"`cost` cannot be traced.*no parameter `stifness`; valid: `stiff",
     ),
     ("jax", {"cost": lambda x, u, p: jnp.log(x[0])}, r"`cost` returned nan at x = .*must return finite numbers"),
     ("jax", {"step": lambda x, u, p: x + np.random.normal()}, r"`step` is not deterministic.*supple\.Noise"),

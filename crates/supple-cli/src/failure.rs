@@ -3,7 +3,7 @@ use std::io::Write;
 use supple::FileError;
 use supple_study::{StudyError, picture};
 
-use crate::plain::plain;
+use supple_text::plain;
 
 /// Why a command could not do what was asked.
 #[derive(Debug, thiserror::Error)]

@@ -6,7 +6,7 @@ use supple_study::CHECKSUMS;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
-use crate::plain::plain;
+use supple_text::plain;
 
 /// Prints one JSON object on standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use supple_study::{About, StudyResult};
+use supple_study::{About, NotFinite, StudyResult};
 
 use crate::Outcome;
 use crate::failure::Failure;
@@ -20,12 +20,11 @@ pub fn print(result: &StudyResult, about: &About, folder: Option<&Path>, json: b
     } else {
         print_text(&result_page(about, result, folder))?;
     }
-    Ok(judge(result))
+    Ok(judge(&result.not_finite()))
 }
 
-/// Whether all numbers of a result are finite; a warning names the first that are not.
-fn judge(result: &StudyResult) -> Outcome {
-    let broken = result.not_finite();
+/// Whether all numbers of a result are finite, given those that are not; a warning names the first of them.
+pub fn judge(broken: &[NotFinite]) -> Outcome {
     if broken.is_empty() {
         return Outcome::Success;
     }

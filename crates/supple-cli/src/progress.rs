@@ -9,26 +9,15 @@ use supple_study::Watch;
 /// Set by Ctrl-C and by SIGTERM: long work stops soon and keeps what it found.
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
-/// How work ends that a signal stops.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Stopping {
-    /// At its next pause, as what is under way is of use.
-    AtPause,
-    /// Within moments: what is under way is kept elsewhere, or not at all.
-    Now,
-}
-
-/// Handles Ctrl-C and SIGTERM and announces how the running work will stop; a second signal terminates the program.
-pub fn listen(stopping: Stopping) {
-    static NOW: AtomicBool = AtomicBool::new(false);
+/// Handles Ctrl-C and SIGTERM from now on: what is under way ends within moments; a second signal terminates the program.
+pub fn listen() {
     static LISTENS: Once = Once::new();
-    NOW.store(stopping == Stopping::Now, Ordering::SeqCst);
     LISTENS.call_once(|| {
         let handler = || {
             if STOP.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
-            halt::request(NOW.load(Ordering::SeqCst));
+            halt::request(true);
         };
         // Where signals cannot be listened for, Ctrl-C ends the program as usual.
         let _ = ctrlc::set_handler(handler);
@@ -42,8 +31,8 @@ pub fn end_when_asked() {
 }
 
 /// Does long work with a bar, until it is done or a signal stops it.
-pub fn watched<T>(stopping: Stopping, work: impl FnOnce(Watch) -> T) -> T {
-    listen(stopping);
+pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
+    listen();
     let bar = Bar::new();
     let found = work(Watch { progress: &bar, stop: &STOP });
     bar.finish();

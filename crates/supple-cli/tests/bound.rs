@@ -74,7 +74,7 @@ fn of_several_tasks_each_is_told_or_the_named_one() {
     let error = folder.run(&["bound", "task.toml", "--cost", "3"]);
     assert!(error.error().contains("several tasks: `reach`, `hold`; say which task"), "{error:?}");
     let error = folder.run(&["bound", "task.toml", "--task", "hodl"]);
-    assert_eq!(error.error(), "error: no task `hodl`: there is `reach`, `hold`");
+    assert_eq!(error.error(), "error: no task `hodl`; valid: `reach`, `hold`");
 }
 
 #[test]
@@ -90,10 +90,7 @@ fn a_cost_that_nobody_keeps_names_the_least() {
 #[test]
 fn a_steady_state_needs_a_linear_model_that_does_not_change() {
     let error = Folder::with_task(TWO_MASS).run(&["bound", "task.toml", "--stationary"]);
-    assert!(
-        error.error().contains("has no steady state to ask about") && error.error().contains("linear"),
-        "{error:?}"
-    );
+    assert!(error.error().contains("has no steady state") && error.error().contains("linear"), "{error:?}");
     // A norm that is not quadratic.
     let folder = Folder::with_task(LINEAR);
     let error = folder.run(&["bound", "task.toml", "--stationary", "--task", "hold"]);

@@ -59,7 +59,7 @@ fn what_is_not_paid_is_not_compared() {
     assert!(folder.run(&["design", "task.toml", "--starts", "1", "--json"]).json(0)["catalogue"]["gap_bits"].is_null());
 }
 
-/// Where no combination meets the bound, the page and the exit code say so.
+/// Where no combination within the cost limit, the page and the exit code say so.
 #[test]
 fn no_combination_will_do() {
     let folder = folder("[49.5, 50.0]");
@@ -69,12 +69,12 @@ fn no_combination_will_do() {
     assert_eq!(code, Some(1));
     assert!(
         page.contains(
-            "Chosen from all 4 combinations of entries; none of them meets every bound; this is the closest."
+            "Chosen from all 4 combinations of entries; none is within all cost limits; this is the closest."
         ),
         "{page}"
     );
     assert!(
-        page.contains("No design from the catalogues that meets every bound was found. The closest misses"),
+        page.contains("No design from the catalogues within all cost limits was found. The closest misses"),
         "{page}"
     );
 }

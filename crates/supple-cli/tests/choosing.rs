@@ -118,7 +118,7 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         "| clearance at the start | `clearance` | $L/100$; where",
         "0.5 s for `press` and `insert`, else 1 s, in 100 steps; twice that if",
         "2 % of $m$",
-        "the force deflects it by 1 mm; the softest mount is 40 times softer",
+        "the force deflects it by 1 mm; the lower bound is 40 times softer",
         "half of critical damping",
     ]);
 }
@@ -147,8 +147,8 @@ fn noise_follows_from_the_clearance_and_the_force() {
     assert_said(&[
         "20 % of the clearance",
         "2 % of the clearance at the tool, divided by $L$ for angles",
-        "2 % of the force at the start of the search; the bounds allow 100 times that",
-        "joints wander by 0.02 rad/s in a second, and by 0.1 rad/s for `hold`",
+        "2 % of the force at the start of the search; the upper bound is 100 times larger",
+        "joint velocities drift by 0.02 rad/s (one standard deviation) in a second, for `hold` by 0.1 rad/s",
         "The rule is 2.5 deviations of the wall's position",
     ]);
 }
@@ -206,7 +206,10 @@ fn the_example_is_what_is_written() {
         format!("| damping of the mount | {} N s/m |", press.number("parameters/d/initial")),
         format!("| mass of the tool | {} kg |", press.number("model/insert/0/mass")),
         format!("| duration | {:.1} s |", 100.0 * press.number("tasks/0/time_step")),
-        format!("| deviation of the wall's position | {:.1} mm |", 1e3 * variance("tasks/0/noise/initial/c.wall")),
+        format!(
+            "| standard deviation of the wall position | {:.1} mm |",
+            1e3 * variance("tasks/0/noise/initial/c.wall")
+        ),
         format!("| smoothing of the contact | {:.1} mm |", 1e3 * number(&contact["smoothing"])),
         format!("| stiffness of the wall | {} N/m |", number(&contact["stiffness"])),
         format!("| deviation of the force sensor | {:.2} N |", variance("parameters/force_noise/initial")),

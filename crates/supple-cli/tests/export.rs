@@ -69,7 +69,7 @@ fn no_file_but_the_result_is_read() {
 fn several_tasks_need_a_name() {
     let folder = evaluated(LINEAR);
     let run = folder.run(&["export", "at", "--to", "c"]);
-    assert!(run.error().contains("there are several tasks, name one of them: "), "{}", run.stderr);
+    assert!(run.error().contains("there are several tasks; choose one with --task: "), "{}", run.stderr);
     let run = folder.run(&["export", "at", "--to", "c", "--task", "reech"]);
     assert!(run.error().contains("no task is named `reech`; valid names: "), "{}", run.stderr);
     assert_eq!(folder.names(), ["at", "task.toml"]);

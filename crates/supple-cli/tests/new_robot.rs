@@ -106,7 +106,8 @@ fn a_folder_is_not_overwritten_by_a_result_of_another_kind() {
     assert_eq!(folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--out", "out"]).code, Some(0));
     let before = std::fs::read_to_string(folder.path("out/result.json")).unwrap();
     let run = folder.run(&["sweep", "task.toml", "--out", "out", "--grid", "k1=50,60"]);
-    let message = "out holds a result of `supple evaluate`, which one of `supple sweep` would replace";
+    let message =
+        "out contains a result of `supple evaluate`, and would be overwritten by `supple sweep` would replace";
     assert!(run.error().contains(message), "{}", run.stderr);
     assert_eq!(std::fs::read_to_string(folder.path("out/result.json")).unwrap(), before);
     // What was found of the last result is not of the next one.
@@ -158,8 +159,7 @@ fn limbs_of_a_single_joint_have_tasks() {
                 continue;
             }
             let run = folder.run(&[&["new", "task"][..], &words].concat());
-            let error =
-                format!("takes 2 joints at least, and `{frame}` is moved by 1; try --template press, hold or reach");
+            let error = format!("takes 2 joints, but `{frame}` is moved by 1; try --template press, hold or reach");
             assert!(run.error().contains(&error), "{template}: {}", run.stderr);
             assert!(!folder.path("task.toml").exists());
         }

@@ -14,7 +14,7 @@ fn noisy() -> String {
     let wall = "[parameters.wall]\ninitial = 1e-4\nbounds = [1e-8, 1.0]\nscale = \"log\"\nunit = \"m^2\"\nrole = \"study\"\n\n[[tasks]]";
     let text = TWO_MASS.replacen("[[tasks]]", wall, 1);
     let (before, after) = text.split_once("initial = [").unwrap();
-    // The last entry of the first list of variances: of where the wall is.
+    // The last entry of the first list of variances: of the wall position.
     let (list, rest) = after.split_once(']').unwrap();
     let (others, _) = list.rsplit_once(',').unwrap();
     format!("{before}initial = [{others}, \"wall\"]{rest}")
@@ -129,7 +129,7 @@ fn bad_requests_are_errors_and_write_nothing() {
     for (arguments, message) in [
         (
             vec!["robustness", "task.toml", "--designs", "best", "--vary", "wall=1e-5,1e-4"],
-            "--designs: `best`: it is no design",
+            "--designs: `best`: it is not a design",
         ),
         (vec!["robustness", "task.toml", "--vary", "wal=1e-5,1e-4"], "no parameter `wal`"),
         (vec!["robustness", "task.toml", "--vary", "wall"], "--vary wall: write NAME="),

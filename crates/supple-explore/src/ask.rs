@@ -38,6 +38,20 @@ pub struct Ask {
     pub what: String,
 }
 
+/// Pinned designs of one request at most; pages have three.
+const MOST_PINS: usize = 8;
+/// Quantities of one request at most.
+const MOST_WANTED: usize = 100;
+
+impl Ask {
+    /// What it has too many of.
+    pub fn excess(&self) -> Option<String> {
+        let lists = [("pinned designs", self.pins.len(), MOST_PINS), ("quantities", self.want.len(), MOST_WANTED)];
+        let (what, found, most) = lists.into_iter().find(|(_, found, most)| found > most)?;
+        Some(format!("a request has at most {most} {what}; found {found}"))
+    }
+}
+
 /// A pinned design.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,6 +5,7 @@ use supple::noise::Covariance;
 use supple::parameters::{Role, Scale};
 use supple::{Problem, Task, Value};
 use supple_study::LoadedTask;
+use supple_text::digits;
 
 /// Measured numbers up to which each has a magnitude of noise for itself.
 const MOST_CHANNELS: usize = 6;
@@ -205,6 +206,7 @@ pub fn turned(loaded: &LoadedTask, knobs: &[Knob], values: &[f64]) -> Result<(Pr
     for (knob, &value) in knobs.iter().zip(values) {
         let [lower, upper] = knob.bounds;
         if !value.is_finite() || !knob.open && !(lower..=upper).contains(&value) {
+            let [lower, upper, value] = [lower, upper, value].map(digits);
             return Err(format!("`{}` must be from {lower} to {upper}; found {value}", knob.name));
         }
         if value == knob.start && !matches!(knob.target, Target::Parameter(_)) {

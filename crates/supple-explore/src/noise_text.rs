@@ -244,7 +244,7 @@ weight = 1.0
         let text = "[[tasks]]\nnoise = { initial = [0x10], measurement = [[1.0]] }\n";
         let problem = supple_file::parse(FILE, "task.toml").unwrap();
         let try_it = |one| noise_edits(text, &problem, &[one]).unwrap_err();
-        assert!(try_it(factor(0, Kind::Initial, None, 2.0)).contains("`0x10` is no decimal number"));
+        assert!(try_it(factor(0, Kind::Initial, None, 2.0)).contains("`0x10` is not a decimal number"));
         assert!(try_it(factor(0, Kind::Measurement, Some(3), 2.0)).contains("together with other measurements"));
         assert!(try_it(factor(4, Kind::Initial, None, 2.0)).contains("has no table"));
     }

@@ -1,7 +1,7 @@
 //! The server: files for the page, a channel to it, and its requests.
 
-use std::collections::HashMap;
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::collections::{BTreeMap, HashMap};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
@@ -26,7 +26,8 @@ use crate::surroundings::{Alone, Surroundings};
 
 /// Pages that may be open at once.
 const MOST_PAGES: usize = 8;
-/// Connections that may be open at once, those of pages included; more are closed.
+/// Connections that may be open at once, those of pages included. For one more, that which has waited longest without a request is
+/// closed, or else the new one.
 const MOST_CONNECTIONS: usize = 128;
 /// Whether a page is still there, and the file still the same, is seen as often as that.
 const PERIOD: Duration = Duration::from_millis(500);
@@ -149,20 +150,23 @@ impl Explorer {
     /// Serves until [`close`](Self::close); once.
     pub fn serve(&self) {
         let Some(listener) = lock(&self.listener).take() else { return };
-        let open = Arc::new(AtomicUsize::new(0));
-        for stream in listener.incoming() {
+        let (open, silent) = (Arc::new(AtomicUsize::new(0)), Arc::new(Silent::default()));
+        for (number, stream) in listener.incoming().enumerate() {
             if self.state.closed.load(Ordering::Relaxed) {
                 break;
             }
             // A client that went before it was accepted.
             let Ok(stream) = stream else { continue };
-            if open.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
-                open.fetch_sub(1, Ordering::Relaxed);
+            let is_full = open.load(Ordering::Relaxed) >= MOST_CONNECTIONS;
+            if is_full && !silent.close_oldest() || silent.add(number, &stream).is_err() {
                 continue;
             }
-            let (state, open) = (Arc::clone(&self.state), Arc::clone(&open));
+            open.fetch_add(1, Ordering::Relaxed);
+            let (state, open, silent) = (Arc::clone(&self.state), Arc::clone(&open), Arc::clone(&silent));
             std::thread::spawn(move || {
-                if let Ok(request) = Request::read(stream) {
+                let request = Request::read(stream);
+                silent.remove(number);
+                if let Ok(request) = request {
                     state.answer(request);
                 }
                 open.fetch_sub(1, Ordering::Relaxed);
@@ -177,6 +181,28 @@ impl Explorer {
         // A server that was never served gives up its port here; one that waits for the next connection is woken.
         drop(lock(&self.listener).take());
         let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.state.port));
+    }
+}
+
+/// Connections that have not sent a whole request yet, by their numbers, which increase.
+#[derive(Default)]
+struct Silent(Mutex<BTreeMap<usize, TcpStream>>);
+
+impl Silent {
+    fn add(&self, number: usize, stream: &TcpStream) -> std::io::Result<()> {
+        lock(&self.0).insert(number, stream.try_clone()?);
+        Ok(())
+    }
+
+    fn remove(&self, number: usize) {
+        lock(&self.0).remove(&number);
+    }
+
+    /// Closes the oldest one; false where there is none.
+    fn close_oldest(&self) -> bool {
+        let oldest = lock(&self.0).pop_first();
+        // Its thread ends as soon as it reads.
+        oldest.map(|(_, stream)| stream.shutdown(Shutdown::Both)).is_some()
     }
 }
 
@@ -244,6 +270,9 @@ impl State {
             Ok(ask) => ask,
             Err(why) => return respond(request, 400, PLAIN, &format!("the request cannot be read: {why}\n")),
         };
+        if let Some(excess) = ask.excess() {
+            return respond(request, 400, PLAIN, &format!("{excess}\n"));
+        }
         let number = query(&request.target, "page").and_then(|number| number.parse().ok());
         let page = number.and_then(|number: u64| lock(&self.pages).get(&number).cloned());
         let Some(page) = page else {

@@ -3,7 +3,10 @@
 
 mod common;
 
+use std::io::Write;
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use common::{SMALL, Served};
 use serde_json::{Value, json};
@@ -354,4 +357,49 @@ fn a_saved_result_is_read_by_the_other_commands() {
         std::fs::read_to_string(folder.path().join(saved["path"].as_str().unwrap_or_else(|| panic!("{saved}"))))
             .unwrap();
     assert!(report.contains("</html>"));
+}
+
+#[test]
+fn requests_for_hundreds_of_designs_were_answered_with_megabytes() {
+    let served = Served::of(Path::new(SMALL));
+    let page = served.page();
+    let address = format!("/ask?page={}", page.hello["page"]);
+    let pin = json!({ "name": "A", "values": page.values() });
+    for (list, most) in [
+        (json!({ "pins": vec![pin; 900] }), "at most 8 pinned designs; found 900"),
+        (json!({ "want": vec!["state:0"; 3000] }), "at most 100 quantities; found 3000"),
+    ] {
+        let mut ask = json!({ "view": "pins", "id": 1, "generation": 0 });
+        ask.as_object_mut().unwrap().extend(list.as_object().unwrap().clone());
+        let (status, text) = served.own("POST", &address, &ask.to_string());
+        assert!(status == 400 && text.contains(most), "{status} {text}");
+    }
+}
+
+#[test]
+fn idle_connections_kept_others_out() {
+    let served = Served::of(Path::new(SMALL));
+    let idle: Vec<TcpStream> = (0..400)
+        .map(|_| {
+            let mut stream = TcpStream::connect(served.host()).unwrap();
+            // Those that were closed for others need not take this.
+            let _ = stream.write_all(b"GET / HT");
+            stream
+        })
+        .collect();
+    let clock = Instant::now();
+    assert_eq!(served.own("GET", "/", "").0, 200);
+    assert!(clock.elapsed() < Duration::from_secs(10), "{:?}", clock.elapsed());
+    drop(idle);
+}
+
+#[test]
+fn large_numbers_were_printed_with_hundreds_of_zeros() {
+    let served = Served::of(Path::new(SMALL));
+    let mut page = served.page();
+    let mut values = page.values();
+    values[0] = 1e308;
+    page.ask("evaluate", 1, json!({ "values": values }));
+    let error = page.next("evaluate")["error"].as_str().unwrap().to_owned();
+    assert!(error.contains("found 1e308") && error.len() < 200, "{error}");
 }

@@ -60,7 +60,7 @@ fn a_curve_of_bounds_shows_the_minimum_and_the_design() {
     let StudyResult::Bound(study) = &mut plain.result else { panic!() };
     study.curves.clear();
     let error = draw(Kind::Bound, &[plain], None).unwrap_err().to_string();
-    assert!(error.contains("has no curve; make the result again with `--curve`"), "{error}");
+    assert!(error.contains("has no curve; recompute the result with `--curve`"), "{error}");
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn the_line_of_the_bound_is_on_both_panels() {
             Shape::Contour { level, .. } => Some(level),
             _ => None,
         });
-        (level, labels(panel).contains(&"cost at its bound, 25"))
+        (level, labels(panel).contains(&"cost at its limit, 25"))
     };
     assert_eq!(landscape.panels.iter().map(bound).collect::<Vec<_>>(), [(Some(25.0), true); 2]);
 }

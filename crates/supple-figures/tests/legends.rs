@@ -70,7 +70,7 @@ fn figures_of_many_results_have_short_legends() {
     let landscape = draw(Kind::Landscape, &folders, None).unwrap();
     assert_short(&landscape, "landscape");
     let entries = landscape.entries();
-    for name in ["cost at its bound, 25", "optimum", "initial design", "Pareto front", "start", "end", "others"] {
+    for name in ["cost at its limit, 25", "optimum", "initial design", "Pareto front", "start", "end", "others"] {
         assert!(entries.contains(&name), "{name}: {entries:?}");
     }
 

@@ -14,7 +14,7 @@ use supple_model::model::{AnyModel, Entry, Equipment, Source};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::{Context, Kinds, Noise, Vocabulary, read_sensor, sensor_schemas};
 use supple_model::value::{Names, OneOrMore, Value};
-use supple_text::{FileError, nearest, quoted, read_text};
+use supple_text::{FileError, digits, nearest, quoted, read_text};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
@@ -239,7 +239,7 @@ impl Building<'_> {
             return Err(self.error(index, "name", format!("`{}` names two sensors", common.name)));
         }
         if !(common.price >= 0.0 && common.price.is_finite()) {
-            return Err(self.error(index, "price", format!("must be at least 0; found {}", common.price)));
+            return Err(self.error(index, "price", format!("must be at least 0; found {}", digits(common.price))));
         }
         Ok((common, kind.to_owned()))
     }

@@ -6,6 +6,7 @@ use supple_model::document::{Document, FileError, Place, merged};
 use supple_model::followed::Followed;
 use supple_model::quantity::{Context, Kinds, Quantity, Unfit};
 use supple_model::value::OneOrMore;
+use supple_text::digits;
 
 /// The keys of a limit beside those of its quantity.
 const KEYS: &[&str] = &["lower", "upper", "enforce"];
@@ -74,7 +75,7 @@ impl Reader<'_> {
         for (lower, upper) in limits[0].iter().zip(&limits[1]) {
             let [least, most] = [lower, upper].map(|value| value.resolve::<f64>(&phi));
             if least > most {
-                let message = format!("must be at most `upper`, {most}; found {least}");
+                let message = format!("must be at most `upper`, {}; found {}", digits(most), digits(least));
                 return Err(self.error("lower", message));
             }
         }

@@ -1,7 +1,7 @@
 //! Symmetric positive definite matrices that are block tridiagonal: factored in blocks, in lanes, and solved.
 
 use crate::rows::{add_scaled, scale};
-use crate::{Job, LANES, Lanes, Matrices, dispatch};
+use crate::{Job, LANES, Lanes, Matrices, dispatch, halt};
 
 /// How many right sides a [`Band`] solves for at once.
 pub const RIGHT_SIDES: usize = 2;
@@ -56,7 +56,7 @@ impl Band {
     /// Factors the matrix in place and solves for the right sides: `out[side][t]`, of length `orders[t]`.
     ///
     /// # Errors
-    /// The block at which the matrix is not positive definite to rounding.
+    /// The block at which the matrix is not positive definite to rounding, or which was next when a stop was requested.
     pub fn solve(&mut self, out: &mut [Vec<Vec<f64>>; RIGHT_SIDES]) -> Result<(), usize> {
         dispatch(Factor(&mut *self))?;
         self.substitute(out);
@@ -102,13 +102,16 @@ fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
 struct Factor<'a>(&'a mut Band);
 
 impl Job for Factor<'_> {
-    /// `Err(t)` where block t is not positive definite.
+    /// `Err(t)` where block t is not positive definite, and where a stop is requested.
     type Output = Result<(), usize>;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let Self(band) = self;
         for t in 0..band.orders.len() {
+            if halt::is_requested() {
+                return Err(t);
+            }
             if t > 0 {
                 band.take_coupling::<L>(t);
             }

@@ -463,6 +463,33 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
+/// A program of millions of instructions was divided among threads even at a single knot, without end.
+#[test]
+fn long_programs_at_few_knots_end() {
+    let _guard = hold_level();
+    let program = record(|| {
+        let inputs = nodes();
+        let mut x = inputs[0];
+        for _ in 0..2_000_001 {
+            x = x * inputs[1] + inputs[2];
+        }
+        Program::compile(&set(&[x]))
+    });
+    assert!(program.len() > 2_000_000);
+    let setting = Setting::new(20, 5);
+    let run = |threads: usize, count: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut out = Matrices::vectors(setting.knots.count(), 1);
+        let inputs = (&setting.sources()[..], &setting.parameters[..]);
+        let batch = Batch { first: 0, count };
+        pool.install(|| program.run(batch, inputs, (Some(&mut out), &mut []), &mut Scratch::new()));
+        out
+    };
+    for count in [1, 2, 16, 17, 19] {
+        assert!(run(2, count) == run(1, count), "{count} knots");
+    }
+}
+
 /// `a b + 3`, `sin(a)` where `b > 0` and else `tanh(a)`, and 7.
 struct Objects;
 

@@ -26,6 +26,7 @@ pub fn of_study(py: Python<'_>, error: &StudyError) -> PyErr {
         StudyError::File(error) => of_file(py, error),
         StudyError::Usage(_) => plain("UsageError"),
         StudyError::Compute(error) => of_compute(py, error),
+        StudyError::ComputeOf { .. } => plain("ComputeError"),
         StudyError::Io { .. } => plain("StorageError"),
         StudyError::Kept { .. } => plain("KeptError"),
         StudyError::Stopped => plain("Interrupted"),
@@ -52,21 +53,10 @@ pub fn of_file(py: Python<'_>, error: &FileError) -> PyErr {
 
 /// The exception for what could not be computed, or was asked for wrongly.
 pub fn of_compute(py: Python<'_>, error: &supple::Error) -> PyErr {
-    use supple::Error::{CostBelowLeast, NoTotalGradient, Parameter, Planning, Shape, TooMany, Unknown};
     if matches!(error, supple::Error::Stopped) {
         return exception(py, "Interrupted", &error.to_string(), &PyDict::new(py));
     }
-    let asked = matches!(
-        error,
-        CostBelowLeast { .. }
-            | Parameter(_)
-            | Unknown { .. }
-            | Shape { .. }
-            | NoTotalGradient { .. }
-            | Planning { .. }
-            | TooMany { .. }
-    );
-    let name = if asked { "UsageError" } else { "ComputeError" };
+    let name = if error.is_of_request() { "UsageError" } else { "ComputeError" };
     exception(py, name, &error.to_string(), &PyDict::new(py))
 }
 

@@ -8,8 +8,8 @@ use pyo3::types::PyBytes;
 use rayon::ThreadPoolBuilder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use supple::Level;
 use supple::design::{Control, DesignSettings, NoObserver};
+use supple::{Dimensions, Level};
 use supple_study::design::{Found, run_start};
 use supple_study::robustness::{RobustnessOptions, RobustnessUnits};
 use supple_study::sweep::{SweepOptions, SweepUnit, SweepUnits};
@@ -114,6 +114,12 @@ pub fn instructions() -> String {
 #[pyfunction]
 pub fn use_instructions(wanted: &str) -> bool {
     Level::ALL.into_iter().any(|level| name(level) == wanted && level.force())
+}
+
+/// The most steps that a task of a system of these sizes has.
+#[pyfunction]
+pub fn most_steps(states: usize, controls: usize) -> usize {
+    supple::most_steps(Dimensions { states, controls, measurements: 1 })
 }
 
 fn name(level: Level) -> String {

@@ -1,5 +1,6 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use supple_study::{Folder, StudyResult};
+use supple_text::plain;
 
 use crate::ReportError;
 use crate::assets::{LICENCE, PLOTLY, STYLE, THEME};
@@ -65,7 +66,7 @@ pub fn page(folders: &[Folder]) -> Result<String, ReportError> {
             }
         }
     };
-    Ok(page.into_string())
+    Ok(plain(&page.into_string()).into_owned())
 }
 
 /// What the page may do: run what is written in it, and nothing else. No address is asked for anything, whatever a script in it

@@ -273,8 +273,8 @@ fn a_task_without_bound_and_a_plan_that_did_not_converge_are_told() {
     }
     folder.made.about.tasks[0].bound = None;
     let text = text(&page(&[folder]).unwrap());
-    assert!(text.contains("no bound on its cost") && text.contains("it has no bound"));
-    assert!(text.contains("used up its iterations"));
+    assert!(text.contains("no cost limit") && text.contains("it has no bound"));
+    assert!(text.contains("reached the maximum number of iterations"));
 }
 
 #[test]

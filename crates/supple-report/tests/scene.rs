@@ -213,11 +213,11 @@ fn damaged_files_give_a_warning_and_the_shape() {
 fn what_is_no_mesh_is_said() {
     let folder = folder("words");
     let cases: [(&str, &[u8], &str); 5] = [
-        ("a.ply", b"ply", "is of a kind that is not read, `ply`: stl, obj and dae are"),
+        ("a.ply", b"ply", "has the unsupported format `ply`; supported: stl, obj, dae"),
         ("b.obj", b"", "has no triangles"),
         ("c.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "has numbers that are not finite"),
-        ("d.stl", b"\x00\x01", "cannot be read: it is neither text nor as long as it says"),
-        ("e.dae", &b"<a>".repeat(5000), "has elements more than 64 deep in one another"),
+        ("d.stl", b"\x00\x01", "cannot be read: neither text nor a binary STL of the stated length"),
+        ("e.dae", &b"<a>".repeat(5000), "has elements nested more than 64 deep"),
     ];
     for (name, bytes, expected) in cases {
         std::fs::write(folder.join(name), bytes).unwrap();

@@ -98,7 +98,7 @@ fn a_file_that_cannot_be_read_is_named() {
     let path = folder.join("robot.urdf");
     std::fs::write(&path, b"<robot name=\"r\">\n<link name=\"\xff\"/></robot>").unwrap();
     let error = load(&path, &LoadOptions::default()).unwrap_err();
-    assert_eq!((error.line, error.message.as_str()), (2, "must be text in UTF-8; this byte is not"));
+    assert_eq!((error.line, error.message.as_str()), (2, "must be UTF-8; this byte is invalid"));
 }
 
 /// An empty folder of its own.
@@ -133,7 +133,7 @@ fn ten_thousand_links_load() {
     let heap = soon(&large(10_000, |i| (i - 1) / 2)).unwrap();
     assert!(heap.joints.iter().enumerate().all(|(i, joint)| joint.parent <= i));
     let message = "it moves link `l9999` and what hangs from it, and none of them has inertia";
-    assert_eq!(heap.warnings, [format!("joint `j9999`: {message} (line 2, and 9998 more such)")]);
+    assert_eq!(heap.warnings, [format!("joint `j9999`: {message} (line 2, and 9998 more)")]);
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn large_errors_are_found_soon() {
     assert!(error.contains("there is no link `l0`; known are `l9999`, `l9998`,"), "{error}");
     let text = large(10_000, |i| if i == 1 { 9_999 } else { i - 1 });
     let error = soon(&text).unwrap_err();
-    assert!(error.contains("joints lead from this link back to itself, along `l9999`, `l1`, `l2`,"), "{error}");
+    assert!(error.contains("closed kinematic loop along `l9999`, `l1`, `l2`,"), "{error}");
     let mimic = |i: usize| format!("<mimic joint='j{}'/><child link='l{i}'/>", i + 1);
     let text = (1..9_999).fold(large(10_000, |_| 0), |text, i| match i % 100 {
         0 => text.replace(&format!("<child link='l{i}'/>"), &mimic(i)),
@@ -183,7 +183,7 @@ fn a_fixed_joint_follows_nothing_whatever_is_said() {
 </robot>"#;
     let robot = read(text).unwrap();
     assert_eq!(robot.joints[0].mimic, None);
-    let warning = "joint `j`: it is fixed; that it follows `of a part that is left out` is ignored (line 4)";
+    let warning = "joint `j`: it is fixed; its mimic relation to `of a part that is left out` is ignored (line 4)";
     assert_eq!(robot.warnings, [warning]);
     let options = LoadOptions { independent_mimic: true, ..LoadOptions::default() };
     assert_eq!(parse(text, "robot.urdf", &options).unwrap().warnings, [""; 0]);
@@ -222,8 +222,8 @@ fn warnings_of_a_kind_are_one_line_and_each_of_them_another() {
     let visuals: String = (0..12).map(visual).collect();
     let robot = read(&PAIR.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{visuals}</link>"))).unwrap();
     let names: Vec<_> = (0..10).map(|i| format!("`/far/{i}.stl`")).collect();
-    let why = "leads out of the robot file's folder and of all package roots";
-    let all = format!("12 meshes are left out, each of which {why}: {} and 2 more (first at line 3)", names.join(", "));
+    let why = "is outside the robot file's folder and all package roots";
+    let all = format!("12 meshes are ignored, because each {why}: {} and 2 more (first at line 3)", names.join(", "));
     assert_eq!(robot.warnings, [all]);
     let one = |i: usize| format!("mesh `/far/{i}.stl` is left out: it {why} (line {})", 3 + i);
     assert_eq!(robot.every_warning, (0..12).map(one).collect::<Vec<_>>());
@@ -239,8 +239,8 @@ fn long_names_and_many_mistakes_stay_short() {
     let unknown: String = (0..100_000).map(|i| format!("<e{i}/>\n")).collect();
     let robot = soon(&PAIR.replace("<link name=\"a\"/>", &format!("<link name=\"a\"/>{unknown}"))).unwrap();
     assert_eq!(robot.warnings.len(), 101);
-    assert_eq!(robot.warnings[0], "`e0` in `robot` is not known and is ignored; known are `link`, `joint` (line 3)");
-    assert_eq!(robot.warnings[100], "99900 warnings of further kinds are left out");
+    assert_eq!(robot.warnings[0], "unknown `e0` in `robot` is ignored; known are `link`, `joint` (line 3)");
+    assert_eq!(robot.warnings[100], "99900 further kinds of warnings are omitted");
     let text = "1 <!-- -->".repeat(200_000);
     soon(&PAIR.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{text}</link>"))).unwrap();
 }
@@ -262,7 +262,7 @@ fn a_symbolic_link_does_not_lead_out() {
         load(&path, &LoadOptions::default())
     };
     let without = write("mesh.stl").unwrap();
-    let why = "leads out of the robot file's folder and of all package roots by a symbolic link";
+    let why = "is outside the robot file's folder and all package roots by a symbolic link";
     assert_eq!(without.warnings, [format!("mesh `mesh.stl` is left out: it {why} (line 2)")]);
     assert_eq!(without.links[0].meshes, []);
     assert_eq!(write("alias.stl").unwrap().links[0].meshes[0].path, robot.join("alias.stl"));

@@ -176,7 +176,7 @@ fn the_arm_is_read_whole() {
 fn a_site_with_the_name_of_a_body_is_warned_of() {
     let robot = world("<body name='a'><site name='a' pos='1 0 0'/></body>");
     assert_eq!(robot.frame("a"), Some((1, Pose::IDENTITY)));
-    let said = "site `a`: a body has this name, too, and is meant where the name is used (line 1)";
+    let said = "site `a`: a body has the same name; references use the body (line 1)";
     assert_eq!(robot.warnings, [said]);
 }
 
@@ -332,7 +332,7 @@ fn meshes_that_are_shown_are_found() {
     let far = "<mujoco><asset><mesh name='m' file='../../m.obj'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>";
     let robot = parse(far, "robot.xml", &LoadOptions::default()).unwrap();
     assert_eq!(robot.links[0].meshes, []);
-    let why = "leads out of the robot file's folder and of all package roots";
+    let why = "is outside the robot file's folder and all package roots";
     assert_eq!(robot.warnings, [format!("mesh `../../m.obj` is left out: it {why} (line 1)")]);
 }
 
@@ -349,19 +349,19 @@ fn what_is_not_modelled_is_listed_once() {
          <tendon/><contact/>\n</mujoco>",
     );
     let expected = [
-        "`sesnor` in `mujoco` is not known and is ignored; did you mean `sensor`? (line 4)",
+        "unknown `sesnor` in `mujoco` is ignored; did you mean `sensor`? (line 4)",
         "element `tendon` is ignored (line 9)",
         "element `contact` is ignored (line 9)",
         "attribute `density` of `option` is ignored (line 3)",
         "attribute `spring` of `flag` is ignored (line 3)",
-        "`jiont` in `default` is not known and is ignored; did you mean `joint`? (line 5)",
+        "unknown `jiont` in `default` is ignored; did you mean `joint`? (line 5)",
         "`texture` elements are ignored (2 of them, first at line 5)",
         "element `material` is ignored (line 5)",
         "`camera` elements are ignored (2 of them, first at line 6)",
         "element `light` is ignored (line 6)",
         "attribute `gravcomp` of `body` is ignored (line 6)",
         "element `plugin` is ignored (line 8)",
-        "`jiont` in `body` is not known and is ignored; did you mean `joint`? (line 8)",
+        "unknown `jiont` in `body` is ignored; did you mean `joint`? (line 8)",
         "joint of body `a`: attribute `rnage` is not known and is ignored; did you mean `range`? (line 7)",
         "joint of body `a`: its `actuatorfrcrange` is not symmetric; the greater bound is taken for both directions \
          (line 7)",

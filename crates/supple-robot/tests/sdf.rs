@@ -225,7 +225,7 @@ fn inertia_that_is_not_given_is_that_of_the_format() {
     let inertia = |mass| Some(Inertia { mass, center: [0.0; 3], moment: unit });
     assert_eq!(robot.links[1].inertia, inertia(1.0));
     assert_eq!(robot.links[2].inertia, inertia(2.0));
-    let said = "link `a`: it has no `inertial`, and gets what SDF then has: 1 kg and 1 kg m^2 about each axis (line 1)";
+    let said = "link `a`: it has no `inertial`; the SDF default is used: 1 kg and 1 kg m² about each axis (line 1)";
     assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
     let said =
         "inertial of link `b`: it has no `inertia`, and gets what SDF then has: 1 kg m^2 about each axis (line 1)";
@@ -254,12 +254,12 @@ fn what_is_not_modelled_is_listed_once() {
         "element `light` is ignored (line 2)",
         "`physics` elements are ignored (2 of them, first at line 2)",
         "element `plugin` is ignored (line 6)",
-        "`lnik` in `model` is not known and is ignored; did you mean `link`? (line 6)",
+        "unknown `lnik` in `model` is ignored; did you mean `link`? (line 6)",
         "`sensor` elements are ignored (2 of them, first at line 4)",
         "element `velocity_decay` is ignored (line 5)",
         "element `x:own` is ignored (line 5)",
-        "link `a`: gravity acts on it, though the file asks for none (line 4)",
-        "link `a`: it is moved by forces, though the file says kinematic (line 4)",
+        "link `a`: gravity is applied although the file disables it (line 4)",
+        "link `a`: treated as dynamic although the file says kinematic (line 4)",
     ];
     assert_eq!(robot.warnings, expected);
 }

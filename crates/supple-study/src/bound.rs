@@ -121,9 +121,13 @@ pub fn run(task: &LoadedTask, options: &BoundOptions, watch: Watch) -> Result<Bo
     Ok(BoundStudy { options: options.clone(), report, curves })
 }
 
-/// Does work unless it is stopped.
+/// Does work unless it is stopped: what was cut short is none.
 fn stoppable<T>(watch: Watch, work: impl FnOnce() -> Result<T, StudyError>) -> Result<T, StudyError> {
-    if watch.is_stopped() { Err(StudyError::Stopped) } else { work() }
+    if watch.is_stopped() {
+        return Err(StudyError::Stopped);
+    }
+    let done = work();
+    if watch.is_stopped() { Err(StudyError::Stopped) } else { done }
 }
 
 fn curve(bounding: &Bounding, report: &TaskBound, points: usize, watch: Watch) -> Result<Curve, StudyError> {

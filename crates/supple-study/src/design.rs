@@ -10,14 +10,14 @@ use supple::design::{
 };
 use supple::pipeline::TaskState;
 use supple::{
-    EvaluateOptions, Evaluation, Named, Problem, Task, contact_reports, contact_warnings, number_warnings,
-    plan_warnings,
+    EvaluateOptions, Evaluation, Matrices, Named, Problem, Task, contact_reports, contact_warnings, halt,
+    number_warnings, plan_warnings,
 };
 
 pub use crate::catalogue::{CatalogueReport, ChosenEntry, CombinationReport, ContinuousOptimum};
 pub use crate::found::Found;
 use crate::journal::{Identity, Parts};
-use crate::watch::Searching;
+use crate::watch::{Progress, Searching, Silent};
 use crate::{LoadedTask, StudyError, Watch};
 
 /// What `supple design --json` prints.
@@ -61,8 +61,11 @@ pub struct DesignReport {
     /// versions that did not count them.
     #[serde(default)]
     pub evaluations_without_contact: usize,
-    /// Wall time, s.
+    /// Wall time of the search, s.
     pub seconds: f64,
+    /// Wall time of evaluating start and optimum for this report, s; 0 in results of versions that did not measure it.
+    #[serde(default)]
+    pub report_seconds: f64,
 }
 
 impl DesignReport {
@@ -185,7 +188,7 @@ pub fn run_observed(
     let starts: Vec<_> = (0..settings.starts).into_par_iter().map(search).collect::<Result<_, StudyError>>()?;
     let starts = starts.into_iter().flatten().collect();
     let found = searcher.choose(searcher.combine(starts, clock.elapsed().as_secs_f64())?)?;
-    report(problem, phi, &searcher, &found)
+    report(phi, &searcher, &found, watch.progress)
 }
 
 /// What a search is.
@@ -210,7 +213,7 @@ pub fn run_start(
 }
 
 /// The report of starts that were searched from elsewhere, all of them and in their order: the same, to the last bit,
-/// as that of [`run`], but for the wall time `seconds`.
+/// as that of [`run`], but for the wall times.
 ///
 /// # Errors
 /// Where a start is not of this task, or not even the first start can be evaluated.
@@ -221,7 +224,7 @@ pub fn combine(
     (seconds, control): (f64, Control),
 ) -> Result<DesignReport, StudyError> {
     let found = best_of(task, settings, starts, (seconds, control))?;
-    report(&task.problem, &task.phi, &searcher(task, settings, control), &found)
+    report(&task.phi, &searcher(task, settings, control), &found, &Silent)
 }
 
 /// The design that starts found together.
@@ -261,22 +264,50 @@ pub(crate) fn warnings_of(task: &Task, phi: &[f64], state: &TaskState) -> Vec<St
         .concat()
 }
 
-fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -> Result<DesignReport, StudyError> {
-    let settings = searcher.settings;
-    let wanted =
-        EvaluateOptions { total_gradient: true, seed: settings.seed, trajectories: true, ..Default::default() };
-    let (feasibility, rollouts) = (Some(settings.feasibility), problem.rollouts(settings.rollouts));
-    let information = Some(settings.information);
-    let wanted = EvaluateOptions { feasibility, rollouts, information, needed: true, ..wanted };
-    let start = problem.evaluate(phi, &wanted)?;
-    let best = found.found();
-    let controls = Some(best.controls.clone());
-    let optimum = problem.evaluate(&best.to, &EvaluateOptions { controls, ..wanted })?;
+/// Evaluates both ends of a search, each on a thread of its own, and finds where the change between them comes from. Once the
+/// search is stopped, leaves out what takes long.
+fn report(
+    phi: &[f64],
+    searcher: &Searcher,
+    found: &Design,
+    progress: &dyn Progress,
+) -> Result<DesignReport, StudyError> {
+    let (problem, settings, best) = (searcher.problem, searcher.settings, found.found());
+    let clock = Instant::now();
+    let ends = Ends { searcher, phi, best, progress };
+    let mut cut_short = searcher.control.is_stopped();
+    let full = if cut_short { Err(supple::Error::Stopped) } else { ends.evaluate(false) };
+    let (start, optimum) = match full {
+        Err(supple::Error::Stopped) => {
+            // All that was to end has ended; what was found is still to be shown.
+            halt::request(false);
+            cut_short = true;
+            ends.evaluate(true)?
+        }
+        full => full?,
+    };
     let nats: Vec<f64> = start.tasks.iter().map(|task| task.information.total_nats).collect();
+    let split = match settings.gradient {
+        GradientKind::Total if !cut_short => {
+            progress.begin("causes of the change of information", 0, problem.tasks.len() as u64);
+            match problem.split((phi, &nats), (&best.to, &best.controls)) {
+                Err(supple::Error::Stopped) => {
+                    cut_short = true;
+                    Vec::new()
+                }
+                // Plans on the way may be missing where both ends have them.
+                split => {
+                    progress.advance(problem.tasks.len() as u64);
+                    split.unwrap_or_default()
+                }
+            }
+        }
+        GradientKind::Total | GradientKind::Frozen => Vec::new(),
+    };
     let active = |(task, price): (&Task, &f64)| (*price > 0.0).then(|| task.name.clone());
     let price = |(task, &nats_per_unit): (&Task, &f64)| TaskPrice { task: task.name.clone(), nats_per_unit };
     Ok(DesignReport {
-        status: found.status,
+        status: if cut_short { DesignStatus::Stopped } else { found.status },
         method: settings.method,
         gradient: settings.gradient,
         seed: settings.seed,
@@ -288,16 +319,48 @@ fn report(problem: &Problem, phi: &[f64], searcher: &Searcher, found: &Design) -
         budget_nats_per_unit: best.budget_multiplier,
         branches: best.branches,
         catalogue: CatalogueReport::of(searcher, found),
-        // Plans on the way may be missing where both ends have them.
-        split: match settings.gradient {
-            GradientKind::Total => problem.split((phi, &nats), (&best.to, &best.controls)).unwrap_or_default(),
-            GradientKind::Frozen => Vec::new(),
-        },
+        split,
         starts: found.starts.iter().map(|summary| start_report(problem, summary)).collect(),
         evaluations: found.evaluations,
         evaluations_without_contact: found.without_contact,
         seconds: found.seconds,
+        report_seconds: clock.elapsed().as_secs_f64(),
     })
+}
+
+/// Where a search began and ended.
+struct Ends<'a> {
+    searcher: &'a Searcher<'a>,
+    phi: &'a [f64],
+    best: &'a StartSummary,
+    progress: &'a dyn Progress,
+}
+
+impl Ends<'_> {
+    /// Both designs, evaluated with trajectories; in brief without roll-outs and without the least information, where that is not
+    /// minimised.
+    fn evaluate(&self, brief: bool) -> Result<(Evaluation, Evaluation), supple::Error> {
+        let Searcher { problem, settings, .. } = *self.searcher;
+        let wanted = EvaluateOptions {
+            total_gradient: true,
+            needed: !brief,
+            rollouts: if brief { 0 } else { problem.rollouts(settings.rollouts) },
+            seed: settings.seed,
+            trajectories: true,
+            information: Some(settings.information),
+            feasibility: Some(settings.feasibility),
+            ..Default::default()
+        };
+        self.progress.begin("evaluation of start and optimum", 0, 2);
+        let evaluate = |phi: &[f64], controls: Option<Vec<Matrices>>| {
+            let evaluated = problem.evaluate(phi, &EvaluateOptions { controls, ..wanted.clone() });
+            self.progress.advance(1);
+            evaluated
+        };
+        let (start, optimum) =
+            rayon::join(|| evaluate(self.phi, None), || evaluate(&self.best.to, Some(self.best.controls.clone())));
+        Ok((start?, optimum?))
+    }
 }
 
 fn start_report(problem: &Problem, summary: &StartSummary) -> StartReport {

@@ -3,6 +3,9 @@ use std::path::Path;
 use supple::FileError;
 use supple::parameters::ParameterError;
 
+use crate::LoadedTask;
+use crate::task::OWN_MODEL;
+
 /// Why a study could not be made, kept or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
@@ -15,6 +18,14 @@ pub enum StudyError {
     /// Something could not be computed.
     #[error("{0}")]
     Compute(supple::Error),
+    /// Something could not be computed of the task in a file.
+    #[error("{file}: {error}")]
+    ComputeOf {
+        /// The task file.
+        file: String,
+        /// What could not be computed.
+        error: supple::Error,
+    },
     /// A file could not be read or written.
     #[error("{what}: {error}")]
     Io {
@@ -55,6 +66,17 @@ impl From<FileError> for StudyError {
 }
 
 impl StudyError {
+    /// The same with the file that the task is in, where it does not say so yet and there is one.
+    #[must_use]
+    pub fn of(self, task: &LoadedTask) -> Self {
+        match (self, task.sources.first()) {
+            (Self::Compute(error), Some(source)) if source.path != OWN_MODEL && !error.is_of_request() => {
+                Self::ComputeOf { file: source.path.clone(), error }
+            }
+            (error, _) => error,
+        }
+    }
+
     /// Something wrong with what was asked for.
     pub fn usage(message: impl Into<String>) -> Self {
         Self::Usage(message.into())

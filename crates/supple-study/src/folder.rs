@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple_file::read_text;
 
 use crate::checksums;
+use crate::consistent;
 use crate::journal::{forget, kept_parts};
 use crate::result::Kind;
 use crate::study::{Study, StudyFile, Work};
@@ -189,6 +190,8 @@ impl Folder {
         if let StudyResult::Sweep(sweep) = &mut result {
             sweep.load_table(path)?;
         }
+        consistent::check(&made.about, &result)
+            .map_err(|why| StudyError::kept(&file, format!("is damaged: {why}; recompute the result")))?;
         Ok(Self { path: path.to_owned(), made, result })
     }
 }

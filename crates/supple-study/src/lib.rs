@@ -6,6 +6,7 @@
 pub mod bound;
 mod catalogue;
 mod checksums;
+mod consistent;
 pub mod controller;
 pub mod design;
 mod error;

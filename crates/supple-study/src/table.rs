@@ -4,6 +4,7 @@ use std::path::Path;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use supple_file::read_text;
+use supple_text::plain;
 
 use crate::StudyError;
 
@@ -55,9 +56,11 @@ impl Cell {
     }
 }
 
-/// A text that spreadsheets take for text: an apostrophe before what they would compute.
+/// A text that spreadsheets take for text and terminals for no command: an apostrophe before what would be computed, and no control
+/// characters.
 fn no_formula(text: &str) -> String {
-    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text.to_owned() }
+    let text = plain(text);
+    if text.starts_with(['=', '+', '-', '@', '\t']) { format!("'{text}") } else { text.into_owned() }
 }
 
 /// The shortest text from which the same number is read; whole numbers without a point.

@@ -20,7 +20,7 @@ const OF_A_RESULT: usize = 250;
 /// Far more than reading takes.
 const SOON: Duration = Duration::from_secs(10);
 
-/// What stands in the place of numbers and words.
+/// What replaces numbers and words.
 const STRANGE: [&str; 24] = [
     "nan",
     "inf",

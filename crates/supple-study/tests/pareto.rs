@@ -141,7 +141,7 @@ fn a_front_needs_bounds_above_zero_and_a_stop_is_heard() {
     let error = front(&load(&text.replace("bound = 25.0", "")), 5).unwrap_err().to_string();
     assert!(error.contains("no task has a bound") && error.contains("supple evaluate"), "{error}");
     let error = front(&load(&text.replace("bound = 25.0", "bound = 0.0")), 5).unwrap_err().to_string();
-    assert!(error.contains("the bound of task `press` is 0"), "{error}");
+    assert!(error.contains("the cost limit of task `press` is 0"), "{error}");
     let options = ParetoOptions { points: 5, starts: 2, seed: 0 };
     let watch = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
     assert!(matches!(run(&load(&text), &options, None, watch), Err(StudyError::Stopped)));

@@ -131,8 +131,8 @@ fn what_cannot_be_is_refused() {
     let expected = [
         "the budget must be at least 0; found -1",
         "the bound on the expected cost must be at least 0; found NaN",
-        "a bound on the expected cost asks for the cheapest set, not for the most information: leave one out",
-        "no task `wash`: there is `wipe`",
+        "--cost selects the cheapest set and cannot be combined with --for information; remove one of them",
+        "no task `wash`; valid: `wipe`",
     ];
     assert_eq!(found, expected);
     for method in [SensorMethod::Greedy, SensorMethod::Both] {

@@ -1,5 +1,6 @@
 //! Text files as people write them: read within limits, with errors that name file, line, key and what is valid.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::Read;
@@ -8,6 +9,21 @@ use std::path::Path;
 
 /// Bytes that a file has at most: what is larger is no task and no robot.
 const LARGEST: u64 = 64 << 20;
+
+/// Text without what a terminal or a reader would take for commands: titles, names and messages may come from files of others.
+/// Control characters but for line breaks and tabs, and those that change the direction of text, become `\u{fffd}`.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    let is_command = |c: char| {
+        c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if text.contains(is_command) { text.replace(is_command, "\u{fffd}").into() } else { text.into() }
+}
+
+/// A number in a message, which is not read by its zeros: very large and very small ones have an exponent.
+pub fn digits(number: f64) -> String {
+    let short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
+    if short { format!("{number}") } else { format!("{number:e}") }
+}
 
 /// Something wrong in a file, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -17,7 +17,7 @@ use supple::lqg::{Information, information};
 use supple::lqg::{Policy, Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
 use supple::plan::{PlanSettings, rollout};
-use supple::system::Curvature;
+use supple::system::{Adjoints, Curvature};
 use supple::{EvaluateOptions, Level, Problem, Scratch, Trajectory};
 
 fn load(name: &str) -> Problem {
@@ -77,7 +77,14 @@ fn iteration(c: &mut Criterion) {
             noise.clear();
             reverse_kalman((&knots, &state.noise, &belief), seeds, &mut work, &mut adjoints, &mut noise);
             gradient.fill(0.0);
-            system.contract(at, &phi, &adjoints, &mut by_trajectory, &mut gradient, &mut scratch);
+            system.contract(
+                at,
+                &phi,
+                Adjoints { knots: &adjoints, curvature: Curvature::Exact },
+                &mut by_trajectory,
+                &mut gradient,
+                &mut scratch,
+            );
             found.total
         });
     });

@@ -1,4 +1,4 @@
-//! Finds the stiffnesses with which two masses press on a wall at the least information.
+//! Finds the stiffnesses that minimise the information of two masses pressing on a wall.
 
 use std::error::Error;
 use std::io::Write;
@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run("tasks/two_mass.toml", &mut std::io::stdout())
 }
 
-/// Designs a task, and writes what it was and became.
+/// Designs a task and prints the result before and after.
 pub fn run(task: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
     let problem = supple_file::load(task)?;
     let start = problem.parameters.initial();

@@ -110,7 +110,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&mut std::io::stdout())
 }
 
-/// Evaluates and designs the cart, and writes what it was and became.
+/// Evaluates and designs the cart, and prints the result before and after.
 pub fn run(out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
     let problem = problem();
     let start = problem.parameters.initial();

@@ -3,8 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
-use supple_kernels::Matrices;
-use supple_kernels::math;
+use supple_kernels::{Matrices, halt, math};
 use supple_model::Value;
 
 use crate::Error;
@@ -119,6 +118,10 @@ impl Candidates {
         if state.is_late() && (self.converged.is_some() || self.other.is_some()) {
             return;
         }
+        if let Err(stopped) = Error::check_stop() {
+            self.error.get_or_insert(stopped);
+            return;
+        }
         if let Err(error) = state.plan_with((task, phi), (&problem.planning, start.patience), start.controls) {
             self.error.get_or_insert(error);
             return;
@@ -176,9 +179,24 @@ pub fn plan_at(
         return Ok(None);
     }
     let given = (&state.plan.trajectory.controls, state.cost.expected());
-    let found = search_branches((problem, task), phi, given, (seed, attempts), usize::MAX);
+    let search = BranchSearch { seed, attempts, effort: usize::MAX, stop: &|| false };
+    let found = search_branches((problem, task), phi, given, search);
+    Error::check_stop()?;
     state.evaluate(task, phi, &problem.planning, Some(&found.controls))?;
     Ok(Some(found.count))
+}
+
+/// How a branch search is made.
+#[derive(Clone, Copy)]
+pub(crate) struct BranchSearch<'a> {
+    /// Seed of the attempts.
+    pub seed: u64,
+    /// Attempts at most.
+    pub attempts: usize,
+    /// Attempts that find nothing new end once they took as many iterations, such as those of the search that this one follows.
+    pub effort: usize,
+    /// Whether to stop.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// What a branch search found for one task.
@@ -195,17 +213,19 @@ pub(crate) struct Branches {
 /// from random multiples of the first guess, each continued to the design in small steps; where contacts are to be found,
 /// every other one from a plan that approached them. Deterministic in the seed, whatever the number of threads.
 ///
-/// Attempts that find nothing new end once they took as many iterations as `effort` says, such as those of the search
-/// that this one follows.
+/// Where it is stopped, it returns what was found until then.
 pub(crate) fn search_branches(
     (problem, task): (&Problem, &Task),
     phi: &[f64],
     given: (&Matrices, f64),
-    (seed, attempts): (u64, usize),
-    effort: usize,
+    BranchSearch { seed, attempts, effort, stop }: BranchSearch,
 ) -> Branches {
+    let is_stopped = || halt::is_requested() || stop();
     let scaling = Scaling::of(&problem.parameters);
     let attempt = |state: &mut TaskState, attempt: usize| {
+        if is_stopped() {
+            return (0, None);
+        }
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(attempt as u64 + 1);
         state.effort = 0;
@@ -215,7 +235,7 @@ pub(crate) fn search_branches(
     };
     let mut branches = Branches { count: 1, controls: given.0.clone(), cost: given.1 };
     let (mut seen, mut spent, mut next) = (vec![given.1], 0, 0);
-    while next < attempts {
+    while next < attempts && !is_stopped() {
         let batch = next..(next + BATCH).min(attempts);
         next = batch.end;
         let found: Vec<(usize, Option<(f64, Matrices)>)> =
@@ -279,6 +299,7 @@ fn attempt_branch(
         guess = controls;
     }
     state.plan_only(task, &source, &problem.planning, Some(&guess))?;
+    Error::check_stop()?;
     let controls = state.plan.trajectory.controls.clone();
     continue_plan((problem, task), scaling, (&source, phi), (&controls, 1), state).map_err(Failed::error)?;
     let converged = state.plan.status.is_converged();

@@ -105,6 +105,9 @@ pub(crate) fn continue_plan(
         if let Err(error) = state.plan_only(task, &phi, &problem.planning, Some(&controls)) {
             return Err(Failed { phi, error });
         }
+        if let Err(error) = Error::check_stop() {
+            return Err(Failed { phi, error });
+        }
         controls.copy_from(&state.plan.trajectory.controls);
     }
     state.assess(task, to).map_err(|error| Failed { phi: to.to_vec(), error })

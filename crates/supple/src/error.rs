@@ -1,3 +1,4 @@
+use supple_kernels::halt;
 use supple_model::parameters::ParameterError;
 
 use crate::stability::Stability;
@@ -156,6 +157,27 @@ pub enum Error {
     /// An error of a computation in another process, in its words.
     #[error("{0}")]
     Elsewhere(String),
+}
+
+impl Error {
+    /// Whether it is about what was asked for, and not about the numbers of a task.
+    pub fn is_of_request(&self) -> bool {
+        matches!(
+            self,
+            Self::CostBelowLeast { .. }
+                | Self::Parameter(_)
+                | Self::Unknown { .. }
+                | Self::Shape { .. }
+                | Self::NoTotalGradient { .. }
+                | Self::Planning { .. }
+                | Self::TooMany { .. }
+        )
+    }
+
+    /// Nothing, unless a stop was requested: to be asked between parts of long work.
+    pub(crate) fn check_stop() -> Result<(), Self> {
+        if halt::is_requested() { Err(Self::Stopped) } else { Ok(()) }
+    }
 }
 
 impl From<supple_lqg::Error> for Error {

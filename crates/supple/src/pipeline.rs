@@ -190,6 +190,7 @@ impl TaskState {
     pub fn assess(&mut self, task: &Task, phi: &[f64]) -> Result<(), Error> {
         self.forget();
         task.noise.resolve_along(phi, &self.plan.trajectory.states, &mut self.noise)?;
+        Error::check_stop()?;
         kalman(&self.plan.knots, &self.noise, &mut self.belief)?;
         information(&self.belief, &self.noise, &mut self.information)?;
         self.cost = cost_parts(&self.plan, &self.belief, &self.noise);

@@ -172,7 +172,7 @@ fn entries_are_paid_from_the_budget() {
         assert!(chosen.price <= budget && chosen.price == problem.parameters.price(&chosen.to));
         assert_eq!(found.status, DesignStatus::Converged);
     }
-    // Less than the cheapest combination that meets the bound costs.
+    // Less than the cheapest combination that within the cost limit costs.
     problem.design.budget = Some(2.0);
     assert_eq!(designed(&problem).status, DesignStatus::BoundViolated);
 }
@@ -283,7 +283,7 @@ fn errors_name_the_entry() {
     };
     for (catalogue, column, what) in [
         ("[100, 700]", 19, "catalogue[1]: must be within the bounds [50, 600]; found 700"),
-        ("[100, 100.0]", 19, "catalogue[1]: the value 100 is there already"),
+        ("[100, 100.0]", 19, "catalogue[1]: the value 100 occurs twice"),
         ("[]", 13, "catalogue: must have from 1 to 10000 entries; found 0"),
         ("[{ price = 3 }]", 14, "catalogue[0].value: is missing"),
         ("[{ value = 100, price = -1 }]", 14, "catalogue[0]: a price must be a number of at least 0; found -1"),
@@ -303,7 +303,7 @@ fn errors_name_the_entry() {
     let study = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
     let study = study.replacen("role = \"study\"", "role = \"study\"\ncatalogue = [1e-4]", 1);
     let found = supple_file::parse(&study, "task.toml").map(|_| ()).unwrap_err().to_string();
-    assert!(found.contains("catalogue: is for parameters that are designed"), "{found}");
+    assert!(found.contains("catalogue: applies only to design parameters"), "{found}");
 }
 
 /// Catalogues from CSV files, next to the task file; errors name the line of the CSV file.
@@ -327,10 +327,10 @@ fn catalogues_from_files() {
     for (csv, place, what) in [
         ("value\n100\n700\n", "springs.csv:3:1", "must be within the bounds [50, 600]; found 700"),
         ("value\n100\nx\n", "springs.csv:3:1", "`value` must be a finite number; found `x`"),
-        ("value,prize\n100,1\n", "springs.csv:1:1", "the column `prize` is none of"),
-        ("name,price\nA,1\n", "springs.csv:1:1", "a catalogue begins with the names of its columns"),
+        ("value,prize\n100,1\n", "springs.csv:1:1", "unknown column `prize`; valid are `value`, `name`, `price`"),
+        ("name,price\nA,1\n", "springs.csv:1:1", "the first line of a catalogue must name its columns"),
         ("value,price\n100,1\n200\n", "springs.csv:3:1", "must have 2 cells, as the first line; found 1"),
-        ("value,value\n100,1\n", "springs.csv:1:1", "the column `value` is there twice"),
+        ("value,value\n100,1\n", "springs.csv:1:1", "the column `value` occurs twice"),
         ("# a\nvalue\n\n# b\n100\n# c\n 700\n", "springs.csv:7:2", "found 700"),
         ("value\n", "task.toml", "must have from 1 to 10000 entries; found 0"),
     ] {

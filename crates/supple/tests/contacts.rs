@@ -66,8 +66,7 @@ fn a_plan_that_never_touches_what_it_should_press_is_warned_of() {
     let [warning] = &task.warnings[..] else { panic!("{:?}", task.warnings) };
     let clearance = format!("{:.3}", report.least_clearance_m).trim_end_matches('0').to_owned();
     let expected = format!(
-        "task `press`: the plan never touches `wall`, but cost 1 (contact_force) tracks a force of 10 N there: the least \
-         clearance is {clearance} m; "
+        "task `press`: the plan never makes contact with `wall`, but cost 1 (contact_force) tracks a force of 10 N there; the minimum clearance is {clearance} m; "
     );
     assert!(warning.starts_with(&expected), "{warning}\n{expected}");
     assert_eq!(found.warnings().collect::<Vec<_>>(), [warning]);

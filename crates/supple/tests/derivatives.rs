@@ -14,7 +14,7 @@ use reference::{cases, fill_random, relative_error};
 use supple::Linearise;
 use supple::lqg::KnotAdjoints;
 use supple::lqg::Knots;
-use supple::system::{Curvature, Points, System, Variation};
+use supple::system::{Adjoints, Curvature, Points, System, Variation};
 use supple::{Matrices, Scratch, Trajectory};
 
 /// Points anywhere, not a trajectory, with all that is differentiated along them.
@@ -22,6 +22,7 @@ struct Setting {
     system: Box<dyn System>,
     phi: Vec<f64>,
     points: Trajectory,
+    curvature: Curvature,
     costates: Matrices,
     scratch: Scratch,
     rng: ChaCha8Rng,
@@ -36,7 +37,7 @@ impl Setting {
         fill_random(&mut rng, &mut points.states);
         fill_random(&mut rng, &mut points.controls);
         fill_random(&mut rng, &mut costates);
-        Self { system, phi, points, costates, scratch: Scratch::new(), rng }
+        Self { system, phi, points, curvature: Curvature::Exact, costates, scratch: Scratch::new(), rng }
     }
 
     fn stages(&self) -> usize {
@@ -79,7 +80,7 @@ impl Setting {
     fn knots(&mut self, variables: &[f64]) -> Knots {
         let (points, phi) = self.read(variables);
         let mut knots = Knots::zeros(self.system.dimensions(), self.stages());
-        knots.linearise_plan(&*self.system, points.points(), &phi, Curvature::Exact, &mut self.scratch);
+        knots.linearise_plan(&*self.system, points.points(), &phi, self.curvature, &mut self.scratch);
         knots.linearise_measurement(&*self.system, points.points(), &phi, &mut self.scratch);
         knots
     }
@@ -230,9 +231,11 @@ proptest! {
 
     #[test]
     fn contraction_is_the_gradient_of_the_weighted_sum_of_all_knots(
-        phi in design(), stages in 1usize..20, seed in any::<u64>(), has_cost in any::<bool>(),
+        phi in design(), stages in 1usize..20, seed in any::<u64>(), has_cost in any::<bool>(), exact in any::<bool>(),
     ) {
         let mut setting = Setting::new(phi, stages, seed);
+        setting.curvature = if exact { Curvature::Exact } else { Curvature::GaussNewton };
+        prop_assert!(setting.system.has_smooth_gauss_newton());
         let at = setting.variables();
         let mut adjoints = KnotAdjoints::zeros(setting.system.dimensions(), stages);
         fill_random(&mut setting.rng, &mut adjoints.dynamics);
@@ -253,8 +256,9 @@ proptest! {
         fill_random(&mut setting.rng, &mut joint);
         let before = joint.clone();
         let mut found = vec![0.5; parameter::COUNT];
-        let Setting { system, phi, points, scratch, .. } = &mut setting;
-        system.contract(points.points(), phi, &adjoints, &mut joint, &mut found, scratch);
+        let Setting { system, phi, points, scratch, curvature, .. } = &mut setting;
+        let weighed = Adjoints { knots: &adjoints, curvature: *curvature };
+        system.contract(points.points(), phi, weighed, &mut joint, &mut found, scratch);
         for part in [true, false] {
             let direction = setting.direction(part, !part);
             let expected = derivative(&at, &direction, 3e-5, |at| {

@@ -79,7 +79,7 @@ fn what_the_numbers_are_of_is_as_shown() {
         let [a, b, c] = phi.map(|k| format!("{k:e}"));
         format!("| {a}, {b}, {c} | {} |", tasks.collect::<Vec<_>>().join(" | "))
     };
-    assert_rows_below("### What the numbers are of", &[[1e6; 3], [1e4; 3], [1e3, 1e3, 1.1e3]].map(row));
+    assert_rows_below("### Which quantities the numbers refer to", &[[1e6; 3], [1e4; 3], [1e3, 1e3, 1.1e3]].map(row));
     let bits = [735.0, 839.0].map(|nats: f64| format!("{:.0}", nats / std::f64::consts::LN_2));
     assert!(page().contains(&format!("in nats, {} and {} bits", bits[0], bits[1])));
 }

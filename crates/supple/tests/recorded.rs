@@ -16,7 +16,7 @@ use supple::lqg::KnotAdjoints;
 use supple::noise::NoiseModel;
 use supple::plan::PlanSettings;
 use supple::quantity::{ContactForce, Control, State};
-use supple::system::{Authored, Curvature, System, Variation};
+use supple::system::{Adjoints, Authored, Curvature, System, Variation};
 use supple::{
     Instruction, Matrices, Model, Point, Recorded, Scalar, Scratch, Tape, TapeError, TapeParts, Trajectory, TwoMass,
     Value,
@@ -68,8 +68,11 @@ fn everything(system: &dyn System, phi: &[f64], seed: u64) -> Vec<(&'static str,
     system.add_dynamics_curvature(at, phi, &costates, &mut quadratics, scratch);
     found.push(("dynamics' curvature", quadratics.as_slice().to_vec()));
     let mut gradient = vec![0.0; phi.len()];
-    system.contract(at, phi, &adjoints, &mut quadratics, &mut gradient, scratch);
-    found.push(("contraction", [quadratics.as_slice(), &gradient].concat()));
+    for (name, curvature) in [("Gauss-Newton contraction", Curvature::GaussNewton), ("contraction", Curvature::Exact)] {
+        let adjoints = Adjoints { knots: &adjoints, curvature };
+        system.contract(at, phi, adjoints, &mut quadratics, &mut gradient, scratch);
+        found.push((name, [quadratics.as_slice(), &gradient].concat()));
+    }
     let along = Variation { joint: &variation.0, costates: &variation.1 };
     for variation in [None, Some(along)] {
         system.add_parameter_gradient(at, phi, &costates, variation, &mut gradient, scratch);

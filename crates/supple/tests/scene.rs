@@ -289,7 +289,7 @@ fn tracks_are_short_where_nothing_changes() {
     let read: Track<3> = serde_json::from_str("[[1.0,null,2.0]]").unwrap();
     assert!(read.0[0][1].is_nan() && read.0[0][2] == 2.0);
     let error = serde_json::from_str::<Track<3>>("[[1.0, 2.0]]").unwrap_err();
-    assert!(error.to_string().contains("a row has 2 numbers in place of 3"), "{error}");
+    assert!(error.to_string().contains("a row has 2 numbers instead of 3"), "{error}");
 }
 
 #[test]

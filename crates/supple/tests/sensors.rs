@@ -401,9 +401,9 @@ fn correlated_measurements_are_one_candidate() {
     assert!((found.cost - evaluation.tasks[0].cost.expected).abs() < 1e-12);
     let alone = |row: usize| Candidate { name: row.to_string(), price: 1.0, rows: vec![row] };
     let error = Selection::new(&problem, &[], (0..3).map(alone).collect(), None).err().unwrap();
-    assert_eq!(error.to_string(), "measurements 0 and 2 share noise: one sensor must hold both");
+    assert_eq!(error.to_string(), "the noise of measurements 0 and 2 is correlated; put both in one sensor");
     let error = Selection::of_measurements(&problem, &[], Some("no")).err().unwrap();
-    assert_eq!(error.to_string(), "no task `no`: there is `t`");
+    assert_eq!(error.to_string(), "no task `no`; valid: `t`");
 }
 
 /// The two masses with a catalogue.
@@ -600,7 +600,7 @@ fn cells_stand_for_what_is_asked_for() {
         "3:27: sensors[1].C[0][2]: parameter `k9` is not declared: add a table [parameters.k9], or use one of `k1`, `k2`, \
          `wall_variance`, `drive_variance`",
         "2:11: sensors[0].select: the model has no state `xv`: it has `x1`, `v1`, `x2`, `v2`, `xw`",
-        "2:21: sensors[0].variance: must be above 0, as every sensor has some noise; found -1",
+        "2:21: sensors[0].variance: must be above 0: sensor noise is required; found -1",
         "3:44: sensors[1].price: must be a number; found \"cheap\"",
         "3:21: sensors[1].C: must have one factor per state: 5; found 6",
         "4:1: sensors[2].variance: is missing",
@@ -636,14 +636,14 @@ fn errors_of_catalogues_say_what_is_valid() {
     ];
     let words: Vec<String> = found.iter().map(|(key, message)| format!("{key}: {message}")).collect();
     let expected = [
-        "catalogue.chosen[0]: no sensor of the catalogue is `cam`: there are `encoder`, `camera`, `foot`, `gap`",
-        "catalogue.chosen[1]: `camera` is there twice",
+        "catalogue.chosen[0]: the catalogue has no sensor `cam`; valid: `encoder`, `camera`, `foot`, `gap`",
+        "catalogue.chosen[1]: `camera` occurs twice",
         "catalogue.base[0]: the model has no measurement `force`: it has `position of m1`, `force in the spring`",
         "catalogue.sensors[2].kind: the model has no joints",
         "catalogue.sensors[0].price: must be at least 0; found -2",
         "catalogue.sensors[3].name: `gap` names two sensors",
         "catalogue.sensors[1].select: the model has no state `xv`: it has `x1`, `v1`, `x2`, `v2`, `xw`",
-        "catalogue.sensors[2].variance: must be above 0, as every sensor has some noise; found 0",
+        "catalogue.sensors[2].variance: must be above 0: sensor noise is required; found 0",
         "catalogue.sensors[3].C: must have one factor per state: 5; found 4",
         "catalogue.sensors[1].variance: must be one number, or 2 of them, one for each entry; found 3",
         "catalogue.sensors[1].cost: unknown key `cost`; valid are `select`, `name`, `price`, `variance`, `deviation`",

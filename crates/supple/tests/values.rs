@@ -115,8 +115,8 @@ fn what_is_no_expression_is_said_by_place() {
     for (stiffness, expected) in [
         ("k1 *", "after `k1 *` came the end"),
         ("k1 k2", "after `k1` came `k2`"),
-        ("(k1", "1 parentheses open and 0 close"),
-        ("cosh(k1)", "there is no function `cosh`: use one of `sqrt`"),
+        ("(k1", "1 opening and 0 close"),
+        ("cosh(k1)", "unknown function `cosh`; valid: `sqrt`"),
         ("k1 + k3", "parameter `k3` is not declared"),
         ("k1-k3", "parameter `k1-k3` is not declared"),
         ("1 / 0", "is inf, not a finite number"),
@@ -145,7 +145,7 @@ fn standard_deviations_stand_for_variances() {
     gradient.iter().zip(&other_gradient).for_each(|(own, other)| assert_close(*other, *own, 1e-8));
 
     let both = error(&with(&two_mass(), &[(given, &format!("{given}\n{deviations}"))]));
-    assert!(both.contains("noise.initial_deviation: stands in the place of `initial`"), "{both}");
+    assert!(both.contains("noise.initial_deviation: replaces `initial`"), "{both}");
     let negative =
         error(&with(&two_mass(), &[(given, "initial_deviation = [-0.1, 0.1, 0.1, 0.1, \"wall_variance\"]")]));
     assert!(
@@ -173,10 +173,9 @@ fn sensors_have_deviations() {
     assert_close(variance(&other), variance(&own), 1e-15);
     let message = |to: &str| load(&file.replacen("variance = 1e-2", to, 1)).err().unwrap().to_string();
     assert!(
-        message("deviation = 0.0")
-            .contains("sensors[0].deviation: must be above 0, as every sensor has some noise; found 0")
+        message("deviation = 0.0").contains("sensors[0].deviation: must be above 0: sensor noise is required; found 0")
     );
-    assert!(message("deviation = 0.1\nvariance = 0.01").contains("stands in the place of `variance`"));
+    assert!(message("deviation = 0.1\nvariance = 0.01").contains("replaces `variance`"));
 }
 
 /// The two masses per second, with another time step over the same 2.5 s.

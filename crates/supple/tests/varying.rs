@@ -231,12 +231,22 @@ fn errors_name_line_and_key() {
         supple_file::parse(&text, "task.toml").map(|_| ()).unwrap_err().to_string()
     };
     let wrong = [
-        ("position of m1", "position of m", "18:16", "measurement[0]: no measurement is `position of m`: there are"),
+        (
+            "position of m1",
+            "position of m",
+            "18:16",
+            "measurement[0]: there is no measurement `position of m`: there are",
+        ),
         ("position of m1", "speed*", "18:16", "measurement[0]: no measurement fits `speed*`"),
         ("[\"position of m1\"]", "[]", "18:15", "must name at least one measurement; found an empty list"),
-        ("\"x1\"", "\"x3\"", "19:9", "state: no state is `x3`: there are `x1`, `v1`, `x2`, `v2`, `xw`"),
+        ("\"x1\"", "\"x3\"", "19:9", "state: no state is `x3`; states: `x1`, `v1`, `x2`, `v2`, `xw`"),
         ("0.5", "-0.5", "21:15", "coefficient: must be at least 0, as it adds to a variance; found -0.5"),
-        ("0.5", "\"k\"", "21:15", "coefficient: must be at least 0, as it adds to a variance; its parameter can be -1"),
+        (
+            "0.5",
+            "\"k\"",
+            "21:15",
+            "coefficient: must be at least 0, as it adds to a variance; its parameter can be as low as -1",
+        ),
         ("center", "centre", "20:1", "unknown key `centre`"),
         ("coefficient = 0.5", "", "17:1", "coefficient: is missing"),
     ];

@@ -17,10 +17,12 @@ pub use asks::Asks;
 pub use designs::{DesignOptions, EvaluateOptions, GradientArgument, GradientChoice, MethodArgument};
 pub use robots::{ModelKind, NewOptions, RobotFormat, RobotOptions};
 pub use studies::{
-    AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, FigureArgument, Format,
-    ParetoOptions, PlotOptions, ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument,
-    SensorsOptions, ShowOptions, StudyOptions, SweepOptions, TraceOptions, ValidateOptions, Width,
+    AtArgument, BoundOptions, ControllerFormatArgument, ExploreOptions, ExportOptions, ParetoOptions, PlotOptions,
+    ReportOptions, RobustnessOptions, SensorGoalArgument, SensorMethodArgument, SensorsOptions, ShowOptions,
+    StudyOptions, SweepOptions, TraceOptions, ValidateOptions,
 };
+#[cfg(feature = "figures")]
+pub use studies::{FigureArgument, Format, Width};
 
 /// Design compliant robots that need little information to be controlled.
 #[derive(Debug, Parser)]

@@ -1,22 +1,25 @@
 use supple::check::check as compare;
 
 use crate::Outcome;
-use supple_study::{About, LoadedTask};
+use supple_study::{About, LoadedTask, StudyError, not_finite};
 
 use crate::arguments::CheckOptions;
 use crate::failure::Failure;
 use crate::output::{print_json, print_text};
 use crate::pages::check_page;
-use crate::progress::{Stopping, watched};
+use crate::present::judge;
+use crate::progress::watched;
 
 /// `supple check TASK`
 pub fn check(options: &CheckOptions) -> Result<Outcome, Failure> {
-    let LoadedTask { problem, phi, .. } = options.task.load()?;
-    let report = watched(Stopping::Now, |_| compare(&problem, &phi))?;
+    let task = options.task.load()?;
+    let LoadedTask { problem, phi, .. } = &task;
+    let report = watched(|_| compare(problem, phi)).map_err(|error| StudyError::from(error).of(&task))?;
     if options.json {
         print_json(&report)?;
     } else {
-        print_text(&check_page(&About::of(&problem), &report))?;
+        print_text(&check_page(&About::of(problem), &report))?;
     }
-    Ok(if report.passed { Outcome::Success } else { Outcome::Shortfall })
+    let outcome = if report.passed { Outcome::Success } else { Outcome::Shortfall };
+    Ok(outcome.and(judge(&not_finite(&report))))
 }

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::output::{print_text, warn};
 use crate::pages::stopped;
 use crate::present::print;
-use crate::progress::{Stopping, watched};
+use crate::progress::watched;
 
 /// Does what a command asks for.
 pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
@@ -25,7 +25,7 @@ pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
 pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>) -> Result<Outcome, Failure> {
     let folder = output.out.as_deref();
     folder.map_or(Ok(()), |folder| Folder::check_for(folder, &work))?;
-    let found = watched(stopping(&work), |watch| on_threads(jobs, || work.run(task, folder, watch)));
+    let found = watched(|watch| on_threads(jobs, || work.run(task, folder, watch)));
     let Some(result) = found_or_kept(found, folder)? else { return Ok(Outcome::Shortfall) };
     if let StudyResult::Sweep(sweep) = &result
         && !sweep.complete
@@ -42,11 +42,6 @@ pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>)
     }
     let outcome = if result.falls_short() { Outcome::Shortfall } else { Outcome::Success };
     Ok(outcome.and(print(&result, &made.about, folder, output.json)?))
-}
-
-/// Studies whose parts under way are of use end at their next pause.
-fn stopping(work: &Work) -> Stopping {
-    if matches!(work, Work::Design(_) | Work::Pareto(_) | Work::Trace(_)) { Stopping::AtPause } else { Stopping::Now }
 }
 
 /// What a study found; none where it was stopped before there was a result, but its journal keeps parts to resume from.

@@ -9,6 +9,10 @@ mod explore;
 mod export;
 mod new;
 mod pareto;
+#[cfg(feature = "figures")]
+mod plot;
+#[cfg(not(feature = "figures"))]
+#[path = "plot_absent.rs"]
 mod plot;
 mod report;
 pub mod robot;

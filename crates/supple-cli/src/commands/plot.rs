@@ -9,6 +9,14 @@ use crate::arguments::{FigureArgument, Format, PlotOptions, Width};
 use crate::failure::Failure;
 use crate::output::{print_text, warn_changed};
 
+/// Whether this program can draw figures.
+///
+/// # Errors
+/// None, as it was built with them.
+pub fn check_figures() -> Result<(), Failure> {
+    Ok(())
+}
+
 /// `supple plot`
 pub fn plot(options: &PlotOptions) -> Result<Outcome, Failure> {
     let (kind, format) = (kind(options.figure), format(options)?);

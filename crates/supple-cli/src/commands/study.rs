@@ -7,12 +7,13 @@ use supple_study::study::{REPORT, Step, Study, StudyFile};
 use supple_study::{Folder, LoadedTask, Made, RESULT, Steps, StudyResult, check_writable};
 
 use super::conduct::make;
+use super::plot::check_figures;
 use super::{plot, report};
 use crate::Outcome;
 use crate::arguments::{Arguments, Command, PlotOptions, ReportOptions, StudyCommand, StudyOptions};
 use crate::failure::Failure;
 use crate::output::{note, print_text};
-use crate::progress::{STOP, Stopping, listen};
+use crate::progress::{STOP, listen};
 
 /// `supple study FILE`
 pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
@@ -20,9 +21,12 @@ pub fn study(options: &StudyOptions) -> Result<Outcome, Failure> {
     let file = StudyFile::load(&options.study, &out)?;
     let steps = file.steps.iter().map(|step| Planned::of(&file, step)).collect::<Result<Vec<_>, _>>()?;
     let figures = file.figures.iter().map(|figure| to_plot(&file, figure)).collect::<Result<Vec<_>, _>>()?;
+    if !figures.is_empty() {
+        check_figures()?;
+    }
     Folder::check_kind(&out, "study")?;
     check_writable(&out, RESULT)?;
-    listen(Stopping::AtPause);
+    listen();
     let clock = Instant::now();
     let mut outcome = Outcome::Success;
     for (number, (step, planned)) in file.steps.iter().zip(&steps).enumerate() {

@@ -159,10 +159,11 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         }
     };
     format!(
-        "{how}{}\n{} designs evaluated in {:.2} s, information minimised: {}, method {}, gradient {}, seed {}.{}",
+        "{how}{}\n{} designs evaluated in {:.2} s, report in {:.2} s, information minimised: {}, method {}, gradient {}, seed {}.{}",
         informations::passed(report),
         report.evaluations,
         report.seconds,
+        report.report_seconds,
         report.settings.information,
         report.method,
         report.gradient,

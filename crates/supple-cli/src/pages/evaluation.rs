@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use supple::system::Curvature;
 use supple::{Evaluation, LimitReached, LimitViolation, TaskEvaluation};
 use supple_study::About;
 use supple_study::design::DesignReport;
@@ -25,6 +26,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
             "{}: {} after {} iterations, stationarity {:.1e}",
             task.name, task.status, task.iterations, task.stationarity
         );
+        if task.cost_curvature == Curvature::GaussNewton {
+            page.push_str("  curvature of the cost: Gauss-Newton's\n");
+        }
         if let Some(branches) = task.branches {
             let which = if branches == 1 { "" } else { "; this is the cheapest" };
             let _ = writeln!(page, "  {} encountered{which}", minima(branches));

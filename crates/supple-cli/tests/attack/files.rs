@@ -31,7 +31,7 @@ fn a_pipe_in_place_of_a_robot_file_was_waited_for() {
     let made = std::process::Command::new("mkfifo").arg(folder.path("pipe.urdf")).status().unwrap();
     assert!(made.success());
     let run = folder.run(&["evaluate", "task.toml"]);
-    assert!(run.error().contains("it is no file, but a pipe, socket or device"), "{run:?}");
+    assert!(run.error().contains("it is not a regular file but a pipe, socket or device"), "{run:?}");
 }
 
 #[test]

@@ -69,7 +69,11 @@ fn a_link_in_place_of_a_new_journal_was_followed() {
         std::fs::write(folder.path("precious"), "text").unwrap();
         std::os::unix::fs::symlink(folder.path("precious"), folder.path("out").join(name)).unwrap();
         let run = folder.run(&["sweep", "task.toml", "--grid", "k1=60,70", "--out", "out"]);
-        assert!(run.code == Some(2) && run.stderr.contains("is no file, such as a link to one: remove it"), "{run:?}");
+        assert!(
+            run.code == Some(2)
+                && run.stderr.contains("is not a regular file (for example a symbolic link); remove it"),
+            "{run:?}"
+        );
         assert_eq!(std::fs::read_to_string(folder.path("precious")).unwrap(), "text");
     }
 }

@@ -6,7 +6,7 @@ use crate::common::{Folder, TWO_MASS, edited};
 
 const NOISE: &str = "process = [1e-7, 1e-2, 1e-7, 4e-2, 0.0]";
 
-/// Whether all numbers are there that a result cannot be without; JSON has `null` for what is no number.
+/// Whether all numbers are there that a result cannot be without; JSON has `null` for what is not a number.
 fn are_finite(json: &Value) -> bool {
     const NUMBERS: [&str; 6] =
         ["information_nats", "total_nats", "expected", "nominal", "minimum_bits_per_step", "nats_per_unit"];
@@ -128,5 +128,5 @@ fn five_hundred_joints_took_all_memory() {
     std::fs::write(folder.path("chain.urdf"), chain(500)).unwrap();
     let run = folder.run(&["evaluate", "task.toml"]);
     let error = run.error();
-    assert!(error.contains("500 moving joints; at most 200") && error.contains("59 GB"), "{error}");
+    assert!(error.contains("500 moving joints, but at most 200") && error.contains("59 GB"), "{error}");
 }

@@ -52,7 +52,7 @@ fn killing_a_study_left_its_step_behind() {
         std::thread::sleep(Duration::from_secs(2));
         let (run, took) = ended(signal, child);
         assert_eq!(run.code, Some(1), "{run:?}");
-        assert!(run.stderr.contains("stopped; the same command resumes here"), "{run:?}");
+        assert!(run.stderr.contains("stopped; repeat the command to resume"), "{run:?}");
         assert!(folder.path("study/best/result.json").exists() && took < SOON, "{took:?}");
     }
 }
@@ -65,7 +65,7 @@ fn sigterm_ended_long_studies_and_nothing_was_kept() {
     for (words, left, key) in [
         (&["pareto", "task.toml", "--points", "3000", "--starts", "1"][..], "points of the front are kept", "points"),
         (&["trace", "task.toml", "--starts", "3000"], "searches had ended", "runs"),
-        (&[&["robustness", "task.toml"], &vary[..]].concat(), "costs were computed and are kept", "cells"),
+        (&[&["robustness", "task.toml"], &vary[..]].concat(), "costs were computed and stored", "cells"),
     ] {
         let out = format!("out_{}", words[0]);
         // On a busy machine it may take a while until there is something to keep.
@@ -101,7 +101,7 @@ fn a_study_stopped_before_it_found_anything_keeps_nothing() {
     std::thread::sleep(Duration::from_secs(1));
     let (run, took) = ended("-TERM", child);
     assert_eq!(run.code, Some(1), "{run:?}");
-    assert!(run.stderr.contains("stopped: nothing is kept") && took < SOON, "{took:?} {run:?}");
+    assert!(run.stderr.contains("stopped; no result was stored") && took < SOON, "{took:?} {run:?}");
     assert!(!folder.path("out/result.json").exists());
 }
 
@@ -113,7 +113,7 @@ fn what_keeps_no_parts_says_so_when_it_is_stopped() {
         let child = start(&folder, &[words, &["--out", "out"]].concat());
         std::thread::sleep(Duration::from_secs(1));
         let (run, took) = ended("-INT", child);
-        assert_eq!((run.code, run.stderr.as_str()), (Some(1), "error: stopped: nothing is kept\n"), "{run:?}");
+        assert_eq!((run.code, run.stderr.as_str()), (Some(1), "error: stopped; no result was stored\n"), "{run:?}");
         assert!(!folder.path("out/result.json").exists() && took < SOON, "{took:?}");
     }
 }

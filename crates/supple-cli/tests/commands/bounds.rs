@@ -22,14 +22,14 @@ fn evaluations_read_the_feasibility_of_the_task() {
         assert_eq!((&found["feasible"], number(&found["feasibility"])), (&json!(met), feasibility.parse().unwrap()));
         let run = folder.run(&["evaluate", "task.toml"]);
         assert_eq!(run.quiet().0, Some(code));
-        let said = if met { "meets the bound 20.24" } else { "misses the bound 20.24" };
+        let said = if met { "within the cost limit 20.24" } else { "exceeds the cost limit 20.24" };
         assert!(run.stdout.contains(said), "{}", run.stdout);
         // A sweep says the same of the same design.
         let sweep = folder.run(&["sweep", "task.toml", "--grid", "k1=60", "--json"]);
         let row: Value = serde_json::from_str(sweep.stdout.lines().next().unwrap()).unwrap();
         assert_eq!(number(&row["feasible"]), f64::from(u8::from(met)), "{row}");
         let page = folder.run(&["sweep", "task.toml", "--grid", "k1=60"]).stdout;
-        assert_eq!(page.contains("1 that meet every bound"), met, "{page}");
+        assert_eq!(page.contains("1 that are within all cost limits"), met, "{page}");
     }
 }
 
@@ -82,7 +82,7 @@ fn infinite_numbers_are_no_success() {
     }
     let said = folder.run(&["evaluate", "task.toml"]);
     assert!(said.stdout.contains("Warning: task `reach`: the cost of estimation error is inf"), "{}", said.stdout);
-    assert!(said.stderr.contains("the result is broken: `tasks.0.cost.expected` is inf"), "{}", said.stderr);
+    assert!(said.stderr.contains("the result is invalid: `tasks.0.cost.expected` is inf"), "{}", said.stderr);
 }
 
 /// `sampled cost inf +- NaN` ended in success.

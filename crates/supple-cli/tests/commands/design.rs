@@ -34,7 +34,7 @@ fn design_prints_a_page_for_people() {
     let (code, page) = run.quiet();
     assert_eq!(code, Some(0));
     let bits = ["needed, bits", "used, bits", "measured, bits", "measured, bits/s"];
-    let others = ["k1", "k2", "cost of press", "sampled cost of press", "from what the sensors see", "seed 0"];
+    let others = ["k1", "k2", "cost of press", "sampled cost of press", "from sensor sensitivity", "seed 0"];
     for part in bits.into_iter().chain(others).chain(["Roll-outs: linearisation holds."]) {
         assert!(page.contains(part), "{part} is not in\n{page}");
     }
@@ -90,7 +90,7 @@ fn a_design_that_cannot_meet_its_bound_is_a_shortfall_and_says_by_how_much() {
     let folder = two_mass("bound = 25.0", "bound = 5.0");
     let run = folder.run(&["design", "task.toml", "--starts", "1"]);
     assert_eq!(run.quiet().0, Some(1));
-    assert!(run.stdout.contains("The closest misses the bound of press by 4.6"), "{}", run.stdout);
+    assert!(run.stdout.contains("The closest exceeds the cost limit of press by 4.6"), "{}", run.stdout);
     let found = folder.run(&["design", "task.toml", "--starts", "1", "--json", "--out", "out"]).json(1);
     assert_eq!((&found["status"], &found["optimum"]["feasible"]), (&json!("bound_violated"), &json!(false)));
     assert!(number(&found["starts"][0]["violation"]) > 0.0);

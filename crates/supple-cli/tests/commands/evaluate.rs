@@ -64,7 +64,7 @@ fn evaluate_prints_a_page_for_people() {
     let run = Folder::with_task(TWO_MASS).run(&["evaluate", "task.toml"]);
     let (code, page) = run.quiet();
     assert_eq!(code, Some(0));
-    for part in ["Two small masses", "k1 = 60 N/m", "press: converged", "bits/s", "meets the bound 25"] {
+    for part in ["Two small masses", "k1 = 60 N/m", "press: converged", "bits/s", "within the cost limit 25"] {
         assert!(page.contains(part), "{part} is not in\n{page}");
     }
 }
@@ -88,13 +88,13 @@ fn a_missed_bound_is_a_shortfall_and_says_by_how_much() {
     let folder = two_mass("bound = 25.0", "bound = 20.0");
     let run = folder.run(&["evaluate", "task.toml"]);
     assert_eq!(run.quiet().0, Some(1));
-    assert!(run.stdout.contains("misses the bound 20 by 0.29"), "{}", run.stdout);
+    assert!(run.stdout.contains("exceeds the cost limit 20 by 0.29"), "{}", run.stdout);
     let found = folder.run(&["evaluate", "task.toml", "--json"]).json(1);
     assert_eq!((&found["feasible"], &found["tasks"][0]["status"]), (&json!(false), &json!("converged")));
     let none = two_mass("bound = 25.0", "bound = 0").run(&["evaluate", "task.toml"]);
     assert_eq!(none.quiet().0, Some(1));
     assert!(
-        none.stdout.contains("misses the bound 0 by 20.29") && !none.stdout.contains("by 20.2919 ("),
+        none.stdout.contains("exceeds the cost limit 0 by 20.29") && !none.stdout.contains("by 20.2919 ("),
         "{}",
         none.stdout
     );

@@ -61,7 +61,7 @@ fn an_interrupted_design_prints_the_best_until_then() {
     let mut run = Run::of(&child.wait_with_output().unwrap());
     let said = std::mem::take(&mut run.stderr);
     assert!(
-        said.starts_with("warning: stopped: ") && said.ends_with(" starts had ended; the same command resumes\n"),
+        said.starts_with("warning: stopped: ") && said.ends_with(" starts had finished; the same command resumes\n"),
         "{said}"
     );
     let found = run.json(1);

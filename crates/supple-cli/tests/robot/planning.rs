@@ -64,7 +64,7 @@ fn a_robot_without_moving_inertia_cannot_be_planned() {
     let one = format!("<robot name='r'><link name='body'>{INERTIAL}</link></robot>");
     for (text, why) in [
         (one.as_str(), "no joint moves, so there is nothing to control"),
-        (&chain(&["", ""], ""), "no joint moves anything that has inertia; write `inertial` elements for its links"),
+        (&chain(&["", ""], ""), "no joint moves a link with inertia; add `inertial` elements to the links"),
         (
             &chain(&[INERTIAL; 301], ""),
             "301 joints are too many; `locked` in [model] removes those that do not have to move",
@@ -118,8 +118,8 @@ fn every_warning_is_printed_where_it_is_asked_for() {
     let visuals: String = ["/far/a.stl", "/far/b.stl", "near/c.stl", "near/d.stl"].map(mesh).concat();
     let text = gripper().replacen("<link name='base'/>", &format!("<link name='base'>{visuals}</link>"), 1);
     let short = robot(&text, &[]).stdout;
-    let why = "leads out of the robot file's folder and of all package roots";
-    assert!(short.contains(&format!("- 2 meshes are left out, each of which {why}: ")), "{short}");
+    let why = "is outside the robot file's folder and all package roots";
+    assert!(short.contains(&format!("- 2 meshes are ignored, because each {why}: ")), "{short}");
     assert!(short.contains("- 2 meshes not found: near/c.stl, near/d.stl\n"), "{short}");
     let long = robot(&text, &["--verbose"]).stdout;
     assert!(long.contains(&format!("- mesh `/far/b.stl` is left out: it {why} (line 2)\n")), "{long}");

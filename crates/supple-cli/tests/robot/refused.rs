@@ -71,7 +71,7 @@ fn broken_files_are_named_with_the_line() {
             "<parent link='hand'/>",
             "6:73: child of joint `swing`: link `hand` is its own parent",
         ),
-        ("value='1'", "value='-1'", "3:29: mass of link `hand`: the mass must be at least 0, and is -1"),
+        ("value='1'", "value='-1'", "3:29: mass of link `hand`: the mass must be at least 0; found -1"),
         ("value='1'", "value='NaN'", "3:42: mass of link `hand`: `value` holds `NaN`, which is not finite"),
         ("ixx='0.1'", "ixx='-0.1'", "3:46: inertia of link `hand`: the principal moments of inertia must be"),
         ("type='continuous'", "type='floating'", "6:27: joint `swing`: type `floating` is not supported"),
@@ -81,7 +81,7 @@ fn broken_files_are_named_with_the_line() {
         ("mimic joint='left'", "mimic joint='lift'", "8:239: mimic of joint `right`: there is no joint `lift`"),
         ("mimic joint='left'", "mimic joint='right'", "8:239: mimic of joint `right`: a joint cannot follow itself"),
         ("<robot", "<!DOCTYPE r [<!ENTITY a 'a'>]><robot", "1:1: `<!DOCTYPE` is not accepted"),
-        ("<robot name='gripper'>", "<machine/>", "2:1: nothing may follow the end of the outermost element"),
+        ("<robot name='gripper'>", "<machine/>", "2:1: content after the root element"),
     ];
     for (from, to, says) in edits {
         let text = good.replacen(from, to, 1);

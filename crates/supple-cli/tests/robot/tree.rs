@@ -41,7 +41,7 @@ fn a_fixed_joint_that_follows_is_a_warning() {
     let text = text.replacen("<mimic joint='left'", "<mimic joint='swing'", 1);
     let text = text.replacen("friction='0.5'/>", "friction='0.5'/><mimic joint='swing'/>", 1);
     let run = robot(&text, &[]);
-    let warning = "\nWarnings\n- joint `left`: it is fixed; that it follows `swing` is ignored (line 7)\n";
+    let warning = "\nWarnings\n- joint `left`: it is fixed; its mimic relation to `swing` is ignored (line 7)\n";
     assert!(run.quiet().1.ends_with(warning), "{}", run.stdout);
     assert!(run.stdout.contains("-2 swing + 0.01"), "{}", run.stdout);
 }

@@ -87,7 +87,7 @@ fn two_processes_do_not_share_a_folder() {
     assert!(done.is_none(), "the first process ended too early to tell");
     assert_eq!(
         second.error(),
-        "error: out/journal.redb: is in use by another process; wait until that ends, or give another --out"
+        "error: out/journal.redb: is in use by another process; wait until it finishes, or give another --out"
     );
     assert_eq!(folder.run(&arguments).code, Some(0));
 }

@@ -10,7 +10,7 @@ fn axes_that_cannot_be_are_refused_before_anything_is_written() {
     let folder = two_mass();
     for (grid, said) in [
         (vec!["k1"], "error: --grid k1: write NAME=FROM:TO:COUNT"),
-        (vec!["k3=1:2:3"], "error: --grid k3=1:2:3: no parameter `k3`: there is `k1`, `k2`"),
+        (vec!["k3=1:2:3"], "error: --grid k3=1:2:3: no parameter `k3`; valid: `k1`, `k2`"),
         (vec!["k1=10:600:3"], "error: --grid k1=10:600:3: 10 is outside the bounds of `k1`, [50, 600]"),
         (vec!["k1=50:600:0"], "error: --grid k1=50:600:0: COUNT = 0: the axis would be empty; COUNT is at least 1"),
         (
@@ -98,7 +98,7 @@ fn journals_that_are_none_are_named_and_left_alone() {
         std::fs::write(folder.path("out/journal.redb"), bytes).unwrap();
         let run = folder.run(&sweep(&["--grid", "k1=300,600", "--out", "out"]));
         let error = run.error();
-        assert!(error.starts_with("error: out/journal.redb: is damaged, or no journal of supple: "), "{error}");
+        assert!(error.starts_with("error: out/journal.redb: is damaged or not a supple journal: "), "{error}");
         assert!(error.ends_with("; give another --out, or remove the file to start anew"), "{error}");
         assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
         assert_eq!(std::fs::read(folder.path("out/journal.redb")).unwrap(), bytes);

@@ -63,7 +63,7 @@ fn a_folder_holds_the_table_and_comes_back() {
     assert_eq!(code, Some(0));
     for part in [
         "6 points, all evaluated.",
-        "Least information among the 6 that meet every bound: ",
+        "Least information among the 6 that are within all cost limits: ",
         "out/table.csv: the table",
     ] {
         assert!(page.contains(part), "{part} is not in\n{page}");

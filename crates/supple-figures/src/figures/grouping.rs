@@ -66,7 +66,7 @@ mod tests {
         assert_eq!(grouped(eight.clone(), &[]), eight);
         let found = grouped(figure(&names), &["j".into(), "b".into()]);
         assert_eq!(found.entries(), ["others", "a", "b", "c", "d", "e", "f", "j"]);
-        assert_eq!(found.title, "Lines; 3 less important ones in grey");
+        assert_eq!(found.title, "Lines; 3 less important entries in grey");
         let grey = |series: &&Series| series.style.colour == Colour::Grey;
         assert_eq!(found.panels[1].series.iter().filter(grey).count(), 3);
         assert_eq!(found.panels[1].series.len(), 10, "nothing is left out");

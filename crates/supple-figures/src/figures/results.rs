@@ -67,12 +67,6 @@ pub fn designs<'a>(
             let task = evaluation.tasks.get(index).ok_or_else(|| content(folder, "has no tasks"))?;
             let missing = || content(folder, "has no trajectories; make the result again with this version of supple");
             let trajectory = task.trajectory.as_ref().ok_or_else(missing)?;
-            if !is_whole(trajectory) {
-                return Err(content(
-                    folder,
-                    "is damaged: rows of its trajectories differ in length; make the result again",
-                ));
-            }
             let design = match (name, several) {
                 (None, _) => folder_name(folder),
                 (Some(name), false) => name.to_owned(),
@@ -88,18 +82,6 @@ pub fn designs<'a>(
         return Err(lacking(figure, "at most 4 designs; a folder of `supple design` has 2", folders));
     }
     Ok(shown)
-}
-
-/// Whether all rows of a trajectory have as many entries as there are names, as figures take for granted.
-fn is_whole(trajectory: &TrajectoryReport) -> bool {
-    let TrajectoryReport { state_names, control_names, states, deviations, controls, feedback, sample, .. } =
-        trajectory;
-    let (n, m) = (state_names.len(), control_names.len());
-    let all = |rows: &[Vec<f64>], length: usize| rows.iter().all(|row| row.len() == length);
-    let of_states = [states, deviations, &sample.states, &sample.estimates, &sample.deviations];
-    of_states.into_iter().all(|rows| all(rows, n))
-        && [controls, &sample.controls].into_iter().all(|rows| all(rows, m))
-        && feedback.iter().all(|gains| gains.len() == m && all(gains, n))
 }
 
 /// The designs that a folder holds, with names where there are several.

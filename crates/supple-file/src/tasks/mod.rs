@@ -13,7 +13,7 @@ use supple_model::document::{Document, Place};
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
-use supple_text::{FileError, quoted};
+use supple_text::{FileError, digits, quoted};
 use toml::de::DeValue;
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
@@ -145,7 +145,7 @@ impl Reader<'_> {
             return Err(self.error(&["steps".into()], message));
         }
         if !(file.information_weight >= 0.0 && file.information_weight.is_finite()) {
-            let message = format!("must be a number of at least 0; found {}", file.information_weight);
+            let message = format!("must be a number of at least 0; found {}", digits(file.information_weight));
             return Err(self.error(&["information_weight".into()], message));
         }
         if let Some(least) = self.parameters.least(file.time_step).filter(|&least| least <= 0.0) {

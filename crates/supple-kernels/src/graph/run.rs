@@ -51,7 +51,7 @@ impl Program {
             Sink { data: &mut sink.as_mut_slice()[batch.first * size..(batch.first + batch.count) * size], size }
         });
         let threads = rayon::current_num_threads();
-        if sums.is_empty() && threads > 1 && self.len() * batch.count >= 2 * SHARE {
+        if sums.is_empty() && threads > 1 && self.is_shared(batch) {
             self.share(batch, (sources, parameters), sink);
         } else {
             dispatch(Run { program: self, batch, sources, parameters, sink, sums, scratch });
@@ -60,8 +60,7 @@ impl Program {
 
     /// Halves the knots among threads until there is little left to do.
     fn share(&self, batch: Batch, given: (&[Source], &[f64]), sink: Sink) {
-        let half = (batch.count / 2).next_multiple_of(2 * LANES);
-        if self.len() * batch.count < 2 * SHARE || half >= batch.count {
+        if !self.is_shared(batch) {
             let (sources, parameters) = given;
             let sums = &mut [];
             return SINGLE.with_borrow_mut(|scratch| {
@@ -69,6 +68,7 @@ impl Program {
             });
         }
         let Batch { first, count } = batch;
+        let half = (count / 2).next_multiple_of(2 * LANES);
         let (head, tail) = sink.data.split_at_mut(half * sink.size);
         rayon::join(
             || self.share(Batch { first, count: half }, given, Sink { data: head, size: sink.size }),
@@ -77,6 +77,11 @@ impl Program {
                 self.share(rest, given, Sink { data: tail, size: sink.size });
             },
         );
+    }
+
+    /// Whether two threads are better than one for a batch: there is enough to do, and more than the lanes take at once.
+    fn is_shared(&self, batch: Batch) -> bool {
+        batch.count > 2 * LANES && self.len().saturating_mul(batch.count) >= 2 * SHARE
     }
 
     /// Runs the program at one knot: sources and sinks are single matrices by rows, padded as those of [`Matrices`] are.

@@ -12,9 +12,22 @@ use crate::dense::{beside, cholesky, dense, store, symmetric};
 use crate::knots::Knots;
 use crate::noise::Noise;
 
-/// `|C| |P| |C|'` over a pivot of the innovation covariance from which on rounding of `P` shows in what a measurement says:
-/// eight digits are left.
-pub(super) const RATIO: f64 = 1e8;
+/// From this ratio on rounding shows: eight digits are left.
+const RATIO: f64 = 1e8;
+
+/// Whether rounding of `P` shows in what a measurement says: of the ratio of `|C| |P| |C|'`, at most, to the pivot of the
+/// innovation covariance.
+#[inline(always)]
+pub(super) fn hides(spread_over_pivot: f64) -> bool {
+    spread_over_pivot > RATIO
+}
+
+/// Whether rounding of the gain shows in `Sigma`, to which the Joseph form adds its square: `spread_over_pivot` as in
+/// [`hides`], and `told` the trace of `C P C' V^-1` (theory, section "Square roots").
+#[inline(always)]
+pub(super) fn blurs(spread_over_pivot: f64, told: f64) -> bool {
+    f64::EPSILON * f64::EPSILON * spread_over_pivot * told > 1.0 / RATIO
+}
 
 /// A measurement in square roots, `P = S S'` and `V = G G'` (theory, equation B.2d):
 ///

@@ -51,6 +51,8 @@ pub(super) struct Work {
     pub cross: Matrices,
     /// D', p x n.
     defect: Matrices,
+    /// Of `V`, p x p, where it is not diagonal.
+    noise_factor: Matrices,
 }
 
 impl Belief {
@@ -70,6 +72,7 @@ impl Belief {
                 transposed: Matrices::zeros(1, n, n),
                 cross: Matrices::zeros(1, p, n),
                 defect: Matrices::zeros(1, p, n),
+                noise_factor: Matrices::zeros(1, p, p),
             },
         }
     }
@@ -221,7 +224,7 @@ fn predict<L: Lanes>(part: Predict) {
     rows::mirror::<L>(predicted, n, stride);
 }
 
-/// Whether rounding errors in `P` are small relative to the innovation covariance.
+/// Whether rounding errors are small relative to the innovation covariance and to `Sigma`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Digits {
     Enough,
@@ -253,7 +256,7 @@ fn correct<L: Lanes>(shape: Shape, t: usize, knots: &Knots, v: &[f64], belief: &
     let (n, p, stride, small) = (shape.n, shape.p, shape.narrow(), shape.small());
     let c = knots.measurement.at(t);
     let predicted = belief.predicted.at(t);
-    let Work { cross, defect, .. } = &mut belief.work;
+    let Work { cross, defect, noise_factor, .. } = &mut belief.work;
     let (cross, defect) = (cross.at_mut(0), defect.at_mut(0));
 
     multiply::<L>(cross, Left::plain(c, stride), predicted, stride, (p, n), Into::Set);
@@ -265,15 +268,25 @@ fn correct<L: Lanes>(shape: Shape, t: usize, knots: &Knots, v: &[f64], belief: &
         }
     }
     rows::cholesky(factor, p, small)?;
-    let mut digits = Digits::Enough;
+    let (mut over_pivot, mut told): (f64, f64) = (0.0, 0.0);
+    let mut alone = true;
     for i in 0..p {
         // At least `|C| |P| |C|'`, by Cauchy's inequality.
         let spread: f64 = (0..n).map(|j| c[i * stride + j] * c[i * stride + j] * predicted[j * stride + j]).sum();
-        let root = factor[i * small + i];
-        if n as f64 * spread > array::RATIO * root * root {
-            digits = Digits::Few;
-        }
+        let (line, root) = (&factor[i * small..=i * small + i], factor[i * small + i]);
+        over_pivot = over_pivot.max(n as f64 * spread / (root * root));
+        told += rows::dot(line, line) / v[i * small + i];
+        alone &= v[i * small..i * small + i].iter().all(|&v| v == 0.0);
     }
+    if !alone {
+        let own = noise_factor.at_mut(0);
+        own.copy_from_slice(v);
+        rows::cholesky(own, p, small)?;
+        rows::cholesky_solve_from::<L>(own, small, c, defect, stride, p);
+        told = (0..p).map(|i| rows::dot(&cross[i * stride..i * stride + n], &defect[i * stride..i * stride + n])).sum();
+    }
+    let few = array::hides(over_pivot) || array::blurs(over_pivot, told);
+    let digits = if few { Digits::Few } else { Digits::Enough };
     let gain = belief.gain_transposed.at_mut(t);
     rows::cholesky_solve_from::<L>(factor, small, cross, gain, stride, p);
 

@@ -157,10 +157,14 @@ pub(super) fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
     (left > 0.0).then_some(place)
 }
 
-/// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none.
+/// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none, and once a stop is
+/// requested.
 fn iterate(chain: &Chain, place: &mut Place, local: &[Local], newton: &mut Newton, barrier: f64) -> Option<Step> {
-    let scalings: Vec<Scaling> =
-        local.iter().zip(&place.multipliers).map(|(at, l)| scaling(&at.slack_factor, l)).collect::<Option<_>>()?;
+    let scaling = |(at, multiplier): (&Local, &Dense)| match halt::is_requested() {
+        true => None,
+        false => scaling(&at.slack_factor, multiplier),
+    };
+    let scalings: Vec<Scaling> = local.iter().zip(&place.multipliers).map(scaling).collect::<Option<_>>()?;
     let left = slack_of_budget(local);
     let gradients = gradients(chain, local, &scalings, (barrier, left));
     let solved = newton.solve(chain, local, &scalings, &gradients, (barrier, place.price / left));

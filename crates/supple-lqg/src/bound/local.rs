@@ -1,5 +1,7 @@
 //! A point of the search in its own coordinates, in which every posterior covariance is the identity.
 
+use supple_kernels::halt;
+
 use super::reduce::Chain;
 use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, log_determinant, solve_lower, symmetric};
 
@@ -34,7 +36,7 @@ pub(super) struct Local {
 }
 
 impl Place {
-    /// In coordinates where `p_t` is the identity; `None` where the place is not strictly inside.
+    /// In coordinates where `p_t` is the identity; `None` where the place is not strictly inside, and once a stop is requested.
     pub fn localise(&self, chain: &Chain) -> Option<Vec<Local>> {
         let mut out: Vec<Local> = Vec::with_capacity(chain.stages.len());
         let first = &self.factors[0];
@@ -44,6 +46,9 @@ impl Place {
             symmetric(&inverse * inverse.transpose())
         });
         for (t, stage) in chain.stages.iter().enumerate() {
+            if halt::is_requested() {
+                return None;
+            }
             let g = &self.factors[t];
             let (dynamics, after) = match chain.next(t) {
                 Some(next) => {

@@ -62,6 +62,9 @@ pub fn minimum_information(
             (best.lower_nats, best.proof) = (lower_nats, proof);
         }
     }
+    if halt::is_requested() {
+        return Err(Error::Stopped);
+    }
     if best.lower_nats == 0.0 && best.nats > 0.0 && matches!(best.proof, Proof::Proved { .. }) {
         best.proof = Proof::NotProved { reason: "it is lost to rounding".into() };
     }

@@ -1,7 +1,7 @@
 //! The Newton system of the search: block tridiagonal in time, and of rank one more for the budget.
 
 use supple_kernels::rows::dot;
-use supple_kernels::{Band, RIGHT_SIDES};
+use supple_kernels::{Band, RIGHT_SIDES, halt};
 
 use super::local::{Local, Scaling};
 use super::reduce::Chain;
@@ -76,7 +76,7 @@ impl Newton {
     /// term, and the change of the cost, as a share of the budget.
     ///
     /// # Errors
-    /// The decision at which the system is not positive definite to rounding.
+    /// The decision at which the system is not positive definite to rounding, or which was next when a stop was requested.
     pub fn solve(
         &mut self,
         chain: &Chain,
@@ -86,6 +86,9 @@ impl Newton {
         (barrier, weight): (f64, f64),
     ) -> Result<(Vec<Dense>, f64), usize> {
         for t in 0..local.len() {
+            if halt::is_requested() {
+                return Err(t);
+            }
             self.assemble(chain, t, (local, scalings), barrier);
             self.set_sides(t, &gradients[t], &local[t].price);
         }

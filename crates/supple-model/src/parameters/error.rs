@@ -1,3 +1,5 @@
+use supple_text::digits;
+
 /// What does not fit the parameters of a problem.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -11,7 +13,7 @@ pub enum ParameterError {
         valid: String,
     },
     /// A value outside the bounds, or not finite.
-    #[error("parameter `{name}` = {value} is outside [{lower}, {upper}]")]
+    #[error("parameter `{name}` = {} is outside [{}, {}]", digits(*value), digits(*lower), digits(*upper))]
     OutOfBounds {
         /// The parameter.
         name: String,

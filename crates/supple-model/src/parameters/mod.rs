@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple_kernels::math;
-use supple_text::quoted;
+use supple_text::{digits, quoted};
 
 use crate::{Value, is_name};
 
@@ -78,13 +78,14 @@ impl Parameter {
             return Err(("bounds", message));
         }
         if lower > upper {
-            let message = format!("are reversed: [{lower}, {upper}]");
+            let message = format!("are reversed: [{}, {}]", digits(*lower), digits(*upper));
             return Err(("bounds", message));
         }
         if *scale == Scale::Log && *lower <= 0.0 {
             return Err(("bounds", format!("must be above 0 with scale = \"log\"; the lower one is {lower}")));
         }
         if !(lower..=upper).contains(&initial) {
+            let [initial, lower, upper] = [initial, lower, upper].map(|number| digits(*number));
             return Err(("initial", format!("{initial} is outside the bounds [{lower}, {upper}]")));
         }
         if let Some(Err(message)) = price.map(|price| price.check([*lower, *upper])) {
@@ -108,11 +109,12 @@ impl Parameter {
             let twice = self.catalogue[..index].iter().any(|other| other.value == *value);
             match price {
                 _ if !(lower..=upper).contains(value) => {
+                    let [lower, upper, value] = [lower, upper, *value].map(digits);
                     Some((index, format!("must be within the bounds [{lower}, {upper}]; found {value}")))
                 }
-                _ if twice => Some((index, format!("the value {value} occurs twice"))),
+                _ if twice => Some((index, format!("the value {} occurs twice", digits(*value)))),
                 Some(price) if !(*price >= 0.0 && price.is_finite()) => {
-                    Some((index, format!("a price must be a number of at least 0; found {price}")))
+                    Some((index, format!("a price must be a number of at least 0; found {}", digits(*price))))
                 }
                 _ => None,
             }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::math;
 
 use super::{Named, Parameter, Parameters, Role};
+use supple_text::digits;
 
 /// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.9).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
@@ -65,15 +66,15 @@ impl Price {
             Self::Power { coefficient, exponent, reference } => vec![coefficient, exponent, reference],
         };
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
-            return Err(format!("must be of finite numbers; found {number}"));
+            return Err(format!("must be of finite numbers; found {}", digits(*number)));
         }
         if !matches!(self, Self::Linear(_)) && lower <= 0.0 {
-            return Err(format!("needs a parameter above 0, but for `linear`; its lower bound is {lower}"));
+            return Err(format!("needs a parameter above 0, but for `linear`; its lower bound is {}", digits(lower)));
         }
         if let Self::Log { reference, .. } | Self::Power { reference, .. } = self
             && reference <= 0.0
         {
-            return Err(format!("needs a reference above 0; found {reference}"));
+            return Err(format!("needs a reference above 0; found {}", digits(reference)));
         }
         // All forms rise or fall throughout.
         let least = self.at(lower).min(self.at(upper));

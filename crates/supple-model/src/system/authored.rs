@@ -8,7 +8,7 @@ use super::kept::Kept;
 use super::programs::Recorder;
 use super::trace::{residuals, values};
 use super::wide::Along;
-use super::{Constraints, Curvature, Points, System, Variation, make_convex};
+use super::{Adjoints, Constraints, Curvature, Points, System, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::Cost;
 use crate::followed::{self, Followed, FollowedNumber};
@@ -58,7 +58,7 @@ struct Programs {
     landmarks: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
     contract_measurement: OnceLock<Program>,
-    contract_cost: [OnceLock<Program>; 2],
+    contract_cost: [[OnceLock<Program>; 2]; 2],
     /// Of a stage and of the end.
     parameter_gradient: [OnceLock<Program>; 2],
     parameter_gradient_along: [OnceLock<Program>; 2],
@@ -284,14 +284,13 @@ impl<M: Model> System for Authored<M> {
         out: &mut Matrices,
         scratch: &mut Scratch,
     ) {
-        let cells = &self.programs.cost_quadratic[usize::from(curvature == Curvature::Exact)];
+        let cells = &self.programs.cost_quadratic[which(curvature)];
         for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
             let cell = &cells[usize::from(last)];
             let program = self.program(cell, |recorder| recorder.cost_quadratic(curvature, last));
             program.run(batch, (&at_points(at), phi), (Some(out), &mut []), scratch);
         }
-        let convex = |last| self.recorder().is_convex(last);
-        if curvature == Curvature::GaussNewton && !(convex(false) && convex(true)) {
+        if curvature == Curvature::GaussNewton && !self.has_smooth_gauss_newton() {
             make_convex(out, self.size.joint());
         }
     }
@@ -318,17 +317,21 @@ impl<M: Model> System for Authored<M> {
         program.run(batch, (&sources, phi), (Some(out), &mut []), scratch);
     }
 
+    fn has_smooth_gauss_newton(&self) -> bool {
+        [false, true].into_iter().all(|last| self.recorder().is_convex(last))
+    }
+
     fn contract(
         &self,
         at: Points,
         phi: &[f64],
-        adjoints: &KnotAdjoints,
+        adjoints: Adjoints,
         joint: &mut Matrices,
         parameters: &mut [f64],
         scratch: &mut Scratch,
     ) {
         let programs = &self.programs;
-        let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints;
+        let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints.knots;
         let [x, u] = at_points(at);
         let sources = [x, u, x, dynamics.into(), measurement.into(), cost.into()];
         let mut run = |program: &Program, batch| {
@@ -340,8 +343,8 @@ impl<M: Model> System for Authored<M> {
         run(self.program(&programs.contract_measurement, |r| r.contract_measurement()), all);
         if *has_cost {
             for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
-                let cell = &programs.contract_cost[usize::from(last)];
-                run(self.program(cell, |recorder| recorder.contract_cost(last)), batch);
+                let cell = &programs.contract_cost[which(adjoints.curvature)][usize::from(last)];
+                run(self.program(cell, |recorder| recorder.contract_cost(adjoints.curvature, last)), batch);
             }
         }
     }
@@ -372,4 +375,9 @@ impl<M: Model> System for Authored<M> {
             program.run(batch, (&sources, phi), (None, parameters), scratch);
         }
     }
+}
+
+/// The place of programs that differ by curvature.
+fn which(curvature: Curvature) -> usize {
+    usize::from(curvature == Curvature::Exact)
 }

@@ -37,13 +37,24 @@ pub use roll_out::RollOut;
 pub use sequence::Sequence;
 
 /// Which second derivatives of the cost are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Curvature {
     /// Those of the norm alone: never indefinite, for iterating. Where a cost has no norm, those of all of it, made
     /// convex by [`make_convex`].
     GaussNewton,
     /// All of them.
+    #[default]
     Exact,
+}
+
+/// Adjoints of knots whose cost has this curvature.
+#[derive(Clone, Copy, Debug)]
+pub struct Adjoints<'a> {
+    /// The adjoints.
+    pub knots: &'a KnotAdjoints,
+    /// Which second derivatives of the cost the knots have.
+    pub curvature: Curvature,
 }
 
 /// A controlled system with costs and all derivatives that planning and design need.
@@ -225,13 +236,18 @@ pub trait System: Send + Sync {
         scratch: &mut Scratch,
     );
 
+    /// Whether [`System::contract`] takes Gauss-Newton curvature, which it then is smooth in point and parameters.
+    fn has_smooth_gauss_newton(&self) -> bool {
+        false
+    }
+
     /// The gradient of `sum over points of <adjoint, knot>`, the adjoints held fixed: by `z`, added to the last column
     /// of `joint` ((n + m) x (n + m + 1)), and by the parameters, added to `parameters`.
     fn contract(
         &self,
         at: Points,
         phi: &[f64],
-        adjoints: &KnotAdjoints,
+        adjoints: Adjoints,
         joint: &mut Matrices,
         parameters: &mut [f64],
         scratch: &mut Scratch,

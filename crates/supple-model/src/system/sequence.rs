@@ -1,8 +1,8 @@
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::{Dimensions, Error, KnotAdjoints};
+use supple_lqg::{Dimensions, Error};
 
 use super::arrays::{Arrays, Checked};
-use super::{Curvature, Points, System, Variation};
+use super::{Adjoints, Curvature, Points, System, Variation};
 use crate::Channels;
 
 /// A linear system whose matrices may differ from step to step, with quadratic costs: arrays of numbers, without
@@ -190,7 +190,11 @@ impl System for Sequence {
     fn add_dynamics_curvature(&self, _: Points, _: &[f64], _: &Matrices, _: &mut Matrices, _: &mut Scratch) {}
 
     /// The knots are the same at every trajectory, but for the cost's gradient, which has no adjoint.
-    fn contract(&self, _: Points, _: &[f64], _: &KnotAdjoints, _: &mut Matrices, _: &mut [f64], _: &mut Scratch) {}
+    fn has_smooth_gauss_newton(&self) -> bool {
+        true
+    }
+
+    fn contract(&self, _: Points, _: &[f64], _: Adjoints, _: &mut Matrices, _: &mut [f64], _: &mut Scratch) {}
 
     /// There are no parameters.
     fn add_parameter_gradient(

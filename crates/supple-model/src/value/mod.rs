@@ -15,7 +15,7 @@ pub use read::{OneOrList, VALUE};
 
 use serde::{Deserialize, Deserializer};
 use supple_kernels::Scalar;
-use supple_text::quoted;
+use supple_text::{digits, quoted};
 
 /// A number of the problem: written out, the name of a declared parameter, or an expression of parameters.
 ///
@@ -128,6 +128,7 @@ impl Value {
 
     /// What to say of a value that can be as low as `least`, where that is too low.
     pub fn found(self, least: f64) -> String {
+        let least = digits(least);
         match self {
             Self::Number(_) => format!("found {least}"),
             Self::Parameter(_) => format!("its parameter can be as low as {least}"),

@@ -5,7 +5,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "no world",
         "<mujoco/>",
-        "robot.xml:1:1: mujoco: there is no `worldbody` in it (a file of settings that others include holds no robot: read one that includes it)",
+        "robot.xml:1:1: mujoco: there is no `worldbody` in it (this file contains settings only; load the file that includes it)",
     ),
     (
         "a file that includes another",
@@ -20,12 +20,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a ball joint",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j' type='ball'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:23: joint `j`: ball joints are not supported: joint `j` is one (give the body three hinges at one place instead, each about another axis)",
+        "robot.xml:4:23: joint `j`: ball joints are not supported: joint `j` is one (use three hinges at the same position with different axes)",
     ),
     (
         "a ball joint of a class",
         "<mujoco><default>\n<default class='ball'>\n<joint type='ball'/></default></default>\n<worldbody>\n<body name='a'>\n<joint name='j' class='ball'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:3:14: joint: ball joints are not supported: joint `j` is one (give the body three hinges at one place instead, each about another axis)",
+        "robot.xml:3:14: joint: ball joints are not supported: joint `j` is one (use three hinges at the same position with different axes)",
     ),
     (
         "a free joint",
@@ -55,7 +55,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a negative mass",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:29: inertial of body `a`: the mass must be at least 0, and is -1",
+        "robot.xml:5:29: inertial of body `a`: the mass must be at least 0; found -1",
     ),
     (
         "negative moments",
@@ -65,7 +65,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "moments that are not positive",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<inertial pos='0 0 0' mass='1' fullinertia='1 1 1 2 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:1: inertial of body `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (without its products of inertia the body could be: correct them, or set them to 0)",
+        "robot.xml:5:1: inertial of body `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (the products of inertia are invalid; correct them or set them to 0)",
     ),
     (
         "moments given twice",
@@ -85,12 +85,12 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an inertial of the world",
         "<mujoco>\n<worldbody>\n<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</worldbody></mujoco>",
-        "robot.xml:3:1: inertial: the world has no inertia: an `inertial` is in a body",
+        "robot.xml:3:1: inertial: `inertial` must be inside a body, not in the world",
     ),
     (
         "a joint of the world",
         "<mujoco>\n<worldbody>\n<joint/>\n</worldbody></mujoco>",
-        "robot.xml:3:1: joint: the world cannot move: a joint is in a body",
+        "robot.xml:3:1: joint: joints must be inside a body, not in the world",
     ),
     (
         "an unknown class",
@@ -125,7 +125,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a named outermost class",
         "<mujoco><default class='robot'/>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:1:25: default: the outermost class is `main`, and cannot be called `robot` (put a `default` without class around it)",
+        "robot.xml:1:25: default: the outermost class is `main`, and cannot be called `robot` (enclose it in a `default` without a class)",
     ),
     (
         "an element twice in a class",
@@ -160,7 +160,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "joints that follow each other",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint name='j'/><joint name='k'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<joint joint1='j' joint2='k'/>\n<joint joint1='k' joint2='j'/></equality></mujoco>",
-        "robot.xml:7:1: joint: joints follow one another in a circle: `j`, `k`",
+        "robot.xml:7:1: joint: mimic joints form a cycle: `j`, `k`",
     ),
     (
         "a relation that is not linear",
@@ -185,7 +185,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a quaternion of length 0",
         "<mujoco>\n<worldbody>\n<body quat='0 0 0 0'/>\n</worldbody></mujoco>",
-        "robot.xml:3:13: body: the quaternion must not be 0, nor too great to square",
+        "robot.xml:3:13: body: the quaternion must be non-zero and finite when squared",
     ),
     (
         "an axis of length 0",
@@ -205,7 +205,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "two orientations",
         "<mujoco>\n<worldbody>\n<body quat='1 0 0 0' euler='0 0 0'/>\n</worldbody></mujoco>",
-        "robot.xml:3:29: body: an orientation is given once, and not by `quat`, `euler`",
+        "robot.xml:3:29: body: give the orientation once, not by `quat`, `euler`",
     ),
     (
         "too few numbers",
@@ -295,7 +295,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "an axis of a joint of length 0",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint axis='0 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:14: joint of body `a`: the axis must have a direction, and is 0 0 0",
+        "robot.xml:4:14: joint of body `a`: the axis must be non-zero; found 0 0 0",
     ),
     (
         "negative damping",
@@ -310,7 +310,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a spring by its frequency",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint springdamper='1 1'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:4:22: joint of body `a`: `springdamper` is not supported: what it means depends on the inertia of the whole robot (give `stiffness` and `damping`)",
+        "robot.xml:4:22: joint of body `a`: `springdamper` is not supported: it depends on the inertia of the whole robot (give `stiffness` and `damping`)",
     ),
     (
         "two joints of one name",
@@ -365,7 +365,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a place given twice",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom type='capsule' size='1' fromto='0 0 0 1 0 0' pos='1 0 0'/>\n</body>\n</worldbody></mujoco>",
-        "robot.xml:5:39: geom of body `a`: a place is given once, and not by `fromto` and `pos`",
+        "robot.xml:5:39: geom of body `a`: give the position once: either `fromto` or `pos`",
     ),
     (
         "two ends in one",
@@ -418,7 +418,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:6:25: motor: there is no class `x`; known are `main`",
     ),
     (
-        "a gear that is no number",
+        "a gear that is not a number",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<actuator>\n<motor joint='j' gear='x'/></actuator></mujoco>",
         "robot.xml:6:24: motor: `gear` holds `x`, which is not a number",
     ),
@@ -528,7 +528,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:6:21: key `h`: `ctrl` has 1 numbers, and the robot has 0 actuators",
     ),
     (
-        "a velocity that is no number",
+        "a velocity that is not a number",
         "<mujoco>\n<worldbody>\n<body name='a'><joint name='j' range='-1 1'/><joint name='k' axis='1 0 0'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>\n</worldbody>\n<keyframe>\n<key qvel='1 nan'/></keyframe></mujoco>",
         "robot.xml:6:12: key: `qvel` holds `nan`, which is not finite",
     ),

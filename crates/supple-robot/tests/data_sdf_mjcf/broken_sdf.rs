@@ -23,7 +23,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a model without links",
         "<sdf version='1.9'>\n<model name='m'>\n</model></sdf>",
-        "robot.xml:1:1: sdf: a robot has at least one link, and this one has none",
+        "robot.xml:1:1: sdf: the robot has no links",
     ),
     (
         "a model without a name",
@@ -38,12 +38,12 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an included file",
         "<sdf version='1.9'>\n<model name='m'>\n<include><uri>model://arm</uri></include>\n</model></sdf>",
-        "robot.xml:3:1: include of model `m`: only this one file is read, and it includes another one (put the included model in its place, or remove it where the robot does not need it)",
+        "robot.xml:3:1: include of model `m`: `include` is not supported: only one file is read (put the included model in its place, or remove it where the robot does not need it)",
     ),
     (
         "a file included in the world",
         "<sdf version='1.7'><world name='w'>\n<include><uri>model://arm</uri></include></world></sdf>",
-        "robot.xml:2:1: include of world `w`: only this one file is read, and it includes another one (put the included model in its place, or remove it where the robot does not need it)",
+        "robot.xml:2:1: include of world `w`: `include` is not supported: only one file is read (put the included model in its place, or remove it where the robot does not need it)",
     ),
     (
         "a joint in the world",
@@ -103,7 +103,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an empty parent",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='fixed'>\n<parent> </parent>\n<child>b</child>\n</joint>\n</model></sdf>",
-        "robot.xml:6:1: parent of joint `j`: it must hold a value, and is empty",
+        "robot.xml:6:1: parent of joint `j`: it must not be empty",
     ),
     (
         "an unknown parent",
@@ -133,7 +133,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a closed loop",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='fixed'><parent>a</parent>\n<child>b</child></joint>\n<joint name='k' type='fixed'><parent>b</parent>\n<child>a</child></joint>\n</model></sdf>",
-        "robot.xml:3:1: link `a`: joints lead from this link back to itself, along `a`, `b`; a robot is one tree with one root",
+        "robot.xml:3:1: link `a`: closed kinematic loop along `a`, `b`; a robot must be a tree",
     ),
     (
         "a link with two parents",
@@ -153,7 +153,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "an axis of length 0",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz>0 0 0</xyz></axis></joint>\n</model></sdf>",
-        "robot.xml:8:1: axis of joint `j`: the axis must have a direction, and is 0 0 0",
+        "robot.xml:8:1: axis of joint `j`: the axis must be non-zero; found 0 0 0",
     ),
     (
         "an axis in an unknown frame",
@@ -171,7 +171,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
         "robot.xml:10:1: limit of joint `j`: `lower` must not be inf",
     ),
     (
-        "a limit that is no number",
+        "a limit that is not a number",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'><inertial/></link>\n<link name='b'><inertial/></link>\n<joint name='j' type='revolute'>\n<parent>a</parent>\n<child>b</child>\n<axis>\n<xyz>0 0 1</xyz>\n<limit><lower>none</lower></limit></axis></joint>\n</model></sdf>",
         "robot.xml:10:15: lower of joint `j`: its value holds `none`, which is not a number",
     ),
@@ -256,14 +256,14 @@ pub const SDF: &[(&str, &str, &str)] = &[
         "robot.xml:4:7: pose of link `a`: its value must be 6 numbers, and has 3: `0 0 0`",
     ),
     (
-        "a pose that is no numbers",
+        "a pose that is not a numbers",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose>0 0 0 0 0 x</pose></link>\n</model></sdf>",
         "robot.xml:4:7: pose of link `a`: its value holds `x`, which is not a number",
     ),
     (
         "a quaternion of length 0",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<pose rotation_format='quat_xyzw'>0 0 0 0 0 0 0</pose></link>\n</model></sdf>",
-        "robot.xml:4:35: pose of link `a`: the quaternion must not be 0, nor too great to square",
+        "robot.xml:4:35: pose of link `a`: the quaternion must be non-zero and finite when squared",
     ),
     (
         "a quaternion in degrees",
@@ -278,7 +278,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
     (
         "a negative mass",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<inertial>\n<mass>-1</mass></inertial></link>\n</model></sdf>",
-        "robot.xml:5:1: mass of link `a`: the mass must be at least 0, and is -1",
+        "robot.xml:5:1: mass of link `a`: the mass must be at least 0; found -1",
     ),
     (
         "moments that are not positive",
@@ -286,7 +286,7 @@ pub const SDF: &[(&str, &str, &str)] = &[
         "robot.xml:5:15: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 1",
     ),
     (
-        "a mass that is no number",
+        "a mass that is not a number",
         "<sdf version='1.9'>\n<model name='m'>\n<link name='a'>\n<inertial>\n<mass>1 kg</mass></inertial></link>\n</model></sdf>",
         "robot.xml:5:7: mass of link `a`: its value holds `kg`, which is not a number",
     ),

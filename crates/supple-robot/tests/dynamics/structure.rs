@@ -128,7 +128,7 @@ fn joints_that_move_no_inertia_are_named() {
     driven.joints[1].armature = 0.01;
     assert_eq!(named(&driven), Ok(()));
     let message = SingularMass { joints: vec!["tip".into()] }.to_string();
-    assert_eq!(message, "the joint `tip` moves nothing that has inertia, so its acceleration is not determined");
+    assert_eq!(message, "joint `tip` moves no inertia, so its acceleration is undefined");
 }
 
 /// Time and memory grow with the entries of the mass matrix that are not always 0.

@@ -1,6 +1,7 @@
 use std::cmp::Ordering;
 
 use supple::design::{Aim, DesignStatus, StartSummary};
+use supple::halt;
 use supple::pipeline::TaskState;
 
 use super::{Ends, Front, at_ends};
@@ -30,14 +31,15 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Po
     let factors = factors(ends, count);
     let last = factors.len() - 1;
     // Until it is told to stop.
-    let searches = |up: bool| -> Result<Vec<StartSummary>, StudyError> {
-        let mut found: Vec<StartSummary> = Vec::new();
+    let searches = |up: bool| -> Result<Vec<Point>, StudyError> {
+        let mut found: Vec<Point> = Vec::new();
         for step in 1..last {
             let index = if up { step } else { last - step };
-            let before = found.last().unwrap_or(if up { &ends.tight } else { &ends.loose });
+            let before = found.last().map_or(if up { &ends.tight } else { &ends.loose }, |point| &point.summary);
             let number = if up { index } else { factors.len() + index };
             let name = format!("{} to point {index}", if up { "up" } else { "down" });
-            match search(front, &name, before, (factors[index], number)) {
+            let searched = search(front, &name, before, (factors[index], number));
+            match searched.and_then(|found| point(front, factors[index], found)) {
                 Err(StudyError::Stopped) => break,
                 other => found.push(other?),
             }
@@ -48,28 +50,32 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Po
     let (up, down) = rayon::join(|| searches(true), || searches(false));
     let (mut up, mut down) = (up?.into_iter(), down?.into_iter().rev());
     let missing = last.saturating_sub(1) - down.len().min(last.saturating_sub(1));
-    let mut points: Vec<(f64, StartSummary)> = vec![(factors[0], tight_end(front, ends)?)];
+    let mut points: Vec<Point> = vec![end(front, factors[0], || tight_end(front, ends))?];
     for (index, &factor) in factors.iter().enumerate().take(last).skip(1) {
         let searcher = front.searcher(Aim::Information { factor });
-        let better = |one: StartSummary, other| if searcher.rank(&one) < searcher.rank(&other) { one } else { other };
+        let better = |one: Point, other: Point| match searcher.rank(&one.summary) < searcher.rank(&other.summary) {
+            true => one,
+            false => other,
+        };
         let from_above = if index > missing { down.next() } else { None };
-        let mut point = match (up.next(), from_above) {
+        let mut found = match (up.next(), from_above) {
             (Some(up), Some(down)) => better(up, down),
             (Some(one), None) | (None, Some(one)) => one,
             (None, None) => continue,
         };
         // Branches of plans can end between two points, so that no neighbour leads to the optimum.
-        if point.status != DesignStatus::Converged && !watch.is_stopped() {
-            match front.best(&format!("restarted at point {index}"), &searcher) {
+        if found.summary.status != DesignStatus::Converged && !watch.is_stopped() {
+            let anew = front.best(&format!("restarted at point {index}"), &searcher);
+            match anew.and_then(|anew| point(front, factor, anew)) {
                 Err(StudyError::Stopped) => {}
-                anew => point = better(anew?, point),
+                anew => found = better(anew?, found),
             }
         }
-        points.push((factor, point));
+        points.push(found);
     }
     if last > 0 {
         // No bound matters there, so that none has a price.
-        points.push((factors[last], ends.loose.clone()));
+        points.push(end(front, factors[last], || Ok(ends.loose.clone()))?);
     }
     let stopped = match watch.is_stopped() {
         true => Err(StudyError::Stopped),
@@ -79,8 +85,7 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Po
         Err(StudyError::Stopped) => true,
         other => other.map(|()| false)?,
     };
-    let points = points.into_iter().map(|(factor, summary)| point(front, factor, summary));
-    Ok((points.collect::<Result<_, _>>()?, stopped))
+    Ok((points, stopped))
 }
 
 /// Factors from the tight end to the loose one; their distances to the tight end have evenly spread roots.
@@ -129,25 +134,44 @@ fn search(
 
 /// Sees that no point needs more information than a tighter one, whose design it could use: searches on from that
 /// design, and takes up the better of what is found and the design itself.
-fn mend(front: &Front, points: &mut [(f64, StartSummary)]) -> Result<(), StudyError> {
+fn mend(front: &Front, points: &mut [Point]) -> Result<(), StudyError> {
     let count = points.len();
     for index in 1..count {
         let (tighter, rest) = points.split_at_mut(index);
-        let ((_, before), (factor, current)) = (&tighter[index - 1], &mut rest[0]);
-        let searcher = front.searcher(Aim::Information { factor: *factor });
+        let (before, current) = (&tighter[index - 1].summary, &mut rest[0]);
+        let factor = current.factor;
+        let searcher = front.searcher(Aim::Information { factor });
         let needs_more = |one: &StartSummary| {
             let (was, is) = (searcher.rank(before), searcher.rank(one));
             was.partial_cmp(&(is.0, is.1, is.2 - SAME * is.2.abs())).is_some_and(Ordering::is_lt)
         };
-        if !needs_more(current) {
+        if !needs_more(&current.summary) {
             continue;
         }
         let number = 2 * count + index;
         let name = format!("from the tighter design to point {index}");
-        let found = search(front, &name, before, (*factor, number))?;
-        *current = if needs_more(&found) { searcher.assess(&before.to, &before.controls)? } else { found };
+        let found = search(front, &name, before, (factor, number))?;
+        let summary = if needs_more(&found) { searcher.assess(&before.to, &before.controls)? } else { found };
+        *current = point(front, factor, summary)?;
     }
     Ok(())
+}
+
+/// The point at an end of the front, also once the study is stopped: all that was to end has ended, and what was found is still
+/// to be shown.
+fn end(
+    front: &Front,
+    factor: f64,
+    summary: impl Fn() -> Result<StartSummary, StudyError>,
+) -> Result<Point, StudyError> {
+    let make = || point(front, factor, summary()?);
+    match make() {
+        Err(StudyError::Stopped) if front.watch.is_stopped() => {
+            halt::request(false);
+            make()
+        }
+        made => made,
+    }
 }
 
 fn point(front: &Front, factor: f64, summary: StartSummary) -> Result<Point, StudyError> {

@@ -25,6 +25,7 @@ use crate::journal::{Identity, Parts};
 use crate::{LoadedTask, StudyError, Watch, lenient};
 use ends::{Ends, find_ends};
 use follow::{Point, follow};
+use supple_text::digits;
 
 /// What a Pareto study does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -187,6 +188,7 @@ fn check_bounds(task: &LoadedTask) -> Result<Vec<f64>, StudyError> {
     }
     for (one, bound) in tasks.iter().zip(&bounds) {
         if let Some(bound) = bound.filter(|&bound| bound <= 0.0) {
+            let bound = digits(bound);
             let message = format!("the cost limit of task `{}` is {bound}; a front requires limits above 0", one.name);
             return Err(StudyError::usage(message));
         }

@@ -21,7 +21,7 @@ impl DesignChoice {
     /// `PARAMETER:VALUE` that follows belongs.
     ///
     /// # Errors
-    /// Where it is none of these, a name or parameter is there twice, a parameter is unknown, or a value is no number
+    /// Where it is none of these, a name or parameter occurs twice, a parameter is unknown, or a value is no number
     /// or out of bounds.
     pub fn parse_list(text: &str, task: &LoadedTask) -> Result<Vec<Self>, StudyError> {
         let mut designs: Vec<Self> = Vec::new();

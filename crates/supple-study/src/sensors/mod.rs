@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::sensors::{Candidate, Chosen, Goal, Limits, Selection, Worth};
 use supple_file::{ReadOptions, WithSensors};
-use supple_text::with_texts;
+use supple_text::{digits, with_texts};
 
 mod report;
 
@@ -57,8 +57,9 @@ pub struct SensorsOptions {
 
 impl SensorsOptions {
     fn check(&self) -> Result<(), StudyError> {
-        let wrong =
-            |what: &str, value: f64| Err(StudyError::usage(format!("{what} must be at least 0; found {value}")));
+        let wrong = |what: &str, value: f64| {
+            Err(StudyError::usage(format!("{what} must be at least 0; found {}", digits(value))))
+        };
         match self {
             Self { budget: Some(budget), .. } if !(*budget >= 0.0 && budget.is_finite()) => {
                 wrong("the budget", *budget)

@@ -108,6 +108,10 @@ impl Work {
     /// Where an option is wrong or does not fit the task, nothing can be computed, the journal is of another study or cannot be
     /// written, or the work was stopped before there was a result.
     pub fn run(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
+        self.make(task, folder, watch).map_err(|error| error.of(task))
+    }
+
+    fn make(&self, task: &LoadedTask, folder: Option<&Path>, watch: Watch) -> Result<StudyResult, StudyError> {
         Ok(match self {
             Self::Design(settings) => StudyResult::Design(Box::new(design::run(task, settings, folder, watch)?)),
             Self::Evaluate(options) => StudyResult::Evaluate(Box::new(evaluate::run(task, options, watch)?)),

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use supple::math;
 use supple::parameters::{Parameter, Scale};
-use supple_text::nearest;
+use supple_text::{digits, nearest};
 
 use super::MOST_POINTS;
 use crate::{LoadedTask, StudyError};
@@ -52,7 +52,7 @@ impl Axis {
             return Err("COUNT = 0: the axis would be empty; COUNT is at least 1".to_owned());
         }
         if scale == Scale::Log && !(from > 0.0 && to > 0.0) {
-            return Err(format!("a logarithmic axis needs positive ends; found {from} and {to}"));
+            return Err(format!("a logarithmic axis needs positive ends; found {} and {}", digits(from), digits(to)));
         }
         if count > 1 && from == to {
             return Err(format!("FROM and TO are both {from}, so COUNT must be 1; found {count}"));
@@ -196,31 +196,31 @@ mod tests {
         for (text, said) in [
             ("", forms),
             ("k1", forms),
-            ("k1=", "`` is no number"),
-            ("k1=a", "`a` is no number"),
+            ("k1=", "`` is not a number"),
+            ("k1=a", "`a` is not a number"),
             ("k1=1:2", forms),
             ("k1=1:2:3:4", forms),
             ("k1=log:1,2", forms),
             ("k1=log:", forms),
-            ("k1=:2:3", "`` is no number"),
-            ("k1=50:nan:3", "`nan` is no number"),
-            ("k1=50:inf:3", "`inf` is no number"),
-            ("k1=50,,60", "`` is no number"),
-            ("k1=50:60:x", "COUNT = `x` is no whole number"),
-            ("k1=50:60:-1", "COUNT = `-1` is no whole number"),
-            ("k1=50:60:2.5", "COUNT = `2.5` is no whole number"),
+            ("k1=:2:3", "`` is not a number"),
+            ("k1=50:nan:3", "`nan` is not a number"),
+            ("k1=50:inf:3", "`inf` is not a number"),
+            ("k1=50,,60", "`` is not a number"),
+            ("k1=50:60:x", "COUNT = `x` is not an integer"),
+            ("k1=50:60:-1", "COUNT = `-1` is not an integer"),
+            ("k1=50:60:2.5", "COUNT = `2.5` is not an integer"),
             ("k1=50:60:0", "COUNT is at least 1"),
             ("k1=50:60:10000001", "a grid has at most 10000000"),
-            ("k1=50:60:99999999999999999999", "is no whole number"),
+            ("k1=50:60:99999999999999999999", "is not an integer"),
             ("k1=50:50:2", "so COUNT must be 1; found 2"),
             ("k1=log:0:60:3", "a logarithmic axis needs positive ends; found 0 and 60"),
             ("k1=log:50:-60:3", "a logarithmic axis needs positive ends; found 50 and -60"),
             ("k1=40:60:3", "40 is outside the bounds of `k1`, [50, 600]"),
             ("k1=50:601:3", "601 is outside the bounds of `k1`, [50, 600]"),
-            ("k1=50,60,50", "the value 50 is there twice"),
+            ("k1=50,60,50", "the value 50 occurs twice"),
             (
                 "K1=50:60:3",
-                "no parameter `K1`: there is `k1`, `k2`, `wall_variance`, `drive_variance` (did you mean `k1`?)",
+                "no parameter `K1`; valid: `k1`, `k2`, `wall_variance`, `drive_variance` (did you mean `k1`?)",
             ),
             ("wall_varience=1e-3", "(did you mean `wall_variance`?)"),
             ("=50:60:3", "no parameter ``"),

@@ -148,7 +148,7 @@ mod tests {
             (large, "16000000 points are too many; a grid has at most 10000000"),
             (empty, "axis `k1`: there are no values"),
             (outside, "axis `k1`: 1000 is outside the bounds"),
-            (unknown, "axis `k_1`: no parameter `k_1`: there is `k1`"),
+            (unknown, "axis `k_1`: no parameter `k_1`; valid: `k1`"),
         ] {
             let error = Grid::new(&task, &options).map(|_| ()).unwrap_err().to_string();
             assert!(error.contains(said), "{error}");

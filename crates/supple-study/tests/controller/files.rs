@@ -105,7 +105,7 @@ fn results_without_a_controller_are_refused() {
     let task = shipped("iiwa_door.toml");
     let folder = evaluated(&task, 0);
     let refused = |folder: &_, which| ExportedController::of(folder, None, which).err().unwrap().to_string();
-    assert_eq!(refused(&folder, (None, None)), "there are several tasks, name one of them: open, close");
+    assert_eq!(refused(&folder, (None, None)), "there are several tasks; choose one with --task: open, close");
     assert_eq!(refused(&folder, (Some("opne"), None)), "no task is named `opne`; valid names: open, close");
     let start = refused(&folder, (Some("open"), Some(At::Start)));
     assert!(start.contains("is of `supple evaluate` and holds one design"), "{start}");
@@ -122,7 +122,7 @@ fn results_without_a_controller_are_refused() {
         spoil(report.evaluation.tasks[0].trajectory.as_mut().unwrap());
         refused(&folder, (Some("open"), None))
     };
-    assert!(spoiled(|plan| plan.feedforward.clear()).contains("has no feedforward; make the result again"));
+    assert!(spoiled(|plan| plan.feedforward.clear()).contains("has no feedforward; recompute the result"));
     assert!(spoiled(|plan| plan.states[3].truncate(2)).contains("is damaged"));
     assert!(spoiled(|plan| drop(plan.states.pop())).contains("the list of states of a controller of task `open`"));
     assert!(spoiled(|plan| plan.feedback.iter_mut().for_each(|gains| gains.truncate(1))).contains("the feedback"));

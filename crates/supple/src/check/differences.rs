@@ -1,3 +1,5 @@
+use supple_kernels::halt;
+
 /// A finite difference, and how far from the derivative it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
@@ -112,8 +114,9 @@ enum Side {
 /// The derivative at 0 of a function of one number, with several values, by Ridders' method: differences over steps that
 /// become shorter, extrapolated to a step of 0 in a tableau, of which for each value the entry is taken that the
 /// extrapolation and rounding leave least uncertain. Points where the function is `None` are left out; the result is `None`
-/// where nothing is left.
+/// where nothing is left, and once a stop is requested.
 pub(super) fn differentiate(how: Differencing, mut at: impl FnMut(f64) -> Option<Vec<f64>>) -> Option<Vec<Difference>> {
+    let mut at = |h: f64| if halt::is_requested() { None } else { at(h) };
     let measured;
     let noise = match how.noise {
         Some(known) => known,

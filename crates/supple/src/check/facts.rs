@@ -39,7 +39,8 @@ fn part(matrices: &Matrices, t: usize, cols: usize) -> DMatrix<f64> {
 }
 
 /// Eigenvalues of the observability Gramian `sum Phi_t' C' V^-1 C Phi_t`, `Phi_t = A_{t-1}...A_0`, each state scaled
-/// by its standard deviation at the start where that is not 0.
+/// by its standard deviation at the start where that is not 0. None where it is not finite, as over long horizons of
+/// unstable systems.
 fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
     let size = plan.knots.dimensions;
     let (n, p) = (size.states, size.measurements);
@@ -56,23 +57,28 @@ fn observability(task: &Task, plan: &Plan, noise: &Noise) -> Vec<Fact> {
             phi = part(&plan.knots.dynamics, t, n) * phi;
         }
     }
+    if gramian.iter().any(|entry| !entry.is_finite()) {
+        return Vec::new();
+    }
     let eigen = gramian.symmetric_eigen();
     let largest = eigen.eigenvalues.max();
-    let (weakest, smallest) = eigen.eigenvalues.argmin();
-    let rank = eigen.eigenvalues.iter().filter(|&&value| value > 1e-12 * largest).count();
-    let direction = eigen.eigenvectors.column(weakest).iamax();
+    let seen = |value: &f64| *value > 1e-12 * largest;
+    let rank = eigen.eigenvalues.iter().filter(|&value| seen(value)).count();
+    let smallest = eigen.eigenvalues.iter().copied().filter(seen).fold(f64::INFINITY, f64::min);
+    let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).iamax();
     let state = task.system.state_names().get(direction).cloned().unwrap_or_default();
     let rank_note = if rank == n {
         "all states are observable".to_owned()
     } else {
         format!("of {n}: {} directions are unobservable", n - rank)
     };
-    vec![
-        Fact { name: "observable directions of the first state".into(), value: rank as f64, note: rank_note },
-        Fact {
-            name: "condition of the observability Gramian".into(),
-            value: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
-            note: format!("least observable: mostly {state}"),
-        },
-    ]
+    let mut facts =
+        vec![Fact { name: "observable directions of the first state".into(), value: rank as f64, note: rank_note }];
+    let worst = format!("least observable: mostly {state}");
+    let note = if rank == n { worst } else { format!("over the observable directions; {worst}") };
+    if rank > 0 {
+        let value = largest / smallest;
+        facts.push(Fact { name: "condition of the observability Gramian".into(), value, note });
+    }
+    facts
 }

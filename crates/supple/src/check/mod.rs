@@ -14,8 +14,6 @@ pub use differences::Difference;
 pub use facts::Fact;
 pub use gradients::{ComparedGradient, ComparedGradients, compare_gradients};
 
-use supple_kernels::halt;
-
 use crate::Error;
 use crate::branches::best_of_guesses;
 use crate::pipeline::TaskState;
@@ -60,11 +58,12 @@ pub fn check(problem: &Problem, phi: &[f64]) -> Result<CheckReport, Error> {
 fn check_task(problem: &Problem, task: &Task, phi: &[f64]) -> Result<TaskCheck, Error> {
     let mut state = TaskState::new(task);
     plan_for_check(problem, task, phi, &mut state)?;
-    if halt::is_requested() {
-        return Err(Error::Stopped);
-    }
+    Error::check_stop()?;
     let mut rows = system::rows(problem, task, phi, &state.plan);
+    Error::check_stop()?;
     let ComparedGradients { gradients, left_out } = compare_gradients(problem, task, phi, &mut state)?;
+    // Differences that were cut short are missing.
+    Error::check_stop()?;
     rows.extend(gradients.iter().map(|gradient| gradient.row(&problem.parameters)));
     Ok(TaskCheck {
         name: task.name.clone(),

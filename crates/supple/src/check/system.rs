@@ -4,7 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_lqg::KnotAdjoints;
 use supple_lqg::Knots;
 use supple_model::Trajectory;
-use supple_model::system::Curvature;
+use supple_model::system::{Adjoints, Curvature};
 
 use super::compare::{Entries, Row};
 use super::differences::{Difference, Differencing, differentiate};
@@ -210,7 +210,10 @@ impl SystemCheck<'_> {
     fn cost_hessian(&mut self) -> Row {
         let joint = self.plan.knots.dimensions.joint();
         let stages = self.plan.trajectory.steps() + 1;
-        self.second_order("cost, second order", (&self.plan.knots.cost, stages), |check, trajectory| {
+        let mut analytic = Matrices::zeros(stages, joint, joint + 1);
+        let (system, at) = (&self.task.system, self.plan.trajectory.points());
+        system.cost_quadratics(at, self.phi, Curvature::Exact, &mut analytic, &mut self.scratch);
+        self.second_order("cost, second order", (&analytic, stages), |check, trajectory| {
             let mut out = Knots::zeros(check.plan.knots.dimensions, trajectory.steps()).cost;
             let (system, at) = (&check.task.system, trajectory.points());
             system.cost_quadratics(at, check.phi, Curvature::Exact, &mut out, &mut check.scratch);
@@ -221,7 +224,7 @@ impl SystemCheck<'_> {
     pub(super) fn jacobians(&mut self, trajectory: &Trajectory, phi: &[f64]) -> Knots {
         let mut knots = Knots::zeros(self.plan.knots.dimensions, trajectory.steps());
         let system = &*self.task.system;
-        knots.linearise_plan(system, trajectory.points(), phi, Curvature::Exact, &mut self.scratch);
+        knots.linearise_plan(system, trajectory.points(), phi, self.plan.curvature, &mut self.scratch);
         knots.linearise_measurement(system, trajectory.points(), phi, &mut self.scratch);
         knots
     }
@@ -288,6 +291,7 @@ impl SystemCheck<'_> {
         let mut by_parameters = vec![0.0; self.phi.len()];
         let at = self.plan.trajectory.points();
         let system = &self.task.system;
+        let adjoints = Adjoints { knots: adjoints, curvature: self.plan.curvature };
         system.contract(at, self.phi, adjoints, &mut by_joint, &mut by_parameters, &mut self.scratch);
         (by_joint, by_parameters)
     }

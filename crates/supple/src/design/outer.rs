@@ -79,6 +79,8 @@ pub struct OuterProblem<'s, 'a, 'b> {
     /// Evaluations before the last point was asked for.
     known: usize,
     error: Option<Error>,
+    /// Whether the evaluation of a point was stopped.
+    stopped: bool,
 }
 
 impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
@@ -93,7 +95,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         let bounds = first.tasks.iter().enumerate();
         let bounded = bounds.filter_map(|(task, at)| at.bound.map(|bound| (task, size(bound)))).collect();
         let known = search.evaluations;
-        Self { search, units, first, bounded, scale, known, error: None }
+        Self { search, units, first, bounded, scale, known, error: None, stopped: false }
     }
 
     /// Why a point could not be evaluated, where that ended the search.
@@ -148,7 +150,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
 
     /// How a search ends that ends now, where it was not its own decision.
     pub fn interrupted(&self) -> Option<Ending> {
-        match (&self.error, self.search.control.is_stopped()) {
+        match (&self.error, self.stopped || self.search.control.is_stopped()) {
             (Some(_), _) => Some(Ending::Stalled),
             (None, true) => Some(Ending::Stopped),
             (None, false) => None,
@@ -171,6 +173,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             self.known = self.search.evaluations;
             match self.search.visit(&scaled) {
                 Ok(visit) => return Some(visit),
+                Err(Error::Stopped) => self.stopped = true,
                 Err(error) => self.error = Some(error),
             }
         }

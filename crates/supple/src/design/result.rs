@@ -135,6 +135,13 @@ impl StartSummary {
         }
     }
 
+    /// Notes that the search was stopped after the end that is known.
+    pub(crate) fn stop(&mut self) {
+        if self.status.meets_bounds() {
+            self.status = DesignStatus::Stopped;
+        }
+    }
+
     /// Notes where a search ended.
     pub(crate) fn record(&mut self, at: &Visit, visitor: &Visitor, ending: Ending) {
         let met = visitor.aim.is_met(at, visitor.settings.feasibility);

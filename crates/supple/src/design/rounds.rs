@@ -4,7 +4,7 @@ use super::start::own_optimiser;
 use super::visit::{Visit, Visitor, controls_of};
 use super::{Ending, Event, Search, Searcher, StartSummary};
 use crate::Error;
-use crate::branches::{best_of_guesses, search_branches};
+use crate::branches::{BranchSearch, best_of_guesses, search_branches};
 use crate::pipeline::TaskState;
 
 /// Information below this is none, nats.
@@ -43,7 +43,10 @@ impl Rounds<'_, '_> {
             self.summary.without_contact += search.without_contact;
             self.summary.error = search.error.take();
             let Some(last) = visitor.visits.last().cloned() else { break };
-            let assessed = visitor.with_total_gradient(&last)?;
+            let assessed = match visitor.with_total_gradient(&last) {
+                Err(Error::Stopped) => last.clone(),
+                assessed => assessed?,
+            };
             self.summary.record(&assessed, visitor, ending);
             if ending == Ending::Stopped || control.is_stopped() || optimiser.keeps_last() {
                 break;
@@ -93,8 +96,13 @@ impl Rounds<'_, '_> {
             let stream = (self.start * 1000 + round * 100 + index) as u64;
             let seed = settings.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let given = (&visit.controls, visit.cost);
-            let share = effort / at.tasks.len();
-            let found = search_branches((problem, task), &at.phi, given, (seed, settings.branch_attempts), share);
+            let search = BranchSearch {
+                seed,
+                attempts: settings.branch_attempts,
+                effort: effort / at.tasks.len(),
+                stop: &|| control.is_stopped(),
+            };
+            let found = search_branches((problem, task), &at.phi, given, search);
             better |= found.cost < visit.cost;
             count += found.count;
             found.controls

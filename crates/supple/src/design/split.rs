@@ -1,3 +1,4 @@
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple_kernels::Matrices;
 
@@ -27,10 +28,14 @@ pub struct Split {
     pub evaluations: usize,
 }
 
-/// What the parts may leave of the change, as a share of it, before intervals are halved.
-const LEFT: f64 = 1e-7;
+/// What the parts may leave of the change, as a share of it, before intervals are halved: less than anyone prints.
+const LEFT: f64 = 1e-5;
 /// Intervals at most.
-const MOST_INTERVALS: usize = 256;
+const MOST_INTERVALS: usize = 64;
+/// The shortest interval that is halved: what is left of one so short is a leap.
+const SHORTEST: f64 = 1e-3;
+/// A change of less is none, nats.
+const NOTHING: f64 = 1e-3;
 /// Gauss and Legendre's nodes and weights on 0 to 1.
 const NODES: [(f64, f64); 5] = [
     (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
@@ -54,7 +59,7 @@ impl Problem {
     ) -> Result<Vec<Split>, Error> {
         self.check_design(from)?;
         self.check_design(to)?;
-        let tasks = self.tasks.iter().zip(nats.iter().zip(controls));
+        let tasks = self.tasks.par_iter().zip(nats.par_iter().zip(controls));
         tasks.map(|(task, (&nats, controls))| Path::new((self, task), (from, to)).split(nats, controls)).collect()
     }
 }
@@ -116,6 +121,7 @@ impl<'a> Path<'a> {
     fn split(mut self, first: f64, controls: &Matrices) -> Result<Split, Error> {
         self.state.evaluate(self.task, self.to, &self.problem.planning, Some(controls))?;
         let end = self.state.information.total;
+        let total = end - first;
         let (mut parts, mut left) = ([0.0; 3], end);
         // From the end to the start, in intervals each of which is halved until its parts add up.
         let mut intervals = vec![(0.0, 1.0)];
@@ -131,7 +137,8 @@ impl<'a> Path<'a> {
             let information = self.go(start)?;
             let missed = (left - information - found.iter().sum::<f64>()).abs();
             count += 1;
-            if missed > LEFT * (stop - start) * end.abs().max(1.0) && count + intervals.len() < MOST_INTERVALS {
+            let much = missed > LEFT * (stop - start) * total.abs().max(NOTHING);
+            if much && stop - start > SHORTEST && count + intervals.len() < MOST_INTERVALS {
                 let middle = 0.5 * (start + stop);
                 intervals.extend([(start, middle), (middle, stop)]);
                 let (controls, place) = kept;
@@ -143,7 +150,6 @@ impl<'a> Path<'a> {
             left = information;
         }
         let bits = |nats: f64| nats / std::f64::consts::LN_2;
-        let total = end - first;
         Ok(Split {
             task: self.task.name.clone(),
             total_bits: bits(total),

@@ -95,12 +95,19 @@ impl<'a> Searcher<'a> {
     }
 
     /// The best of starts, in their order, wherever they were searched from in `seconds`, once the plans at the end of each
-    /// were tried where the others ended.
+    /// were tried where the others ended. Starts that were stopped before they evaluated a design are left out.
     ///
     /// # Errors
     /// Where none of them could be evaluated.
     pub fn combine(&self, mut starts: Vec<StartSummary>, seconds: f64) -> Result<Design, Error> {
         let clock = Instant::now();
+        let stopped_early =
+            |start: &StartSummary| start.controls.is_empty() && matches!(start.error, Some(Error::Stopped));
+        let made = starts.len();
+        starts.retain(|start| !stopped_early(start));
+        if starts.is_empty() && made > 0 {
+            return Err(Error::Stopped);
+        }
         self.exchange_plans(&mut starts);
         let seconds = seconds + clock.elapsed().as_secs_f64();
         let rank = |summary: &StartSummary| self.rank(summary);
@@ -195,8 +202,15 @@ impl<'a> Searcher<'a> {
     fn run(&self, from: Vec<f64>, controls: Option<Vec<Matrices>>, start: usize) -> StartSummary {
         let mut summary = StartSummary::new(from);
         let mut rounds = Rounds { searcher: *self, start, summary: &mut summary };
-        if let Err(error) = rounds.run(controls) {
-            summary.error = Some(error);
+        match rounds.run(controls) {
+            Ok(()) => {}
+            Err(Error::Stopped) if !summary.controls.is_empty() => summary.stop(),
+            Err(error) => {
+                if matches!(error, Error::Stopped) {
+                    summary.status = DesignStatus::Stopped;
+                }
+                summary.error = Some(error);
+            }
         }
         summary
     }

@@ -311,7 +311,10 @@ impl<'a> Visitor<'a> {
                 _ => found,
             })
         });
-        let tasks = tasks.collect::<Result<Vec<_>, _>>()?;
+        let tasks: Result<Vec<_>, _> = tasks.collect();
+        // What was cut short is no visit.
+        Error::check_stop()?;
+        let tasks = tasks?;
         let price = PriceVisit::of(problem, settings, &phi);
         self.visits.push(Visit { scaled: self.scaling.scaled(&phi), phi, tasks, price });
         Ok(&self.visits[self.visits.len() - 1])

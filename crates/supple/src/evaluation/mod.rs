@@ -126,7 +126,10 @@ fn evaluate_task(
     state: &mut TaskState,
 ) -> Result<TaskEvaluation, Error> {
     let branches = plan_at((problem, task), phi, controls, (options.seed, options.branches), state)?;
+    // A plan that was cut short is none.
+    Error::check_stop()?;
     let gradient = gradients(problem, task, phi, options, state)?;
+    Error::check_stop()?;
     let monte_carlo = match options.rollouts {
         0 => None,
         rollouts => {
@@ -140,6 +143,7 @@ fn evaluate_task(
     if options.needed || counts {
         add_needed((task, phi), counts, state, &mut information);
     }
+    Error::check_stop()?;
     let predicted = Predicted {
         status: state.plan.status,
         cost: state.cost.expected(),
@@ -154,6 +158,7 @@ fn evaluate_task(
         stationarity: state.plan.stationarity,
         relative_stationarity: state.plan.relative_stationarity,
         regularised_iterations: state.plan.regularised,
+        cost_curvature: state.plan.curvature,
         belief_repairs: state.belief.repairs,
         branches,
         limits_violated: [
@@ -199,6 +204,7 @@ fn gradients(
         let mut parts = [const { Vec::new() }; 5];
         let functionals = [Functional::INFORMATION, Functional::BELIEF, Functional::PROCESS, Functional::INITIAL];
         for (functional, out) in functionals.into_iter().zip(&mut parts) {
+            Error::check_stop()?;
             state.total_gradient(task, phi, functional, out)?;
         }
         state.nominal_gradient(task, phi, &mut parts[4])?;

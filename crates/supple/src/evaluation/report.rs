@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple_model::limits::LimitViolation;
 use supple_model::parameters::Named;
 use supple_model::scene::Scene;
+use supple_model::system::Curvature;
 use supple_model::{ContactReport, PriceReport};
 
 use super::controller::ControllerReport;
@@ -92,6 +93,9 @@ pub struct TaskEvaluation {
     pub relative_stationarity: f64,
     /// Iterations that had to raise the regularisation.
     pub regularised_iterations: usize,
+    /// Which second derivatives of the cost its control law and expected cost use.
+    #[serde(default)]
+    pub cost_curvature: Curvature,
     /// How often rounding errors in the belief were repaired.
     pub belief_repairs: usize,
     /// Number of local minima encountered, if a branch search was run.

@@ -2,7 +2,7 @@ use supple_kernels::Scratch;
 use supple_lqg::Noise;
 use supple_lqg::{Belief, BeliefSeeds, reverse_kalman};
 use supple_model::noise::NoiseModel;
-use supple_model::system::System;
+use supple_model::system::{Adjoints, System};
 
 use super::total::GradientWorkspace;
 use crate::plan::Plan;
@@ -34,7 +34,8 @@ pub fn frozen_gradient(
         noise_model.clear(&mut work.noise, plan.trajectory.steps());
         work.adjoints.has_cost = false;
         reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
-        system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, gradient, scratch);
+        let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
+        system.contract(plan.trajectory.points(), phi, adjoints, &mut work.hessian, gradient, scratch);
         noise_model.add_gradient((phi, &plan.trajectory.states), &work.noise, gradient);
     }
 }

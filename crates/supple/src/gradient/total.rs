@@ -8,7 +8,7 @@ use supple_lqg::{Partials, reverse_riccati};
 use supple_lqg::{RiccatiAdjoint, RiccatiSeeds};
 use supple_model::Value;
 use supple_model::noise::NoiseModel;
-use supple_model::system::{Constraints, ExcessVariation, System, Variation};
+use supple_model::system::{Adjoints, Constraints, ExcessVariation, System, Variation};
 
 use super::kept::vary_within_limits;
 use crate::Error;
@@ -236,7 +236,8 @@ pub(crate) fn add_functional(
         reverse_riccati(given, seeds, &mut work.riccati, &mut work.adjoints);
         add_direct_noise(plan, functional, &mut work.noise);
     }
-    system.contract(plan.trajectory.points(), phi, &work.adjoints, &mut work.hessian, out, scratch);
+    let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
+    system.contract(plan.trajectory.points(), phi, adjoints, &mut work.hessian, out, scratch);
     let states = &plan.trajectory.states;
     noise_model.add_gradient((phi, states), &work.noise, out);
     noise_model.add_state_gradient(phi, states, &work.noise, &mut work.hessian);
@@ -287,7 +288,8 @@ pub(crate) fn information_at_rest(
             work.noise.measurement.clear();
         }
         let mut out = vec![0.0; phi.len()];
-        system.contract(points, phi, &work.adjoints, &mut work.hessian, &mut out, scratch);
+        let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
+        system.contract(points, phi, adjoints, &mut work.hessian, &mut out, scratch);
         noise_model.add_gradient((phi, states), &work.noise, &mut out);
         out
     })

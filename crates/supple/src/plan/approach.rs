@@ -4,6 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_model::system::System;
 use supple_model::{ContactState, Trajectory};
 
+use super::descent::is_over;
 use super::nominal::search_free;
 use super::{NominalProblem, Patience, Plan, PlanSettings, PlanWorkspace, rollout_within};
 use crate::problem::Task;
@@ -20,7 +21,7 @@ const SPEEDS: [f64; 5] = [1.0, 0.1, 0.03, 0.01, 0.0];
 const LEAST_SPEED: f64 = 1e-3;
 /// Speeds in between at most, where a step was too long.
 const REFINEMENTS: usize = 8;
-/// Searches on the way end early.
+/// Searches on the way end early, but for those of contacts that are not made yet.
 const TOLERANCE: f64 = 5e-2;
 
 /// The controls of a plan whose contacts were first wider and softer than they are, and whose friction set in over higher
@@ -41,8 +42,12 @@ pub(crate) fn approach(
     let mut friction = Slowing::default();
     let loose = PlanSettings { tolerance: settings.tolerance.max(TOLERANCE), ..settings.clone() };
     let mut kept: Option<Plan> = None;
+    let mut apart = false;
     let mut iterations = 0;
     for _ in 0..STAGES {
+        if is_over(work.deadline) {
+            break;
+        }
         let phi: Vec<f64> = phi.iter().copied().chain([widening.width.unwrap_or(0.0), friction.speed()]).collect();
         let problem = NominalProblem { system: wide, phi: &phi, bounds: task.control_bounds.as_ref() };
         let mut patience = Patience::Full;
@@ -50,7 +55,7 @@ pub(crate) fn approach(
             patience = Patience::Continued;
             follow(problem, kept, found, work, scratch);
         }
-        let settings = if friction.is_last() { settings } else { &loose };
+        let settings = if friction.is_last() || apart { settings } else { &loose };
         let planned = search_free(problem, (settings, patience), found, work, scratch).is_ok();
         iterations += found.iterations;
         if !(planned && found.status.is_converged()) && friction.go_back() {
@@ -60,7 +65,14 @@ pub(crate) fn approach(
             break;
         }
         kept = Some(found.clone());
-        let narrow = widening.narrow(clearance_left(&found.trajectory, states));
+        let left = clearance_left(&found.trajectory, states);
+        if left > 0.0 && !apart {
+            // A contact that is hardly felt pulls a search to it only if that does not end early.
+            apart = true;
+            continue;
+        }
+        apart = left > 0.0;
+        let narrow = widening.narrow(left);
         if friction.slow_down(narrow) && narrow {
             break;
         }

@@ -1,7 +1,7 @@
 use supple_kernels::{Matrices, Scratch};
-use supple_lqg::{Dimensions, KnotAdjoints};
+use supple_lqg::Dimensions;
 use supple_model::Trajectory;
-use supple_model::system::{Constraints, Curvature, Points, RollOut, System, Variation, add_excess};
+use supple_model::system::{Adjoints, Constraints, Curvature, Points, RollOut, System, Variation, add_excess};
 
 /// A system whose cost has what limits add to it (theory, equations P.20 to P.22).
 pub(super) struct Augmented<'a> {
@@ -140,11 +140,15 @@ impl System for Augmented<'_> {
         self.system.add_dynamics_curvature(at, phi, costates, out, scratch);
     }
 
+    fn has_smooth_gauss_newton(&self) -> bool {
+        self.system.has_smooth_gauss_newton()
+    }
+
     fn contract(
         &self,
         at: Points,
         phi: &[f64],
-        adjoints: &KnotAdjoints,
+        adjoints: Adjoints,
         joint: &mut Matrices,
         parameters: &mut [f64],
         scratch: &mut Scratch,

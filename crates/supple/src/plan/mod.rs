@@ -12,7 +12,9 @@ mod search;
 mod within_limits;
 
 pub use crate::problem::NominalProblem;
-pub use crate::settings::{BeliefSettings, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};
+pub use crate::settings::{
+    BeliefSettings, CostCurvature, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings,
+};
 pub(crate) use approach::{approach, has_to_approach};
 pub use bounds::bounds_of;
 pub(crate) use costates::sweep_costates;

@@ -9,7 +9,7 @@ use supple_model::system::Curvature;
 
 use super::costates::Stationarity;
 use super::search::{Patience, minimise};
-use super::{NominalProblem, PlanMode, PlanSettings, PlanStatus, rollout_within, simulate_controls};
+use super::{CostCurvature, NominalProblem, PlanMode, PlanSettings, PlanStatus, rollout_within, simulate_controls};
 use crate::Error;
 use crate::knots::Linearise;
 
@@ -21,7 +21,7 @@ pub const VALID_STATIONARITY: f64 = 1e-8;
 pub struct Plan {
     /// The trajectory.
     pub trajectory: Trajectory,
-    /// Its linearisation, with exact second derivatives of the cost.
+    /// Its linearisation, with the second derivatives of the cost that [`Plan::curvature`] names.
     pub knots: Knots,
     /// The control law and cost-to-go of the final sweep, without regularisation.
     pub policy: Policy,
@@ -33,6 +33,8 @@ pub struct Plan {
     pub objective: f64,
     /// Which kind of plan it is.
     pub mode: PlanMode,
+    /// Which second derivatives of the cost knots and policy have.
+    pub curvature: Curvature,
     /// How the search ended.
     pub status: PlanStatus,
     /// Iterations made.
@@ -64,6 +66,7 @@ impl Plan {
             nominal_cost: f64::NAN,
             objective: f64::NAN,
             mode: PlanMode::default(),
+            curvature: Curvature::default(),
             status: PlanStatus::default(),
             iterations: 0,
             stationarity: f64::NAN,
@@ -148,7 +151,7 @@ pub(super) fn search_free(
     };
     let status = minimise(problem, (settings, patience), plan, work, scratch);
     plan.iterations += before;
-    finish(problem, plan, status, scratch)
+    finish((problem, settings.curvature), plan, status, scratch)
 }
 
 /// Starts from the plan without bounds, its control law kept within them; or from the guess moved inside, where that
@@ -215,9 +218,10 @@ pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Cur
     plan.relative_stationarity = residual / (1.0 + scale);
 }
 
-/// The final sweep: exact curvature of the cost, no second derivatives of the dynamics, no regularisation.
+/// The final sweep: no second derivatives of the dynamics, no regularisation. Where it is left to the plan, the curvature
+/// of the cost is exact, and Gauss-Newton's where a plan that has converged has no control law with the exact one.
 pub(crate) fn finish(
-    problem: NominalProblem,
+    (problem, curvature): (NominalProblem, CostCurvature),
     plan: &mut Plan,
     status: PlanStatus,
     scratch: &mut Scratch,
@@ -227,7 +231,25 @@ pub(crate) fn finish(
     plan.knots.check_finite()?;
     plan.status = status;
     plan.mode = PlanMode::Nominal;
+    plan.curvature = Curvature::Exact;
     plan.objective = plan.nominal_cost;
+    let none = Regularisation::default();
+    let convex = match curvature {
+        CostCurvature::Exact => false,
+        CostCurvature::GaussNewton => true,
+        CostCurvature::Auto => {
+            status.is_converged()
+                && problem.system.has_smooth_gauss_newton()
+                && sweep(problem, none, None, plan).is_err()
+        }
+    };
+    if convex {
+        set_curvature(problem, Curvature::GaussNewton, plan, scratch);
+        if sweep(problem, none, None, plan).is_ok() {
+            return Ok(());
+        }
+        set_curvature(problem, Curvature::Exact, plan, scratch);
+    }
     let mut mu = 0.0;
     while let Err(step) = sweep(problem, Regularisation { control: mu, state: 0.0 }, None, plan) {
         // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
@@ -238,6 +260,13 @@ pub(crate) fn finish(
         }
     }
     Ok(())
+}
+
+/// Linearises the cost anew, with this curvature.
+fn set_curvature(problem: NominalProblem, curvature: Curvature, plan: &mut Plan, scratch: &mut Scratch) {
+    plan.curvature = curvature;
+    let at = plan.trajectory.points();
+    problem.system.cost_quadratics(at, problem.phi, curvature, &mut plan.knots.cost, scratch);
 }
 
 /// The Riccati sweep along a plan within the bounds, with the second derivatives of the cost or others.

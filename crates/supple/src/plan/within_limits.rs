@@ -2,7 +2,7 @@
 
 use supple_kernels::{Matrices, Scratch};
 use supple_model::limits::LIMIT_TOLERANCE;
-use supple_model::system::{Constraints, Curvature, RollOut, System};
+use supple_model::system::{Constraints, RollOut, System};
 
 use super::augmented::Augmented;
 use super::nominal::{finish, search_free};
@@ -147,7 +147,7 @@ impl<'a> Rounds<'a> {
             }
             missed = left;
         }
-        self.finish(plan, status, scratch)
+        self.finish((plan, settings), status, scratch)
     }
 
     /// Starts from the guess where it is at a limit and its augmented Lagrangian is less than that of the plan without limits,
@@ -201,7 +201,12 @@ impl<'a> Rounds<'a> {
     }
 
     /// The final sweep, of the cost with the multipliers' slopes and the cost's own curvature.
-    fn finish(self, plan: &mut Plan, status: PlanStatus, scratch: &mut Scratch) -> Result<(), Error> {
+    fn finish(
+        self,
+        (plan, settings): (&mut Plan, &PlanSettings),
+        status: PlanStatus,
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
         let Self { problem, limits, .. } = self;
         let kept = self.missed(plan, scratch) <= 1.0 / SHARE;
         plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
@@ -210,11 +215,12 @@ impl<'a> Rounds<'a> {
         let multipliers = std::mem::replace(&mut plan.multipliers, Matrices::vectors(0, 0));
         let system = Augmented { system: problem.system, limits, multipliers: &multipliers, penalties: None };
         let status = if status.is_converged() && !kept { PlanStatus::LimitsExceeded } else { status };
-        let finished = finish(NominalProblem { system: &system, ..problem }, plan, status, scratch);
+        let finished =
+            finish((NominalProblem { system: &system, ..problem }, settings.curvature), plan, status, scratch);
         // The knots are those of the cost itself.
         plan.knots.cost.clear();
         let (at, phi) = (plan.trajectory.points(), problem.phi);
-        problem.system.cost_quadratics(at, phi, Curvature::Exact, &mut plan.knots.cost, scratch);
+        problem.system.cost_quadratics(at, phi, plan.curvature, &mut plan.knots.cost, scratch);
         plan.multipliers = multipliers;
         finished
     }

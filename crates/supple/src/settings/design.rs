@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::InformationWeights;
+use supple_text::digits;
 
 /// How a design is searched for.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
@@ -111,17 +112,17 @@ impl DesignSettings {
         }
         let shares = [("tolerance", self.tolerance), ("feasibility", self.feasibility)];
         if let Some((key, found)) = shares.into_iter().find(|&(_, share)| !(share > 0.0 && share < 1.0)) {
-            return Err((key, format!("must be between 0 and 1; found {found}")));
+            return Err((key, format!("must be between 0 and 1; found {}", digits(found))));
         }
         if !(self.price_weight >= 0.0 && self.price_weight.is_finite()) {
-            return Err(("price_weight", format!("must be at least 0; found {}", self.price_weight)));
+            return Err(("price_weight", format!("must be at least 0; found {}", digits(self.price_weight))));
         }
         if let Some(found) = self.budget.filter(|budget| !(*budget > 0.0 && budget.is_finite())) {
-            return Err(("budget", format!("must be above 0; found {found}")));
+            return Err(("budget", format!("must be above 0; found {}", digits(found))));
         }
         let positive = [("barrier_weight", self.barrier_weight), ("barrier_margin", self.barrier_margin)];
         match positive.into_iter().find(|&(_, value)| !(value > 0.0 && value.is_finite())) {
-            Some((key, found)) => Err((key, format!("must be above 0; found {found}"))),
+            Some((key, found)) => Err((key, format!("must be above 0; found {}", digits(found)))),
             None => Ok(()),
         }
     }

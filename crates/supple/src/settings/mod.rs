@@ -6,4 +6,6 @@ mod plan;
 
 pub use design::{DesignSettings, GradientKind, MOST_ROLLOUTS, Method, ROLLOUTS};
 pub use information::InformationWeights;
-pub use plan::{BeliefSettings, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings};
+pub use plan::{
+    BeliefSettings, CostCurvature, PlanMode, PlanSettings, PlanStatus, RegularisationKind, SampledSettings,
+};

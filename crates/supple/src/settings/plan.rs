@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use supple_text::digits;
 
 use supple_lqg::Regularisation;
 
@@ -28,6 +29,8 @@ pub struct PlanSettings {
     /// Whether to use second derivatives of the dynamics close to an optimum, for quadratic convergence. Turn it off to
     /// see plain iLQG, which converges linearly and may end in another local minimum.
     pub newton: bool,
+    /// Which second derivatives of the cost the final control law and the expected cost use.
+    pub curvature: CostCurvature,
     /// What the regularisation acts on.
     pub regularisation: RegularisationKind,
     /// Maximum number of step halvings in one line search.
@@ -47,6 +50,7 @@ impl Default for PlanSettings {
             time_limit: None,
             tolerance: 1e-12,
             newton: true,
+            curvature: CostCurvature::default(),
             regularisation: RegularisationKind::default(),
             max_halvings: 8,
             sufficient_decrease: 1e-4,
@@ -90,6 +94,19 @@ impl std::fmt::Display for PlanMode {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// Which second derivatives of the cost the final control law and the expected cost use (theory, equation P.1a).
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CostCurvature {
+    /// All of them; Gauss-Newton's where with all of them the control law does not exist.
+    #[default]
+    Auto,
+    /// All of them.
+    Exact,
+    /// Those of the norms alone, which are never indefinite.
+    GaussNewton,
 }
 
 /// What the regularisation acts on (theory, equation P.2d).
@@ -166,16 +183,16 @@ impl PlanSettings {
         if let Some(limit) = self.time_limit.filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
             return Err((
                 "time_limit",
-                format!("must be above 0 s and finite; leave it out for no limit; found {limit}"),
+                format!("must be above 0 s and finite; leave it out for no limit; found {}", digits(limit)),
             ));
         }
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(("tolerance", format!("must be between 0 and 1; found {}", self.tolerance)));
+            return Err(("tolerance", format!("must be between 0 and 1; found {}", digits(self.tolerance))));
         }
         if !(self.sufficient_decrease > 0.0 && self.sufficient_decrease < 1.0) {
             return Err((
                 "sufficient_decrease",
-                format!("must be between 0 and 1; found {}", self.sufficient_decrease),
+                format!("must be between 0 and 1; found {}", digits(self.sufficient_decrease)),
             ));
         }
         if !self.risk_sensitivity.is_finite() {
@@ -189,17 +206,17 @@ impl PlanSettings {
             return Err(("belief", "starts must be at least 1; found 0".into()));
         }
         if !(self.belief.spread > 0.0 && self.belief.spread.is_finite()) {
-            return Err(("belief", format!("spread must be above 0; found {}", self.belief.spread)));
+            return Err(("belief", format!("spread must be above 0; found {}", digits(self.belief.spread))));
         }
         let SampledSettings { iterations, averaging, tolerance, .. } = self.sampled;
         if iterations == 0 {
             return Err(("sampled", "iterations must be at least 1; found 0".into()));
         }
         if !(averaging > 0.0 && averaging <= 1.0) {
-            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {averaging}")));
+            return Err(("sampled", format!("averaging must be above 0 and at most 1; found {}", digits(averaging))));
         }
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(("sampled", format!("tolerance must be between 0 and 1; found {tolerance}")));
+            return Err(("sampled", format!("tolerance must be between 0 and 1; found {}", digits(tolerance))));
         }
         Ok(())
     }

@@ -176,7 +176,7 @@ fn wrong_actuators() {
         (
             actuated("cable"),
             "task.toml:4:12: model.actuated: actuator `cable` of the robot's file (line 30) is not supported: it acts on a \
-             tendon, `cable`; only actuators of joints are supported (name the joints that shall have drives instead)",
+             tendon, `cable`; only actuators of joints are supported (list the joints to be driven instead)",
         ),
         (
             actuated("sero"),
@@ -185,7 +185,7 @@ fn wrong_actuators() {
         ),
         (
             servo().with("actuated = [\"servo\", \"servo\"]\n"),
-            "task.toml:4:12: model.actuated: actuator `servo` is there twice",
+            "task.toml:4:12: model.actuated: actuator `servo` occurs twice",
         ),
         (
             drive("motor]\nkp = 3.0"),
@@ -200,7 +200,7 @@ fn wrong_actuators() {
         (drive("servo]\nkp = -3.0"), "task.toml:5:6: model.drives.servo.kp: must be at least 0; found -3"),
         (
             drive("servo]\ngear = 0.0"),
-            "task.toml:5:8: model.drives.servo.gear: must not be 0: the drive would do nothing",
+            "task.toml:5:8: model.drives.servo.gear: must not be 0: the drive would have no effect",
         ),
         (
             drive("elbow]\ngear = 2.0"),
@@ -215,17 +215,17 @@ fn wrong_sensors_of_the_file() {
     assert_errors(vec![
         (
             file("\"angel\""),
-            "task.toml:6:10: model.sensors[0].select: the robot has no sensor in its file `angel`: it has `angle`, `rate`, \
+            "task.toml:6:10: model.sensors[0].select: the robot file has no sensor `angel`: it has `angle`, `rate`, \
              `place`, `turn`, `torque` (did you mean `angle`?)",
         ),
         (
             file("\"touch\""),
             "task.toml:6:10: model.sensors[0].select: sensor `touch` of the robot's file (line 38) is not supported: sensors \
-             of kind `touch` are not supported (sensors of the file that are: it has `angle`, `rate`, `place`, `turn`, `torque`)",
+             of kind `touch` are not supported (supported sensors: it has `angle`, `rate`, `place`, `turn`, `torque`)",
         ),
         (
             file("\"torque\""),
-            "task.toml:6:10: model.sensors[0].select: the torque of joint `elbow` cannot be measured: it is no elastic joint \
+            "task.toml:6:10: model.sensors[0].select: the torque of joint `elbow` cannot be measured: the joint is rigid \
              (add compliance of kind \"elastic_joint\" to it)",
         ),
         (file(""), "task.toml:6:10: model.sensors[0].select: name at least one"),
@@ -237,33 +237,33 @@ fn wrong_walls() {
     assert_errors(vec![
         (
             touching(""),
-            "task.toml:4:1: model.compliance[0].normal: is missing: give the wall's `normal`, or a `geom` of the robot's file",
+            "task.toml:4:1: model.compliance[0].normal: is missing: give `normal`, or name a `geom` of the robot file",
         ),
         (
             touching("geom = \"flor\""),
-            "task.toml:12:8: model.compliance[0].geom: the robot has no plane or box that does not move `flor`: it has \
+            "task.toml:12:8: model.compliance[0].geom: the robot has no fixed plane or box `flor`: it has \
              `floor`, `block` (did you mean `floor`?)",
         ),
         (
             touching("geom = \"floor\"\nnormal = [0.0, 0.0, 1.0]"),
-            "task.toml:13:10: model.compliance[0].normal: `geom` gives the wall already: that of `floor` (leave `normal` out, or `geom`)",
+            "task.toml:13:10: model.compliance[0].normal: the wall is already defined by `geom = floor` (remove `normal` or `geom`)",
         ),
         (
             touching("point = [0.0, 0.0, 1.0]\ngeom = \"floor\""),
-            "task.toml:12:9: model.compliance[0].point: `geom` gives the wall already: that of `floor` (leave `point` out, or `geom`)",
+            "task.toml:12:9: model.compliance[0].point: the wall is already defined by `geom = floor` (remove `point` or `geom`)",
         ),
         (
             touching("geom = \"block\""),
             "task.toml:4:1: model.compliance[0].face: is missing: `block` is a box; valid are `+x`, `-x`, `+y`, `-y`, `+z`, \
-             `-z` (the face that the robot touches, in the axes of the box)",
+             `-z` (the face in contact with the robot, in the box frame)",
         ),
         (
             touching("geom = \"floor\"\nface = \"-z\""),
-            "task.toml:13:8: model.compliance[0].face: `floor` is a plane, whose one face is `+z`",
+            "task.toml:13:8: model.compliance[0].face: `floor` is a plane; its only face is `+z`",
         ),
         (
             touching("normal = [0.0, 0.0, 1.0]\nface = \"-z\""),
-            "task.toml:13:8: model.compliance[0].face: goes with `geom`, a box of the robot's file",
+            "task.toml:13:8: model.compliance[0].face: requires `geom`, a box of the robot file",
         ),
     ]);
 }

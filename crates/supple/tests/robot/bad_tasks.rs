@@ -66,14 +66,12 @@ fn robot_files() {
         (robot("fixed.urdf"), "task.toml:3:8: model.file: the robot has no joint that moves"),
         (
             massless(),
-            "task.toml:3:8: model.file: the joint `second` moves nothing that has inertia, so its acceleration \
-             is not determined (write `locked = [\"second\"]` in [model] to take them out, or give their drives a \
+            "task.toml:3:8: model.file: joint `second` moves no inertia, so its acceleration is undefined (write `locked = [\"second\"]` in [model] to take them out, or give their drives a \
              `rotor_inertia`)",
         ),
         (
             arm().with("[model.links.tip]\nmass = 0.0\ninertia_scale = 0.0\n"),
-            "task.toml:3:8: model.file: the joint `slide` moves nothing that has inertia, so its acceleration \
-             is not determined (write `locked = [\"slide\"]` in [model] to take them out, or give their drives a \
+            "task.toml:3:8: model.file: joint `slide` moves no inertia, so its acceleration is undefined (write `locked = [\"slide\"]` in [model] to take them out, or give their drives a \
              `rotor_inertia`)",
         ),
         (Description { model: String::new(), ..arm() }, "task.toml:1:1: model.file: is missing"),
@@ -133,7 +131,7 @@ fn numbers_of_the_robot() {
         ),
         (
             arm().with("[model.frames.tool]\non = \"tip\"\n"),
-            "task.toml:4:1: model.frames.tool: the robot has a link or frame `tool` already",
+            "task.toml:4:1: model.frames.tool: the robot already has a link or frame `tool`",
         ),
         (
             arm().with("[model.frames.grip]\non = \"tips\"\n"),
@@ -148,7 +146,7 @@ fn drives() {
     assert_errors(vec![
         (
             arm().with("actuated = [\"elbow\", \"elbow\"]\n"),
-            "task.toml:4:12: model.actuated: joint `elbow` is there twice",
+            "task.toml:4:12: model.actuated: joint `elbow` occurs twice",
         ),
         (
             arm().with("actuated = [\"elbow\", \"flange\"]\n"),
@@ -170,7 +168,7 @@ fn drives() {
         ),
         (
             arm().with("[model.drives.slide]\ngear = 0.0\n"),
-            "task.toml:5:8: model.drives.slide.gear: must not be 0: the drive would do nothing",
+            "task.toml:5:8: model.drives.slide.gear: must not be 0: the drive would have no effect",
         ),
         (
             arm().with("[model.drives.slide]\nrotor_inertia = -0.1\n"),
@@ -207,17 +205,20 @@ fn elements_of_compliance() {
         ),
         (
             arm().with(&spring(plain)).with(&spring(plain)),
-            "task.toml:11:8: model.compliance[1].name: `return` is taken already",
+            "task.toml:11:8: model.compliance[1].name: the name `return` is already in use",
         ),
         (
             arm().with(&compliance("spring", "tool", plain)),
-            "task.toml:6:8: model.compliance[0].name: `tool` is taken already",
+            "task.toml:6:8: model.compliance[0].name: the name `tool` is already in use",
         ),
         (
             arm().with(&spring("joint = \"slide\"\nstiffness = -10.0")),
             "task.toml:8:13: model.compliance[0].stiffness: must be at least 0; found -10",
         ),
-        (soft, "task.toml:11:13: model.compliance[0].stiffness: must be at least 0; its parameter can be -0.1"),
+        (
+            soft,
+            "task.toml:11:13: model.compliance[0].stiffness: must be at least 0; its parameter can be as low as -0.1",
+        ),
         (
             arm().with(&spring("joint = \"flange\"\nstiffness = 10.0")),
             "task.toml:7:9: model.compliance[0].joint: the robot has no moving joint `flange`: it has \
@@ -242,7 +243,7 @@ fn elements_of_compliance() {
                 "second",
                 "joint = \"shoulder\"\nstiffness = 1.0\nmotor_inertia = 0.1",
             )),
-            "task.toml:13:9: model.compliance[1].joint: `flexible` makes joint `shoulder` elastic already",
+            "task.toml:13:9: model.compliance[1].joint: joint `flexible` is already elastic (`shoulder`)",
         ),
         (
             arm().with(&compliance(
@@ -254,7 +255,7 @@ fn elements_of_compliance() {
         ),
         (
             contact("normal = [0.0, 0.0, 0.0]"),
-            "task.toml:10:10: model.compliance[0].normal: must have a length above 0; found [0.0, 0.0, 0.0]",
+            "task.toml:10:10: model.compliance[0].normal: must be non-zero; found [0.0, 0.0, 0.0]",
         ),
         (
             contact("normal = [0.0, 0.0, 1.0]\nradius = -0.1"),
@@ -270,7 +271,7 @@ fn elements_of_compliance() {
         ),
         (
             contact(""),
-            "task.toml:4:1: model.compliance[0].normal: is missing: give the wall's `normal`, or a `geom` of the robot's file",
+            "task.toml:4:1: model.compliance[0].normal: is missing: give `normal`, or name a `geom` of the robot file",
         ),
     ]);
 }

@@ -30,16 +30,15 @@ fn sensors() {
         ),
         (
             position("select = [\"elbow\"]\nvariance = 0.0"),
-            "task.toml:7:12: model.sensors[0].variance: must be above 0, as every sensor has some noise; found 0",
+            "task.toml:7:12: model.sensors[0].variance: must be above 0: sensor noise is required; found 0",
         ),
         (
             position("select = [\"elbow\"]\nvariance = \"v\"").where_(&[("v", 0.0)]),
-            "task.toml:10:12: model.sensors[0].variance: must be above 0, as every sensor has some noise; \
-             its parameter can be -0.1",
+            "task.toml:10:12: model.sensors[0].variance: must be above 0: sensor noise is required; its parameter can be as low as -0.1",
         ),
         (
             position("select = [\"elbow\"]\nside = \"motor\"\nvariance = 1.0"),
-            "task.toml:7:8: model.sensors[0].side: joint `elbow` has no motor of its own: it is no elastic joint",
+            "task.toml:7:8: model.sensors[0].side: joint `elbow` has no separate motor: the joint is rigid",
         ),
         (
             position("select = [\"elbow\"]\nside = \"drive\"\nvariance = 1.0"),
@@ -48,8 +47,7 @@ fn sensors() {
         (position("select = [\"elbow\"]"), "task.toml:4:1: model.sensors[0].variance: is missing"),
         (
             arm().sensing(&sensor("joint_torque", "select = [\"elbow\"]\nvariance = 1.0")),
-            "task.toml:6:10: model.sensors[0].select: the torque of joint `elbow` cannot be measured: it is no \
-             elastic joint (add compliance of kind \"elastic_joint\" to it)",
+            "task.toml:6:10: model.sensors[0].select: the torque of joint `elbow` cannot be measured: the joint is rigid (add compliance of kind \"elastic_joint\" to it)",
         ),
         (
             arm().sensing(&sensor("frame_point", "frame = \"tol\"\nvariance = 1.0")),
@@ -68,7 +66,7 @@ fn sensors() {
         (
             contact("normal = [1.0, 0.0, 0.0]")
                 .sensing(&sensor("coupling_deflection", "coupling = \"wall\"\nvariance = 1.0")),
-            "task.toml:13:12: model.sensors[0].coupling: `wall` has no deflection: a contact has a `clearance`",
+            "task.toml:13:12: model.sensors[0].coupling: `wall` is a contact and has no deflection; use the quantity `clearance`",
         ),
         (
             contact("normal = [1.0, 0.0, 0.0]")
@@ -77,12 +75,11 @@ fn sensors() {
         ),
         (
             arm().sensing(&sensor("power", "variance = 1.0")),
-            "task.toml:5:8: model.sensors[0].kind: `power` cannot be measured: it depends on the control, which is chosen \
-             after measuring",
+            "task.toml:5:8: model.sensors[0].kind: `power` cannot be measured: it depends on the control, which is computed after the measurement",
         ),
         (
             arm().sensing(&sensor("frame_velocity", "frame = \"tool\"\nselect = [\"v\"]\nvariance = 1.0")),
-            "task.toml:7:10: model.sensors[0].select: a frame has no velocity `v`: it has `vx`, `vy`, `vz`, `wx`, `wy`, `wz` \
+            "task.toml:7:10: model.sensors[0].select: unknown velocity component `v`: it has `vx`, `vy`, `vz`, `wx`, `wy`, `wz` \
              (did you mean `vz`?)",
         ),
         (
@@ -92,7 +89,7 @@ fn sensors() {
         ),
         (
             arm().sensing(&sensor("file", "select = [\"angle\"]\nvariance = 1.0")),
-            "task.toml:6:10: model.sensors[0].select: the robot has no sensor in its file `angle`: it has none",
+            "task.toml:6:10: model.sensors[0].select: the robot file has no sensor `angle`: it has none",
         ),
         (
             elastic()
@@ -113,13 +110,12 @@ fn tasks() {
     assert_errors(vec![
         (
             start("\"q.elbo\" = 0.1\n"),
-            "task.toml:13:12: tasks[0].initial_state.\"q.elbo\": no state is `q.elbo`: there are `q.shoulder`, \
+            "task.toml:13:12: tasks[0].initial_state.\"q.elbo\": no state is `q.elbo`; states: `q.shoulder`, \
              `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide` (did you mean `q.elbow`?)",
         ),
         (
             start("\"q.*elbow*s\" = 0.1\n"),
-            "task.toml:13:16: tasks[0].initial_state.\"q.*elbow*s\": no state fits `q.*elbow*s`: there are \
-             `q.shoulder`, `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide` (did you mean `q.elbow`?)",
+            "task.toml:13:16: tasks[0].initial_state.\"q.*elbow*s\": no state fits `q.*elbow*s`; states: `q.shoulder`, `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide` (did you mean `q.elbow`?)",
         ),
         (
             start("\"q.elbow\" = \"far\"\n"),
@@ -128,8 +124,7 @@ fn tasks() {
         ),
         (
             noise("initial = { \"q.arm*\" = 1e-3 }\nprocess = { \"*\" = 1e-4 }\n"),
-            "task.toml:20:24: tasks[0].noise.initial.\"q.arm*\": no state fits `q.arm*`: there are \
-             `q.shoulder`, `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide`",
+            "task.toml:20:24: tasks[0].noise.initial.\"q.arm*\": no state fits `q.arm*`; states: `q.shoulder`, `q.elbow`, `q.slide`, `v.shoulder`, `v.elbow`, `v.slide`",
         ),
         (
             noise("initial = { \"*\" = 1e-3 }\nprocess = { \"v.*\" = -1e-4 }\n"),

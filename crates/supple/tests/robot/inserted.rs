@@ -121,7 +121,7 @@ fn inserts_that_cannot_be() {
             with("axes = []"),
             "task.toml:7:8: model.insert[0].axes: name at least one of `x`, `y`, `z`, `rx`, `ry`, `rz`",
         ),
-        (with("axes = [\"x\", \"x\"]"), "task.toml:7:14: model.insert[0].axes[1]: `x` is there twice"),
+        (with("axes = [\"x\", \"x\"]"), "task.toml:7:14: model.insert[0].axes[1]: `x` occurs twice"),
         (
             with("axes = [\"u\"]"),
             "task.toml:7:9: model.insert[0].axes[0]: must be one of `x`, `y`, `z`, `rx`, `ry`, `rz`; found `u`",
@@ -135,7 +135,7 @@ fn inserts_that_cannot_be() {
             with("axes = [\"x\"]\ninertia = [1.0, -1.0, 1.0]"),
             "task.toml:8:17: model.insert[0].inertia[1]: must be at least 0; found -1",
         ),
-        (named("fore"), "task.toml:5:8: model.insert[0].name: the robot has a link or frame `fore` already"),
+        (named("fore"), "task.toml:5:8: model.insert[0].name: the robot already has a link or frame `fore`"),
         (named(""), "task.toml:5:8: model.insert[0].name: must not be empty"),
     ]);
     let mut unknown = with("axes = [\"x\"]");

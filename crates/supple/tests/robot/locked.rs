@@ -63,14 +63,14 @@ fn lists_that_cannot_be() {
             "task.toml:4:11: model.locked[0]: the robot has no moving joint `elbo`: it has `shoulder`, `elbow`, `slide` \
              (did you mean `elbow`?)",
         ),
-        (locked("[\"elbow\", \"elbow\"]"), "task.toml:4:20: model.locked[1]: joint `elbow` is there twice"),
+        (locked("[\"elbow\", \"elbow\"]"), "task.toml:4:20: model.locked[1]: joint `elbow` occurs twice"),
         (
             locked("[\"flange\"]"),
             "task.toml:4:11: model.locked[0]: joint `flange` is fixed in the robot's file (take it out of `locked`)",
         ),
         (
             locked("[\"shoulder\", \"elbow\", \"slide\"]"),
-            "task.toml:4:10: model.locked: all joints that move are locked: nothing is left to plan (leave out one of \
+            "task.toml:4:10: model.locked: all moving joints are locked; there is nothing to control (leave out one of \
              `shoulder`, `elbow`, `slide`)",
         ),
         (
@@ -135,8 +135,7 @@ fn locked_joints_that_move_nothing_make_a_robot_that_can_be_planned() {
     let table = arm().with("locked = { elbow = 0.5 }\n[model.links.tip]\nmass = 0.0\ninertia_scale = 0.0\n");
     let said = |line: &str| {
         format!(
-            "task.toml:3:8: model.file: the joint `slide` moves nothing that has inertia, so its acceleration is not \
-             determined (write `{line}` in [model] to take them out, or give their drives a `rotor_inertia`)"
+            "task.toml:3:8: model.file: joint `slide` moves no inertia, so its acceleration is undefined (write `{line}` in [model] to take them out, or give their drives a `rotor_inertia`)"
         )
     };
     let only_shoulder = sensor("joint_position", "select = [\"shoulder\"]\nvariance = 1e-3");
@@ -158,8 +157,7 @@ fn elements_that_could_do_nothing() {
     assert_errors(vec![
         (
             bushing("tip", "tool"),
-            "task.toml:8:11: model.compliance[0].frame_c: frames `tip` and `tool` cannot move against one another: no \
-             joint that moves is between them (name frames on two sides of a joint)",
+            "task.toml:8:11: model.compliance[0].frame_c: frames `tip` and `tool` cannot move relative to each other: no moving joint lies between them (choose frames on opposite sides of a joint)",
         ),
         (
             arm().with(&contact),

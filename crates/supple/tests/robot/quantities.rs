@@ -195,7 +195,7 @@ fn wrong_limits_and_curves_say_what_is_valid() {
             .to_string()
     };
     let limit = |keys: &str| error(&format!("[[tasks.limits]]\nkind = \"power\"\n{keys}\n"));
-    assert!(limit("").contains("limits[0].upper: is missing: a limit has a `lower` or an `upper` end, or both"));
+    assert!(limit("").contains("limits[0].upper: is missing: a limit requires `lower`, `upper`, or both"));
     assert!(limit("lower = 2.0\nupper = 1.0").contains("lower: must be at most `upper`, 1; found 2"));
     assert!(
         limit("upper = [1.0, 2.0]").contains("upper: must be one number, or 3 of them"),

@@ -68,7 +68,7 @@ fn keyframes_give_positions_and_velocities() {
     assert_eq!(first(&keyed("key = \"home\"\n").with(&flexible).problem()), [0.4, -1.2, -1.2, 0.1, 0.2, 0.2]);
     let outside = keyed("key = \"bent\"\n").problem();
     assert_eq!(first(&outside), [0.4, 2.6, 0.0, 0.0]);
-    let said = "task `task` starts at position of joint `elbow` of 2.6, outside its range [-2.5, 2.5]";
+    let said = "task `task`: the initial value of position of joint `elbow`, 2.6, is outside its range [-2.5, 2.5]";
     assert!(outside.warnings.contains(&said.to_owned()), "{:?}", outside.warnings);
     assert!(outside.every_warning.contains(&said.to_owned()), "{:?}", outside.every_warning);
 }
@@ -150,8 +150,7 @@ fn poses_are_reached_by_inverse_kinematics() {
 fn poses_that_cannot_be() {
     let tool = Tool::new();
     let far = error_of(&start(arm(), &pose("position = [0.0, 0.0, 5.0]")).text());
-    let said = "task.toml:13:8: tasks[0].initial_state.pose: frame `tool` does not reach this pose: the nearest found is \
-                off by 3.6543 m, with joints `elbow`, `slide` at their limits (move the position nearer to the robot)";
+    let said = "task.toml:13:8: tasks[0].initial_state.pose: frame `tool` cannot reach this pose; the closest pose found is 3.6543 m away, with joints `elbow`, `slide` at their limits (move the position nearer to the robot)";
     assert_eq!(far, said);
     // The nearest of a grid of positions within the limits.
     let steps = |from: f64, to: f64| (0..=40).map(move |i| from + (to - from) * f64::from(i) / 40.0);
@@ -164,7 +163,7 @@ fn poses_that_cannot_be() {
     let nearest = places.map(distance).fold(f64::INFINITY, f64::min);
     assert!((nearest - 3.6543).abs() < 5e-3 && nearest > 3.6542, "{nearest}");
     let turned = error_of(&start(arm(), &pose("position = [0.0, 0.0, 5.0], rpy = [1.0, 0.0, 0.0]")).text());
-    assert!(turned.contains(" rad, with ") && turned.contains("or leave out `rpy`"), "{turned}");
+    assert!(turned.contains(" rad away, with ") && turned.contains("or omit `rpy`"), "{turned}");
     assert_errors(vec![
         (
             start(arm(), "pose = { frame = \"tol\", position = [0.0, 0.0, 0.0] }\n"),
@@ -198,13 +197,13 @@ fn poses_that_cannot_be() {
 #[test]
 fn starts_outside_limits_are_warned_of() {
     let problem = start(arm(), "\"q.slide\" = 0.5\n\"v.elbow\" = -11.0\n").problem();
-    let said = |warning: &&String| warning.starts_with("task `task` starts");
+    let said = |warning: &&String| warning.contains("the initial value");
     let found: Vec<_> = problem.warnings.iter().filter(said).map(String::as_str).collect();
     assert_eq!(
         found,
         [
-            "task `task` starts at velocity of joint `elbow` of -11, outside its range [-10, 10]",
-            "task `task` starts at position of joint `slide` of 0.5, outside its range [-0.2, 0.3]",
+            "task `task`: the initial value of velocity of joint `elbow`, -11, is outside its range [-10, 10]",
+            "task `task`: the initial value of position of joint `slide`, 0.5, is outside its range [-0.2, 0.3]",
         ]
     );
 }
@@ -220,7 +219,7 @@ fn other_models_have_neither_keys_nor_poses() {
     };
     assert_eq!(
         error_of(&text("initial_state = { key = \"home\" }\n")),
-        "task.toml:10:25: tasks[0].initial_state.key: models of this kind have no `key`: name states, which are `x1`"
+        "task.toml:10:25: tasks[0].initial_state.key: this model does not support `key`; valid names are its states: `x1`"
     );
     assert_eq!(error_of(&text("")), "task.toml:6:1: tasks[0].initial_state: is missing");
 }

@@ -275,12 +275,12 @@ fn limits_must_be_known() {
         let found = error_of(text);
         assert!(found.starts_with(&expected(text, said)), "{found}");
     };
-    let said = "must be false, as the model has no limits of its controls; found true";
+    let said = "must be false: the model has no control limits; found true";
     assert_says(&text, said);
     let wrong = with_key(&arm()).replace("limits = true", "limits = 1");
     assert_says(&wrong, "must be `true` or `false`; found 1");
     let whole = supple_file::parse(&text, "tests/robot/data/task.toml").err().unwrap();
-    assert!(whole.help.unwrap().contains("gears must be numbers"));
+    assert!(whole.help.unwrap().contains("whose gears are numbers"));
     let linear = format!(
         "[model]\nkind = \"linear\"\nA = [[1.0]]\nB = [[0.1]]\nC = [[1.0]]\n[[tasks]]\nname = \"hold\"\n{KEY}steps = 5\n\
          time_step = 0.1\ninitial_state = [1.0]\nnoise = {{ initial = [1.0], process = [1.0], measurement = [1.0] }}\n\

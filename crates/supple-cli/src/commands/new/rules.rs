@@ -119,8 +119,15 @@ impl Rules {
             return Err(wrong(format!("templates have the numbers {}{hint}", quoted(&names))));
         };
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number".into()))?;
-        if !(value.is_finite() && value > 0.0) {
-            return Err(wrong(format!("must be above 0; found {value}")));
+        let found = supple_text::digits(value);
+        match *name {
+            "margin" if !(value > 0.0 && value < 1.0) => {
+                return Err(wrong(format!("must be above 0 and below 1; found {found}")));
+            }
+            "clearance" if value == 0.0 => {}
+            _ if !(value.is_finite() && value > 0.0) => return Err(wrong(format!("must be above 0; found {found}"))),
+            _ => {}
+        }
         }
         **number = value;
         Ok(name)

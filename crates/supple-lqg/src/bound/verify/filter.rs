@@ -2,7 +2,7 @@
 
 use super::information::Stage;
 use super::matrix::Matrix;
-use supple_kernels::math;
+use supple_kernels::{halt, math};
 
 /// A sensor `y = C x + v` with independent noises.
 pub(crate) struct Sensor {
@@ -25,10 +25,13 @@ const STEPS: [usize; 2] = [100, 5000];
 /// A steady filter has settled when a step changes what it gives and costs by less than this, relatively.
 const SETTLED: f64 = 1e-13;
 
-/// That of a horizon from `X_0`, or none where the innovation is singular.
+/// That of a horizon from `X_0`, or none where the innovation is singular or a stop is requested.
 pub(crate) fn over_horizon(stages: &[Stage], initial: &Matrix, sensors: &[Sensor]) -> Option<Filtered> {
     let (mut predicted, mut sum) = (initial.clone(), Filtered { nats: 0.0, price: 0.0 });
     for (t, (stage, sensor)) in stages.iter().zip(sensors).enumerate() {
+        if halt::is_requested() {
+            return None;
+        }
         let (step, posterior) = correct(&predicted, stage, sensor)?;
         sum = Filtered { nats: sum.nats + step.nats, price: sum.price + step.price };
         if t + 1 < stages.len() {

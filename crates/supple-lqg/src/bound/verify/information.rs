@@ -1,5 +1,7 @@
 //! That a point of the dual proves a lower bound of the least information (theory, equation L.30).
 
+use supple_kernels::halt;
+
 use super::interval::Interval;
 use super::matrix::{Enclosure, Matrix, enclosed, inverse};
 
@@ -87,6 +89,11 @@ pub(crate) fn information(given: &Given, dual: &Dual) -> Result<Proved, String> 
     }
 }
 
+/// Nothing is proved once a stop is requested.
+fn check_stop() -> Result<(), String> {
+    if halt::is_requested() { Err("stopped".into()) } else { Ok(()) }
+}
+
 /// Which step follows.
 fn next(count: usize, repeats: bool, t: usize) -> Option<usize> {
     if repeats { Some(0) } else { (t + 1 < count).then_some(t + 1) }
@@ -101,6 +108,7 @@ fn localise(given: &Given, dual: &Dual) -> Result<Localised, String> {
         dual.steps.iter().enumerate().map(|(t, step)| Frame::new(step, t)).collect::<Result<_, _>>()?;
     let mut locals = Vec::with_capacity(count);
     for (t, (stage, step)) in given.stages.iter().zip(&dual.steps).enumerate() {
+        check_stop()?;
         let (frame, all) = (&frames[t], enclosed(&stage.price));
         let whole = frame.basis.transpose();
         let price = whole.times(&all).times(&frame.basis);
@@ -145,6 +153,7 @@ struct Frame {
 
 impl Frame {
     fn new(step: &DualStep, t: usize) -> Result<Self, String> {
+        check_stop()?;
         let both = step.basis.beside(&step.unseen);
         let whole = both.beside(&others(&both));
         if whole.rows != whole.cols {
@@ -248,6 +257,7 @@ fn value(given: &Given, locals: &[Local], initial: Option<&Enclosure>, price: f6
         sum = sum + half * first.log_least - locals[0].multiplier.dot(initial);
     }
     for (t, local) in locals.iter().enumerate() {
+        check_stop()?;
         let r = local.price.rows;
         let order = Interval::point(r as f64);
         let shrunk = half * enlarged.recip();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use supple_robot::{LoadOptions, Tree, load};
-use supple_text::FileError;
+use supple_text::{FileError, digits};
 
 use super::Robot;
 use super::compliance::{Element, Names, Rule, find};
@@ -104,7 +104,7 @@ impl Build<'_> {
         match self.parameters.least(value) {
             Some(found) if found < least || more && found <= least => {
                 let valid = if more { "must be above" } else { "must be at least" };
-                Err(self.error(keys, format!("{valid} {least}; {}", value.found(found))))
+                Err(self.error(keys, format!("{valid} {}; {}", digits(least), value.found(found))))
             }
             _ => Ok(()),
         }

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use supple_robot::{Inertia, InsertedAxis, Pose};
-use supple_text::{FileError, nearest, owned, quoted};
+use supple_text::{FileError, digits, nearest, owned, quoted};
 
 use super::compliance::{Element, Spring, find};
 use super::file::Build;
@@ -133,7 +133,7 @@ impl InsertFile {
             return Err(error(&["axes".into()], format!("name at least one of {}", quoted(&all))));
         }
         if let Some(twice) = (1..axes.len()).find(|&place| axes[..place].contains(&axes[place])) {
-            return Err(error(&["axes".into(), twice.into()], format!("`{}` is there twice", axes[twice].name)));
+            return Err(error(&["axes".into(), twice.into()], format!("`{}` occurs twice", axes[twice].name)));
         }
         let (link, place) = robot.frame(&self.frame).ok_or_else(|| {
             let message = format!("the robot has no link or frame `{}`: {}", self.frame, owned(&frames));
@@ -143,7 +143,7 @@ impl InsertFile {
             let least = if key == "inertia" { 0.0 } else { f64::NEG_INFINITY };
             if let Some(entry) = (0..3).find(|&entry| !(numbers[entry].is_finite() && numbers[entry] >= least)) {
                 let valid = if key == "inertia" { "must be at least 0" } else { "must be finite" };
-                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", numbers[entry])));
+                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", digits(numbers[entry]))));
             }
         }
         let carried = |(place, name): (usize, &String)| {
@@ -177,7 +177,7 @@ impl InsertFile {
             line: error(&[], String::new()).line,
         };
         let taken = insert.links().find(|name| frames.contains(name));
-        let taken = taken.map(|name| format!("the robot has a link or frame `{name}` already"));
+        let taken = taken.map(|name| format!("the robot already has a link or frame `{name}`"));
         let joint = insert.joints().find(|name| robot.joint(name).is_some());
         match taken.or(joint.map(|name| format!("the robot has a joint `{name}` already"))) {
             Some(message) => Err(error(&["name".into()], message)),

@@ -1,10 +1,11 @@
 //! Gradients of numbers that depend on the knots, given their adjoints.
 
 use supple_kernels::graph::{Node, Program, record, vjp};
-use supple_kernels::{Scalar, padded};
+use supple_kernels::padded;
 
 use super::{Outputs, Recorder, add, sum};
 use crate::Model;
+use crate::system::Curvature;
 use crate::system::trace::{Linearised, Trace, column, dot, jacobian, source};
 
 impl<M: Model> Recorder<'_, M> {
@@ -78,13 +79,12 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// The gradient of `<H_bar, l_zz>`.
-    pub fn contract_cost(&self, last: bool) -> Program {
+    /// The gradient of `<H_bar, l_zz>`, of all second derivatives of the cost or of Gauss-Newton's.
+    pub fn contract_cost(&self, curvature: Curvature, last: bool) -> Program {
         record(|| {
             let trace = self.trace(last);
             let joint = trace.z.len();
-            let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &trace.z);
-            let hessian = jacobian(&gradient, &trace.z);
+            let hessian = self.cost_curvature(&trace, curvature, last);
             let mut weighed = Vec::new();
             for (a, row) in hessian.iter().enumerate() {
                 for (b, &entry) in row.iter().enumerate().skip(a).filter(|(_, entry)| entry.known().is_none()) {

@@ -39,6 +39,17 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
+    /// The second derivatives of the cost by `z`, of which the upper triangle counts.
+    pub(super) fn cost_curvature(&self, trace: &Trace<M>, curvature: Curvature, last: bool) -> Vec<Vec<Node>> {
+        match curvature {
+            Curvature::GaussNewton => self.gauss_newton(trace, last),
+            Curvature::Exact => {
+                let gradient = vjp(&[(trace.cost(self.costs, last), Node::one())], &trace.z);
+                jacobian(&gradient, &trace.z)
+            }
+        }
+    }
+
     fn gauss_newton(&self, trace: &Trace<M>, last: bool) -> Vec<Vec<Node>> {
         let joint = trace.z.len();
         let mut hessian = vec![vec![Node::zero(); joint]; joint];

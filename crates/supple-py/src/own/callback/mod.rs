@@ -6,7 +6,7 @@ mod exchange;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::lqg::KnotAdjoints;
-use supple::system::{Curvature, Points, RollOut, System, Variation, make_convex};
+use supple::system::{Adjoints, Curvature, Points, RollOut, System, Variation, make_convex};
 use supple::{Channel, Channels, Dimensions, Matrices, Scratch, Trajectory};
 
 use exchange::{Argument, Given, add, matrices, numbers, poison, row, write, write_quadratics};
@@ -263,14 +263,14 @@ impl System for Callback {
         &self,
         at: Points,
         phi: &[f64],
-        adjoints: &KnotAdjoints,
+        adjoints: Adjoints,
         joint: &mut Matrices,
         parameters: &mut [f64],
         _: &mut Scratch,
     ) {
         let (n, p, z) = (self.size.states, self.size.measurements, self.size.joint());
         let (stages, count) = (at.stages, at.count());
-        let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints;
+        let KnotAdjoints { dynamics, measurement, cost, has_cost } = adjoints.knots;
         let mut run = |name: &str, arguments: Vec<Argument>, (first, count, width): (usize, usize, usize)| {
             let arguments = arguments.into_iter().chain([numbers(phi)]).collect();
             let shapes: [&[usize]; 2] = [&[count, width], &[parameters.len()]];

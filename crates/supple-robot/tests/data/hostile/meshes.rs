@@ -1,6 +1,6 @@
 //! Mesh files that a robot file must not reach: the robot loads without them.
 
-/// What it is, the text, and the warning.
+/// The case, the text, and the warning.
 pub const LEFT_OUT: &[(&str, &str, &str)] = &[
     (
         "out of the folder",
@@ -8,7 +8,7 @@ pub const LEFT_OUT: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="../secret.stl"/></geometry></visual></link>
 </robot>"#,
-        "mesh `../secret.stl` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
+        "mesh `../secret.stl` is left out: it is outside the robot file's folder and all package roots (line 3)",
     ),
     (
         "out of the folder from within",
@@ -16,12 +16,12 @@ pub const LEFT_OUT: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="meshes/../../secret.stl"/></geometry></visual></link>
 </robot>"#,
-        "mesh `meshes/../../secret.stl` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
+        "mesh `meshes/../../secret.stl` is left out: it is outside the robot file's folder and all package roots (line 3)",
     ),
     (
         "out of the folder as Windows has it",
         "<robot name=\"r\">\n<link name=\"a\"><visual><geometry>\n<mesh filename=\"..\\..\\secret.stl\"/></geometry></visual></link>\n</robot>",
-        r#"mesh `..\..\secret.stl` is left out: it leads out of the robot file's folder and of all package roots (line 3)"#,
+        r#"mesh `..\..\secret.stl` is left out: it is outside the robot file's folder and all package roots (line 3)"#,
     ),
     (
         "from the top",
@@ -29,7 +29,7 @@ pub const LEFT_OUT: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="/etc/passwd"/></geometry></visual></link>
 </robot>"#,
-        "mesh `/etc/passwd` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
+        "mesh `/etc/passwd` is left out: it is outside the robot file's folder and all package roots (line 3)",
     ),
     (
         "a drive",
@@ -42,7 +42,7 @@ pub const LEFT_OUT: &[(&str, &str, &str)] = &[
 <link name="a"><visual><geometry>
 <mesh filename="file:///etc/passwd"/></geometry></visual></link>
 </robot>"#,
-        "mesh `file:///etc/passwd` is left out: it leads out of the robot file's folder and of all package roots (line 3)",
+        "mesh `file:///etc/passwd` is left out: it is outside the robot file's folder and all package roots (line 3)",
     ),
     (
         "the net",
@@ -78,7 +78,7 @@ pub const LEFT_OUT: &[(&str, &str, &str)] = &[
     ),
 ];
 
-/// What it is, the text, and the error.
+/// The case, the text, and the error.
 pub const MESHES: &[(&str, &str, &str)] = &[
     (
         "no name",

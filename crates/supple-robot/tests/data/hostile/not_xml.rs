@@ -1,6 +1,6 @@
 //! Texts that are no XML, or not what XML may be here.
 
-/// What it is, the text, and the error.
+/// The case, the text, and the error.
 pub const NOT_XML: &[(&str, &str, &str)] = &[
     ("empty", "", "robot.urdf:1:1: there is no element in this file"),
     (
@@ -55,13 +55,13 @@ name = "arm"
         "two outermost elements",
         r#"<robot name="r"/>
 <robot name="s"/>"#,
-        "robot.urdf:2:1: nothing may follow the end of the outermost element",
+        "robot.urdf:2:1: content after the root element",
     ),
     (
         "text after the robot",
         r#"<robot name="r"/>
 more"#,
-        "robot.urdf:2:1: nothing may follow the end of the outermost element",
+        "robot.urdf:2:1: content after the root element",
     ),
     (
         "an attribute given twice",
@@ -131,7 +131,7 @@ more"#,
         r#"
 <?xml version="1.0"?>
 <robot name="r"/>"#,
-        "robot.urdf:2:1: the XML declaration must stand at the very start",
+        "robot.urdf:2:1: the XML declaration must come first",
     ),
     (
         "a macro file",

@@ -1,6 +1,6 @@
 //! Numbers that cannot be.
 
-/// What it is, the text, and the error.
+/// The case, the text, and the error.
 pub const NUMBERS: &[(&str, &str, &str)] = &[
     (
         "a negative mass",
@@ -8,7 +8,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="a"><inertial><mass value="-1"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 </robot>"#,
-        "robot.urdf:2:26: mass of link `a`: the mass must be at least 0, and is -1",
+        "robot.urdf:2:26: mass of link `a`: the mass must be at least 0; found -1",
     ),
     (
         "a negative moment",
@@ -32,10 +32,10 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="a"><inertial><mass value="1"/>
 <inertia ixx="1" ixy="2" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 </robot>"#,
-        "robot.urdf:3:1: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (without its products of inertia the body could be: correct them, or set them to 0)",
+        "robot.urdf:3:1: inertia of link `a`: the principal moments of inertia must be at least 0, and are -1, 1 and 3 (the products of inertia are invalid; correct them or set them to 0)",
     ),
     (
-        "a mass that is no number",
+        "a mass that is not a number",
         r#"<robot name="r">
 <link name="a"><inertial><mass value="NaN"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -184,7 +184,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <axis xyz="0 0 0"/></joint>
 </robot>"#,
-        "robot.urdf:5:1: axis of joint `j`: the axis must have a direction, and is 0 0 0",
+        "robot.urdf:5:1: axis of joint `j`: the axis must be non-zero; found 0 0 0",
     ),
     (
         "an axis without numbers",
@@ -252,7 +252,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="b"/>
 <joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:1: joint `j`: a revolute joint must have a `limit` with `lower`, `upper`, `effort` and `velocity` (a joint that turns without limits is `continuous`)",
+        "robot.urdf:4:1: joint `j`: a revolute joint must have a `limit` with `lower`, `upper`, `effort` and `velocity` (use type `continuous` for a revolute joint without limits)",
     ),
     (
         "a prismatic joint without limits",

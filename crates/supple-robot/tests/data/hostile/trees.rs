@@ -1,13 +1,13 @@
 //! Links and joints that make no tree.
 
-/// What it is, the text, and the error.
+/// The case, the text, and the error.
 pub const TREES: &[(&str, &str, &str)] = &[
     (
         "no links",
         r#"<robot name="r">
 
 </robot>"#,
-        "robot.urdf:1:1: robot `r`: a robot has at least one link, and this one has none",
+        "robot.urdf:1:1: robot `r`: the robot has no links",
     ),
     (
         "two roots",
@@ -17,7 +17,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <link name="c"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:4:1: link `c`: two links have no parent joint, this one and `a` (line 2); a robot is one tree with one root",
+        "robot.urdf:4:1: link `c`: two root links: this one and `a` (line 2); a robot must have one root",
     ),
     (
         "a loop apart",
@@ -28,7 +28,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="b"/><child link="c"/></joint>
 <joint name="k" type="continuous"><parent link="c"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:3:1: link `b`: joints lead from this link back to itself, along `b`, `c`; a robot is one tree with one root",
+        "robot.urdf:3:1: link `b`: closed kinematic loop along `b`, `c`; a robot must be a tree",
     ),
     (
         "a loop alone",
@@ -38,7 +38,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="b"/><child link="c"/></joint>
 <joint name="k" type="continuous"><parent link="c"/><child link="b"/></joint>
 </robot>"#,
-        "robot.urdf:2:1: link `b`: joints lead from this link back to itself, along `b`, `c`; a robot is one tree with one root",
+        "robot.urdf:2:1: link `b`: closed kinematic loop along `b`, `c`; a robot must be a tree",
     ),
     (
         "a loop with a tail",
@@ -51,7 +51,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <joint name="k" type="continuous"><parent link="c"/><child link="b"/></joint>
 <joint name="l" type="continuous"><parent link="c"/><child link="d"/></joint>
 </robot>"#,
-        "robot.urdf:4:1: link `b`: joints lead from this link back to itself, along `b`, `c`; a robot is one tree with one root",
+        "robot.urdf:4:1: link `b`: closed kinematic loop along `b`, `c`; a robot must be a tree",
     ),
     (
         "a link that is its own parent",
@@ -195,7 +195,7 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/><mimic joint="k"/></joint>
 <joint name="k" type="continuous"><parent link="b"/><child link="c"/><mimic joint="j"/></joint>
 </robot>"#,
-        "robot.urdf:5:70: mimic of joint `j`: joints follow one another in a circle: `j`, `k`",
+        "robot.urdf:5:70: mimic of joint `j`: mimic joints form a cycle: `j`, `k`",
     ),
     (
         "a joint that follows a fixed one",
@@ -220,6 +220,6 @@ pub const TREES: &[(&str, &str, &str)] = &[
 <joint name="j1" type="continuous"><parent link="b"/><child link="c"/><mimic joint="j2" multiplier="1e20"/></joint>
 <joint name="j2" type="continuous"><parent link="c"/><child link="d"/></joint>
 </robot>"#,
-        "robot.urdf:7:1: joint `j0`: the ratios of the joints that it follows, one after another, must multiply to less than 1e30",
+        "robot.urdf:7:1: joint `j0`: the product of the mimic ratios along the chain must be below 1e30",
     ),
 ];

@@ -176,7 +176,7 @@ fn another_sweep_is_refused_with_the_difference() {
 fn another_version_is_refused() {
     for (key, value, said) in [
         ("format", "2", "has format 2; this version of supple keeps format 1"),
-        ("supple", "0.0.9", "was begun by supple 0.0.9, and this is "),
+        ("supple", "0.0.9", "was written by supple 0.0.9, and this is "),
         ("identity", "nothing", "does not fit to its fingerprint"),
     ] {
         let sample = Sample::new();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{CatalogueDesign, CatalogueMethod, Combination, neighbours};
 use crate::Error;
-use crate::branches::{best_plan, search_branches};
+use crate::branches::{BranchSearch, best_plan, search_branches};
 use crate::continuation::Scaling;
 use crate::design::{Control, Event, NoObserver, Searcher, StartSummary};
 use crate::pipeline::TaskState;
@@ -106,6 +106,9 @@ impl<'a> Choosing<'a> {
                 return None;
             }
             let designed = self.design(&entries);
+            if matches!(designed, Err(Error::Stopped)) {
+                return None;
+            }
             let done = done.fetch_add(1, Atomic::Relaxed) + 1;
             searcher.control.observer.observe(Event::Combination { done, of });
             Some((entries, designed))
@@ -127,8 +130,13 @@ impl<'a> Choosing<'a> {
             best_plan((problem, task), &phi, self.continuous.controls.get(index), &mut state)?;
             let given = (&state.plan.trajectory.controls, state.cost.expected());
             let stream = (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let search = (settings.seed ^ stream, settings.branch_attempts);
-            Ok(search_branches((problem, task), &phi, given, search, state.effort).controls)
+            let search = BranchSearch {
+                seed: settings.seed ^ stream,
+                attempts: settings.branch_attempts,
+                effort: state.effort,
+                stop: &|| control.is_stopped(),
+            };
+            Ok(search_branches((problem, task), &phi, given, search).controls)
         };
         let controls = problem.tasks.iter().enumerate().map(plan).collect::<Result<Vec<_>, Error>>()?;
         let control = Control { observer: &NoObserver, ..control };
@@ -162,6 +170,9 @@ impl<'a> Choosing<'a> {
         let designed: Vec<Combination> = ranked
             .map(|(entries, summary)| Combination { entries: entries.clone(), summary: summary.clone() })
             .collect();
+        if designed.is_empty() && self.known.is_empty() && self.is_stopped() {
+            return Err(Error::Stopped);
+        }
         let failed = self.known.len() - designed.len();
         let first_error = self.known.into_values().find_map(Result::err);
         match (designed.is_empty(), first_error) {

@@ -87,16 +87,26 @@ impl Searcher<'_> {
             return Ok(design);
         }
         let clock = Instant::now();
-        let mut catalogue = Choosing::new(*self, &design.starts[design.best]).choose()?;
+        let mut catalogue = match Choosing::new(*self, &design.starts[design.best]).choose() {
+            // Nothing from the catalogues yet: the design without them is what there is to show.
+            Err(Error::Stopped) => return Ok(Design { status: DesignStatus::Stopped, ..design }),
+            chosen => chosen?,
+        };
         let summaries = || catalogue.designed.iter().map(|combination| &combination.summary);
         let mut evaluations: usize = summaries().map(|summary| summary.evaluations).sum();
         let mut without_contact: usize = summaries().map(|summary| summary.without_contact).sum();
         let chosen = &catalogue.chosen().summary;
         if self.rank(chosen) < self.rank(&catalogue.continuous) && !self.control.is_stopped() {
             // The search without catalogues missed this: it goes on from here.
-            let further = self.search_from(&chosen.to, &chosen.controls, 0)?;
-            evaluations += further.evaluations;
-            without_contact += further.without_contact;
+            let further = match self.search_from(&chosen.to, &chosen.controls, 0) {
+                Err(Error::Stopped) => chosen.clone(),
+                further => {
+                    let further = further?;
+                    evaluations += further.evaluations;
+                    without_contact += further.without_contact;
+                    further
+                }
+            };
             let better = if self.rank(&further) < self.rank(chosen) { further } else { chosen.clone() };
             catalogue.continuous = better;
         }

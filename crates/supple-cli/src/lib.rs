@@ -1,0 +1,71 @@
+//! The program `supple`, which designs compliant robots that need little information to be controlled. The binary calls
+//! [`run`]; for a library, see the crate `supple`.
+
+mod arguments;
+mod catalogue;
+mod commands;
+mod contacts;
+mod failure;
+mod informations;
+mod output;
+mod pages;
+mod present;
+mod progress;
+mod split;
+mod tables;
+mod template;
+mod trust;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use failure::Failure;
+
+/// How a command that computed something ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Success.
+    Success,
+    /// Computed, but something did not converge or a bound is not met.
+    Shortfall,
+}
+
+impl Outcome {
+    /// The combined outcome of two operations.
+    fn and(self, other: Self) -> Self {
+        if self == Self::Success { other } else { self }
+    }
+}
+
+/// Runs the program with the arguments of the process.
+pub fn run() -> ExitCode {
+    match conduct(Arguments::parse()) {
+        Ok(Outcome::Success) => ExitCode::SUCCESS,
+        Ok(Outcome::Shortfall) => ExitCode::from(1),
+        Err(failure) => {
+            failure.report();
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+fn conduct(arguments: Arguments) -> Result<Outcome, Failure> {
+    arguments.common.apply()?;
+    match arguments.command {
+        Command::Study(study) => commands::conduct(study.asks()),
+        Command::Check(options) => commands::check(&options),
+        Command::Explore(options) => commands::explore(&options),
+        Command::StudyFile(options) => commands::study(&options),
+        Command::Report(options) => commands::report(&options),
+        Command::Plot(options) => commands::plot(&options),
+        Command::Show(options) => commands::show(&options),
+        Command::Export(options) => commands::export(&options),
+        Command::Validate(options) => commands::validate(&options),
+        Command::Robot(options) => commands::robot(&options),
+        Command::Schema => commands::schema(),
+        Command::New(options) => commands::new(&options),
+        Command::Completions { shell } => commands::completions(shell),
+    }
+}
