@@ -46,7 +46,8 @@
     const text = element("search-text");
     if (message.error) {
       endSearch();
-      text.textContent = `The search cannot run: ${message.error}`;
+      const why = message.error.startsWith("stopped") ? "The search was" : "The search cannot run:";
+      text.textContent = `${why} ${message.error}.`.replace(/\.\.$/, ".");
     } else if (message.visited) {
       const { evaluations, bits, violation, phase } = message.visited;
       const way = violation > D.feasibility ? `${number(100 * violation, 3)} % above a limit` : "within every limit";

@@ -9,9 +9,11 @@ use serde_json::{Value, json};
 use supple::design::{Aim, Control, DesignStatus, Event, Observer, Searcher, StartSummary};
 use supple_study::LoadedTask;
 
+use crate::surroundings::Surroundings;
+
 /// Progress is sent as often as that.
 const PERIOD: Duration = Duration::from_millis(60);
-/// How long a search that was told to stop may take to end by itself; then the best design that it visited is its answer.
+/// How long a search may take to end after a request to stop; then the answer is the best design so far.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// What a search found.
@@ -136,7 +138,7 @@ impl Observer for Live {
         };
         let Some(Visited { design, information, violation }) = due else { return };
         state.told = Some(Instant::now());
-        // Where nobody listens any more, the search is told to stop by other means.
+        // Without a listener, `stop` ends the search.
         let _ = self.news.send(News::Visited(json!({
             "evaluations": state.evaluations,
             "phase": state.phase,
@@ -156,22 +158,23 @@ fn run(task: &LoadedTask, starts: usize, live: &Live, stop: &AtomicBool) -> Resu
     Ok(live.found(task, found.found(), found.status))
 }
 
-/// Searches from the parameters of a task, from so many starts; tells what is visited. A search that is told to stop is
-/// waited for only briefly: what is under way then ends in a thread of its own.
+/// Searches from the parameters of a task, from so many starts; reports what it visits. After a request to stop it waits
+/// only briefly: the thread of the search ends at its next check.
 ///
 /// # Errors
 /// Where the first design cannot be evaluated, or the search is stopped before it is.
 pub fn search(
     task: LoadedTask,
     starts: usize,
-    stop: &Arc<AtomicBool>,
+    (surroundings, stop): (&Arc<dyn Surroundings>, &Arc<AtomicBool>),
     tell: &dyn Fn(Value),
 ) -> Result<Found, String> {
     let (news, told) = channel();
     let live = Arc::new(Live::new(news.clone(), task.problem.design.feasibility));
     std::thread::spawn({
-        let (live, stop) = (Arc::clone(&live), Arc::clone(stop));
+        let (live, surroundings, stop) = (Arc::clone(&live), Arc::clone(surroundings), Arc::clone(stop));
         move || {
+            let _entered = surroundings.enter();
             let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(&task, starts, &live, &stop)));
             let found = caught.unwrap_or_else(|_| Err("the computation failed unexpectedly".to_owned()));
             let _ = news.send(News::Ended(found));
@@ -186,7 +189,7 @@ pub fn search(
             Err(RecvTimeoutError::Disconnected) => return Err("the search ended unexpectedly".to_owned()),
         }
         if stop.load(Ordering::Relaxed) && stopped.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
-            return live.best().ok_or_else(|| "it was stopped before the first design was evaluated".to_owned());
+            return live.best().ok_or_else(|| "stopped before the first design was evaluated".to_owned());
         }
     }
 }

@@ -352,12 +352,9 @@ impl Worker<'_> {
                 self.stop.store(true, Ordering::Relaxed);
             }
         };
-        let found = search(task, self.ask.count.min(MOST_SAMPLES), self.stop, &tell)?;
+        let found = search(task, self.ask.count.min(MOST_SAMPLES), (&self.session.surroundings, self.stop), &tell)?;
         let stopped = self.stopped();
-        self.answer(
-            View::Design,
-            json!({ "ended": found.ended, "design": with(&found.design), "stopped": stopped }),
-        );
+        self.answer(View::Design, json!({ "ended": found.ended, "design": with(&found.design), "stopped": stopped }));
         Ok(())
     }
 

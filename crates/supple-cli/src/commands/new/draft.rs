@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
-use supple::{EvaluateOptions, Problem, Verdict};
+use supple::{EvaluateOptions, Verdict};
 use supple_robot::{LoadOptions, load};
 
 use super::ask::Asked;
+use super::costs::{Costs, limit};
 use super::limb::Limb;
 use super::place::{FEW, starts};
 use super::robot::relative;
-use super::rules::{Rules, digits};
-use super::templates::{Draft, Limit};
+use super::rules::Rules;
+use super::templates::Draft;
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
 use crate::output::warn;
@@ -18,12 +19,12 @@ use crate::template::Template;
 
 /// Postures that are evaluated at most.
 const TRIES: usize = 6;
-/// By what factor tasks become slower and contacts set in over more length at most.
+/// Greatest factor on the duration of a task, where its plan exceeds limits of the robot.
 const SLOWEST: f64 = 2.0;
+/// Greatest factor on the smoothing length of the contact, where roll-outs find the linearisation doubtful, and its step.
 const LONGEST: f64 = 2.0;
-/// Stiffnesses beside the stiff one at which the cost without the sensor is looked for.
-const SOFTER: usize = 4;
-/// Share of its cost that a design loses at least without the sensor.
+const LONGER: f64 = 1.4;
+/// By which share of the cost a sensor that is of use lowers it.
 const LEAST_USE: f64 = 0.05;
 
 /// The text of a task file, to be written to `path`.
@@ -38,21 +39,12 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
     }
     let template = asked.template.unwrap_or(Template::Press);
-    let limb = Limb::of(&whole, asked.frame.as_deref(), file)?;
-    let (joints, needed) = (limb.joints().len(), template.joints());
-    if joints < needed {
-        let (name, what) = template.words();
-        return Err(Failure::usage(format!(
-            "--template {name}: {what} requires at least {needed} joints, but `{}` is moved by {joints}; try --template press, \
-             hold or reach, or a --frame that more joints move",
-            limb.frame
-        )));
-    }
+    let limb = limb(&whole, template, file, asked)?;
     let found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
     if found.is_empty() {
         let what = match asked.at {
             Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot",
-            None if joints < FEW => {
+            None if limb.joints().len() < FEW => {
                 "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
             }
             None => "no posture was found in which the tool faces a wall; give --at, or another --wall",
@@ -61,13 +53,8 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
-    'tries: for start in found.iter().take(TRIES) {
-        // As it is; slower where it exceeds limits of the robot; with contacts that set in over more length where
-        // roll-outs do not do what is predicted.
-        let (mut slower, mut longer) = (1.0, 1.0);
-        loop {
-            let mut rules = Rules::of(&limb, start, template, &asked.set, longer)?;
-            rules.time *= slower;
+    for start in found.iter().take(TRIES) {
+        let draft = |rules: &Rules| {
             let draft = Draft {
                 template,
                 title,
@@ -75,25 +62,18 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
                 package_roots: asked.package_roots.iter().map(|root| relative(root, folder)).collect(),
                 limb: &limb,
                 start,
-                rules: &rules,
+                rules,
                 limit: None,
                 first: None,
             };
-            let tried = Tried::of(&draft, path)?;
-            let (done, is_limited, is_doubtful) = (tried.faults.is_empty(), tried.is_limited, tried.is_doubtful());
-            if best.as_ref().is_none_or(|best| tried.rank() < best.rank()) {
-                best = Some(tried);
-            }
-            if done {
-                break 'tries;
-            }
-            if is_limited && slower < SLOWEST {
-                slower *= 2.0;
-            } else if is_doubtful && longer < LONGEST {
-                longer *= 1.4;
-            } else {
-                break;
-            }
+            Tried::of(&draft, path)
+        };
+        let tried = best_at(|longer| Rules::of(&limb, start, template, &asked.set, longer), draft, template)?;
+        let found = better(best, tried);
+        let is_good = found.faults.is_empty();
+        best = Some(found);
+        if is_good {
+            break;
         }
     }
     let best = best.ok_or_else(|| Failure::usage("no posture was found".to_owned()))?;
@@ -108,6 +88,52 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     Ok(best.text)
 }
 
+/// The limb that the tool is mounted on, with joints enough for the template.
+fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Result<Limb, Failure> {
+    let limb = Limb::of(whole, asked.frame.as_deref(), file)?;
+    let (joints, needed) = (limb.joints().len(), template.joints());
+    if joints < needed {
+        let (name, what) = template.words();
+        return Err(Failure::usage(format!(
+            "--template {name}: {what} requires at least {needed} joints, but `{}` is moved by {joints}; try --template press, \
+             hold or reach, or a --frame that more joints move",
+            limb.frame
+        )));
+    }
+    Ok(limb)
+}
+
+/// The best draft at a posture: by the rules; slower where the plan exceeds limits of the robot; with a longer smoothing of
+/// the contact where the linearisation is doubtful.
+fn best_at(
+    rules: impl Fn(f64) -> Result<Rules, Failure>,
+    draft: impl Fn(&Rules) -> Result<Tried, Failure>,
+    template: Template,
+) -> Result<Tried, Failure> {
+    let (mut slower, mut longer) = (1.0, 1.0);
+    let mut best: Option<Tried> = None;
+    loop {
+        let mut rules = rules(longer)?;
+        rules.time *= slower;
+        let tried = draft(&rules)?;
+        if tried.is_limited && slower < SLOWEST {
+            slower = SLOWEST;
+        } else if tried.is_doubtful() && template.touches() && longer * LONGER <= LONGEST {
+            longer *= LONGER;
+        } else {
+            return Ok(better(best, tried));
+        }
+        best = Some(better(best, tried));
+    }
+}
+
+fn better(best: Option<Tried>, tried: Tried) -> Tried {
+    match best {
+        Some(best) if best.rank() <= tried.rank() => best,
+        _ => tried,
+    }
+}
+
 /// A draft, evaluated.
 struct Tried {
     text: String,
@@ -115,7 +141,7 @@ struct Tried {
     touches: bool,
     /// Whether the plan exceeds limits of the robot.
     is_limited: bool,
-    /// Whether roll-outs do what is predicted; none where they were not run.
+    /// The verdict of roll-outs on the linearisation; none where the plan did not converge.
     verdict: Option<Verdict>,
     /// What is wrong with it, for people.
     faults: Vec<String>,
@@ -152,12 +178,10 @@ impl Tried {
         faults.extend(task.limits_violated.iter().map(|limit| format!("the plan exceeds {}", limit.name)));
         let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds);
         if let Some(trust) = trust {
-            faults.push(format!("roll-outs of the first design: {trust}"));
+            faults.push(format!("roll-outs of the first design: {trust}; try --set smoothing or --set wall_sd"));
         }
         if coarse < precise * (1.0 + LEAST_USE) {
-            faults.push(format!(
-                "the designed sensor is of little use here: the expected cost is {precise:.4} with it and {coarse:.4} without"
-            ));
+            faults.push(of_little_use(draft.template, precise, coarse));
         }
         let text = draft.limited(limit, first).text();
         let verdict = task.trust.as_ref().map(|trust| trust.verdict);
@@ -174,52 +198,14 @@ impl Tried {
     }
 }
 
-/// Expected costs over stiffnesses of the mount.
-struct Costs {
-    /// With the stiff mount and the precise sensor.
-    stiff: f64,
-    /// The least with the precise sensor, and the stiffness there.
-    precise: f64,
-    best: f64,
-    /// The least with the coarsest sensor.
-    coarse: f64,
-}
-
-impl Costs {
-    fn of(problem: &Problem, stiff: &[f64]) -> Self {
-        let index = |name: &str| problem.parameters.iter().position(|parameter| parameter.name == name);
-        let sensor = ["force_noise", "joint_noise"].into_iter().find_map(index);
-        let mut found = Self { stiff: f64::INFINITY, precise: f64::INFINITY, best: f64::NAN, coarse: f64::INFINITY };
-        let (Some(sensor), Some(k)) = (sensor, index("k")) else { return found };
-        let [soft, most] = problem.parameters.get(k).bounds;
-        let [precise, coarse] = problem.parameters.get(sensor).bounds;
-        let cost = |stiffness: f64, noise: f64| {
-            let mut phi = stiff.to_vec();
-            (phi[k], phi[sensor]) = (stiffness, noise);
-            let evaluation = problem.evaluate(&phi, &EvaluateOptions::default()).ok()?;
-            evaluation.tasks[0].status.is_converged().then(|| evaluation.tasks[0].cost.expected)
-        };
-        for place in 0..=SOFTER {
-            let stiffness = digits(most * (soft / most).powf(place as f64 / SOFTER as f64));
-            let with = cost(stiffness, precise).unwrap_or(f64::INFINITY);
-            if place == 0 {
-                found.stiff = with;
-            }
-            if with < found.precise {
-                (found.precise, found.best) = (with, stiffness);
-            }
-            found.coarse = cost(stiffness, coarse).map_or(found.coarse, |cost| cost.min(found.coarse));
-        }
-        found
-    }
-}
-
-/// The limit of the cost: a share of the way from that with the precise sensor to that with the coarse one, rounded to a
-/// hundredth of the way.
-fn limit(precise: f64, coarse: f64, margin: f64) -> Limit {
-    let precise = if precise.is_finite() { precise } else { 1.0 };
-    let way = if coarse.is_finite() { (coarse - precise).max(0.02 * precise) } else { precise };
-    let unit = 10.0_f64.powf((0.01 * way).max(1e-12).log10().floor());
-    let bound = ((precise + margin * way) / unit).ceil() * unit;
-    Limit { bound: format!("{bound:.6e}").parse().unwrap_or(bound), precise, coarse }
+/// The warning about a sensor that the task hardly needs.
+fn of_little_use(template: Template, precise: f64, coarse: f64) -> String {
+    let (sensor, number) = match template {
+        Template::Reach => ("joint sensors are", "disturbance"),
+        _ => ("force sensor is", "wall_sd"),
+    };
+    format!(
+        "the {sensor} of little use in this task: the least expected cost is {precise:.4} with the precise noise and \
+         {coarse:.4} with the coarsest; try a larger --set {number}"
+    )
 }

@@ -102,7 +102,8 @@ impl Limb {
 
     /// The least speed limit of its joints, rad/s or m/s; infinite where the file has none.
     pub fn slowest(&self) -> f64 {
-        let speeds = self.planning.tree.joint_indices().iter().map(|&joint| self.planning.robot.joints[joint].limits.velocity);
+        let speeds =
+            self.planning.tree.joint_indices().iter().map(|&joint| self.planning.robot.joints[joint].limits.velocity);
         speeds.filter(|speed| *speed > 0.0).fold(f64::INFINITY, f64::min)
     }
 

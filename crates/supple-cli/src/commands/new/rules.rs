@@ -54,13 +54,7 @@ impl Rules {
     ///
     /// # Errors
     /// Where `set` names what is no number of a task, or a value that cannot be.
-    pub fn of(
-        limb: &Limb,
-        start: &Start,
-        template: Template,
-        set: &[String],
-        longer: f64,
-    ) -> Result<Self, Failure> {
+    pub fn of(limb: &Limb, start: &Start, template: Template, set: &[String], longer: f64) -> Result<Self, Failure> {
         let most = round(FORCE.min(SHARE * start.sustained).min(FORCE * limb.reach / 0.5));
         let mut rules = Self {
             force: if template == Template::Insert { round(0.2 * most) } else { most },
@@ -127,7 +121,6 @@ impl Rules {
             "clearance" if value == 0.0 => {}
             _ if !(value.is_finite() && value > 0.0) => return Err(wrong(format!("must be above 0; found {found}"))),
             _ => {}
-        }
         }
         **number = value;
         Ok(name)

@@ -1,5 +1,6 @@
 //! The tasks that are offered for custom robots, as commented text.
 
+mod costs;
 mod drives;
 mod followed;
 mod numbers;
@@ -145,7 +146,8 @@ impl Draft<'_> {
         // Half of critical.
         let soft = ["\"k\"".to_owned(), format!("\"sqrt({:?} * k)\"", rules.mass)];
         let each = |key: usize| {
-            let of = |axis: &String| if self.yielding().contains(axis) { soft[key].clone() } else { stiff[key].clone() };
+            let of =
+                |axis: &String| if self.yielding().contains(axis) { soft[key].clone() } else { stiff[key].clone() };
             let each = self.axes().each_ref().map(of);
             if each.iter().all(|other| *other == each[0]) { each[0].clone() } else { format!("[{}]", each.join(", ")) }
         };

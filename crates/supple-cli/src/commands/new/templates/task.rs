@@ -1,10 +1,10 @@
-//! The task of a template: start, noise and costs.
+//! The task of a template: start and noise.
 
 use std::fmt::Write;
 
-use supple_robot::vector::{add, dot, scale};
+use supple_robot::vector::{dot, scale};
 
-use super::{Draft, Limit, Template, list, names, plain, said};
+use super::{Draft, Limit, Template, list, plain, said};
 use crate::commands::new::place::FEW;
 use crate::commands::new::rules::{STEPS, digits};
 
@@ -18,8 +18,8 @@ impl Draft<'_> {
             let sensors = if self.template == Template::Reach { "joint sensors" } else { "force sensor" };
             let _ = writeln!(
                 text,
-                "# Expected cost: at least {} with the precise {sensors}, and at least {} with the coarsest. The limit is {} % of\n\
-                 # the way: the sensor must save the rest.\nbound = {bound:?}",
+                "# The least expected cost is {} with the precise {sensors} and {} with the coarsest. The limit lies {} % of the\n\
+                 # way from the first to the second: above the second, no sensor would be needed.\nbound = {bound:?}",
                 plain(digits(precise)),
                 plain(digits(coarse)),
                 plain(100.0 * rules.margin),
@@ -47,13 +47,18 @@ impl Draft<'_> {
         let [x, y] = start.along;
         let pressed = if self.template == Template::Hold { rules.force } else { 0.0 };
         let loads = [x, y, scale(-1.0, start.normal)].map(|axis| rules.mass * dot(axis, limb.gravity));
-        let loads = [loads[0], loads[1], loads[2] - pressed].map(|load| if load.abs() < 1e-3 * rules.force { 0.0 } else { digits(load) });
+        let loads = [loads[0], loads[1], loads[2] - pressed]
+            .map(|load| if load.abs() < 1e-3 * rules.force { 0.0 } else { digits(load) });
         for (axis, load) in self.axes().iter().zip(loads).filter(|(_, load)| *load != 0.0) {
             let value = match self.yielding().contains(axis) {
                 true => format!("\"{load:?} / k\""),
                 false => format!("{:?}", digits(load / rules.stiffness)),
             };
-            let why = if self.template == Template::Hold && axis.ends_with('z') { "the force" } else { "the weight of the tool" };
+            let why = if self.template == Template::Hold && axis.ends_with('z') {
+                "the force"
+            } else {
+                "the weight of the tool"
+            };
             said(text, &format!("\"q.{axis}\" = {value}"), &format!("m: under {why}"));
         }
         let normal = if self.template == Template::Insert { loads[0] } else { loads[2] };
@@ -114,109 +119,5 @@ impl Draft<'_> {
             if wanders { format!(", the wall by {:?} m", rules.wall_sd) } else { String::new() },
             table(&process, dt.sqrt())
         );
-    }
-
-    /// The axes of the world that are along the wall, where the wall is along axes; all otherwise.
-    fn free_axes(&self, normal: [f64; 3]) -> Vec<usize> {
-        let across = |axis: &usize| normal[*axis].abs() < 1e-6;
-        let free: Vec<usize> = (0..3).filter(across).collect();
-        if free.len() == 2 { free } else { vec![0, 1, 2] }
-    }
-
-    pub(super) fn costs(&self, text: &mut String) {
-        let Self { start, rules, limb, .. } = self;
-        text.push_str("\n# Weights (Bryson's rule): a constant error equal to the tolerance adds 1 to the cost.\n");
-        let force = |text: &mut String, target: f64, tolerance: f64| {
-            let _ = writeln!(text, "[[tasks.costs]]\nkind = \"contact_force\"\ncontact = \"wall\"");
-            said(text, &format!("target = {target:?}"), "N");
-            said(text, &format!("smoothing = {:?}", digits(0.1 * target)), "N");
-            said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} N"));
-            text.push('\n');
-        };
-        let point = |text: &mut String, target: [f64; 3], axes: &[usize], is_end: bool| {
-            let _ = writeln!(text, "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {:?}", self.mount_name());
-            if axes.len() < 3 {
-                let _ = writeln!(
-                    text,
-                    "axes = {}",
-                    names(&axes.iter().map(|&axis| ["x", "y", "z"][axis]).collect::<Vec<_>>())
-                );
-            }
-            let target: Vec<f64> = axes.iter().map(|&axis| target[axis]).collect();
-            said(text, &format!("target = {}", list(&target)), "m");
-            let on_the_way = if is_end { rules.travel } else { rules.tolerance };
-            let weight = rules.weight(on_the_way);
-            said(text, &format!("weight = {weight:?}"), &format!("tolerance {on_the_way:?} m"));
-            if is_end {
-                let weight = rules.final_weight(rules.tolerance);
-                said(text, &format!("final_weight = {weight:?}"), &format!("tolerance {:?} m", rules.tolerance));
-            }
-            text.push('\n');
-        };
-        let tenth = digits(0.1 * rules.force);
-        let along = self.free_axes(start.normal);
-        let [x, _, z] = self.axes();
-        match self.template {
-            Template::Press | Template::Hold => {
-                force(text, rules.force, tenth);
-                point(text, start.position, &along, false);
-                self.deflection(text, &z);
-            }
-            Template::Wipe => {
-                force(text, rules.force, tenth);
-                point(text, add(start.position, scale(rules.travel, start.along[0])), &along, true);
-                self.deflection(text, &z);
-            }
-            Template::Insert => {
-                let into = scale(-rules.travel, start.normal);
-                force(text, rules.force, tenth);
-                point(text, add(start.position, into), &self.free_axes(self.side()), true);
-                self.deflection(text, &x);
-            }
-            Template::Reach => {
-                point(text, start.moved(limb, rules.travel), &[0, 1, 2], true);
-            }
-            Template::Handle => {
-                let _ = writeln!(
-                    text,
-                    "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [\"{}_rz\"]",
-                    self.door_name()
-                );
-                said(text, &format!("target = [{:?}]", self.opening()), "rad: the door is pulled open");
-                let (on_the_way, last) = (self.opening(), digits(0.1 * self.opening()));
-                said(text, &format!("weight = {:?}", rules.weight(on_the_way)), &format!("tolerance {on_the_way:?} rad"));
-                said(text, &format!("final_weight = {:?}", rules.final_weight(last)), &format!("tolerance {last:?} rad"));
-                text.push('\n');
-                let tolerance = digits(0.2 * rules.force);
-                let _ = writeln!(text, "[[tasks.costs]]\nkind = \"coupling_force\"\ncoupling = {x:?}");
-                let weight = rules.weight(tolerance);
-                said(text, &format!("weight = {weight:?}"), &format!("tolerance {tolerance:?} N, towards the hinge"));
-                text.push('\n');
-                self.deflection(text, &z);
-            }
-        }
-        let speed = rules.joint_speed(limb);
-        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(limb.joints()));
-        said(
-            text,
-            &format!("weight = {:?}", rules.weight(speed)),
-            &format!("tolerance {speed:?} {}", limb.speed_unit()),
-        );
-        text.push_str("\n[[tasks.costs]]\nkind = \"control\"\n");
-        let (tolerance, [turn, slide]) =
-            if self.is_by_torque() { (rules.load(limb), ["N m", "N"]) } else { (rules.command(limb), ["rad", "m"]) };
-        let unit = if limb.slides() { slide } else { turn };
-        said(text, &format!("target = {}", list(&self.holding())), "the controls that hold the start");
-        said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} {unit}"));
-        text.push('\n');
-    }
-
-    /// The cost of a mount that yields far.
-    fn deflection(&self, text: &mut String, coupling: &str) {
-        let rules = self.rules;
-        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"coupling_deflection\"\ncoupling = {coupling:?}");
-        let weight = rules.weight(rules.deflection);
-        said(text, &format!("weight = {weight:?}"), &format!("tolerance {:?} m", rules.deflection));
-        text.push('\n');
     }
 }

@@ -89,7 +89,11 @@ impl Draft<'_> {
         let moment = mass * width * width / 12.0;
         said(text, &format!("inertia = {}", list(&[moment * 0.1, moment, moment])), "kg m^2");
         let closer = digits(rules.force * width / self.opening());
-        said(text, &format!("stiffness = [0.0, {closer:?}]"), &format!("N m/rad: {:?} N hold the door open", rules.force));
+        said(
+            text,
+            &format!("stiffness = [0.0, {closer:?}]"),
+            &format!("N m/rad: {:?} N hold the door open", rules.force),
+        );
         let creep = digits(rules.force * rules.time / (0.02 * rules.wall_sd));
         let damping = digits(0.05 * rules.force * width);
         said(text, &format!("damping = [{creep:?}, {damping:?}]"), "N s/m, N m s/rad");
