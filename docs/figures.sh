@@ -5,13 +5,13 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
-cargo run --release -- study studies/paper.toml --out "$out"
+cargo run --release --features figures -- study studies/paper.toml --out "$out"
 mkdir -p docs/images/paper docs/images/bounds
 cp "$out"/figures/*.svg docs/images/paper/
-cargo run --release -- bound tasks/tanaka_plant.toml --stationary --cost 40 --curve=40 --out "$out/plant"
-cargo run --release -- bound tasks/two_mass.toml --set k1=135.912 --set k2=171.458 --curve=24 --out "$out/masses"
+cargo run --release --features figures -- bound tasks/tanaka_plant.toml --stationary --cost 40 --curve=40 --out "$out/plant"
+cargo run --release --features figures -- bound tasks/two_mass.toml --set k1=135.912 --set k2=171.458 --curve=24 --out "$out/masses"
 for name in plant masses; do
-    cargo run --release -- plot "$out/$name" --figure bound --out "docs/images/bounds/$name.svg"
+    cargo run --release --features figures -- plot "$out/$name" --figure bound --out "docs/images/bounds/$name.svg"
 done
 mkdir -p docs/images/aims
 python docs/three_designs.py docs/images/aims/three.svg

@@ -200,8 +200,8 @@ class ParetoPoint(Record):
         bounds: The cost limits here; infinite if a task has none, (tasks,).
         status: How the search ended.
         parameters: All parameters.
-        information_nats: Its information, nats.
-        task_nats: Information of each task, nats, (tasks,).
+        information_nats: The information that is minimised, by the weights in the task file, nats.
+        task_nats: Measured information of each task, nats, (tasks,).
         costs: Expected cost of each task, (tasks,).
         prices: Shadow prices: nats that one more unit of each task's cost limit would save, (tasks,).
         price: Total price of its parameters; ``None`` if none has a price.

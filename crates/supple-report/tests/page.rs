@@ -106,7 +106,8 @@ fn front(task: &LoadedTask) -> StudyResult {
     let points = vec![at(0.9), at(1.0), at(1.2)];
     let options = ParetoOptions { points: 3, starts: 1, seed: 0 };
     let remarks = vec!["the bound is active <all along>".into()];
-    StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![250.0], points, remarks, stopped: false }))
+    let information = supple::design::InformationWeights::MEASURED;
+    StudyResult::Pareto(Box::new(Pareto { options, information, bounds: vec![250.0], points, remarks, stopped: false }))
 }
 
 fn bound(task: &LoadedTask) -> StudyResult {

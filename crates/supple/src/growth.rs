@@ -122,7 +122,8 @@ impl Looker<'_> {
             }
             limit = at.longest(limit, rate).unwrap_or(limit);
         }
-        if limit < time_step {
+        // Where only far shorter steps do not grow, no step is of use.
+        if limit < time_step && limit * MOST_SUBSTEPS as f64 >= time_step {
             let suggested = two_digits(MARGIN * limit);
             let substeps = |now: usize| (now as f64 * time_step / suggested).ceil() as usize;
             found.suggested_time_step = Some(suggested);

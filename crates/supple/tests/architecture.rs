@@ -1,4 +1,4 @@
-//! Every path that the documents of the repository name exists, ARCHITECTURE.md leaves no module out, and every
+//! Every path that the documents of the repository name exists, ARCHITECTURE.md leaves no crate and no module out, and every
 //! equation that is cited stands in the theory.
 
 use std::collections::BTreeMap;
@@ -58,41 +58,22 @@ fn every_path_exists() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Whether the map has a folder's entry: in a folder of which it names one, it names all but `mod.rs`.
-fn is_on_the_map(named: &[&str], folder: &str, entry: &str, top: bool) -> bool {
-    let inside = |name: &&str| name.strip_prefix(folder).is_some_and(|rest| rest.starts_with('/'));
-    let is_listed = top || named.iter().any(|name| inside(name) && !name.ends_with("/mod.rs"));
-    !is_listed || entry == "mod.rs" || named.contains(&format!("{folder}/{entry}").as_str())
-}
-
-fn find_unmapped(named: &[&str], folder: &str, top: bool, missing: &mut Vec<String>) -> Result<(), Box<dyn Error>> {
-    for entry in fs::read_dir(Path::new(ROOT).join(folder))? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if !is_on_the_map(named, folder, &name, top) {
-            missing.push(format!("{folder}/{name}"));
-        }
-        if entry.path().is_dir() {
-            find_unmapped(named, &format!("{folder}/{name}"), false, missing)?;
-        }
-    }
-    Ok(())
-}
+/// Crates whose modules have tables on the map.
+const MAPPED: [&str; 5] = ["supple-kernels", "supple-lqg", "supple-model", "supple", "supple-study"];
 
 #[test]
-fn every_module_is_on_the_map() -> Result<(), Box<dyn Error>> {
+fn crates_and_their_modules_are_on_the_map() -> Result<(), Box<dyn Error>> {
     let text = fs::read_to_string(Path::new(ROOT).join("ARCHITECTURE.md"))?;
     let first_cells = text.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
     let named: Vec<&str> = first_cells.map(|(path, _)| path.trim_end_matches('/')).collect();
-    let mut missing = Vec::new();
-    for member in fs::read_dir(Path::new(ROOT).join("crates"))? {
-        let folder = format!("crates/{}/src", member?.file_name().to_string_lossy());
-        find_unmapped(&named, &folder, true, &mut missing)?;
+    let mut expected: Vec<String> = Vec::new();
+    for folder in std::iter::once("crates".to_owned()).chain(MAPPED.map(|name| format!("crates/{name}/src"))) {
+        for entry in fs::read_dir(Path::new(ROOT).join(&folder))? {
+            expected.push(format!("{folder}/{}", entry?.file_name().to_string_lossy()));
+        }
     }
-    find_unmapped(&named, "python/supple", true, &mut missing)?;
-    // What an interpreter or a build leaves there.
-    missing.retain(|path| !["__pycache__", ".so", ".pyd", "py.typed"].iter().any(|left| path.contains(left)));
-    assert!(missing.is_empty(), "ARCHITECTURE.md does not name {missing:#?}");
+    let missing: Vec<&String> = expected.iter().filter(|path| !named.contains(&path.as_str())).collect();
+    assert!(expected.len() > 100 && missing.is_empty(), "ARCHITECTURE.md does not name {missing:#?}");
     Ok(())
 }
 

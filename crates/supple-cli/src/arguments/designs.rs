@@ -15,9 +15,11 @@ pub struct DesignOptions {
     /// Gradient to use
     #[arg(long, value_enum)]
     pub gradient: Option<GradientArgument>,
-    /// Information to minimise
-    #[arg(long, value_enum)]
-    pub information: Option<InformationArgument>,
+    /// Information to minimise: `needed`, the minimum that any sensors and any controller need to stay within the cost
+    /// limit; `used`, by the controller; `measured`, by the sensors; or weights of these, such as
+    /// `needed=1,measured=0.01`
+    #[arg(long, value_name = "KIND")]
+    pub information: Option<InformationWeights>,
     /// Number of starts: the initial values first, then seeded random values
     #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
     pub starts: Option<usize>,
@@ -30,27 +32,6 @@ pub struct DesignOptions {
     pub rollouts: Option<usize>,
     #[command(flatten)]
     pub output: Output,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum InformationArgument {
-    /// The minimum that any sensors and any controller need to stay within the cost limit
-    Needed,
-    /// Information that the controller uses
-    Used,
-    /// Information in the measurements
-    Measured,
-}
-
-impl InformationArgument {
-    /// What counts.
-    pub fn weights(self) -> InformationWeights {
-        match self {
-            Self::Needed => InformationWeights::NEEDED,
-            Self::Used => InformationWeights::USED,
-            Self::Measured => InformationWeights::MEASURED,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

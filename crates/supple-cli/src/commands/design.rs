@@ -29,7 +29,7 @@ impl Asks for DesignOptions {
             settings.seed = seed;
         }
         if let Some(information) = self.information {
-            settings.information = information.weights();
+            settings.information = information;
         }
         if let Some(rollouts) = self.rollouts {
             settings.rollouts = Some(rollouts);

@@ -108,13 +108,18 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
         ));
     }
     if !task.status.is_converged() {
+        let raise = match task.status {
+            PlanStatus::TimeLimit => "raise `time_limit` in [planning]",
+            PlanStatus::MaxIterations => "raise `max_iterations` in [planning]",
+            _ => "try another `time_step`",
+        };
+        let status = task.status;
         return Some(format!(
-            "raise `max_iterations` in [planning] or give a better `initial_control`: the plan of {name} ended with status {}",
-            task.status
+            "{raise} or give a better `initial_control`: the plan of {name} ended with status {status}"
         ));
     }
-    let missed = task.contacts.iter().find(|contact| !contact.touches);
-    if let Some(contact) = missed.filter(|contact| task.warnings.iter().any(|text| text.contains(&contact.name))) {
+    let is_wanted = |name: &str| task.warnings.iter().any(|text| text.contains(&format!("`{name}`")));
+    if let Some(contact) = task.contacts.iter().find(|contact| !contact.touches && is_wanted(&contact.name)) {
         return Some(format!(
             "start closer to `{}`: the plan of {name} misses it by {} m; or raise the weight of its force",
             contact.name,

@@ -1,16 +1,24 @@
 use std::f64::consts::LN_2;
 use std::fmt::Write;
 
-use supple::design::DesignStatus;
+use supple::design::{DesignStatus, InformationWeights};
 use supple_study::About;
 use supple_study::pareto::{Pareto, ParetoPoint};
 
 use crate::tables::{align_right, heading, number, table, title};
 
+/// The heading of what is minimised.
+fn minimised(front: &Pareto) -> String {
+    match front.information {
+        InformationWeights::MEASURED => "information, bits".to_owned(),
+        aim => format!("information {aim}, bits"),
+    }
+}
+
 /// The page of `supple pareto`.
 pub fn pareto_page(about: &About, front: &Pareto) -> String {
     let design = about.parameters.design();
-    let mut header = vec!["factor".to_owned(), "information, bits".into()];
+    let mut header = vec!["factor".to_owned(), minimised(front)];
     for (task, bound) in about.tasks.iter().zip(&front.bounds) {
         header.push(format!("cost of {}", task.name));
         if bound.is_finite() {

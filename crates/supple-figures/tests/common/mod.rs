@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use supple::design::{DesignStatus, GradientKind, Method};
+use supple::design::{DesignStatus, GradientKind, InformationWeights, Method};
 use supple::{EvaluateOptions, Named};
 use supple_figures::Figure;
 use supple_study::bound::BoundOptions;
@@ -97,10 +97,10 @@ pub fn pareto() -> Folder {
     };
     let options = ParetoOptions { points: 4, starts: 1, seed: 0 };
     let points = (0..4).map(point).collect();
-    folder(
-        "pareto",
-        StudyResult::Pareto(Box::new(Pareto { options, bounds: vec![25.0], points, remarks: vec![], stopped: false })),
-    )
+    folder("pareto", {
+        let (information, bounds, remarks) = (InformationWeights::MEASURED, vec![25.0], vec![]);
+        StudyResult::Pareto(Box::new(Pareto { options, information, bounds, points, remarks, stopped: false }))
+    })
 }
 
 pub fn robustness() -> Folder {

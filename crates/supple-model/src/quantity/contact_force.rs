@@ -73,8 +73,9 @@ impl Measurable for ContactForce {
     fn check(&self, parameters: &Parameters) -> Result<(), (&'static str, String)> {
         let Some(smoothing) = self.smoothing else { return Ok(()) };
         match parameters.least(smoothing) {
-            Some(least) if least < 0.0 => {
-                Err(("smoothing", format!("must be at least 0 N; {}", smoothing.found(least))))
+            Some(least) if least <= 0.0 => {
+                let valid = "must be above 0 N, or left out for the force as it is";
+                Err(("smoothing", format!("{valid}; {}", smoothing.found(least))))
             }
             _ => Ok(()),
         }

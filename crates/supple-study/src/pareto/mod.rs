@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::design::{
-    Aim, Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, Searcher, StartSummary,
+    Aim, Control, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, NoObserver, Searcher,
+    StartSummary,
 };
 use supple::parameters::Parameters;
 
@@ -43,6 +44,9 @@ pub struct ParetoOptions {
 pub struct Pareto {
     /// What was asked for.
     pub options: ParetoOptions,
+    /// Which information is minimised at every point.
+    #[serde(default)]
+    pub information: InformationWeights,
     /// The tasks' bounds at factor 1; infinite where a task has none.
     #[serde(deserialize_with = "lenient::list")]
     pub bounds: Vec<f64>,
@@ -68,9 +72,9 @@ pub struct ParetoPoint {
     pub status: DesignStatus,
     /// The design.
     pub parameters: Named,
-    /// Its information, nats.
+    /// The information that is minimised, by the weights of the task file, nats.
     pub information_nats: f64,
-    /// Information of each task, nats.
+    /// Measured information of each task, nats.
     pub task_nats: Vec<f64>,
     /// Expected cost of each task.
     pub costs: Vec<f64>,
@@ -128,7 +132,14 @@ pub fn run(
     let (points, stopped) = follow(&front, &ends, options.points)?;
     let points: Vec<ParetoPoint> = points.iter().map(|point| report(task, point, &bounds)).collect();
     let remarks = remarks::remarks(task, &ends, &points);
-    Ok(Pareto { options: options.clone(), bounds, points, remarks, stopped })
+    Ok(Pareto {
+        options: options.clone(),
+        information: task.problem.design.information,
+        bounds,
+        points,
+        remarks,
+        stopped,
+    })
 }
 
 /// What all searches along a front share.
@@ -143,7 +154,8 @@ impl Front<'_> {
     /// A search with an aim.
     fn searcher(&self, aim: Aim) -> Searcher<'_> {
         let control = Control { observer: &NoObserver, stop: self.watch.stop };
-        Searcher::new(&self.task.problem, &self.settings, aim, control)
+        // All points of a front are of one kind of information.
+        Searcher::new(&self.task.problem, &self.settings, aim, control).with_one_information()
     }
 
     /// A search that is a part of the study, by the part's name.

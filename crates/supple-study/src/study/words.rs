@@ -3,7 +3,7 @@
 use std::fmt;
 
 use serde::Serialize;
-use supple::design::{DesignSettings, InformationWeights};
+use supple::design::DesignSettings;
 use supple::parameters::Scale;
 
 use super::{Study, Work};
@@ -115,14 +115,7 @@ impl Words {
     fn search(&mut self, settings: &DesignSettings) {
         self.give("method", name(&settings.method));
         self.give("gradient", name(&settings.gradient));
-        let one = [
-            (InformationWeights::NEEDED, "needed"),
-            (InformationWeights::USED, "used"),
-            (InformationWeights::MEASURED, "measured"),
-        ];
-        if let Some((_, information)) = one.iter().find(|(weights, _)| *weights == settings.information) {
-            self.give("information", information);
-        }
+        self.give("information", settings.information.argument());
         self.give("starts", settings.starts);
         self.give("seed", settings.seed);
         self.if_given("rollouts", settings.rollouts);

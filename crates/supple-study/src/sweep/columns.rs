@@ -1,3 +1,4 @@
+use supple::design::InformationWeights;
 use supple::parameters::Parameter;
 use supple::{Contact, Task};
 
@@ -29,6 +30,11 @@ pub(super) fn columns(task: &LoadedTask, options: &SweepOptions) -> Result<Vec<C
         ("feasible", PLAIN, FEASIBLE),
     ];
     columns.extend(overall.map(|(name, unit, description)| column(name.into(), unit, description)));
+    let aim = task.problem.design.information;
+    if aim != InformationWeights::MEASURED {
+        let what = format!("what a design minimises, weighted sum over tasks: information {aim}");
+        columns.push(column("minimised_nats".into(), "nat", &what));
+    }
     if options.starts > 0 {
         columns.push(column("design_status".into(), PLAIN, DESIGN_ENDED));
         columns.push(column("design_evaluations".into(), PLAIN, DESIGNS));

@@ -1,6 +1,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use supple::design::{Control, NoObserver, best_plan, design};
+use supple::aims::weighted_information;
+use supple::design::{Control, InformationWeights, NoObserver, best_plan, design};
 use supple::pipeline::TaskState;
 use supple::simulate::monte_carlo;
 use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
@@ -54,6 +55,8 @@ pub(super) struct Evaluator<'a> {
 struct Outcome {
     cells: Vec<Cell>,
     nats: f64,
+    /// What a design minimises, nats; none where that is the information measured, or was not found.
+    minimised: Option<f64>,
     feasible: bool,
     /// Why its numbers cannot be trusted.
     trouble: Option<String>,
@@ -146,17 +149,25 @@ fn of_contacts(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec<Cell> {
     numbers.chain((!reports.is_empty()).then_some(missed)).map(Cell::number).collect()
 }
 
-/// Information in nats and bits, and whether every bound is met; nothing where a task could not be evaluated.
-fn overall(problem: &Problem, outcomes: &[Option<Outcome>]) -> [Cell; 3] {
-    let mut nats = 0.0;
+/// Information in nats and bits, whether every bound is met, and what a design minimises where that is another
+/// information; nothing where a task could not be evaluated.
+fn overall(problem: &Problem, outcomes: &[Option<Outcome>]) -> Vec<Cell> {
+    let has_aim = problem.design.information != InformationWeights::MEASURED;
+    let (mut nats, mut minimised) = (0.0, Some(0.0));
     for (outcome, task) in outcomes.iter().zip(&problem.tasks) {
         match outcome {
-            Some(outcome) => nats += task.information_weight * outcome.nats,
-            None => return [const { Cell::Missing }; 3],
+            Some(outcome) => {
+                nats += task.information_weight * outcome.nats;
+                let of_task = outcome.minimised.map(|minimised| task.information_weight * minimised);
+                minimised = minimised.zip(of_task).map(|(sum, of_task)| sum + of_task);
+            }
+            None => return vec![Cell::Missing; if has_aim { 4 } else { 3 }],
         }
     }
     let feasible = outcomes.iter().flatten().all(|outcome| outcome.feasible);
-    [nats, nats / std::f64::consts::LN_2, f64::from(u8::from(feasible))].map(Cell::number)
+    let numbers = [nats, nats / std::f64::consts::LN_2, f64::from(u8::from(feasible))];
+    let minimised = has_aim.then(|| minimised.map_or(Cell::Missing, Cell::number));
+    numbers.into_iter().map(Cell::number).chain(minimised).collect()
 }
 
 /// Why a task could not be evaluated, with its name.
@@ -200,5 +211,19 @@ fn evaluate_task(
         Some(controls) => controls.copy_from(&state.plan.trajectory.controls),
         None => *neighbour = Some(state.plan.trajectory.controls.clone()),
     }
-    Ok(Outcome { cells, nats, feasible: converged && meets(cost, bound, problem.design.feasibility), trouble })
+    let aim = problem.design.information;
+    let minimised = match aim == InformationWeights::MEASURED {
+        true => None,
+        false => match weighted_information((task, phi), aim, state, &mut Vec::new()) {
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            found => found.ok(),
+        },
+    };
+    Ok(Outcome {
+        cells,
+        nats,
+        minimised,
+        feasible: converged && meets(cost, bound, problem.design.feasibility),
+        trouble,
+    })
 }

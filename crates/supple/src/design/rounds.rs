@@ -52,7 +52,8 @@ impl Rounds<'_, '_> {
                 break;
             }
             // Where nothing is left of what was minimised: the next kind of information.
-            if self.summary.status.meets_bounds()
+            if self.searcher.goes_on
+                && self.summary.status.meets_bounds()
                 && last.information(problem) <= NOTHING
                 && let Some(next) = visitor.weights.next()
             {

@@ -42,6 +42,8 @@ pub struct Searcher<'a> {
     pub aim: Aim,
     /// How the search is watched and stopped.
     pub control: Control<'a>,
+    /// Whether a search goes on to the next kind of information where nothing is left of what it minimised.
+    pub(super) goes_on: bool,
     /// The optimiser, where it is not that of the settings.
     pub(super) optimiser: Option<&'a dyn Optimiser>,
 }
@@ -58,7 +60,14 @@ pub(super) fn own_optimiser(settings: &DesignSettings) -> Box<dyn Optimiser> {
 impl<'a> Searcher<'a> {
     /// A search with the optimiser of the settings.
     pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim, control: Control<'a>) -> Self {
-        Self { problem, settings, aim, control, optimiser: None }
+        Self { problem, settings, aim, control, goes_on: true, optimiser: None }
+    }
+
+    /// The same for the one kind of information of the settings, also where nothing is left of it: so that results
+    /// compare.
+    #[must_use]
+    pub fn with_one_information(self) -> Self {
+        Self { goes_on: false, ..self }
     }
 
     /// The same with another optimiser.

@@ -1,5 +1,6 @@
 use std::borrow::Cow;
 use std::fmt;
+use std::str::FromStr;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
@@ -64,6 +65,45 @@ impl InformationWeights {
     /// The kind of a name.
     pub fn of_kind(name: &str) -> Option<Self> {
         KINDS.iter().find(|(other, _)| *other == name).map(|&(_, weights)| weights)
+    }
+}
+
+/// From one of the kinds, or from weights: `needed=1,measured=0.01`.
+impl FromStr for InformationWeights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(weights) = Self::of_kind(text) {
+            return Ok(weights);
+        }
+        let valid = "valid are `needed`, `used`, `measured`, or weights of them such as `needed=1,measured=0.01`";
+        let mut weights = Self { needed: 0.0, used: 0.0, measured: 0.0 };
+        for part in text.split(',') {
+            let (name, weight) =
+                part.split_once('=').ok_or_else(|| format!("unknown information `{text}`; {valid}"))?;
+            let place = match name.trim() {
+                "needed" => &mut weights.needed,
+                "used" => &mut weights.used,
+                "measured" => &mut weights.measured,
+                other => return Err(format!("unknown information `{other}`; {valid}")),
+            };
+            *place = weight.trim().parse().map_err(|_| format!("the weight `{weight}` is no number; {valid}"))?;
+        }
+        if weights.are_valid() {
+            Ok(weights)
+        } else {
+            Err("weights must be at least 0, and one of them above 0".into())
+        }
+    }
+}
+
+impl InformationWeights {
+    /// As [`InformationWeights::from_str`] reads it.
+    pub fn argument(&self) -> String {
+        let parts = [("needed", self.needed), ("used", self.used), ("measured", self.measured)];
+        let weighed =
+            parts.iter().filter(|(_, weight)| *weight != 0.0).map(|(name, weight)| format!("{name}={weight}"));
+        self.kind().map_or_else(|| weighed.collect::<Vec<_>>().join(","), str::to_owned)
     }
 }
 
@@ -160,6 +200,24 @@ mod tests {
         for weights in [both, InformationWeights::MEASURED] {
             let text = serde_json::to_string(&weights).unwrap();
             assert_eq!(serde_json::from_str::<InformationWeights>(&text).unwrap(), weights);
+        }
+    }
+
+    #[test]
+    fn they_are_read_as_arguments() {
+        for text in ["needed", "used", "measured", "needed=1,measured=0.01", "used=2"] {
+            let weights: InformationWeights = text.parse().unwrap();
+            assert_eq!(weights.argument(), text);
+        }
+        for (text, message) in [
+            ("wanted", "unknown information `wanted`; valid are `needed`"),
+            ("needed=1,wanted=2", "unknown information `wanted`"),
+            ("needed=much", "the weight `much` is no number"),
+            ("needed=-1", "at least 0"),
+            ("needed=0", "one of them above 0"),
+        ] {
+            let error = text.parse::<InformationWeights>().unwrap_err();
+            assert!(error.contains(message), "{error}");
         }
     }
 

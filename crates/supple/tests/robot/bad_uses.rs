@@ -71,7 +71,7 @@ fn sensors() {
         (
             contact("normal = [1.0, 0.0, 0.0]")
                 .sensing(&sensor("contact_force", "contact = \"wall\"\nsmoothing = -0.5\nvariance = 1.0")),
-            "task.toml:14:13: model.sensors[0].smoothing: must be at least 0 N; found -0.5",
+            "task.toml:14:13: model.sensors[0].smoothing: must be above 0 N, or left out for the force as it is; found -0.5",
         ),
         (
             arm().sensing(&sensor("power", "variance = 1.0")),
