@@ -105,7 +105,7 @@ impl Draft<'_> {
         let (tolerance, [turn, slide]) =
             if self.is_by_torque() { (rules.load(limb), ["N m", "N"]) } else { (rules.command(limb), ["rad", "m"]) };
         let unit = if limb.slides() { slide } else { turn };
-        said(text, &format!("target = {}", list(&self.holding())), "the controls that hold the start");
+        said(text, &format!("target = {}", list(&self.holding())), "the controls that hold the robot at the start");
         said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} {unit}"));
         text.push('\n');
     }

@@ -18,7 +18,8 @@ struct Servo<'a> {
 }
 
 impl Draft<'_> {
-    /// Whether controls are torques: joint sensors are of use only where no controller of the joints uses them already.
+    /// Whether controls are torques: with position control, the drives use the joint positions already, and their sensors
+    /// would be of little use to the task.
     pub(super) fn is_by_torque(&self) -> bool {
         self.template == Template::Reach
     }
@@ -64,7 +65,8 @@ impl Draft<'_> {
         }
         let driven: Vec<&String> = self.driven().into_iter().map(|dof| &self.limb.joints()[dof]).collect();
         if driven.len() < self.limb.joints().len() {
-            let _ = writeln!(text, "actuated = {}   # the file gives the other joints no drive", names(&driven));
+            let _ =
+                writeln!(text, "actuated = {}   # the robot file has no drive for the other joints", names(&driven));
         }
     }
 
@@ -76,9 +78,9 @@ impl Draft<'_> {
         }
         let _ = write!(
             text,
-            "\n# The joints follow position commands, as most robots do: their natural frequency is at least {:?} Hz, critically\n\
-             # damped, and they are so stiff that {:?} N move the tool by at most {:?} m each. Controls are the commands. Delete this\n\
-             # table for control by torques.\n[model.drives]\n",
+            "\n# The joints follow position commands, as those of most robots do: each is critically damped with a natural frequency\n\
+             # of at least {:?} Hz, and so stiff that {:?} N move the tool by at most {:?} m each. Without this table, controls\n\
+             # are torques: then adapt the target and the weight of the cost of kind \"control\" too.\n[model.drives]\n",
             rules.bandwidth,
             rules.force,
             digits(1e-4 * limb.reach),

@@ -77,8 +77,8 @@ impl Draft<'_> {
         let (door, mass) = (self.door_name(), round(0.1 * limb.mass));
         let _ = write!(
             text,
-            "\n# A door: a link on a hinge in the world. Its x axis points from the handle to the hinge, whose place along it is\n\
-             # uncertain: a slide that hardly creeps under the force.\n\
+            "\n# A door: a link on a hinge in the world. Its x axis points from the handle to the hinge. Where the hinge is along it\n\
+             # is uncertain: that is the position of a slide with so much damping that it hardly moves.\n\
              [[model.insert]]\nname = {door:?}\nframe = {:?}\nposition = {}\nrpy = {}\naxes = [\"x\", \"rz\"]\n",
             limb.planning.robot.links[0].name,
             list(&hinge),
