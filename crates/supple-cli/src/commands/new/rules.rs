@@ -167,6 +167,12 @@ impl Rules {
         round(10.0 * self.travel / (self.time * limb.lever())).min(digits(0.5 * limb.slowest()))
     }
 
+    /// Speed over which Coulomb friction builds up, rad/s, or m/s where all joints slide: half of the speed that matters, so
+    /// that the linearisation sees the friction of motions and not a brake at rest.
+    pub fn friction_smoothing(&self, limb: &Limb) -> f64 {
+        digits(0.5 * self.joint_speed(limb))
+    }
+
     /// Deviation of a commanded position from the one that holds the start that matters, rad, or m where all slide: three
     /// times that of the travel.
     pub fn command(&self, limb: &Limb) -> f64 {

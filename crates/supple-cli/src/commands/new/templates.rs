@@ -134,6 +134,7 @@ impl Draft<'_> {
             );
         }
         self.actuated(text);
+        self.friction(text);
         if limb.planning.robot.gravity.is_none() {
             said(text, "gravity = [0.0, 0.0, -9.81]", "m/s^2");
         }

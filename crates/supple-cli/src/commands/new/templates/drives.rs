@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use super::{Draft, Template, names, plain};
+use super::{Draft, Template, names, plain, said};
 use crate::commands::new::rules::digits;
 
 /// Position control of a joint.
@@ -68,6 +68,17 @@ impl Draft<'_> {
             let _ =
                 writeln!(text, "actuated = {}   # the robot file has no drive for the other joints", names(&driven));
         }
+    }
+
+    /// The speed over which friction of the file builds up, where its joints have any.
+    pub(super) fn friction(&self, text: &mut String) {
+        let Self { limb, rules, .. } = self;
+        let joints = limb.planning.tree.joint_indices();
+        if joints.iter().all(|&joint| limb.planning.robot.joints[joint].friction == 0.0) {
+            return;
+        }
+        let line = format!("friction_smoothing = {:?}", rules.friction_smoothing(limb));
+        said(text, &line, &format!("{}: friction builds up over this speed; 0.01 by default", limb.speed_unit()));
     }
 
     /// The table of drives.
