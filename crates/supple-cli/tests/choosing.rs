@@ -215,7 +215,7 @@ fn weights_follow_from_tolerances() {
         "| 5 % of the travel |",
         "| `deflection` | $L/50$ |",
         "ten times the speed that completes the travel in the given time, at most half of the lowest speed limit",
-        "commands: three times the travel, divided by $L$ for angles; torques: the force times $L$",
+        "commands: three times the travel, divided by $L$ for angles; torques: the force times $L$, or what friction",
         "`final_weight`, $1/\\text{tolerance}^2$, and on the way an error as large as the travel adds 1",
         "halve its tolerance, which quadruples its weight",
         "Forces are tracked with a smoothing of 10 % of the target",

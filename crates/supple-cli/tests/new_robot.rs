@@ -69,6 +69,7 @@ fn shipped_robots_have_tasks() {
     for (file, frame, template) in [
         ("iiwa14_door.urdf", "iiwa_link_7", "press"),
         ("iiwa14_door.urdf", "iiwa_link_7", "wipe"),
+        ("iiwa14_door.urdf", "iiwa_link_7", "handle"),
         ("wiping_arm.sdf", "hand", "reach"),
         ("peg_on_wall.urdf", "gripper", "press"),
     ] {

@@ -175,7 +175,9 @@ impl Tried {
         if converged && !touches {
             faults.push("the plan does not touch the wall".to_owned());
         }
-        faults.extend(task.limits_violated.iter().map(|limit| format!("the plan exceeds {}", limit.name)));
+        // Limits of the file by its own names; the task repeats them by those of its channels.
+        let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
+        faults.extend(limits.map(|limit| format!("the plan exceeds the {}", limit.name)));
         let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds);
         if let Some(trust) = trust {
             faults.push(format!("roll-outs of the first design: {trust}; try --set smoothing or --set wall_sd"));

@@ -179,9 +179,13 @@ impl Rules {
         digits(3.0 * round(self.travel / limb.lever()))
     }
 
-    /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force.
+    /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force, or
+    /// that which friction and damping take at the speed that matters.
     pub fn load(&self, limb: &Limb) -> f64 {
-        round(self.force * limb.lever())
+        let (robot, speed) = (&limb.planning.robot, self.joint_speed(limb));
+        let joints = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]);
+        let resistance = joints.map(|joint| joint.friction + joint.damping * speed).fold(0.0, f64::max);
+        round(resistance.max(self.force * limb.lever()))
     }
 }
 

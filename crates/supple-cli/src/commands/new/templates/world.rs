@@ -99,10 +99,11 @@ impl Draft<'_> {
         said(text, &format!("damping = [{creep:?}, {damping:?}]"), "N s/m, N m s/rad");
         let k = digits(10.0 * rules.stiffness);
         let d = digits(0.2 * (k * rules.mass).sqrt());
+        let handle = limb.free_name("handle");
         let _ = write!(
             text,
-            "\n[model.frames.handle]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
-             [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = \"handle\"\nframe_c = {:?}\n",
+            "\n[model.frames.{handle}]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
+             [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = {handle:?}\nframe_c = {:?}\n",
             list(&[-width, 0.0, 0.0]),
             self.mount_name(),
         );
