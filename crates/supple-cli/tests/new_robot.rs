@@ -98,7 +98,7 @@ fn numbers_can_be_set_and_wrong_ones_are_refused() {
         (vec!["--frame", "base"], "--frame base: no joint moves it"),
         (vec!["--wall", "up"], "--wall up: write +x, -x, +y, -y, +z, -z or three numbers"),
         (vec!["--at", "1,2"], "--at 1,2: write three numbers, x,y,z"),
-        (vec!["--at", "9,9,9"], "--at: the tool does not reach this place"),
+        (vec!["--at", "9,9,9"], "--at: the tool cannot reach this point"),
     ] {
         let run = folder.run(&[&["new", "wrong"][..], &base, &words].concat());
         assert!(run.error().contains(message), "{}", run.stderr);
@@ -127,8 +127,7 @@ fn a_folder_is_not_overwritten_by_a_result_of_another_kind() {
     assert_eq!(folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--out", "out"]).code, Some(0));
     let before = std::fs::read_to_string(folder.path("out/result.json")).unwrap();
     let run = folder.run(&["sweep", "task.toml", "--out", "out", "--grid", "k1=50,60"]);
-    let message =
-        "out contains a result of `supple evaluate`, and would be overwritten by `supple sweep` would replace";
+    let message = "out contains a result of `supple evaluate` and would be overwritten by `supple sweep`";
     assert!(run.error().contains(message), "{}", run.stderr);
     assert_eq!(std::fs::read_to_string(folder.path("out/result.json")).unwrap(), before);
     // What was found of the last result is not of the next one.
@@ -180,7 +179,8 @@ fn limbs_of_a_single_joint_have_tasks() {
                 continue;
             }
             let run = folder.run(&[&["new", "task"][..], &words].concat());
-            let error = format!("takes 2 joints, but `{frame}` is moved by 1; try --template press, hold or reach");
+            let error =
+                format!("requires at least 2 joints, but `{frame}` is moved by 1; try --template press, hold or reach");
             assert!(run.error().contains(&error), "{template}: {}", run.stderr);
             assert!(!folder.path("task.toml").exists());
         }
@@ -225,5 +225,5 @@ fn a_tool_that_cannot_reach_its_wall_is_told() {
     let robot = repository("models/elastic_elbow.urdf").display().to_string();
     let words = ["new", "task", "--robot", &robot, "--template", "press", "--frame", "fingertip", "--wall", "+z"];
     let run = folder.run(&words);
-    assert!(run.error().contains("do not move the tool towards such a wall: leave --wall out"), "{}", run.stderr);
+    assert!(run.error().contains("cannot move the tool towards this wall: omit --wall"), "{}", run.stderr);
 }
