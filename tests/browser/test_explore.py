@@ -281,6 +281,14 @@ def test_a_search_is_stopped_by_its_button_and_by_closing_the_page(served, brows
     explorer = served(TASKS / "iiwa_door.toml")
     driver = browsers(explorer.address, prefers_reduced_motion="reduce")
     start = values(driver)
+    # While the first design is still being planned.
+    click(driver, "design")
+    assert driver.find_element(By.ID, "search-text").text.startswith("Evaluating the design on screen")
+    clock = time.time()
+    click(driver, "search-stop")
+    until(driver, "!Explore.tools.search.running")
+    assert time.time() - clock < 10
+    assert "stopped" in driver.find_element(By.ID, "search-text").text
     click(driver, "design")
     until(driver, "Explore.map.state.path.length > 0")
     maps = run(driver, "return Explore.counts.map")

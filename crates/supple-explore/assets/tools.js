@@ -3,7 +3,7 @@
 (function (E) {
   const D = E.design, make = E.make, number = (value, digits) => E.number(value, digits);
   const element = (id) => document.getElementById(id);
-  const search = { id: 0, running: false, found: null }, roll = { id: 0, costs: [], lost: 0 }, sensor = { id: 0 };
+  const search = { id: 0, running: false, stopping: false, found: null }, roll = { id: 0, costs: [], lost: 0 }, sensor = { id: 0 };
   const ENDED = {
     converged: "converged", not_optimal: "stopped where the total gradient is not zero", not_converged: "did not converge",
     bound_violated: "found no design that meets every limit", stopped: "was stopped",
@@ -21,11 +21,11 @@
   // The search.
   function startSearch() {
     D.keep();
-    Object.assign(search, { running: true, found: null });
+    Object.assign(search, { running: true, stopping: false, found: null });
     element("search").hidden = false;
     element("search-load").hidden = true;
     element("search-progress").hidden = element("search-stop").hidden = false;
-    element("search-text").textContent = "The search begins from the design on screen.";
+    element("search-text").textContent = "Evaluating the design on screen, where the search starts.";
     E.map.state.path = [];
     search.id = E.link.ask("design", { values: D.values, count: 1 });
   }
@@ -35,16 +35,24 @@
     element("search-progress").hidden = element("search-stop").hidden = true;
   }
 
+  function stopSearch() {
+    search.stopping = true;
+    element("search-text").textContent = "Stopping.";
+    E.link.ask("stop", { what: "design" });
+  }
+
   function takeSearch(message) {
     if (message.id !== search.id) return;
     const text = element("search-text");
     if (message.error) {
       endSearch();
-      text.textContent = `The search cannot run: ${message.error}`;
+      const why = message.error.startsWith("stopped") ? "The search was" : "The search cannot run:";
+      text.textContent = `${why} ${message.error}.`.replace(/\.\.$/, ".");
     } else if (message.visited) {
-      const { evaluations, bits, violation } = message.visited;
+      const { evaluations, bits, violation, phase } = message.visited;
       const way = violation > D.feasibility ? `${number(100 * violation, 3)} % above a limit` : "within every limit";
-      text.textContent = `${evaluations} designs evaluated; the last one: ${number(bits)} bits, ${way}.`;
+      const now = phase === "searching" ? "" : ` Now ${phase}.`;
+      if (!search.stopping) text.textContent = `${evaluations} designs evaluated; the last one: ${number(bits)} bits, ${way}.${now}`;
       E.map.visited(message.visited.design);
     } else {
       endSearch();
@@ -54,9 +62,9 @@
       const errors = end.errors.length ? ` ${end.errors.join(" ")}` : "";
       text.textContent = `The search ${ENDED[end.status] ?? end.status} after ${end.evaluations} designs and ${number(end.seconds, 3)} s: ${number(end.from_bits)} → ${number(end.to_bits)} bits.${price}${errors}`;
       search.found = message.design;
-      element("search-load").hidden = false;
       // What was found comes on screen; undo returns to where it began.
       D.load(message.design);
+      buttons();
     }
   }
 
@@ -198,7 +206,7 @@
     element("reset").addEventListener("click", () => D.load(D.knobs.map((knob) => knob.start)));
     element("pin").addEventListener("click", pin);
     element("design").addEventListener("click", startSearch);
-    element("search-stop").addEventListener("click", () => E.link.ask("stop", { what: "design" }));
+    element("search-stop").addEventListener("click", stopSearch);
     element("search-load").addEventListener("click", () => search.found && D.load(search.found));
     element("roll").addEventListener("click", startRollouts);
     element("rollouts-close").addEventListener("click", closeRollouts);
@@ -217,6 +225,8 @@
   function buttons() {
     element("undo").disabled = !D.done.some((values) => values.some((value, n) => value !== D.values[n]));
     element("redo").disabled = !D.undone.length;
+    const shown = search.found?.every((value, n) => value === D.values[n]);
+    element("search-load").hidden = search.running || !search.found || shown;
   }
 
   E.tools = {

@@ -18,7 +18,7 @@ use crate::knobs::{Knob, knobs, turned, with_parameters};
 use crate::map::{Wanted, fill};
 use crate::rollouts::roll_out;
 use crate::save::OnScreen;
-use crate::search::{ended, search};
+use crate::search::search;
 use crate::sensor::virtual_sensor;
 use crate::slot::{Job, Slot};
 use crate::surroundings::Surroundings;
@@ -190,7 +190,7 @@ struct Worker<'a> {
     session: &'a Session,
     shown: &'a Shown,
     ask: &'a Ask,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
     began: Instant,
 }
 
@@ -340,20 +340,21 @@ impl Worker<'_> {
 
     fn design(&self) -> Result<(), String> {
         let (problem, phi) = self.turned(&self.ask.values)?;
+        if problem.parameters.design().is_empty() {
+            return Err("the task has no parameter with role = \"design\"".to_owned());
+        }
         let task = LoadedTask { problem, phi, ..self.shown.loaded.clone() };
+        let with = |design: &[f64]| json!(with_parameters(&self.shown.knobs, &self.ask.values, design));
         let tell = |mut visited: Value| {
             let design: Vec<f64> = serde_json::from_value(visited["parameters"].take()).unwrap_or_default();
-            visited["design"] = json!(with_parameters(&self.shown.knobs, &self.ask.values, &design));
+            visited["design"] = with(&design);
             if !self.session.tell(&self.message(View::Design, json!({ "visited": visited }))) {
                 self.stop.store(true, Ordering::Relaxed);
             }
         };
-        let report = search(&task, self.ask.count.min(MOST_SAMPLES), self.stop, &tell).map_err(|e| e.to_string())?;
-        let names = task.problem.parameters.names();
-        let named = &report.optimum.parameters;
-        let phi: Vec<f64> = names.iter().map(|name| named.get(name).unwrap_or(f64::NAN)).collect();
-        let design = with_parameters(&self.shown.knobs, &self.ask.values, &phi);
-        self.answer(View::Design, json!({ "ended": ended(&report), "design": design, "stopped": self.stopped() }));
+        let found = search(task, self.ask.count.min(MOST_SAMPLES), (&self.session.surroundings, self.stop), &tell)?;
+        let stopped = self.stopped();
+        self.answer(View::Design, json!({ "ended": found.ended, "design": with(&found.design), "stopped": stopped }));
         Ok(())
     }
 

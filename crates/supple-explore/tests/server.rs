@@ -105,37 +105,6 @@ fn limits_and_noise_turn_what_they_say() {
 }
 
 #[test]
-fn a_search_is_told_live_can_be_stopped_and_ends_at_a_design() {
-    let served = Served::of(Path::new(SMALL));
-    let mut page = served.page();
-    page.ask("design", 1, json!({ "count": 1 }));
-    let first = page.next("design");
-    assert_eq!(first["visited"]["design"].as_array().unwrap().len(), page.values().len());
-    let end = loop {
-        let message = page.next("design");
-        if message["ended"].is_object() {
-            break message;
-        }
-    };
-    assert_eq!(end["ended"]["status"], "converged");
-    page.ask("evaluate", 2, json!({ "values": end["design"] }));
-    let numbers = &page.next("evaluate")["designs"][0]["numbers"];
-    let found = end["ended"]["to_bits"].as_f64().unwrap();
-    assert!((numbers["measured"].as_f64().unwrap() - found).abs() < 1e-6 * found && numbers["feasible"] == true);
-    // A search for 500 starts takes long; it ends soon after it is told to.
-    page.ask("design", 3, json!({ "count": 500 }));
-    page.next("design");
-    page.ask("stop", 4, json!({ "what": "design" }));
-    let end = loop {
-        let message = page.next("design");
-        if message["id"] == 3 && message["visited"].is_null() {
-            break message;
-        }
-    };
-    assert!(end["stopped"] == true || end["error"].is_string(), "{end}");
-}
-
-#[test]
 fn a_map_fills_from_coarse_to_fine_and_roll_outs_come_in_batches() {
     let served = Served::of(Path::new(SMALL));
     let mut page = served.page();

@@ -75,8 +75,10 @@ pub enum ModelKind {
 
 /// What `--set` of `supple new` may name.
 const NEW_NUMBERS: &str = "\
-Numbers of templates for --set, in SI units: force (N), travel, clearance, tolerance, wall_sd and tip_sd (m), time (s), \
-mass (kg) and stiffness (N/m) of the mount, force_sd (N), disturbance (rad/s after one second), margin of the cost limit. \
+Numbers of templates for --set, in SI units: force (N), travel, clearance, tolerance, wall_sd, smoothing and tip_sd (m), \
+time (s), mass (kg), stiffness (N/m) and tolerable deflection (m) of the mount, force_sd (N), bandwidth of the joints (Hz), \
+disturbance (rad/s after one second), margin of the cost limit (0 to 1: from the cost with the precise sensor to that with \
+the coarsest). \
 docs/choosing.md explains the rules of thumb used for the defaults.
 
 On a terminal, missing options are prompted for.";

@@ -1,4 +1,5 @@
 mod ask;
+mod costs;
 mod draft;
 mod limb;
 mod place;

@@ -25,6 +25,14 @@ pub fn edited(text: &str, from: &str, to: &str) -> String {
     text.replacen(from, to, 1)
 }
 
+/// The costs between which `supple new` sets the limit, with the precise sensor and with the coarsest, in the text of a
+/// task.
+pub fn costs(text: &str) -> [f64; 2] {
+    let line = text.lines().find(|line| line.starts_with("# The least expected cost is ")).unwrap();
+    let costs: Vec<f64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+    [costs[0], costs[1]]
+}
+
 /// An empty folder to run the program in.
 pub struct Folder(TempDir);
 

@@ -22,6 +22,42 @@ fn a_robot_as_mjcf_has_the_same_dynamics() {
     }
 }
 
+/// Position and velocity drives of a task become actuators of the MJCF file: a task with that file has the same costs.
+#[test]
+fn drives_of_a_task_are_actuators_of_the_file() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("arm.urdf"), include_str!("../../templates/arm.urdf")).unwrap();
+    let task = |model: &str| {
+        format!(
+            "[model]\nkind = \"robot\"\ngravity = [0.0, 0.0, -9.81]\n{model}\n[[model.sensors]]\n\
+             kind = \"joint_position\"\ndeviation = 1e-3\n[[tasks]]\nname = \"move\"\nsteps = 10\n\
+             time_step = 0.01\n[tasks.initial_state]\n\"q.*\" = 0.3\n[tasks.noise]\ninitial_deviation = {{ \"*\" = 1e-3 }}\n\
+             process_deviation = {{ \"v.*\" = 1e-3 }}\n[[tasks.costs]]\nkind = \"joint_position\"\ntarget = [0.4, 0.4, 0.4, 0.4, 0.4, 0.4]\n\
+             weight = 1.0\n[[tasks.costs]]\nkind = \"control\"\nweight = 0.01\n"
+        )
+    };
+    let drives = "[model.drives]\nturn = { kp = 4000.0, kv = 60.0, gear = 2.0 }\nshoulder = { kp = 9000.0, kv = 90.0 }\n\
+                  elbow = { kp = 8000.0, kv = 80.0 }\nroll = { kp = 200.0, kv = 2.0 }\nbend = { kp = 200.0 }\n\
+                  twist = { kv = 0.1, rotor_inertia = 0.01 }\n";
+    std::fs::write(folder.path("drives.toml"), task(&format!("file = \"arm.urdf\"\n{drives}"))).unwrap();
+    std::fs::write(folder.path("file.toml"), task("file = \"robot.xml\"\n")).unwrap();
+    let written = folder.run(&["robot", "drives.toml", "--to", "mjcf", "--out", "robot.xml"]);
+    assert_eq!(written.code, Some(0), "{}", written.stderr);
+    let text = std::fs::read_to_string(folder.path("robot.xml")).unwrap();
+    for element in [
+        "<position name=\"turn\" joint=\"turn\" gear=\"2\" kp=\"4000\" kv=\"60\"/>",
+        "<position name=\"bend\" joint=\"bend\" kp=\"200\"/>",
+        "<velocity name=\"twist\" joint=\"twist\" kv=\"0.1\"/>",
+    ] {
+        assert!(text.contains(element), "{element} is missing in\n{text}");
+    }
+    let [cost, expected] = ["file.toml", "drives.toml"].map(|task| {
+        let found = folder.run(&["evaluate", task, "--json", "--rollouts", "0"]).json(0);
+        found["tasks"][0]["cost"]["expected"].as_f64().unwrap()
+    });
+    assert_close("cost", &[cost], &[expected]);
+}
+
 #[test]
 fn what_mjcf_does_not_hold_is_a_warning() {
     let found = robot(gripper(), &["--to", "mjcf"]);

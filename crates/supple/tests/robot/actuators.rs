@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 use supple::{Channel, Problem};
 
-use crate::arm::{Description, accelerations, compliance, cost, observe, sensor, servo, step};
+use crate::arm::{Description, accelerations, arm, compliance, cost, observe, sensor, servo, step};
 use crate::assert_close;
 use crate::bad_tasks::assert_errors;
 
@@ -60,6 +60,39 @@ fn a_servo_is_a_force_of_position_and_rate() {
             .map(|(problem, u, phi)| step(problem, &x, &[u], phi));
         assert_close("state", &found, &expected, 1e-12);
     }
+}
+
+/// Drives of joints that the task gives a stiffness or a damping follow positions or velocities.
+#[test]
+fn plain_drives_become_position_and_velocity_drives() {
+    let drives = "[model.drives]\nshoulder = { kp = \"kp\", kv = 0.5, gear = 2.0 }\nslide = { kv = 7.0 }\n";
+    let servos = arm().explicit().with(drives).where_(&[("kp", 25.0)]).problem();
+    assert_eq!(named(&controls(&servos)), [("ctrl.shoulder", "rad"), ("tau.elbow", "N m"), ("ctrl.slide", "m/s")]);
+    let plain = arm().explicit().problem();
+    let x = [0.3, -0.4, 0.1, 0.5, -0.7, 0.2];
+    for u in [[0.0, 0.3, 0.0], [0.8, -0.2, -0.4]] {
+        let shoulder = 2.0 * (25.0 * (u[0] - 2.0 * x[0]) - 0.5 * 2.0 * x[3]);
+        let [found, expected] = [(&servos, u, &[25.0][..]), (&plain, [shoulder, u[1], 7.0 * (u[2] - x[5])], &[])]
+            .map(|(problem, u, phi)| step(problem, &x, &u, phi));
+        assert_close("state", &found, &expected, 1e-12);
+    }
+    // Efforts limit torques: of these controls only that of the elbow.
+    let limits = servos.tasks[0].system.limits();
+    let of_controls: Vec<_> = limits.iter().filter(|limit| limit.name.contains("effort")).collect();
+    assert_eq!(of_controls.len(), 1, "{limits:?}");
+    // Without the actuators of the file, its joints take drives of the task.
+    let own = servo().with("file_actuators = false\n[model.drives]\nelbow = { kp = 3.0 }\n").problem();
+    assert_eq!(named(&controls(&own)), [("tau.shoulder", "N m"), ("ctrl.elbow", "rad"), ("tau.slide", "N")]);
+    assert_errors(vec![
+        (
+            arm().with("[model.drives.slide]\nkp = -1.0\n"),
+            "task.toml:5:6: model.drives.slide.kp: must be at least 0; found -1",
+        ),
+        (
+            servo().with("[model.drives.motor]\nkp = 1.0\n"),
+            "task.toml:5:6: model.drives.motor.kp: only position actuators have it; `motor` is an actuator of kind motor",
+        ),
+    ]);
 }
 
 /// A servo at an elastic joint holds the motor, and not the link.

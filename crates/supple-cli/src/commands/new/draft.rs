@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use supple::{EvaluateOptions, TaskEvaluation, Verdict};
+use supple::{EvaluateOptions, Verdict};
 use supple_robot::{LoadOptions, load};
 
 use super::ask::Asked;
+use super::costs::{Costs, limit};
 use super::limb::Limb;
 use super::place::{FEW, starts};
 use super::robot::relative;
@@ -18,6 +19,13 @@ use crate::template::Template;
 
 /// Postures that are evaluated at most.
 const TRIES: usize = 6;
+/// Greatest factor on the duration of a task, where its plan exceeds limits of the robot.
+const SLOWEST: f64 = 2.0;
+/// Greatest factor on the smoothing length of the contact, where roll-outs find the linearisation doubtful, and its step.
+const LONGEST: f64 = 2.0;
+const LONGER: f64 = 1.4;
+/// By which share of the cost a sensor that is of use lowers it.
+const LEAST_USE: f64 = 0.05;
 
 /// The text of a task file, to be written to `path`.
 ///
@@ -31,21 +39,12 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
     }
     let template = asked.template.unwrap_or(Template::Press);
-    let limb = Limb::of(&whole, asked.frame.as_deref(), file)?;
-    let (joints, needed) = (limb.joints().len(), template.joints());
-    if joints < needed {
-        let (name, what) = template.words();
-        return Err(Failure::usage(format!(
-            "--template {name}: {what} requires at least {needed} joints, but `{}` is moved by {joints}; try --template press, \
-             hold or reach, or a --frame that more joints move",
-            limb.frame
-        )));
-    }
+    let limb = limb(&whole, template, file, asked)?;
     let found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
     if found.is_empty() {
         let what = match asked.at {
             Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot",
-            None if joints < FEW => {
+            None if limb.joints().len() < FEW => {
                 "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
             }
             None => "no posture was found in which the tool faces a wall; give --at, or another --wall",
@@ -55,18 +54,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
     for start in found.iter().take(TRIES) {
-        // As it is; then nearer to the wall where the plan does not find it, slower where it exceeds limits of the
-        // robot.
-        let (mut is_lost, mut is_limited) = (false, false);
-        for (slower, enforce, near) in
-            [(1.0, false, false), (1.0, false, true), (2.0, false, false), (2.0, true, false)]
-        {
-            let is_first = !near && slower == 1.0;
-            if !(is_first || near && is_lost || !near && is_limited) {
-                continue;
-            }
-            let mut rules = Rules::of(&limb, start, template, &asked.set)?;
-            rules.time *= slower;
+        let draft = |rules: &Rules| {
             let draft = Draft {
                 template,
                 title,
@@ -74,23 +62,17 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
                 package_roots: asked.package_roots.iter().map(|root| relative(root, folder)).collect(),
                 limb: &limb,
                 start,
-                rules: &rules,
+                rules,
                 limit: None,
-                enforce,
-                near,
+                first: None,
             };
-            let tried = Tried::of(&draft, path)?;
-            let done = tried.faults.is_empty();
-            is_lost = is_first && tried.converged && !tried.touches && template.touches();
-            is_limited = tried.is_limited;
-            if best.as_ref().is_none_or(|best| tried.rank() < best.rank()) {
-                best = Some(tried);
-            }
-            if done {
-                break;
-            }
-        }
-        if best.as_ref().is_some_and(|best| best.faults.is_empty()) {
+            Tried::of(&draft, path)
+        };
+        let tried = best_at(|longer| Rules::of(&limb, start, template, &asked.set, longer), draft, template)?;
+        let found = better(best, tried);
+        let is_good = found.faults.is_empty();
+        best = Some(found);
+        if is_good {
             break;
         }
     }
@@ -103,19 +85,53 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         return Err(Failure::usage(message));
     }
     best.faults.iter().for_each(|fault| warn(fault));
-    if let Some(reasons) = why_broken(&best.text, path)? {
-        warn(&format!("the first design is unreliable: {reasons}; try other values of --set, --at, --frame or --wall"));
-    }
     Ok(best.text)
 }
 
-/// Why roll-outs of a task do not do what is predicted, where they diverge.
-fn why_broken(text: &str, path: &str) -> Result<Option<String>, Failure> {
-    let problem = supple_file::parse(text, path)?;
-    let options = EvaluateOptions { rollouts: problem.rollouts(None), ..EvaluateOptions::default() };
-    let evaluation = problem.evaluate(&problem.parameters.initial(), &options)?;
-    let mut verdicts = evaluation.tasks.into_iter().filter_map(|task| task.trust);
-    Ok(verdicts.find(|trust| trust.verdict == Verdict::Broken).map(|trust| trust.reasons.join("; ")))
+/// The limb that the tool is mounted on, with joints enough for the template.
+fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Result<Limb, Failure> {
+    let limb = Limb::of(whole, asked.frame.as_deref(), file)?;
+    let (joints, needed) = (limb.joints().len(), template.joints());
+    if joints < needed {
+        let (name, what) = template.words();
+        return Err(Failure::usage(format!(
+            "--template {name}: {what} requires at least {needed} joints, but `{}` is moved by {joints}; try --template press, \
+             hold or reach, or a --frame that more joints move",
+            limb.frame
+        )));
+    }
+    Ok(limb)
+}
+
+/// The best draft at a posture: by the rules; slower where the plan exceeds limits of the robot; with a longer smoothing of
+/// the contact where the linearisation is doubtful.
+fn best_at(
+    rules: impl Fn(f64) -> Result<Rules, Failure>,
+    draft: impl Fn(&Rules) -> Result<Tried, Failure>,
+    template: Template,
+) -> Result<Tried, Failure> {
+    let (mut slower, mut longer) = (1.0, 1.0);
+    let mut best: Option<Tried> = None;
+    loop {
+        let mut rules = rules(longer)?;
+        rules.time *= slower;
+        let tried = draft(&rules)?;
+        if tried.is_limited && slower < SLOWEST {
+            slower = SLOWEST;
+        } else if tried.is_doubtful() && template.touches() && longer * LONGER <= LONGEST {
+            longer *= LONGER;
+        } else {
+            return Ok(better(best, tried));
+        }
+        best = Some(better(best, tried));
+    }
+}
+
+fn better(best: Option<Tried>, tried: Tried) -> Tried {
+    match best {
+        Some(best) if best.rank() <= tried.rank() => best,
+        _ => tried,
+    }
 }
 
 /// A draft, evaluated.
@@ -125,6 +141,8 @@ struct Tried {
     touches: bool,
     /// Whether the plan exceeds limits of the robot.
     is_limited: bool,
+    /// The verdict of roll-outs on the linearisation; none where the plan did not converge.
+    verdict: Option<Verdict>,
     /// What is wrong with it, for people.
     faults: Vec<String>,
 }
@@ -132,12 +150,20 @@ struct Tried {
 impl Tried {
     fn of(draft: &Draft, path: &str) -> Result<Self, Failure> {
         let problem = supple_file::parse(&draft.text(), path)?;
-        let phi = problem.parameters.initial();
-        let evaluation = match problem.evaluate(&phi, &EvaluateOptions::default()) {
+        let mut phi = problem.parameters.initial();
+        let costs = Costs::of(&problem, &phi);
+        let Costs { stiff, precise, coarse, .. } = costs;
+        let limit = limit(precise, coarse, draft.rules.margin);
+        let first = (stiff > limit.bound && costs.best.is_finite()).then_some(costs.best);
+        if let (Some(first), Ok(k)) = (first, problem.parameters.index("k")) {
+            phi[k] = first;
+        }
+        let options = EvaluateOptions { rollouts: problem.rollouts(None), ..Default::default() };
+        let evaluation = match problem.evaluate(&phi, &options) {
             Ok(evaluation) => evaluation,
             Err(error) => {
-                let faults = vec![error.to_string()];
-                return Ok(Self { text: String::new(), converged: false, touches: false, is_limited: false, faults });
+                let (text, faults) = (String::new(), vec![error.to_string()]);
+                return Ok(Self { text, converged: false, touches: false, is_limited: false, verdict: None, faults });
             }
         };
         let task = &evaluation.tasks[0];
@@ -149,21 +175,39 @@ impl Tried {
         if converged && !touches {
             faults.push("the plan does not touch the wall".to_owned());
         }
-        faults.extend(task.limits_violated.iter().map(|limit| format!("the plan exceeds {}", limit.name)));
-        let text = draft.limited(limit(task, draft.rules.margin)).text();
-        Ok(Self { text, converged, touches, is_limited: !task.limits_violated.is_empty(), faults })
+        // Limits of the file by its own names; the task repeats them by those of its channels.
+        let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
+        faults.extend(limits.map(|limit| format!("the plan exceeds the {}", limit.name)));
+        let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds);
+        if let Some(trust) = trust {
+            faults.push(format!("roll-outs of the first design: {trust}; try --set smoothing or --set wall_sd"));
+        }
+        if coarse < precise * (1.0 + LEAST_USE) {
+            faults.push(of_little_use(draft.template, precise, coarse));
+        }
+        let text = draft.limited(limit, first).text();
+        let verdict = task.trust.as_ref().map(|trust| trust.verdict);
+        Ok(Self { text, converged, touches, is_limited: !task.limits_violated.is_empty(), verdict, faults })
+    }
+
+    fn is_doubtful(&self) -> bool {
+        self.converged && self.verdict.is_some_and(|verdict| verdict != Verdict::Holds)
     }
 
     /// The less, the better.
-    fn rank(&self) -> (bool, bool, usize) {
-        (!self.converged, !self.touches, self.faults.len())
+    fn rank(&self) -> (bool, bool, Option<Verdict>, usize) {
+        (!self.converged, !self.touches, self.verdict, self.faults.len())
     }
 }
 
-/// The limit of the cost: a multiple of the cost of the stiff design, with two digits, rounded up; and that cost.
-fn limit(task: &TaskEvaluation, margin: f64) -> (f64, f64) {
-    let cost = task.cost.expected;
-    let unit = 10.0_f64.powf((margin * cost).abs().max(1e-12).log10().floor() - 1.0);
-    let limit = (margin * cost / unit).ceil() * unit;
-    (format!("{limit:.6e}").parse().unwrap_or(limit), cost)
+/// The warning about a sensor that the task hardly needs.
+fn of_little_use(template: Template, precise: f64, coarse: f64) -> String {
+    let (sensor, number) = match template {
+        Template::Reach => ("joint sensors are", "disturbance"),
+        _ => ("force sensor is", "wall_sd"),
+    };
+    format!(
+        "the {sensor} of little use in this task: the least expected cost is {precise:.4} with the precise noise and \
+         {coarse:.4} with the coarsest; try a larger --set {number}"
+    )
 }

@@ -100,6 +100,13 @@ impl Limb {
         self.planning.tree.joint_indices().iter().map(of).collect()
     }
 
+    /// The least speed limit of its joints, rad/s or m/s; infinite where the file has none.
+    pub fn slowest(&self) -> f64 {
+        let speeds =
+            self.planning.tree.joint_indices().iter().map(|&joint| self.planning.robot.joints[joint].limits.velocity);
+        speeds.filter(|speed| *speed > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
     /// A name that the robot has not taken.
     pub fn free_name(&self, wanted: &str) -> String {
         let robot = &self.planning.robot;

@@ -4,7 +4,9 @@
 use std::f64::consts::PI;
 
 use supple_robot::vector::{add, cross, dot, scale, sub};
-use supple_robot::{Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, bias, frame_jacobian, inverse_kinematics};
+use supple_robot::{
+    Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, bias, frame_jacobian, inverse_kinematics, mass_matrix,
+};
 
 use super::limb::Limb;
 use crate::commands::robot::SMOOTHING;
@@ -40,6 +42,10 @@ pub struct Start {
     pub q: Vec<f64>,
     /// Torques or forces that hold the robot up, N m or N.
     pub held: Vec<f64>,
+    /// Inertia that each joint moves, kg m^2 or kg.
+    pub inertia: Vec<f64>,
+    /// How far the tool moves for a joint that moves by 1, m.
+    pub levers: Vec<f64>,
     /// Force on the wall that the drives can sustain beside that, N; infinite where efforts have no limits.
     pub sustained: f64,
     /// How good a posture it is: greater is better.
@@ -225,9 +231,12 @@ impl<'a> Search<'a> {
         let sustained = loads.map(|((held, effort), lever)| (LOADED * effort - held.abs()).max(0.0) / lever);
         let sustained = sustained.fold(f64::INFINITY, f64::min);
         let overloaded = held.iter().zip(&self.efforts).any(|(held, effort)| held.abs() > LOADED * effort);
+        let inertia = mass_matrix(tree, &self.numbers, &kinematics);
+        let inertia = (0..q.len()).map(|dof| inertia[dof][dof]).collect();
+        let levers = (0..q.len()).map(|dof| norm([3, 4, 5].map(|row: usize| jacobian[row][dof]))).collect();
         let (mount, along) = mounted(&pose, normal);
         let score = if overloaded || sustained <= 0.0 { 1e-3 * worth } else { worth };
-        Some(Start { position, rpy: chosen, normal, mount, along, q, held, sustained, score })
+        Some(Start { position, rpy: chosen, normal, mount, along, q, held, inertia, levers, sustained, score })
     }
 }
 

@@ -29,56 +29,61 @@ pub struct Rules {
     pub mass: f64,
     /// Stiffness of the stiff mount, N/m.
     pub stiffness: f64,
+    /// Deflection of the mount that matters, m.
+    pub deflection: f64,
     /// Deviation from the target position that matters, m.
     pub tolerance: f64,
     /// Standard deviation of the wall's position, m.
     pub wall_sd: f64,
+    /// Length over which the contact sets in, m.
+    pub smoothing: f64,
     /// Standard deviation of the precise force sensor, N.
     pub force_sd: f64,
     /// Standard deviation of a joint's sensor, seen at the tool, m.
     pub tip_sd: f64,
+    /// Natural frequency of position-controlled joints, Hz.
+    pub bandwidth: f64,
     /// Speed over which joints wander in a second, rad/s or m/s.
     pub disturbance: f64,
-    /// The limit of the cost, as a multiple of that of the stiff design.
+    /// The limit of the cost: its place between the cost with the precise sensor and that without.
     pub margin: f64,
 }
 
 impl Rules {
-    /// Those of a limb in a posture.
+    /// Those of a limb in a posture; `longer` stretches the length over which the contact sets in.
     ///
     /// # Errors
     /// Where `set` names what is no number of a task, or a value that cannot be.
-    pub fn of(limb: &Limb, start: &Start, template: Template, set: &[String]) -> Result<Self, Failure> {
-        let force = round(FORCE.min(SHARE * start.sustained).min(FORCE * limb.reach / 0.5));
-        let travel = round(0.1 * limb.reach);
-        let clearance = round(0.01 * limb.reach);
+    pub fn of(limb: &Limb, start: &Start, template: Template, set: &[String], longer: f64) -> Result<Self, Failure> {
+        let most = round(FORCE.min(SHARE * start.sustained).min(FORCE * limb.reach / 0.5));
         let mut rules = Self {
-            force,
-            travel,
-            clearance,
-            time: match template {
-                Template::Press | Template::Insert => 0.5,
-                _ => 1.0,
-            },
+            force: if template == Template::Insert { round(0.2 * most) } else { most },
+            travel: round(0.1 * limb.reach),
+            clearance: 0.0,
+            time: 1.0,
             mass: round(0.02 * limb.mass),
-            stiffness: round(1e3 * force),
-            tolerance: round(0.05 * travel),
-            wall_sd: round(0.2 * clearance),
-            force_sd: 0.02 * force,
-            tip_sd: round(0.02 * clearance),
+            stiffness: 0.0,
+            deflection: round(0.02 * limb.reach),
+            tolerance: 0.0,
+            wall_sd: round(0.005 * limb.reach),
+            smoothing: 0.0,
+            force_sd: 0.0,
+            tip_sd: round(0.001 * limb.reach),
+            bandwidth: 10.0,
             disturbance: if template == Template::Hold { 0.1 } else { 0.02 },
-            margin: 1.2,
+            margin: 0.25,
         };
         let given = set.iter().map(|setting| rules.set(setting)).collect::<Result<Vec<_>, _>>()?;
-        if !given.contains(&"stiffness") {
-            rules.stiffness = round(1e3 * rules.force);
-        }
-        if !given.contains(&"force_sd") {
-            rules.force_sd = digits(0.02 * rules.force);
-        }
-        if !given.contains(&"tolerance") {
-            rules.tolerance = round(0.05 * rules.travel);
-        }
+        // In order: later rules use earlier numbers.
+        let unless_given = |name: &str, number: &mut f64, rule: f64| {
+            if !given.contains(&name) {
+                *number = rule;
+            }
+        };
+        unless_given("stiffness", &mut rules.stiffness, round(1e3 * rules.force / limb.reach));
+        unless_given("force_sd", &mut rules.force_sd, digits(0.05 * rules.force));
+        unless_given("tolerance", &mut rules.tolerance, round(0.05 * rules.travel));
+        unless_given("smoothing", &mut rules.smoothing, digits(longer * 3.5 * rules.wall_sd));
         Ok(rules)
     }
 
@@ -91,10 +96,13 @@ impl Rules {
             ("time", &mut self.time),
             ("mass", &mut self.mass),
             ("stiffness", &mut self.stiffness),
+            ("deflection", &mut self.deflection),
             ("tolerance", &mut self.tolerance),
             ("wall_sd", &mut self.wall_sd),
+            ("smoothing", &mut self.smoothing),
             ("force_sd", &mut self.force_sd),
             ("tip_sd", &mut self.tip_sd),
+            ("bandwidth", &mut self.bandwidth),
             ("disturbance", &mut self.disturbance),
             ("margin", &mut self.margin),
         ];
@@ -105,9 +113,14 @@ impl Rules {
             return Err(wrong(format!("templates have the numbers {}{hint}", quoted(&names))));
         };
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number".into()))?;
-        let least = if *name == "margin" { 1.0 } else { 0.0 };
-        if !(value.is_finite() && value > least) {
-            return Err(wrong(format!("must be above {least}; found {}", supple_text::digits(value))));
+        let found = supple_text::digits(value);
+        match *name {
+            "margin" if !(value > 0.0 && value < 1.0) => {
+                return Err(wrong(format!("must be above 0 and below 1; found {found}")));
+            }
+            "clearance" if value == 0.0 => {}
+            _ if !(value.is_finite() && value > 0.0) => return Err(wrong(format!("must be above 0; found {found}"))),
+            _ => {}
         }
         **number = value;
         Ok(name)
@@ -125,17 +138,12 @@ impl Rules {
 
     /// Damping of the stiff mount, N s/m: half of critical.
     pub fn damping(&self) -> f64 {
-        round((self.stiffness * self.mass).sqrt())
+        digits((self.stiffness * self.mass).sqrt())
     }
 
     /// Stiffness of the wall, N/m: the force goes as deep as the contact sets in.
     pub fn wall_stiffness(&self) -> f64 {
-        digits(self.force / self.smoothing())
-    }
-
-    /// Clearance at which the contact sets in, m: 2.5 deviations of the wall's position, within which filters see it.
-    pub fn smoothing(&self) -> f64 {
-        digits(2.5 * self.wall_sd)
+        digits(self.force / self.smoothing)
     }
 
     /// Standard deviation of a joint's sensor, rad, or m where all slide; of a slide it is [`Rules::tip_sd`].
@@ -148,15 +156,36 @@ impl Rules {
         digits(1.0 / (STEPS as f64 * tolerance * tolerance))
     }
 
-    /// Speed of joints that matters, rad/s, or m/s where all slide: that of the travel within the time.
-    pub fn joint_speed(&self, limb: &Limb) -> f64 {
-        round(self.travel / (self.time * limb.lever()))
+    /// The weight of a final term: 1 where it is off by `tolerance` at the end.
+    pub fn final_weight(&self, tolerance: f64) -> f64 {
+        digits(1.0 / (tolerance * tolerance))
     }
 
-    /// Load that controls are measured by, N m, or N where all joints slide: half of what holds the robot up, or presses.
-    pub fn load(&self, limb: &Limb, start: &Start) -> f64 {
-        let held = start.held.iter().fold(0.0, |most: f64, held| most.max(held.abs()));
-        round(0.5 * held.max(self.force * limb.lever()))
+    /// Speed of joints that matters, rad/s, or m/s where all slide: ten times that of the travel within the time, and at most
+    /// half of the least speed limit of the joints.
+    pub fn joint_speed(&self, limb: &Limb) -> f64 {
+        round(10.0 * self.travel / (self.time * limb.lever())).min(digits(0.5 * limb.slowest()))
+    }
+
+    /// Speed over which Coulomb friction builds up, rad/s, or m/s where all joints slide: half of the speed that matters, so
+    /// that the linearisation sees the friction of motions and not a brake at rest.
+    pub fn friction_smoothing(&self, limb: &Limb) -> f64 {
+        digits(0.5 * self.joint_speed(limb))
+    }
+
+    /// Deviation of a commanded position from the one that holds the start that matters, rad, or m where all slide: three
+    /// times that of the travel.
+    pub fn command(&self, limb: &Limb) -> f64 {
+        digits(3.0 * round(self.travel / limb.lever()))
+    }
+
+    /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force, or
+    /// that which friction and damping take at the speed that matters.
+    pub fn load(&self, limb: &Limb) -> f64 {
+        let (robot, speed) = (&limb.planning.robot, self.joint_speed(limb));
+        let joints = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]);
+        let resistance = joints.map(|joint| joint.friction + joint.damping * speed).fold(0.0, f64::max);
+        round(resistance.max(self.force * limb.lever()))
     }
 }
 

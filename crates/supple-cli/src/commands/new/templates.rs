@@ -1,5 +1,7 @@
 //! The tasks that are offered for custom robots, as commented text.
 
+mod costs;
+mod drives;
 mod followed;
 mod numbers;
 mod task;
@@ -23,11 +25,20 @@ pub struct Draft<'a> {
     pub limb: &'a Limb,
     pub start: &'a Start,
     pub rules: &'a Rules,
-    /// The limit of the cost, with the cost that it was found from.
-    pub limit: Option<(f64, f64)>,
-    pub enforce: bool,
-    /// Whether the tool begins where the contact sets in, as no plan finds the wall from farther.
-    pub near: bool,
+    /// The limit of the cost, and what it was found from.
+    pub limit: Option<Limit>,
+    /// The stiffness at which searches begin, where the stiff mount exceeds the limit, N/m.
+    pub first: Option<f64>,
+}
+
+/// A limit of the expected cost.
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    pub bound: f64,
+    /// The least cost with the precise sensor.
+    pub precise: f64,
+    /// The least cost with the coarsest sensor.
+    pub coarse: f64,
 }
 
 /// A list of numbers, with as many digits as they need.
@@ -52,15 +63,16 @@ fn said(text: &mut String, line: &str, comment: &str) {
 }
 
 impl Draft<'_> {
-    /// The same with a limit of the cost, and the cost that it was found from.
-    pub fn limited(&self, limit: (f64, f64)) -> Self {
-        Self { limit: Some(limit), ..self.clone() }
+    /// The same with a limit of the cost, and another stiffness to begin with.
+    pub fn limited(&self, limit: Limit, first: Option<f64>) -> Self {
+        Self { limit: Some(limit), first, ..self.clone() }
     }
 
     /// The task file.
     pub fn text(&self) -> String {
         let mut text = String::new();
         self.head(&mut text);
+        self.drives(&mut text);
         self.mount(&mut text);
         self.world(&mut text);
         self.sensors(&mut text);
@@ -69,6 +81,9 @@ impl Draft<'_> {
         self.costs(&mut text);
         self.followed(&mut text);
         text += "\n[design]                         # larger values explore more local minima but take longer\nstarts = 1\nrounds = 2\nbranch_attempts = 6\n";
+        if self.template == Template::Reach {
+            said(&mut text, "rollouts = 1000", "costs of single runs differ a lot here");
+        }
         text
     }
 
@@ -90,7 +105,7 @@ impl Draft<'_> {
         let [x, y, z] = self.axes();
         match self.template {
             Template::Insert => vec![x, y],
-            Template::Reach => vec![x, y, z],
+            Template::Reach | Template::Handle => vec![x, y, z],
             _ => vec![z],
         }
     }
@@ -118,9 +133,8 @@ impl Draft<'_> {
                 limb.frame
             );
         }
-        if let Some(driven) = driven(limb) {
-            let _ = writeln!(text, "actuated = {}   # the file gives the other joints no effort", names(&driven));
-        }
+        self.actuated(text);
+        self.friction(text);
         if limb.planning.robot.gravity.is_none() {
             said(text, "gravity = [0.0, 0.0, -9.81]", "m/s^2");
         }
@@ -128,13 +142,15 @@ impl Draft<'_> {
 
     fn mount(&self, text: &mut String) {
         let Self { limb, start, rules, template, .. } = self;
-        let across = rules.stiffness;
-        let (stiffness, damping) = match template {
-            Template::Insert => {
-                (format!("[\"k\", \"k\", {across:?}]"), format!("[\"d\", \"d\", {:?}]", rules.damping()))
-            }
-            Template::Reach => ("\"k\"".to_owned(), "\"d\"".to_owned()),
-            _ => (format!("[{across:?}, {across:?}, \"k\"]"), format!("[{d:?}, {d:?}, \"d\"]", d = rules.damping())),
+        let (k, d) = (rules.stiffness, rules.damping());
+        let stiff = [format!("{k:?}"), format!("{d:?}")];
+        // Half of critical.
+        let soft = ["\"k\"".to_owned(), format!("\"sqrt({:?} * k)\"", rules.mass)];
+        let each = |key: usize| {
+            let of =
+                |axis: &String| if self.yielding().contains(axis) { soft[key].clone() } else { stiff[key].clone() };
+            let each = self.axes().each_ref().map(of);
+            if each.iter().all(|other| *other == each[0]) { each[0].clone() } else { format!("[{}]", each.join(", ")) }
         };
         let _ = write!(
             text,
@@ -151,23 +167,11 @@ impl Draft<'_> {
             &format!("mass = {:?}", rules.mass),
             &format!("kg: the tool, 2 % of the mass of the limb, {} kg", plain(round3(limb.mass))),
         );
-        said(text, &format!("stiffness = {stiffness}"), "N/m");
-        said(text, &format!("damping = {damping}"), "N s/m");
+        said(text, &format!("stiffness = {}", each(0)), "N/m");
+        said(text, &format!("damping = {}", each(1)), "N s/m: half of critical");
     }
 }
 
 fn round3(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
-}
-
-/// Joints with drives, where the file gives some of them no effort; none where all have drives.
-fn driven(limb: &Limb) -> Option<Vec<&str>> {
-    let (robot, tree) = (&limb.planning.robot, &limb.planning.tree);
-    if !robot.actuators.is_empty() {
-        return None;
-    }
-    let joints = || tree.joint_indices().iter().map(|&joint| &robot.joints[joint]);
-    let driven: Vec<&str> =
-        joints().filter(|joint| joint.limits.effort > 0.0).map(|joint| joint.name.as_str()).collect();
-    (!driven.is_empty() && driven.len() < joints().count()).then_some(driven)
 }

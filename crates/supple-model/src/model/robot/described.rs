@@ -6,9 +6,9 @@ use super::Robot;
 use crate::Point;
 
 impl Robot {
-    /// The robot at parameters `phi`, with everything that a robot file can say: numbers that the task overrides, inserted
-    /// joints, locked joints, frames of the task, gravity, and springs beside joints. What else the task adds is among
-    /// [`omitted`](supple_robot::Robot::omitted).
+    /// The robot at parameters `phi`, with everything that a robot file can say: numbers that the task overrides,
+    /// position and velocity drives, inserted joints, locked joints, frames of the task, gravity, and springs beside
+    /// joints. What else the task adds is among [`omitted`](supple_robot::Robot::omitted).
     pub fn described(&self, phi: &[f64]) -> supple_robot::Robot {
         let at = Point { x: &[], u: &[], phi, time_step: 0.0, w: &[] };
         let numbers = self.numbers(&at);
@@ -27,6 +27,12 @@ impl Robot {
         for (drive, rotor) in self.drives.iter().zip(self.rotors(&at)) {
             if drive.motor.is_none() {
                 robot.joints[self.tree.joint_indices()[drive.dof]].armature += rotor.1;
+            }
+        }
+        for drive in &self.drives {
+            if let Some(servo) = &drive.actuator {
+                let actuator = &mut robot.actuators[servo.index];
+                (actuator.gear, actuator.law) = (at.value(drive.gear), servo.law(&at));
             }
         }
         let own = self.robot.links.len() + self.robot.frames.len();

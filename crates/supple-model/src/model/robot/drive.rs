@@ -1,4 +1,5 @@
-//! Drives: plain ones, whose control is a torque or force, and the actuators of the robot's file.
+//! Drives: plain ones, whose control is a torque or force, position and velocity drives, and the actuators of the robot's
+//! file.
 
 use std::collections::BTreeMap;
 
@@ -26,15 +27,15 @@ pub(super) struct Drive {
     pub gear: Value,
     /// Inertia of the rotor, felt `gear^2` times at the joint.
     pub rotor: Value,
-    /// The actuator of the robot's file; none where the control is the force.
-    actuator: Option<Servo>,
+    /// The actuator; none where the control is the force.
+    pub(super) actuator: Option<Servo>,
 }
 
-/// An actuator of the robot's file: `force = gain u + offset - kp l - kv l'`.
+/// An actuator of the robot, of its file or of the task: `force = gain u + offset - kp l - kv l'`.
 #[derive(Clone, Debug)]
-struct Servo {
-    /// Index among the actuators of the file.
-    index: usize,
+pub(super) struct Servo {
+    /// Index among the actuators of the robot.
+    pub(super) index: usize,
     gain: Value,
     offset: f64,
     kp: Value,
@@ -50,10 +51,11 @@ pub(super) struct DriveFile {
     /// Rotor inertia, kg m²; reflected to the joint with `gear`²; at least 0.
     #[serde(default)]
     rotor_inertia: Value,
-    /// Stiffness of a position actuator of the file, N m/rad or N/m; at least 0; default: that of the file.
+    /// Stiffness of a position actuator, N m/rad or N/m; at least 0; default: value in the file. On a plain drive it makes
+    /// the control the commanded position.
     kp: Option<Value>,
-    /// Damping of a position or velocity actuator of the file, N m s/rad or N s/m; at least 0; default: value in the
-    /// file.
+    /// Damping of a position or velocity actuator, N m s/rad or N s/m; at least 0; default: value in the file. On a plain
+    /// drive without `kp` it makes the control the commanded velocity.
     kv: Option<Value>,
 }
 
@@ -91,6 +93,12 @@ impl Drive {
 }
 
 impl Servo {
+    /// Its law at these parameters, as a robot file writes it.
+    pub(super) fn law(&self, at: &Point<f64>) -> Law {
+        let [gain, kp, kv] = [self.gain, self.kp, self.kv].map(|value| at.value(value));
+        Law::new(gain, self.offset, kp, kv)
+    }
+
     /// The actuator with this index, with the numbers that the task says anew.
     fn new(index: usize, actuator: &Actuator, file: &DriveFile) -> Self {
         let of = |given: Option<Value>, number: f64| given.unwrap_or(Value::Number(number));
@@ -107,7 +115,7 @@ impl Servo {
 }
 
 impl Robot {
-    /// The actuator of the file that a drive is.
+    /// The actuator that a drive is.
     pub(super) fn actuator_of(&self, drive: &Drive) -> Option<&Actuator> {
         self.robot.actuators.get(drive.actuator.as_ref()?.index)
     }
@@ -155,15 +163,20 @@ impl Robot {
 }
 
 impl Build<'_> {
-    /// The drives: those that `actuated` names, or the actuators of the file, or all joints that move.
+    /// The drives: those that `actuated` names, or the actuators of the file, or all joints that move. Joints whose drive
+    /// the task gives a stiffness or damping get an actuator.
     pub(super) fn drives(
-        &self,
+        &mut self,
         actuated: Option<Vec<String>>,
         from_file: bool,
         mut files: BTreeMap<String, DriveFile>,
         compliance: &[Element],
     ) -> Result<Vec<Drive>, FileError> {
-        let actuators = if from_file { &self.robot.actuators[..] } else { &[] };
+        if !from_file {
+            self.robot.actuators.clear();
+            self.robot.keys.iter_mut().for_each(|key| key.controls.clear());
+        }
+        let actuators = self.robot.actuators.clone();
         let own = || actuators.iter().filter(|actuator| self.dof_of(actuator).is_some());
         let names = match actuated {
             Some(names) => names,
@@ -180,12 +193,16 @@ impl Build<'_> {
                 return Err(self.error(&["actuated".into()], format!("{what} `{name}` occurs twice")));
             }
             let file = files.remove(name).unwrap_or_default();
-            let index = actuators.iter().position(|actuator| actuator.name == *name);
+            let mut index = actuators.iter().position(|actuator| actuator.name == *name);
             let dof = match index.and_then(|index| self.dof_of(&actuators[index])) {
                 Some(dof) => dof,
                 None => self.driven_joint(name, from_file)?,
             };
-            let mut drive = self.drive(name, dof, index.map(|index| (index, &actuators[index])), &file)?;
+            if index.is_none() {
+                index = self.add_actuator(name, dof, &file);
+            }
+            let actuator = index.map(|index| (index, &self.robot.actuators[index]));
+            let mut drive = self.drive(name, dof, actuator, &file)?;
             let motor = compliance.iter().find(|element| element.kind.is_motor_of(dof));
             drive.motor = motor.map(|element| element.coordinate);
             drives.push(drive);
@@ -205,6 +222,26 @@ impl Build<'_> {
             return Err(self.error(&keys, message));
         }
         Ok(drives)
+    }
+
+    /// The actuator of a joint whose drive the task gives a stiffness or a damping: its index among those of the robot.
+    fn add_actuator(&mut self, name: &str, dof: usize, file: &DriveFile) -> Option<usize> {
+        let initial = |value: Option<Value>| {
+            let phi = self.parameters.initial();
+            let at = Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
+            at.value(value.unwrap_or_default())
+        };
+        let law = match (file.kp, file.kv) {
+            (None, None) => return None,
+            (None, kv) => Law::Velocity { kv: initial(kv) },
+            (kp, kv) => Law::Position { kp: initial(kp), kv: initial(kv) },
+        };
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        let joint = self.tree.joint_indices()[dof];
+        let actuator = Actuator { name: name.to_owned(), joint, gear: 1.0, law, control: any, force: any, line: 0 };
+        self.robot.actuators.push(actuator);
+        self.robot.keys.iter_mut().for_each(|key| key.controls.push(0.0));
+        Some(self.robot.actuators.len() - 1)
     }
 
     /// The degree of freedom that an actuator drives; none where its joint does not move.
@@ -260,11 +297,9 @@ impl Build<'_> {
             let Some(value) = given else { continue };
             if !fits {
                 let what =
-                    law.map_or_else(|| "a plain drive".to_owned(), |law| format!("an actuator of kind {}", law.name()));
+                    law.map_or_else(|| "a motor".to_owned(), |law| format!("an actuator of kind {}", law.name()));
                 let valid = if key == "kp" { "position actuators" } else { "position and velocity actuators" };
-                return Err(
-                    self.error(&keys(key), format!("only {valid} of the robot's file have it; `{name}` is {what}"))
-                );
+                return Err(self.error(&keys(key), format!("only {valid} have it; `{name}` is {what}")));
             }
             self.check(&keys(key), value, 0.0, false)?;
         }

@@ -26,7 +26,7 @@ const MOST_WORK: usize = 150_000;
 /// Reads a robot from the parts of its table.
 pub(super) struct Build<'a> {
     document: &'a Document<'a>,
-    parameters: &'a Parameters,
+    pub(super) parameters: &'a Parameters,
     kinds: &'a Kinds,
     /// The robot's file.
     path: PathBuf,

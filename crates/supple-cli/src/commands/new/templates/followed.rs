@@ -32,9 +32,9 @@ impl Draft<'_> {
         self.limits(text, ("joint_velocity", str::to_owned), ["rad/s", "m/s"], speed);
     }
 
-    /// Torques and forces of drives, where the file gives them; those of actuators have their own limits in it.
+    /// Torques and forces of drives, where the file gives them and they are controls.
     fn efforts(&self, text: &mut String) {
-        if self.limb.planning.robot.actuators.is_empty() {
+        if self.is_by_torque() {
             let effort = |joint: &Joint| joint.limits.effort;
             self.limits(text, ("control", |joint| format!("tau.{joint}")), ["N m", "N"], effort);
         }

@@ -15,8 +15,7 @@ impl Draft<'_> {
 
     pub(super) fn world(&self, text: &mut String) {
         let Self { start, rules, template, .. } = self;
-        let smoothing = rules.smoothing();
-        let apart = if self.near { smoothing } else { rules.clearance };
+        let (smoothing, apart) = (rules.smoothing, rules.clearance);
         let contact = |text: &mut String, normal: [f64; 3], point: [f64; 3], friction: f64| {
             let _ = write!(
                 text,
@@ -39,11 +38,11 @@ impl Draft<'_> {
         };
         match template {
             Template::Press => contact(text, start.normal, self.before(apart), 0.0),
-            Template::Hold => contact(text, start.normal, self.before(smoothing), 0.0),
+            Template::Hold => contact(text, start.normal, start.position, 0.0),
             Template::Wipe => contact(text, start.normal, self.before(apart), 0.2),
             Template::Insert => {
                 let side = self.side();
-                let point = add(start.position, scale(smoothing + 0.4 * rules.clearance, side));
+                let point = add(start.position, scale(apart, side));
                 contact(text, scale(-1.0, side), point, 0.2);
             }
             Template::Reach => {}
@@ -78,8 +77,9 @@ impl Draft<'_> {
         let (door, mass) = (self.door_name(), round(0.1 * limb.mass));
         let _ = write!(
             text,
-            "\n# A door: a link on a hinge in the world. Its x axis points from the handle to the hinge.\n\
-             [[model.insert]]\nname = {door:?}\nframe = {:?}\nposition = {}\nrpy = {}\naxes = [\"rz\"]\n",
+            "\n# A door: a link on a hinge in the world. Its x axis points from the handle to the hinge. Where the hinge is along it\n\
+             # is uncertain: that is the position of a slide with so much damping that it hardly moves.\n\
+             [[model.insert]]\nname = {door:?}\nframe = {:?}\nposition = {}\nrpy = {}\naxes = [\"x\", \"rz\"]\n",
             limb.planning.robot.links[0].name,
             list(&hinge),
             list(&rpy),
@@ -88,13 +88,22 @@ impl Draft<'_> {
         said(text, &format!("center = {}", list(&[-0.5 * width, 0.0, 0.0])), "m");
         let moment = mass * width * width / 12.0;
         said(text, &format!("inertia = {}", list(&[moment * 0.1, moment, moment])), "kg m^2");
-        said(text, &format!("damping = {:?}", digits(0.05 * rules.force * width)), "N m s/rad");
+        let closer = digits(rules.force * width / self.opening());
+        said(
+            text,
+            &format!("stiffness = [0.0, {closer:?}]"),
+            &format!("N m/rad: {:?} N hold the door open", rules.force),
+        );
+        let creep = digits(rules.force * rules.time / (0.02 * rules.wall_sd));
+        let damping = digits(0.05 * rules.force * width);
+        said(text, &format!("damping = [{creep:?}, {damping:?}]"), "N s/m, N m s/rad");
         let k = digits(10.0 * rules.stiffness);
         let d = digits(0.2 * (k * rules.mass).sqrt());
+        let handle = limb.free_name("handle");
         let _ = write!(
             text,
-            "\n[model.frames.handle]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
-             [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = \"handle\"\nframe_c = {:?}\n",
+            "\n[model.frames.{handle}]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
+             [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = {handle:?}\nframe_c = {:?}\n",
             list(&[-width, 0.0, 0.0]),
             self.mount_name(),
         );

@@ -1,0 +1,61 @@
+//! What tasks cost with and without the designed sensor, and the limit between.
+
+use supple::{EvaluateOptions, Problem};
+
+use super::rules::digits;
+use super::templates::Limit;
+
+/// Stiffnesses below that of the stiff mount at which costs are computed.
+const SOFTER: usize = 4;
+
+/// Expected costs over stiffnesses of the mount.
+pub struct Costs {
+    /// With the stiff mount and the precise sensor.
+    pub stiff: f64,
+    /// The least with the precise sensor.
+    pub precise: f64,
+    /// The stiffness of that, N/m.
+    pub best: f64,
+    /// The least with the coarsest sensor.
+    pub coarse: f64,
+}
+
+impl Costs {
+    /// At several stiffnesses; infinite where no plan converges.
+    pub fn of(problem: &Problem, stiff: &[f64]) -> Self {
+        let index = |name: &str| problem.parameters.iter().position(|parameter| parameter.name == name);
+        let sensor = ["force_noise", "joint_noise"].into_iter().find_map(index);
+        let mut found = Self { stiff: f64::INFINITY, precise: f64::INFINITY, best: f64::NAN, coarse: f64::INFINITY };
+        let (Some(sensor), Some(k)) = (sensor, index("k")) else { return found };
+        let [soft, most] = problem.parameters.get(k).bounds;
+        let [precise, coarse] = problem.parameters.get(sensor).bounds;
+        let cost = |stiffness: f64, noise: f64| {
+            let mut phi = stiff.to_vec();
+            (phi[k], phi[sensor]) = (stiffness, noise);
+            let evaluation = problem.evaluate(&phi, &EvaluateOptions::default()).ok()?;
+            evaluation.tasks[0].status.is_converged().then(|| evaluation.tasks[0].cost.expected)
+        };
+        for place in 0..=SOFTER {
+            let stiffness = digits(most * (soft / most).powf(place as f64 / SOFTER as f64));
+            let with = cost(stiffness, precise).unwrap_or(f64::INFINITY);
+            if place == 0 {
+                found.stiff = with;
+            }
+            if with < found.precise {
+                (found.precise, found.best) = (with, stiffness);
+            }
+            found.coarse = cost(stiffness, coarse).map_or(found.coarse, |cost| cost.min(found.coarse));
+        }
+        found
+    }
+}
+
+/// The limit of the cost: a share of the way from the cost with the precise sensor to the cost with the coarsest one,
+/// rounded up to a hundredth of the way.
+pub fn limit(precise: f64, coarse: f64, margin: f64) -> Limit {
+    let precise = if precise.is_finite() { precise } else { 1.0 };
+    let way = if coarse.is_finite() { (coarse - precise).max(0.02 * precise) } else { precise };
+    let unit = 10.0_f64.powf((0.01 * way).max(1e-12).log10().floor());
+    let bound = ((precise + margin * way) / unit).ceil() * unit;
+    Limit { bound: format!("{bound:.6e}").parse().unwrap_or(bound), precise, coarse }
+}

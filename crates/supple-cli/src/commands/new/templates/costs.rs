@@ -1,0 +1,121 @@
+//! The costs of a template.
+
+use std::fmt::Write;
+
+use supple_robot::vector::{add, scale};
+
+use super::{Draft, Template, list, names, said};
+use crate::commands::new::rules::digits;
+
+impl Draft<'_> {
+    pub(super) fn costs(&self, text: &mut String) {
+        let Self { start, rules, limb, .. } = self;
+        text.push_str("\n# Weights (Bryson's rule): a constant error equal to the tolerance adds 1 to the cost.\n");
+        let along = self.free_axes(start.normal);
+        let [x, _, z] = self.axes();
+        match self.template {
+            Template::Press | Template::Hold => {
+                self.force(text);
+                self.point(text, start.position, &along, false);
+                self.deflection(text, &z);
+            }
+            Template::Wipe => {
+                self.force(text);
+                self.point(text, add(start.position, scale(rules.travel, start.along[0])), &along, true);
+                self.deflection(text, &z);
+            }
+            Template::Insert => {
+                let into = scale(-rules.travel, start.normal);
+                self.force(text);
+                self.point(text, add(start.position, into), &self.free_axes(self.side()), true);
+                self.deflection(text, &x);
+            }
+            Template::Reach => self.point(text, start.moved(limb, rules.travel), &[0, 1, 2], true),
+            Template::Handle => {
+                self.opened(text);
+                self.deflection(text, &z);
+            }
+        }
+        self.motion(text);
+    }
+
+    /// The axes of the world that are along the wall, where the wall is along axes; all otherwise.
+    fn free_axes(&self, normal: [f64; 3]) -> Vec<usize> {
+        let across = |axis: &usize| normal[*axis].abs() < 1e-6;
+        let free: Vec<usize> = (0..3).filter(across).collect();
+        if free.len() == 2 { free } else { vec![0, 1, 2] }
+    }
+
+    /// The cost of the force on the wall.
+    fn force(&self, text: &mut String) {
+        let rules = self.rules;
+        let (target, tolerance) = (rules.force, digits(0.1 * rules.force));
+        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"contact_force\"\ncontact = \"wall\"");
+        said(text, &format!("target = {target:?}"), "N");
+        said(text, &format!("smoothing = {:?}", digits(0.1 * target)), "N");
+        said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} N"));
+        text.push('\n');
+    }
+
+    /// The cost of the position of the tool along axes of the world, all the time or at the end.
+    fn point(&self, text: &mut String, target: [f64; 3], axes: &[usize], is_end: bool) {
+        let rules = self.rules;
+        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"frame_point\"\nframe = {:?}", self.mount_name());
+        if axes.len() < 3 {
+            let shown: Vec<_> = axes.iter().map(|&axis| ["x", "y", "z"][axis]).collect();
+            let _ = writeln!(text, "axes = {}", names(&shown));
+        }
+        let target: Vec<f64> = axes.iter().map(|&axis| target[axis]).collect();
+        said(text, &format!("target = {}", list(&target)), "m");
+        let always = if is_end { rules.travel } else { rules.tolerance };
+        said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} m"));
+        if is_end {
+            let (weight, last) = (rules.final_weight(rules.tolerance), rules.tolerance);
+            said(text, &format!("final_weight = {weight:?}"), &format!("tolerance {last:?} m"));
+        }
+        text.push('\n');
+    }
+
+    /// The costs of a door: its angle, and the force across it.
+    fn opened(&self, text: &mut String) {
+        let rules = self.rules;
+        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [\"{}_rz\"]", self.door_name());
+        said(text, &format!("target = [{:?}]", self.opening()), "rad: the door is pulled open");
+        let (always, last) = (self.opening(), digits(0.1 * self.opening()));
+        said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} rad"));
+        said(text, &format!("final_weight = {:?}", rules.final_weight(last)), &format!("tolerance {last:?} rad"));
+        let (across, tolerance) = (&self.axes()[0], digits(0.2 * rules.force));
+        let _ = writeln!(text, "\n[[tasks.costs]]\nkind = \"coupling_force\"\ncoupling = {across:?}");
+        let weight = rules.weight(tolerance);
+        said(text, &format!("weight = {weight:?}"), &format!("tolerance {tolerance:?} N, towards the hinge"));
+        text.push('\n');
+    }
+
+    /// The costs of joint speeds and of controls.
+    fn motion(&self, text: &mut String) {
+        let Self { rules, limb, .. } = self;
+        let speed = rules.joint_speed(limb);
+        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(limb.joints()));
+        said(
+            text,
+            &format!("weight = {:?}", rules.weight(speed)),
+            &format!("tolerance {speed:?} {}", limb.speed_unit()),
+        );
+        text.push_str("\n[[tasks.costs]]\nkind = \"control\"\n");
+        let (tolerance, [turn, slide]) =
+            if self.is_by_torque() { (rules.load(limb), ["N m", "N"]) } else { (rules.command(limb), ["rad", "m"]) };
+        let unit = if limb.slides() { slide } else { turn };
+        said(text, &format!("target = {}", list(&self.holding())), "the controls that hold the robot at the start");
+        said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} {unit}"));
+        text.push('\n');
+    }
+
+    /// The cost of the deflection of the mount.
+    fn deflection(&self, text: &mut String, coupling: &str) {
+        let rules = self.rules;
+        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"coupling_deflection\"\ncoupling = {coupling:?}");
+        let weight = rules.weight(rules.deflection);
+        said(text, &format!("weight = {weight:?}"), &format!("tolerance {:?} m", rules.deflection));
+        text.push('\n');
+    }
+}
