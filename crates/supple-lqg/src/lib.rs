@@ -9,8 +9,8 @@
 //! |---|---|
 //! | Which feedback is optimal, and what is the cost of state uncertainty? | [`solve_riccati`] |
 //! | What does a Kalman filter know at each step? | [`kalman`] |
-//! | y)`? -> How much information do the measurements deliver, `DI(x -> y)`? -> y)`? | [`information()`] |
-//! | u)`? -> How much of it does the controller use, `DI(x -> u)`? -> u)`? | [`control_information`] |
+//! | How much information do the measurements deliver, `DI(x -> y)`? | [`information()`] |
+//! | How much of it does the controller use, `DI(x -> u)`? | [`control_information`] |
 //! | What is the minimum over all sensors and controllers? | [`bound::minimum_information`] |
 //! | What are their gradients with respect to all arrays? | [`reverse_kalman`], [`reverse_riccati`],
 //! [`add_control_partials`], [`bound::Sensitivity`] |
