@@ -75,7 +75,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                     let more = if worse > 0 { "other starts found worse optima" } else { "a single start may find a local optimum" };
                     format!("more starts, `--starts {}`: {more}", 2 * report.starts.len().max(2))
                 }
-                _ => "`supple robustness` shows how the design tolerates other noise, `supple export` writes its controller"
+                _ => "`supple robustness` shows how the design performs under other noise levels, `supple export` writes its controller"
                     .to_owned(),
             }
         }),

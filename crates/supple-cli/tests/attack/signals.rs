@@ -64,7 +64,7 @@ fn sigterm_ended_long_studies_and_nothing_was_kept() {
     let vary = ["--designs", "start", "--vary", "drive_variance=log:1e-3:1e-2:40", "--rollouts", "5000"];
     for (words, left, key) in [
         (&["pareto", "task.toml", "--points", "3000", "--starts", "1"][..], "points of the front are stored", "points"),
-        (&["trace", "task.toml", "--starts", "3000"], "searches had ended", "runs"),
+        (&["trace", "task.toml", "--starts", "3000"], "searches had finished", "runs"),
         (&[&["robustness", "task.toml"], &vary[..]].concat(), "costs were computed and stored", "cells"),
     ] {
         let out = format!("out_{}", words[0]);
