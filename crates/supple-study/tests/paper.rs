@@ -35,8 +35,7 @@ fn growth_of_cost_with_noise_is_as_shown() {
             seed: 0,
         };
         let study = run(&task, &options, None, Watch { progress: &Silent, stop: &stop }).unwrap();
-        for (name, planned_for) in
-            [("the task's noise", PlannedFor::Nominal), ("the noise as it is", PlannedFor::Truth)]
+        for (name, planned_for) in [("the task's noise", PlannedFor::Nominal), ("the actual noise", PlannedFor::Truth)]
         {
             let mean = |design: usize, level: usize| {
                 let of = |cell: &&supple_study::robustness::RobustCell| {

@@ -139,7 +139,7 @@ fn the_same_on_any_number_of_threads() {
 fn a_front_needs_bounds_above_zero_and_a_stop_is_heard() {
     let text = shipped("two_mass_small.toml");
     let error = front(&load(&text.replace("bound = 25.0", "")), 5).unwrap_err().to_string();
-    assert!(error.contains("no task has a bound") && error.contains("supple evaluate"), "{error}");
+    assert!(error.contains("no task has a cost limit") && error.contains("supple evaluate"), "{error}");
     let error = front(&load(&text.replace("bound = 25.0", "bound = 0.0")), 5).unwrap_err().to_string();
     assert!(error.contains("the cost limit of task `press` is 0"), "{error}");
     let options = ParetoOptions { points: 5, starts: 2, seed: 0 };

@@ -96,7 +96,11 @@ fn design_searches_resume() {
     let task = small();
     let settings = DesignSettings { starts: 5, rollouts: Some(2), ..task.problem.design.clone() };
     let run = |folder: Option<&Path>, watch: Watch| {
-        design::run(&task, &settings, folder, watch).map(|found| DesignReport { seconds: 0.0, ..found })
+        design::run(&task, &settings, folder, watch).map(|found| DesignReport {
+            seconds: 0.0,
+            report_seconds: 0.0,
+            ..found
+        })
     };
     assert!(assert_resumes(2, run) >= 1);
 }

@@ -142,7 +142,7 @@ fn designs_are_read_as_they_are_written() {
         ("low=k1:50,k1:60", "the design sets `k1` twice"),
         ("low=k1:50,low=k1:60", "there are two designs `low`"),
         ("start,start", "there are two designs `start`"),
-        ("optimum=k1:50", "`optimum` stands for itself"),
+        ("optimum=k1:50", "`optimum` is a reserved name"),
     ] {
         let error = DesignChoice::parse_list(text, &task).unwrap_err().to_string();
         assert!(error.contains(message), "{text}: {error}");
@@ -158,8 +158,8 @@ fn what_cannot_be_varied_is_an_error() {
     assert!(
         error("a=wall_variance:1e-3", "wall_variance=1e-5,1e-4", 4).contains("the design `a` sets `wall_variance`")
     );
-    assert!(error("start", "wall_variance=1e-5", 4).contains("it takes two at least"));
-    assert!(error("start", "wall_variance=1e-5,1e-4", 1).contains("1 roll-outs are too few"));
+    assert!(error("start", "wall_variance=1e-5", 4).contains("at least two are required"));
+    assert!(error("start", "wall_variance=1e-5,1e-4", 1).contains("at least 2 roll-outs are required"));
     let designs = DesignChoice::parse_list("start", &task).unwrap();
     let vary = Axis::parse_as("wall_variance=1e-5:1e-2:8", &task, Scale::Log).unwrap();
     let options = RobustnessOptions { designs, vary, rollouts: 4, seed: 0 };

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use common::{repository, shipped};
 use supple::Linearise;
 use supple::check::check;
-use supple::design::{Control, DesignStatus, NoObserver, design};
+use supple::design::{Control, DesignStatus, NoObserver, best_plan, design};
 use supple::lqg::Noise;
 use supple::lqg::{Belief, kalman};
 use supple::lqg::{Regularisation, solve_riccati};
@@ -24,8 +24,11 @@ fn settings(plan: PlanMode) -> PlanSettings {
 
 fn planned(problem: &Problem, plan: PlanMode) -> TaskState {
     let mut state = TaskState::new(&problem.tasks[0]);
-    state.evaluate(&problem.tasks[0], &problem.parameters.initial(), &settings(plan), None).unwrap();
-    assert_eq!(state.plan.status, PlanStatus::Converged);
+    let problem = Problem { planning: settings(plan), ..problem.clone() };
+    best_plan((&problem, &problem.tasks[0]), &problem.parameters.initial(), None, &mut state).unwrap();
+    let &Plan { status, relative_stationarity, iterations, .. } = &state.plan;
+    let name = &problem.title;
+    assert_eq!(status, PlanStatus::Converged, "{name}, {plan}: {relative_stationarity:.1e} after {iterations}");
     state
 }
 

@@ -93,7 +93,8 @@ fn compare(exported: &ExportedController, measured: &[Vec<f64>]) -> usize {
         assert!(controller.step(&mut run, y).unwrap());
         for (a, (u, c)) in run.controls.iter().zip(&numbers[t * m..]).enumerate() {
             let difference = (u - c).abs() / (1.0 + u.abs());
-            assert!(difference <= 1e-12, "step {t}, control {a}: {c} in C, {u} in the library");
+            // Rounding of hundreds of steps.
+            assert!(difference <= 1e-11, "step {t}, control {a}: {c} in C, {u} in the library");
             worst = worst.max(difference);
             let at = |bounds: &[f64]| bounds[a] == *u;
             clipped +=
