@@ -46,7 +46,7 @@ def pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
         try:
             found.append((name, float(value)))
         except (TypeError, ValueError):
-            raise UsageError(f"parameter `{name}` = {value!r} is no number") from None
+            raise UsageError(f"parameter `{name}` = {value!r} is not a number") from None
     return found
 
 
@@ -84,7 +84,7 @@ def finite(name: str, value: float | None) -> float | None:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise UsageError(f"{name}={value!r} is no number") from None
+        raise UsageError(f"{name}={value!r} is not a number") from None
     if not math.isfinite(number):
         raise UsageError(f"{name}={value!r}: a finite number")
     return number

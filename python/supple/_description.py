@@ -214,7 +214,7 @@ def resolver(given: Mapping[str, Parameter]) -> Callable[[str, Any, tuple[int, .
         if isinstance(entry, str):
             if entry not in given:
                 valid = ", ".join(f"`{name}`" for name in given) or "none"
-                raise UsageError(f"{what}: no parameter `{entry}`: there is {valid}")
+                raise UsageError(f"{what}: no parameter `{entry}`; valid: {valid}")
             return float(given[entry].initial)
         try:
             value = float(entry)

@@ -191,7 +191,7 @@ def test_figures_and_reports(best: supple.Design, task: supple.Task, tmp_path: P
     assert best.plot.landscape(points=3).render("svg") != figure.render("svg")
     assert "<html" in best.report(tmp_path / "page.html", sweep).read_text()[:200].lower()
     best.plot.belief(), best.plot.gains(), best.plot.information()
-    with pytest.raises(supple.UsageError, match=r"needs a result of `task.pareto\(\)`"):
+    with pytest.raises(supple.UsageError, match=r"requires a result of `task.pareto\(\)`"):
         best.plot.pareto()
 
 

@@ -86,7 +86,7 @@ def test_a_design_is_compared_with_the_minimum() -> None:
 
 
 def test_what_is_wrong_is_said(plant: supple.Task) -> None:
-    with pytest.raises(supple.UsageError, match="ask for more than that"):
+    with pytest.raises(supple.UsageError, match="choose a larger cost"):
         plant.bound(stationary=True, cost=30.0)
     with pytest.raises(supple.UsageError, match="no task `regulat`"):
         plant.bound(task="regulat")

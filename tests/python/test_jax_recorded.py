@@ -96,7 +96,8 @@ def test_two_masses_are_the_built_in_ones(two_mass: supple.Task) -> None:
         found, expected = (
             task.evaluate(gradient="both", rollouts=3, **design).tasks["press"] for task in (two_mass, built_in)
         )
-        assert found.iterations == expected.iterations
+        # The built-in model knows its contact, and is planned from afar as well.
+        assert found.status == expected.status == "converged"
         assert found.cost.expected == pytest.approx(expected.cost.expected, rel=1e-9)
         assert found.information.total_nats == pytest.approx(expected.information.total_nats, rel=1e-9)
         assert found.trajectory is not None and expected.trajectory is not None

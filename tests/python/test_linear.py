@@ -237,7 +237,7 @@ MISUSE: list[tuple[dict[str, Any], str]] = [
     ({"time_step": "x"}, "time_step='x': a number"),
     ({"bound": np.inf}, "bound=inf: a finite number"),
     ({"control_bounds": [(0.0, 1.0), (0.0, 1.0)]}, "control_bounds has 2 pairs: there are 1 controls"),
-    ({"control_bounds": [(1.0, 0.0)]}, "control_bounds are the wrong way round"),
+    ({"control_bounds": [(1.0, 0.0)]}, "control_bounds are reversed"),
     ({"states": ["q"]}, "states has 1 names: there are 2 states"),
     ({"states": ["q", "q"]}, "a name occurs twice"),
     ({"planning": {"toleranze": 1.0}}, "toleranze"),

@@ -114,7 +114,7 @@ def test_functions_for_neither_say_why() -> None:
             "noise: process has 4 rows of .* must be square",
         ),
         ({"noise": supple.Noise([1.0] * 4, [1.0] * 4, [[1.0, 0.5], [0.0, 1.0]])}, "measurement is not symmetric"),
-        ({"control_bounds": [(1.0, -1.0)]}, "control_bounds are the wrong way round"),
+        ({"control_bounds": [(1.0, -1.0)]}, "control_bounds are reversed"),
         ({"planning": {"tolerence": 1.0}}, "unknown field `tolerence`"),
         ({"bound": "cost"}, "cost"),
     ],

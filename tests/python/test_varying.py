@@ -129,7 +129,7 @@ def test_own_models_and_gradients() -> None:
 
 def test_what_is_wrong() -> None:
     for law, message in [
-        ([supple.VaryingVariance("y3", "x1", 5.0, 0.5)], "there is no measurement `y3`; valid: `y1`, `y2`"),
+        ([supple.VaryingVariance("y3", "x1", 5.0, 0.5)], "no measurement is `y3`; measurements: `y1`, `y2`"),
         ([supple.VaryingVariance("y1", "x7", 5.0, 0.5)], "no state is `x7`"),
         ([supple.VaryingVariance("y1", "x1", 5.0, -0.5)], "must be at least 0, as it adds to a variance; found -0.5"),
         ([supple.VaryingVariance([], "x1", 5.0, 0.5)], "must name at least one measurement"),

@@ -45,7 +45,7 @@ class Values(Mapping[str, Any]):
 
     def _unknown(self, name: str) -> str:
         valid = ", ".join(f"`{other}`" for other in self._names) or "none"
-        return f"no parameter `{name}`: there is {valid}"
+        return f"no parameter `{name}`; valid: {valid}"
 
 
 @dataclass(frozen=True)
