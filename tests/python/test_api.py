@@ -209,7 +209,7 @@ def test_misuse_says_what_is_valid(task: supple.Task) -> None:
         (lambda: task.sweep({"k1": [100.0]}, jobs=0), "jobs=0"),
         (lambda: task.robustness(vary={"k1": [60.0, 70.0]}), "is a design parameter"),
         (lambda: task.robustness(vary={}), "vary names 0 parameters"),
-        (lambda: task.robustness(["stiff"], vary={"wall_variance": [1e-5, 1e-4]}), "`stiff` is no design"),
+        (lambda: task.robustness(["stiff"], vary={"wall_variance": [1e-5, 1e-4]}), "`stiff` is not a design"),
         (lambda: task.pareto(points=1), "at least 2"),
     ]
     for call, words in cases:
