@@ -21,6 +21,7 @@ __all__ = [
     "Units",
     "__version__",
     "instructions",
+    "most_steps",
     "use_instructions",
 ]
 
