@@ -7,13 +7,17 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use supple_lqg::{
     Belief, BeliefAdjoint, BeliefSeeds, ControlBounds, Dimensions, KnotAdjoints, Knots, Limits, Lq, Matrices, Noise,
     Policy, Regularisation, RiccatiAdjoint, RiccatiSeeds, kalman, reverse_kalman, reverse_riccati, solve_limited,
     solve_riccati,
 };
+
+#[path = "common/timing.rs"]
+mod timing;
+
+use timing::times;
 
 /// Numbers between -1 and 1.
 struct Random(u64);
@@ -26,21 +30,13 @@ impl Random {
 }
 
 /// Runs work again and again, and prints the least and the median time of a run, ns for each step.
-fn time(name: &str, sizes: &str, steps: usize, mut work: impl FnMut()) {
+fn time(name: &str, sizes: &str, steps: usize, work: impl FnMut()) {
     if std::env::var("PART").is_ok_and(|part| part != name) {
         return;
     }
     let seconds = std::env::var("SECONDS_EACH").ok().and_then(|text| text.parse().ok()).unwrap_or(0.3);
-    work();
-    let begin = Instant::now();
-    let mut times = Vec::new();
-    while times.len() < 5 || begin.elapsed().as_secs_f64() < seconds {
-        let start = Instant::now();
-        work();
-        times.push(1e9 * start.elapsed().as_secs_f64() / steps as f64);
-    }
-    times.sort_by(f64::total_cmp);
-    let (least, median) = (times[0], times[times.len() / 2]);
+    let times = times(seconds, work);
+    let [least, median] = [times[0], times[times.len() / 2]].map(|time| 1e9 * time / steps as f64);
     println!("{{\"sizes\": \"{sizes}\", \"name\": \"{name}\", \"least_ns\": {least:.1}, \"median_ns\": {median:.1}}}");
 }
 

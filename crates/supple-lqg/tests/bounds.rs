@@ -1,10 +1,14 @@
 //! Bounds where rounding grows: free controls of plants that are not minimum phase, chains of delays, slow modes.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/another_filter.rs"]
+mod another_filter;
+
+use another_filter::filtered;
 use nalgebra::{DMatrix, DVector};
 use supple_lqg::bound::{
-    BoundSettings, MinimumInformation, Proof, Spread, Stationary, StationaryMinimum, minimum_information,
-    minimum_information_within, own_rates, regulator_distance, stationary_minimum,
+    BoundSettings, MinimumInformation, Proof, Spread, Stationary, minimum_information, minimum_information_within,
+    own_rates, regulator_distance, stationary_minimum,
 };
 use supple_lqg::dense::{dense, store};
 use supple_lqg::{Dimensions, Horizon, Knots, Matrices, Noise, Policy, Regularisation, solve_riccati};
@@ -180,26 +184,6 @@ fn a_cost_that_is_not_convex_has_no_law() {
     let policy = Policy::zeros(knots.dimensions, 5);
     let reason = Horizon::proved(&knots, &policy, &noise, 0.0).unwrap_err();
     assert!(reason.contains("not convex"), "{reason}");
-}
-
-/// What a sensor gives, nats, and pays, by a filter of its own after many steps.
-fn filtered(system: &Stationary, found: &StationaryMinimum, steps: usize) -> (f64, f64) {
-    let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
-    let sensor = found.virtual_sensor();
-    let c = dense(&sensor.measurement, 0);
-    let v = DMatrix::from_diagonal(&DVector::from_vec(sensor.variances.clone()));
-    let mut predicted = dense(&found.predicted, 0);
-    let mut out = (0.0, 0.0);
-    for _ in 0..steps {
-        let innovation = &c * &predicted * c.transpose() + &v;
-        let gain = &predicted * c.transpose() * innovation.clone().try_inverse().unwrap();
-        let kept = DMatrix::identity(a.nrows(), a.nrows()) - &gain * &c;
-        let posterior = &kept * &predicted * kept.transpose() + &gain * &v * gain.transpose();
-        out = (0.5 * (innovation.determinant() / v.determinant()).ln(), (&price * &posterior).trace());
-        predicted = &a * posterior * a.transpose() + &w;
-        predicted = 0.5 * (&predicted + predicted.transpose());
-    }
-    out
 }
 
 /// The minimum in the steady state, proved, attained and agreed upon by so many steps of another filter.

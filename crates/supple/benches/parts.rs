@@ -6,7 +6,6 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use supple::gradient::Functional;
 use supple::lqg::{Belief, Information, Policy, Regularisation, information, kalman, solve_riccati};
@@ -15,21 +14,18 @@ use supple::plan::{PlanSettings, rollout};
 use supple::system::Curvature;
 use supple::{Linearise, Scratch};
 
+#[path = "../../supple-lqg/benches/common/timing.rs"]
+mod timing;
+
+use timing::times;
+
 /// Runs work again and again, and prints the least and the median time of a run, ms.
-fn time(name: &str, seconds: f64, mut work: impl FnMut()) {
+fn time(name: &str, seconds: f64, work: impl FnMut()) {
     if std::env::var("PART").is_ok_and(|part| part != name) {
         return;
     }
-    work();
-    let begin = Instant::now();
-    let mut times = Vec::new();
-    while times.len() < 5 || begin.elapsed().as_secs_f64() < seconds {
-        let start = Instant::now();
-        work();
-        times.push(1e3 * start.elapsed().as_secs_f64());
-    }
-    times.sort_by(f64::total_cmp);
-    let (least, median) = (times[0], times[times.len() / 2]);
+    let times = times(seconds, work);
+    let [least, median] = [times[0], times[times.len() / 2]].map(|time| 1e3 * time);
     println!("{{\"name\": \"{name}\", \"least_ms\": {least}, \"median_ms\": {median}, \"runs\": {}}}", times.len());
 }
 

@@ -82,16 +82,7 @@ pub(crate) fn information_within(
         let (found, budget) = needed_information(limit, state)?;
         sum += needed * found.nats;
         if let Some(of) = &found.sensitivity {
-            let scaled = [
-                (&mut partials.dynamics, &of.dynamics, needed),
-                (&mut partials.process, &of.process, needed),
-                (&mut partials.initial, &of.initial, needed),
-                // Theta = Xi / 2.
-                (&mut partials.value_of_information, &of.prices, 0.5 * needed),
-            ];
-            for (to, from, weight) in scaled {
-                add_scaled(to, from, weight);
-            }
+            add_horizon(&mut partials, [&of.dynamics, &of.process, &of.initial, &of.prices], needed);
             match budget {
                 Budget::Limited => {
                     by_limit = needed * of.cost;
@@ -127,16 +118,7 @@ pub(crate) fn cost_without_measurements(
 ) -> Result<f64, Error> {
     let found = horizon_of_plan(&state.plan, &state.noise)?.unmeasured();
     let mut partials = Partials::zeros(state.plan.knots.dimensions, task.steps);
-    let scaled = [
-        (&mut partials.dynamics, &found.dynamics, 1.0),
-        (&mut partials.process, &found.process, 1.0),
-        (&mut partials.initial, &found.initial, 1.0),
-        // Theta = Xi / 2.
-        (&mut partials.value_of_information, &found.prices, 0.5),
-    ];
-    for (to, from, weight) in scaled {
-        add_scaled(to, from, weight);
-    }
+    add_horizon(&mut partials, [&found.dynamics, &found.process, &found.initial, &found.prices], 1.0);
     let functional = Functional { process: 1.0, initial: 1.0, partials: Some(&partials), ..Functional::default() };
     state.total_gradient(task, phi, functional, out)?;
     let mut by_nominal = Vec::new();
@@ -176,6 +158,15 @@ pub(crate) fn needed_soon(budget: f64, state: &mut TaskState) -> Result<Option<N
 /// The horizon of a plan, whose costs count from the least.
 fn horizon_of(state: &TaskState) -> Result<Horizon, Error> {
     Ok(Horizon { base_cost: 0.0, ..horizon_of_plan(&state.plan, &state.noise)? })
+}
+
+/// Adds derivatives by what a horizon is made of, `A`, `W`, `X_0` and `Theta`, times a weight.
+fn add_horizon(partials: &mut Partials, [dynamics, process, initial, prices]: [&Matrices; 4], weight: f64) {
+    add_scaled(&mut partials.dynamics, dynamics, weight);
+    add_scaled(&mut partials.process, process, weight);
+    add_scaled(&mut partials.initial, initial, weight);
+    // Theta = Xi / 2.
+    add_scaled(&mut partials.value_of_information, prices, 0.5 * weight);
 }
 
 fn add_scaled(to: &mut Matrices, from: &Matrices, weight: f64) {

@@ -2,17 +2,18 @@
 //! achieves.
 #![allow(clippy::unwrap_used)]
 
+#[path = "../../supple-lqg/tests/common/another_filter.rs"]
+mod another_filter;
 #[path = "common/bound.rs"]
 mod horizons;
 
 use std::path::Path;
 
-use horizons::{dense, matrix, sequence};
-use nalgebra::{DMatrix, DVector};
+use another_filter::filtered;
+use horizons::{matrix, sequence};
+use nalgebra::DMatrix;
 use serde_json::Value as Json;
-use supple::bound::{
-    BoundSettings, Horizon, Proof, Stationary, StationaryMinimum, minimum_information, stationary_minimum,
-};
+use supple::bound::{BoundSettings, Horizon, Proof, Stationary, minimum_information, stationary_minimum};
 use supple::lqg;
 
 /// Nats in a bit.
@@ -56,25 +57,6 @@ impl System {
     }
 }
 
-/// What a sensor gives, bits, and pays, by a filter of its own from a covariance near the steady one.
-fn filtered(system: &Stationary, found: &StationaryMinimum, steps: usize) -> (f64, f64) {
-    let (a, w, price) = (dense(&system.dynamics, 0), dense(&system.process, 0), dense(&system.price, 0));
-    let sensor = found.virtual_sensor();
-    let c = dense(&sensor.measurement, 0);
-    let v = DMatrix::from_diagonal(&DVector::from_vec(sensor.variances.clone()));
-    let mut predicted = dense(&found.predicted, 0);
-    let mut out = (0.0, 0.0);
-    for _ in 0..steps {
-        let innovation = &c * &predicted * c.transpose() + &v;
-        let gain = &predicted * c.transpose() * innovation.clone().try_inverse().unwrap();
-        let kept = DMatrix::identity(a.nrows(), a.nrows()) - &gain * &c;
-        let posterior = &kept * &predicted * kept.transpose() + &gain * &v * gain.transpose();
-        out = (0.5 * (innovation.determinant() / v.determinant()).log2(), (&price * &posterior).trace());
-        predicted = &a * posterior * a.transpose() + &w;
-    }
-    out
-}
-
 /// The minimum in bits, proved, and attained by the sensor at the cost asked for.
 fn bits(system: &System, cost: f64) -> f64 {
     let stationary = system.stationary();
@@ -84,7 +66,8 @@ fn bits(system: &System, cost: f64) -> f64 {
     assert!(found.lower_nats <= found.nats && found.nats - found.lower_nats < 1e-6, "{found:?}");
     let achieved = found.achieved.unwrap();
     assert!(achieved.cost <= cost * (1.0 + 1e-8) && achieved.nats >= found.lower_nats, "{achieved:?}");
-    let (rate, price) = filtered(&stationary, &found, 3000);
+    let (nats, price) = filtered(&stationary, &found, 3000);
+    let rate = nats / BITS;
     assert!((rate - achieved.nats / BITS).abs() < 1e-7 && rate * BITS >= found.lower_nats - 1e-12, "{rate}");
     let budget = cost - stationary.base_cost;
     assert!((price + stationary.base_cost - achieved.cost).abs() < 1e-7 * budget, "{price}");

@@ -1,7 +1,7 @@
 //! Measurements of a step taken together.
 
 use supple_kernels::rows::{
-    Left, Product, Rows, Scaled, View, ViewMut, dot, factor, mirror, solve_upper_beside, symmetrise,
+    Left, Product, Rows, Scaled, View, ViewMut, dot, factor, mirror, solve_column, solve_upper_beside, symmetrise,
 };
 use supple_kernels::{Job, Lanes};
 
@@ -121,13 +121,7 @@ fn trace_by_noise(
     let mut trace = 0.0;
     for j in 0..p {
         (0..p).for_each(|i| column[i] = entry(i, j));
-        for i in 0..p {
-            column[i] = (column[i] - dot(&factor[i * stride..i * stride + i], &column[..i])) / factor[i * stride + i];
-        }
-        for i in (0..p).rev() {
-            let carried: f64 = (i + 1..p).map(|k| factor[k * stride + i] * column[k]).sum();
-            column[i] = (column[i] - carried) / factor[i * stride + i];
-        }
+        solve_column(factor, stride, &mut column[..p]);
         trace += column[j];
     }
     trace

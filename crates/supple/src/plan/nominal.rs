@@ -259,9 +259,10 @@ pub(crate) fn finish(
     Ok(())
 }
 
-/// Linearises the cost anew, with this curvature.
-fn set_curvature(problem: NominalProblem, curvature: Curvature, plan: &mut Plan, scratch: &mut Scratch) {
+/// Linearises the cost anew, with this curvature: that of the problem, which may be another than the plan was swept for.
+pub(crate) fn set_curvature(problem: NominalProblem, curvature: Curvature, plan: &mut Plan, scratch: &mut Scratch) {
     plan.curvature = curvature;
+    plan.knots.cost.clear();
     let at = plan.trajectory.points();
     problem.system.cost_quadratics(at, problem.phi, curvature, &mut plan.knots.cost, scratch);
 }

@@ -5,7 +5,7 @@ use supple_model::limits::LIMIT_TOLERANCE;
 use supple_model::system::{Constraints, RollOut, System};
 
 use super::augmented::Augmented;
-use super::nominal::{finish, search_free};
+use super::nominal::{finish, search_free, set_curvature};
 use super::search::{Patience, minimise};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
 use crate::Error;
@@ -218,9 +218,7 @@ impl<'a> Rounds<'a> {
         let finished =
             finish((NominalProblem { system: &system, ..problem }, settings.curvature), plan, status, scratch);
         // The knots are those of the cost itself.
-        plan.knots.cost.clear();
-        let (at, phi) = (plan.trajectory.points(), problem.phi);
-        problem.system.cost_quadratics(at, phi, plan.curvature, &mut plan.knots.cost, scratch);
+        set_curvature(problem, plan.curvature, plan, scratch);
         plan.multipliers = multipliers;
         finished
     }

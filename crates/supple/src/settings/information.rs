@@ -100,10 +100,14 @@ impl FromStr for InformationWeights {
 impl InformationWeights {
     /// As [`InformationWeights::from_str`] reads it.
     pub fn argument(&self) -> String {
-        let parts = [("needed", self.needed), ("used", self.used), ("measured", self.measured)];
-        let weighed =
-            parts.iter().filter(|(_, weight)| *weight != 0.0).map(|(name, weight)| format!("{name}={weight}"));
-        self.kind().map_or_else(|| weighed.collect::<Vec<_>>().join(","), str::to_owned)
+        let weighed = || self.weighed().map(|(name, weight)| format!("{name}={weight}")).collect::<Vec<_>>().join(",");
+        self.kind().map_or_else(weighed, str::to_owned)
+    }
+
+    /// The kinds that count, with their weights.
+    fn weighed(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let all = [("needed", self.needed), ("used", self.used), ("measured", self.measured)];
+        all.into_iter().filter(|(_, weight)| *weight != 0.0)
     }
 }
 
@@ -112,9 +116,7 @@ impl fmt::Display for InformationWeights {
         if let Some(kind) = self.kind() {
             return f.write_str(kind);
         }
-        let parts = [(self.needed, "needed"), (self.used, "used"), (self.measured, "measured")];
-        let parts = parts.into_iter().filter(|(weight, _)| *weight != 0.0);
-        let parts: Vec<String> = parts.map(|(weight, name)| format!("{weight} {name}")).collect();
+        let parts: Vec<String> = self.weighed().map(|(name, weight)| format!("{weight} {name}")).collect();
         f.write_str(&parts.join(" + "))
     }
 }

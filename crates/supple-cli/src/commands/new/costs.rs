@@ -1,6 +1,8 @@
 //! What tasks cost with and without the designed sensor, and the limit between.
 
-use supple::{EvaluateOptions, Problem};
+use supple::Problem;
+use supple::design::plan_at;
+use supple::pipeline::TaskState;
 
 use super::rules::digits;
 use super::templates::Limit;
@@ -29,22 +31,30 @@ impl Costs {
         let (Some(sensor), Some(k)) = (sensor, index("k")) else { return found };
         let [soft, most] = problem.parameters.get(k).bounds;
         let [precise, coarse] = problem.parameters.get(sensor).bounds;
-        let cost = |stiffness: f64, noise: f64| {
-            let mut phi = stiff.to_vec();
-            (phi[k], phi[sensor]) = (stiffness, noise);
-            let evaluation = problem.evaluate(&phi, &EvaluateOptions::default()).ok()?;
-            evaluation.tasks[0].status.is_converged().then(|| evaluation.tasks[0].cost.expected)
+        let task = &problem.tasks[0];
+        // The plan is the same whatever the noise.
+        let costs = |stiffness: f64| {
+            let (mut phi, mut state) = (stiff.to_vec(), TaskState::new(task));
+            (phi[k], phi[sensor]) = (stiffness, precise);
+            let planned = plan_at((problem, task), &phi, None, (0, 0), &mut state);
+            if planned.is_err() || !state.plan.status.is_converged() {
+                return [f64::INFINITY; 2];
+            }
+            let with = state.cost.expected();
+            phi[sensor] = coarse;
+            let without = state.assess(task, &phi).map_or(f64::INFINITY, |()| state.cost.expected());
+            [with, without]
         };
         for place in 0..=SOFTER {
             let stiffness = digits(most * (soft / most).powf(place as f64 / SOFTER as f64));
-            let with = cost(stiffness, precise).unwrap_or(f64::INFINITY);
+            let [with, without] = costs(stiffness);
             if place == 0 {
                 found.stiff = with;
             }
             if with < found.precise {
                 (found.precise, found.best) = (with, stiffness);
             }
-            found.coarse = cost(stiffness, coarse).map_or(found.coarse, |cost| cost.min(found.coarse));
+            found.coarse = found.coarse.min(without);
         }
         found
     }
