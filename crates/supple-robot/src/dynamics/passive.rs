@@ -38,6 +38,8 @@ pub fn passive_forces<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, q: &[S], v: 
 /// - stiffness (p + lead r - rest) - (damping + friction / sqrt(v^2 + smoothing^2)) r
 /// ```
 ///
+/// In an implicit step `v` is the [`sliding_rate`].
+///
 /// # Panics
 /// As [`passive_forces`].
 pub fn passive_forces_ahead<S: Scalar>(
@@ -76,6 +78,29 @@ pub fn passive_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, v: &[S],
         resistance[body.dof] += own * (body.ratio * body.ratio);
     }
     resistance
+}
+
+/// The friction of all joints on each degree of freedom at velocities far above the smoothing, N m or N.
+///
+/// # Panics
+/// Where `numbers` are those of another robot.
+pub fn dry_friction<S: Scalar>(tree: &Tree, numbers: &Numbers<S>) -> Vec<S> {
+    let mut friction = vec![S::zero(); tree.dofs()];
+    for body in tree.bodies() {
+        friction[body.dof] += numbers.joints[body.joint].friction * body.ratio.abs();
+    }
+    friction
+}
+
+/// The rate to which friction slows a degree of freedom in a step, if only that degree of freedom moved, rad/s or m/s
+/// (theory, equation R.23): nearly `rate - loss` in the direction of `rate`, and nearly 0 where `loss` is more.
+///
+/// `rate` is the rate at the end of the step without friction, and `loss`, not negative, what dry friction takes from it:
+/// the step times the friction by the inertia. With `loss = 0` it is `rate`. `smoothing` is more than 0.
+pub fn sliding_rate<S: Scalar>(rate: S, loss: S, smoothing: S) -> S {
+    let above = friction_speed(rate, smoothing) - loss;
+    let speed = (above + friction_speed(above, smoothing + smoothing)) * 0.5;
+    rate * (speed / (speed + loss))
 }
 
 /// `sqrt(v^2 + smoothing^2)`

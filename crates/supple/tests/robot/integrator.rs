@@ -182,3 +182,42 @@ fn both_integrators_have_one_limit() {
         assert!(gap(4096) < 1e-3 && gap(4096) < 0.3 * gap(1024), "{} and {}", gap(1024), gap(4096));
     }
 }
+
+/// The positions after a time in seconds, at rest before, driven by a wave of efforts with these amplitudes and 0.3 s.
+fn driven(problem: &Problem, time_step: f64, seconds: f64, efforts: &[f64]) -> Vec<f64> {
+    let size = problem.tasks[0].system.dimensions();
+    let count = (seconds / time_step).round() as usize;
+    let mut x = vec![0.0; size.states];
+    for k in 0..count {
+        let wave = (std::f64::consts::TAU * k as f64 * time_step / 0.3).sin();
+        let u: Vec<f64> = efforts.iter().map(|effort| effort * wave).collect();
+        x = step(problem, &x, &u, &[]);
+    }
+    x.truncate(efforts.len());
+    x
+}
+
+/// The table of docs/theory/robot.md: 30 N m on 0.3 kg m^2 is 1 N m on 0.01 kg m^2.
+#[test]
+fn a_joint_breaks_away_within_the_step_at_any_time_step() {
+    let turn = "friction_smoothing = 1e-3\n[model.joints.turn]\nfriction = 30.0\n";
+    for (time_step, expected) in [(1e-2, 0.1852), (1e-3, 0.1831), (1e-4, 0.1837)] {
+        let turned = driven(&disc(turn, time_step), time_step, 0.2, &[0.0, 0.0, 45.0])[2];
+        assert!((turned - expected).abs() < 5.1e-5, "{time_step} s: {turned} rad");
+        assert!((turned - 0.1836).abs() < 0.01 * 0.1836, "{time_step} s: {turned} rad");
+    }
+}
+
+/// The same where joints move one another, beside a hundredth of the time step.
+#[test]
+fn an_arm_with_dry_friction_moves_alike_at_long_and_short_time_steps() {
+    let friction = ["shoulder", "elbow", "slide"].map(|joint| format!("[model.joints.{joint}]\nfriction = 2.0\n"));
+    let moved = |time_step: f64| {
+        let model = format!("file = \"arm.urdf\"\ngravity = [0.0, 0.0, 0.0]\n{}", friction.concat());
+        let problem = Description { model, time_step: format!("{time_step:?}"), ..arm() }.problem();
+        driven(&problem, time_step, 0.2, &[4.0, 3.0, 3.0])
+    };
+    let (long, short) = (moved(5e-3), moved(5e-5));
+    assert!(short.iter().any(|q| q.abs() > 0.02), "{short:?}");
+    assert!(relative_error(&long, &short) < 0.05, "{long:?} and {short:?}");
+}

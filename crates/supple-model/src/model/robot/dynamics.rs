@@ -1,7 +1,9 @@
 //! Forces, inertia and steps of robots.
 
 use supple_kernels::{Ldl, Scalar};
-use supple_robot::{inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
+use supple_robot::{
+    dry_friction, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance, sliding_rate,
+};
 
 use super::compliance::{Native, Resistance};
 use super::drive::Drive;
@@ -11,13 +13,50 @@ use super::situation::{Forces, Situation};
 use super::{Point, Robot};
 
 impl Robot {
+    /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
+    /// with accelerations `a`.
+    pub(super) fn stepping<'a, S: Native>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
+        let now = Situation::of(self, at);
+        match self.integrator {
+            Integrator::SemiImplicit => now,
+            Integrator::Implicit if self.has_friction() => {
+                let rates = self.sliding_rates(at);
+                now.sliding_at(rates).ahead(a)
+            }
+            Integrator::Implicit => now.ahead(a),
+        }
+    }
+
+    /// The rates to which friction slows each degree of freedom in an implicit step, as if it moved alone (theory,
+    /// equation R.23): friction that resists as at the rates at the beginning would hold what breaks away within the step.
+    fn sliding_rates<S: Native>(&self, at: &Point<S>) -> Vec<S> {
+        let mut now = Situation::of(self, at);
+        let friction = dry_friction(&self.tree, &now.numbers);
+        now.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
+        let still = vec![S::zero(); self.positions().1];
+        let now = now.ahead(&still);
+        let (inertia, needed) = (self.inertia(&now), self.unbalanced(&now, &still));
+        let (lead, smoothing) = (now.lead(), self.friction_speed(at));
+        let slowed = |(dof, &friction): (usize, &S)| {
+            let mobility = lead / inertia[dof][dof];
+            sliding_rate(now.v()[dof] - mobility * needed[dof], mobility * friction, smoothing)
+        };
+        friction.iter().enumerate().map(slowed).collect()
+    }
+
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
     pub(super) fn forces<S: Native>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
         let (_, positions) = self.positions();
         let smoothing = self.friction_speed(at);
         let mut forces = Forces {
-            generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
+            generalised: passive_forces_ahead(
+                &self.tree,
+                &now.numbers,
+                (now.q(), now.sliding()),
+                now.resisted(),
+                smoothing,
+            ),
             wrenches: Vec::new(),
         };
         forces.generalised.resize(positions, S::zero());
@@ -76,7 +115,7 @@ impl Robot {
     pub(super) fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
-        let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
+        let joints = passive_resistance(&self.tree, &now.numbers, now.sliding(), lead, smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
         }
@@ -144,7 +183,7 @@ impl Robot {
         for _ in 0..self.substeps {
             let at = Point { x: &x, time_step: dt, ..*at };
             let zero = vec![S::zero(); self.positions().1];
-            let now = Situation::stepping(self, &at, &zero);
+            let now = self.stepping(&at, &zero);
             let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
             let a: Vec<S> = a.into_iter().map(|a| -a).collect();
             self.integrate(&x, &a, dt, next);

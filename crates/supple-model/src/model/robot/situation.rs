@@ -2,9 +2,9 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
 use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, point_jacobian};
 
+use super::Robot;
 use super::compliance::Element;
 use super::numbers::Place;
-use super::{Integrator, Robot};
 use crate::{Point, Value};
 
 /// Where everything is and how it moves.
@@ -14,6 +14,8 @@ pub(super) struct Situation<'a, S> {
     pub numbers: Numbers<S>,
     pub kinematics: Kinematics<S>,
     ahead: Option<Ahead<S>>,
+    /// Rates of the degrees of freedom that decide how friction resists; none where these are the velocities.
+    sliding: Option<Vec<S>>,
 }
 
 /// The end of an implicit step, at which forces that resist motion are taken.
@@ -62,21 +64,22 @@ impl<'a, S: Scalar> Situation<'a, S> {
         let (dofs, positions) = robot.positions();
         let (q, v) = (&at.x[..dofs], &at.x[positions..positions + dofs]);
         let kinematics = Kinematics::of(&robot.tree, &numbers, q, v);
-        Self { robot, at, numbers, kinematics, ahead: None }
+        Self { robot, at, numbers, kinematics, ahead: None, sliding: None }
     }
 
-    /// The same, with forces that resist motion taken at the end of a step of the robot's integrator with accelerations
-    /// `a`.
-    pub fn stepping(robot: &'a Robot, at: &'a Point<'a, S>, a: &[S]) -> Self {
-        let mut now = Self::of(robot, at);
-        if robot.integrator == Integrator::Implicit {
-            let lead = at.time_step;
-            let rates: Vec<S> = now.velocities().iter().zip(a).map(|(&v, &a)| lead.mul_add(a, v)).collect();
-            let seen = robot.compliance.iter().any(|element| !element.kind.frames().is_empty());
-            let kinematics = seen.then(|| now.kinematics.moving(&robot.tree, &rates[..robot.positions().0]));
-            now.ahead = Some(Ahead { rates, kinematics, lead });
-        }
-        now
+    /// The same, with forces that resist motion taken at the end of a step with accelerations `a`.
+    pub fn ahead(mut self, a: &[S]) -> Self {
+        let lead = self.at.time_step;
+        let rates: Vec<S> = self.velocities().iter().zip(a).map(|(&v, &a)| lead.mul_add(a, v)).collect();
+        let seen = self.robot.compliance.iter().any(|element| !element.kind.frames().is_empty());
+        let kinematics = seen.then(|| self.kinematics.moving(&self.robot.tree, &rates[..self.robot.positions().0]));
+        self.ahead = Some(Ahead { rates, kinematics, lead });
+        self
+    }
+
+    /// The same, with friction that resists as at these rates of the degrees of freedom.
+    pub fn sliding_at(self, rates: Vec<S>) -> Self {
+        Self { sliding: Some(rates), ..self }
     }
 
     /// Positions of the degrees of freedom.
@@ -87,6 +90,11 @@ impl<'a, S: Scalar> Situation<'a, S> {
     /// Velocities of the degrees of freedom.
     pub fn v(&self) -> &[S] {
         &self.velocities()[..self.robot.positions().0]
+    }
+
+    /// The rates of the degrees of freedom that decide how friction in joints resists.
+    pub fn sliding(&self) -> &[S] {
+        self.sliding.as_deref().unwrap_or(self.v())
     }
 
     /// All positions: of the degrees of freedom and of what compliance adds.
