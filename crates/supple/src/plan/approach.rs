@@ -20,7 +20,7 @@ const SPEEDS: [f64; 5] = [1.0, 0.1, 0.03, 0.01, 0.0];
 /// Below this speed the next is 0.
 const LEAST_SPEED: f64 = 1e-3;
 /// Speeds in between at most, where a step was too long.
-const REFINEMENTS: usize = 8;
+const REFINEMENTS: usize = 5;
 /// Searches on the way end early, but for those of contacts that are not made yet.
 const TOLERANCE: f64 = 5e-2;
 
@@ -55,7 +55,7 @@ pub(crate) fn approach(
             patience = Patience::Continued;
             follow(problem, kept, found, work, scratch);
         }
-        let settings = if friction.is_last() || apart { settings } else { &loose };
+        let settings = if apart { settings } else { &loose };
         let planned = search_free(problem, (settings, patience), found, work, scratch).is_ok();
         iterations += found.iterations;
         if !(planned && found.status.is_converged()) && friction.go_back() {
@@ -108,10 +108,6 @@ impl Default for Slowing {
 impl Slowing {
     fn speed(&self) -> f64 {
         self.ahead.last().copied().unwrap_or(0.0)
-    }
-
-    fn is_last(&self) -> bool {
-        self.speed() == 0.0
     }
 
     /// On to the next speed, to the last one only where contacts are `narrow`; whether it was the last.
