@@ -3,21 +3,35 @@
 use supple_kernels::{Ldl, Scalar};
 use supple_robot::{inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
-use super::compliance::{Native, Resistance};
 use super::drive::Drive;
-use super::integrator::{Integrator, widened};
-use super::numbers::Override;
-use super::situation::{Forces, Situation};
+use super::integrator::Integrator;
 use super::{Point, Robot};
+use crate::model::bodies::{Forces, Override, Situation, widened};
+use crate::model::compliance::{Native, Resistance};
 
 impl Robot {
+    /// Where everything is, with forces that resist motion taken at the end of an implicit step with accelerations `a`.
+    pub(super) fn stepping<'a, S: Scalar>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
+        let now = Situation::of(&self.bodies, at);
+        if self.integrator != Integrator::Implicit {
+            return now;
+        }
+        now.at_end(a, self.compliance.iter().any(|element| !element.kind.frames().is_empty()))
+    }
+
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
     pub(super) fn forces<S: Native>(&self, now: &Situation<S>) -> Forces<S> {
         let at = now.at;
         let (_, positions) = self.positions();
         let smoothing = self.friction_speed(at);
         let mut forces = Forces {
-            generalised: passive_forces_ahead(&self.tree, &now.numbers, (now.q(), now.v()), now.resisted(), smoothing),
+            generalised: passive_forces_ahead(
+                &self.bodies.tree,
+                &now.numbers,
+                (now.q(), now.v()),
+                now.resisted(),
+                smoothing,
+            ),
             wrenches: Vec::new(),
         };
         forces.generalised.resize(positions, S::zero());
@@ -31,7 +45,7 @@ impl Robot {
             forces.generalised[place] += drive.force(at, u, position, rate);
         }
         for element in &self.compliance {
-            element.kind.over::<S>().apply(&now.seen_by(element), &mut forces);
+            element.kind.over::<S>().apply(&element.own(now), &mut forces);
         }
         forces
     }
@@ -46,13 +60,13 @@ impl Robot {
     pub(super) fn has_friction(&self) -> bool {
         let given =
             |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
-        self.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.overrides.iter().any(given)
+        self.bodies.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.bodies.overrides.iter().any(given)
     }
 
     /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
     pub(super) fn inertia<S: Native>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
         let (dofs, positions) = self.positions();
-        let mut mass = mass_matrix(&self.tree, &now.numbers, &now.kinematics);
+        let mut mass = mass_matrix(&self.bodies.tree, &now.numbers, &now.kinematics);
         for row in &mut mass {
             row.resize(positions, S::zero());
         }
@@ -76,7 +90,7 @@ impl Robot {
     pub(super) fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
-        let joints = passive_resistance(&self.tree, &now.numbers, now.v(), lead, smoothing);
+        let joints = passive_resistance(&self.bodies.tree, &now.numbers, now.v(), lead, smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
         }
@@ -87,7 +101,7 @@ impl Robot {
             }
         }
         for element in &self.compliance {
-            for Resistance { block, rows } in element.kind.over::<S>().resistance(&now.seen_by(element)) {
+            for Resistance { block, rows } in element.kind.over::<S>().resistance(&element.own(now)) {
                 let block: Vec<Vec<S>> =
                     block.iter().map(|row| row.iter().map(|&entry| lead * entry).collect()).collect();
                 for i in 0..positions {
@@ -123,7 +137,8 @@ impl Robot {
     pub(super) fn unbalanced<S: Native>(&self, now: &Situation<S>, a: &[S]) -> Vec<S> {
         let (dofs, positions) = self.positions();
         let forces = self.forces(now);
-        let mut needed = inverse_dynamics(&self.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
+        let mut needed =
+            inverse_dynamics(&self.bodies.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
         needed.resize(positions, S::zero());
         for element in &self.compliance {
             for (i, inertia) in element.kind.over::<S>().inertias(now.at).into_iter().enumerate() {
@@ -144,7 +159,7 @@ impl Robot {
         for _ in 0..self.substeps {
             let at = Point { x: &x, time_step: dt, ..*at };
             let zero = vec![S::zero(); self.positions().1];
-            let now = Situation::stepping(self, &at, &zero);
+            let now = self.stepping(&at, &zero);
             let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
             let a: Vec<S> = a.into_iter().map(|a| -a).collect();
             self.integrate(&x, &a, dt, next);

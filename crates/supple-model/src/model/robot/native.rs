@@ -3,9 +3,8 @@
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};
 
-use super::compliance::Native;
-use super::situation::Situation;
 use super::{Point, Robot};
+use crate::model::compliance::Native;
 
 /// One of these functions.
 #[derive(Clone, Copy, Debug)]
@@ -39,9 +38,9 @@ impl Of<'_> {
         match self.part {
             Part::Substeps => robot.substep(&at, out),
             Part::Balance => {
-                out.copy_from_slice(&robot.unbalanced(&Situation::stepping(robot, &at, at.w), at.w));
+                out.copy_from_slice(&robot.unbalanced(&robot.stepping(&at, at.w), at.w));
             }
-            Part::Mass => out.copy_from_slice(&robot.inertia(&Situation::stepping(robot, &at, at.w)).concat()),
+            Part::Mass => out.copy_from_slice(&robot.inertia(&robot.stepping(&at, at.w)).concat()),
             Part::Signals => out.copy_from_slice(&robot.signal_values(&at)),
             Part::Landmarks => out.copy_from_slice(&robot.mark(&at).concat()),
         }
