@@ -2,8 +2,8 @@
 
 use supple_text::FileError;
 
-use super::assemble::{Ends, JointPart, LinkPart};
 use super::moments::principal;
+use super::parts::{Ends, JointPart, LinkPart};
 use super::warnings::Warnings;
 use super::words::{digits, shown};
 use crate::{Inertia, JointKind, Limits};
