@@ -4,9 +4,10 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::SweepOptions;
+use super::done::Started;
 use super::journal::codec;
 use super::point::{Evaluator, Study};
-use super::work::{Started, along};
+use super::work::along;
 use crate::{LoadedTask, StudyError};
 
 /// Segments of a sweep to evaluate elsewhere.

@@ -149,7 +149,9 @@ impl Crate {
         let mut found = Vec::new();
         while let Some((name, others)) = rest.split_first() {
             let child: Module = at.iter().cloned().chain([name.clone()]).collect();
-            if self.modules.contains_key(&child) {
+            // A name at the end may be of a module and of something that is handed on.
+            let is_handed_on = others.is_empty() && at != from && self.has_name(&at, name);
+            if self.modules.contains_key(&child) && !is_handed_on {
                 (at, rest, is_inside) = (child, others, true);
                 continue;
             }
@@ -171,6 +173,10 @@ impl Crate {
             found.push(at);
         }
         found
+    }
+
+    fn has_name(&self, module: &[String], name: &str) -> bool {
+        self.modules.get(module).is_some_and(|source| source.names.contains_key(name))
     }
 
     /// All imports, each once.
