@@ -100,13 +100,10 @@ fn modules_form_no_circle() -> Result<(), Box<dyn Error>> {
         let imports = read.imports();
         for (folder, graph) in between_siblings(&imports) {
             pairs += graph.values().map(BTreeMap::len).sum::<usize>();
-            let mut reported: Vec<&str> = Vec::new();
+            let mut reported: Vec<String> = Vec::new();
             for start in graph.keys() {
-                let Some(circle) = circle(&graph, start).filter(|_| !reported.contains(&start.as_str())) else {
-                    continue;
-                };
-                let within = |import: &&Import| import.from[folder.len()].as_str();
-                reported.extend(circle.iter().map(within));
+                let Some(circle) = circle(&graph, start).filter(|_| !reported.contains(start)) else { continue };
+                reported.extend(circle.iter().map(|import| import.from[folder.len()].clone()));
                 let written = circle.iter().map(|import| format!("{} uses {}", import.from.join("::"), import.path));
                 circles.push(format!("{name}: {}", written.collect::<Vec<_>>().join("; ")));
             }

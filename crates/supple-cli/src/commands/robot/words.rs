@@ -14,10 +14,5 @@ pub fn name(name: &str) -> String {
 
 /// A number with at most six significant digits.
 pub fn number(value: f64) -> String {
-    let value: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    match f64::abs(value) {
-        0.0 => "0".into(),
-        1e-3..1e6 => value.to_string(),
-        _ => format!("{value:e}"),
-    }
+    supple_text::short(value, 6)
 }
