@@ -6,7 +6,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use modules::{Crate, Import, Module, between_siblings, circle};
+use modules::{Crate, Module, between_siblings, circle};
 
 mod modules;
 
