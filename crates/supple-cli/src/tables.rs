@@ -4,22 +4,8 @@ use std::ops::{Deref, DerefMut};
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 use supple_study::About;
-
-/// A number with about six significant digits.
-pub(crate) fn number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let digits = value.abs().log10().floor() as i32;
-    match digits {
-        _ if !value.is_finite() => value.to_string(),
-        -3..=5 => {
-            let text = format!("{value:.*}", (5 - digits).clamp(0, 8) as usize);
-            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-        }
-        _ => format!("{value:.4e}"),
-    }
-}
+/// A number in a table, with about six significant digits.
+pub(crate) use supple_text::tabular as number;
 
 /// A table as text, no wider than the terminal: columns that do not fit follow below, each time with the first column.
 pub(crate) struct Rows(Table);

@@ -123,7 +123,7 @@ fn plans_with_too_large_a_time_step_say_what_would_do() {
         let run = folder.run(&[command, "task.toml"]);
         let error = run.error();
         assert!(error.starts_with("error: task.toml: task `press`: "), "{error}");
-        assert!(error.contains(": time_step = 2e3 s is too large for the stiff parts of the model: "), "{error}");
+        assert!(error.contains(": time_step = 2000 s is too large for the stiff parts of the model: "), "{error}");
         assert!(error.contains("; use at most 0.0"), "{error}");
     }
 }

@@ -1,5 +1,7 @@
 //! Names, units and numbers as they are set in print.
 
+use supple_text::{exponent, trimmed};
+
 /// A name as it is printed: `k1` has an index, and `wall_variance` is two words.
 pub fn name(name: &str) -> String {
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -65,18 +67,16 @@ pub fn short(value: f64) -> String {
     if (-3..5).contains(&exponent) {
         let digits = usize::try_from(2 - exponent).unwrap_or(0);
         let text = fixed(value, digits);
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        return text.to_owned();
+        return trimmed(&text).to_owned();
     }
     let mantissa = fixed(value / 10f64.powi(exponent), 2);
-    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    let mantissa = trimmed(&mantissa);
     if mantissa == "1" { power(exponent) } else { format!("{mantissa}\u{d7}{}", power(exponent)) }
 }
 
-/// The power of ten that a number begins with.
+/// The power of ten that a number begins with, once it is rounded to the digits that are printed.
 pub fn exponent_of(value: f64) -> i32 {
-    // Rounded to the digits that are printed, so that 999.9 counts as 1000.
-    format!("{value:.2e}").split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
+    exponent(value, 3)
 }
 
 fn lifted(c: char) -> char {

@@ -1,29 +1,7 @@
 //! Numbers as people read them.
 
 /// A number with five significant digits at most.
-pub fn number(value: f64) -> String {
-    if !value.is_finite() {
-        return "–".into();
-    }
-    if value == 0.0 {
-        return "0".into();
-    }
-    // The exponent after rounding: 99999.7 is 100000.
-    let scientific = format!("{value:.4e}");
-    let Some((mantissa, exponent)) = scientific.split_once('e') else { return scientific };
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let text = match exponent {
-        -3..=6 => format!("{value:.*}", usize::try_from(4 - exponent).unwrap_or(0)),
-        _ => format!("{}e{exponent}", trimmed(mantissa)),
-    };
-    let text = if !(-3..=6).contains(&exponent) { text } else { trimmed(&text).to_owned() };
-    text.replace('-', "−")
-}
-
-/// Without zeros at the end that say nothing.
-fn trimmed(text: &str) -> &str {
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
-}
+pub use supple_text::printed as number;
 
 /// A number with its unit, where it has one.
 pub fn with_unit(value: f64, unit: &str) -> String {
@@ -54,23 +32,6 @@ pub fn bits(nats: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short_and_keep_their_size() {
-        for (value, text) in [
-            (474.543_9, "474.54"),
-            (250.0, "250"),
-            (99_999.7, "100000"),
-            (1e6, "1000000"),
-            (1e7, "1e7"),
-            (-0.001_234_567, "−0.0012346"),
-            (1.5e-7, "1.5e−7"),
-            (0.0, "0"),
-            (f64::NAN, "–"),
-        ] {
-            assert_eq!(number(value), text);
-        }
-    }
 
     #[test]
     fn changes_are_relative_to_the_start() {

@@ -1,4 +1,5 @@
-//! Text files as people write them: read within limits, with errors that name file, line, key and what is valid.
+//! Text files as people write them: read within limits, with errors that name file, line, key and what is valid; and
+//! numbers as text.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -6,6 +7,10 @@ use std::collections::HashMap;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
+
+mod numbers;
+
+pub use numbers::{digits, exact, exponent, padded, printed, short, significant, tabular, trimmed};
 
 /// Bytes that a file has at most: what is larger is no task and no robot.
 const LARGEST: u64 = 64 << 20;
@@ -17,12 +22,6 @@ pub fn plain(text: &str) -> Cow<'_, str> {
         c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     };
     if text.contains(is_command) { text.replace(is_command, "\u{fffd}").into() } else { text.into() }
-}
-
-/// A number in a message, which is not read by its zeros: very large and very small ones have an exponent.
-pub fn digits(number: f64) -> String {
-    let short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
-    if short { format!("{number}") } else { format!("{number:e}") }
 }
 
 /// Something wrong in a file, and where.

@@ -42,7 +42,7 @@ pub use growth::stability;
 pub use knots::Linearise;
 pub use linearisation::{Linearisation, Rows};
 pub use plan::VALID_STATIONARITY;
-pub use problem::{CatalogueSensor, Problem, Task, check_rollouts, most_steps};
+pub use problem::{CatalogueSensor, Problem, Task, TaskNumbers, check_rollouts, most_steps};
 pub use settings::MOST_ROLLOUTS;
 pub use stability::Stability;
 pub use supple_kernels::{Level, Matrices, Scalar, Scratch, halt, math};

@@ -8,6 +8,7 @@ use supple_model::noise::{Covariance, NoiseModel, VaryingVariance};
 use supple_model::parameters::Parameters;
 use supple_model::system::{RollOut, System, holding_controls};
 use supple_model::{Trajectory, Value};
+use supple_text::digits;
 
 use crate::Error;
 use crate::settings::{DesignSettings, MOST_ROLLOUTS, PlanSettings, ROLLOUTS};
@@ -50,6 +51,46 @@ const MOST_ENTRIES: usize = 40_000_000;
 /// Steps that a task of a system of these sizes has at most.
 pub fn most_steps(size: Dimensions) -> usize {
     MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2).max(1)).max(1)
+}
+
+/// The numbers of a task that say nothing of its system's parts.
+#[derive(Clone, Copy, Debug)]
+pub struct TaskNumbers {
+    /// How many steps it lasts, N.
+    pub steps: usize,
+    /// Time step, s.
+    pub time_step: Value,
+    /// The limit of its expected cost, D; none where there is none.
+    pub bound: Option<Value>,
+    /// Weight of its information in the objective.
+    pub information_weight: f64,
+}
+
+impl TaskNumbers {
+    /// Checks them for a system of these sizes, within the bounds of the parameters.
+    ///
+    /// # Errors
+    /// The key that is wrong, and what is valid.
+    pub fn check(&self, size: Dimensions, parameters: &Parameters) -> Result<(), (&'static str, String)> {
+        let most = most_steps(size);
+        if !(1..=most).contains(&self.steps) {
+            let message = format!("must be from 1 to {most} with {} states; found {}", size.states, self.steps);
+            return Err(("steps", message));
+        }
+        if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
+            let message = format!("must be a number of at least 0; found {}", digits(self.information_weight));
+            return Err(("information_weight", message));
+        }
+        if let Some(least) = parameters.least(self.time_step).filter(|&least| least <= 0.0) {
+            return Err(("time_step", format!("must be above 0; {}", self.time_step.found(least))));
+        }
+        if let Some(bound) = self.bound
+            && let Some(least) = parameters.least(bound).filter(|&least| least < 0.0)
+        {
+            return Err(("bound", format!("must be at least 0, as every expected cost is; {}", bound.found(least))));
+        }
+        Ok(())
+    }
 }
 
 /// Checks how many roll-outs are asked for.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use supple_text::digits;
 
 /// Whether steps of a plan grow because the time step is too large.
 ///
@@ -28,18 +29,17 @@ pub struct Stability {
 impl fmt::Display for Stability {
     /// What is wrong and what to do, for numerically unstable plans.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let seconds = |h: f64| if (1e-3..1e3).contains(&h) { format!("{h}") } else { format!("{h:e}") };
         let radius = self.spectral_radius;
         let radius = if radius < 100.0 { format!("{radius:.3}") } else { format!("{radius:.1e}") };
         write!(
             f,
             "time_step = {} s is too large for the stiff parts of the model: the spectral radius of A is {radius} at \
              step {}",
-            seconds(self.time_step),
+            digits(self.time_step),
             self.step
         )?;
         if let Some(suggested) = self.suggested_time_step {
-            write!(f, "; use at most {} s", seconds(suggested))?;
+            write!(f, "; use at most {} s", digits(suggested))?;
         }
         match self.suggested_substeps {
             Some(substeps) => write!(f, ", or substeps = {substeps}"),

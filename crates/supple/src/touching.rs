@@ -3,6 +3,7 @@
 use supple_model::{ContactReport, ContactState, Trajectory, WantedForce};
 
 use crate::problem::Task;
+use supple_text::short;
 
 /// Each contact of a task at every state, in the order of the model.
 pub fn contacts_along<'a>(
@@ -40,8 +41,8 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
             task.name,
             report.name,
             cost + 1,
-            short(target),
-            short(report.least_clearance_m),
+            short(target, 3),
+            short(report.least_clearance_m, 3),
         ))
     };
     task.system.wanted_forces(phi).into_iter().filter_map(missed).collect()
@@ -58,23 +59,4 @@ pub fn misses_contact(task: &Task, phi: &[f64], trajectory: &Trajectory) -> bool
         missing.retain(|&contact| !states.get(contact).is_some_and(ContactState::touches));
     }
     !missing.is_empty()
-}
-
-/// A number with three significant digits.
-fn short(value: f64) -> String {
-    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
-    match value.abs() {
-        size if size == 0.0 || (1e-3..1e6).contains(&size) => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_warnings_are_short() {
-        assert_eq!([0.12345, 5.0, -0.0, 1234.5, 2.5e-7].map(short), ["0.123", "5", "-0", "1230", "2.5e-7"]);
-    }
 }

@@ -2,6 +2,7 @@
 
 mod page;
 mod planning;
+mod words;
 
 use std::io::{BufWriter, ErrorKind, Write};
 

@@ -1,8 +1,9 @@
 //! Axes: frame, ticks, labels, title.
 
 use super::canvas::{Canvas, Hold, Paint};
-use super::layout::{LABEL, LEADING, PanelLayout, SMALL, TICK};
+use super::layout::PanelLayout;
 use super::series::Frame;
+use super::sizes::{LABEL, LEADING, SMALL, TICK};
 use crate::figure::Panel;
 use crate::words;
 

@@ -2,8 +2,8 @@
 
 use super::canvas::{Canvas, Hold, Paint, Ruler};
 use super::contour::{Place, Sheet};
-use super::layout::{BAR, SMALL};
 use super::series::Frame;
+use super::sizes::{BAR, SMALL};
 use crate::figure::{Map, Values};
 use crate::words;
 

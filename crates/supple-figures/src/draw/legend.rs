@@ -1,8 +1,8 @@
 //! The legend, above all panels: it never covers what is drawn.
 
 use super::canvas::{Canvas, Hold, Ruler};
-use super::layout::SMALL;
 use super::series;
+use super::sizes::SMALL;
 use crate::figure::{Figure, Series, Shape};
 
 /// Length of the sample of an entry, pt.

@@ -8,6 +8,7 @@ mod layout;
 mod legend;
 mod scale;
 mod series;
+mod sizes;
 
 pub use canvas::{FAMILY, escaped};
 pub use scale::step;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use supple::plan::bounds_of;
-use supple::{Task, most_steps};
+use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
@@ -13,7 +13,7 @@ use supple_model::document::{Document, Place};
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
-use supple_text::{FileError, digits, quoted};
+use supple_text::{FileError, quoted};
 use toml::de::DeValue;
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
@@ -139,25 +139,9 @@ impl Reader<'_> {
         if file.name.is_empty() {
             return Err(self.error(&["name".into()], "must not be empty"));
         }
-        let most = most_steps(size);
-        if !(1..=most).contains(&file.steps) {
-            let message = format!("must be from 1 to {most} with {} states; found {}", size.states, file.steps);
-            return Err(self.error(&["steps".into()], message));
-        }
-        if !(file.information_weight >= 0.0 && file.information_weight.is_finite()) {
-            let message = format!("must be a number of at least 0; found {}", digits(file.information_weight));
-            return Err(self.error(&["information_weight".into()], message));
-        }
-        if let Some(least) = self.parameters.least(file.time_step).filter(|&least| least <= 0.0) {
-            let message = format!("must be above 0; {}", file.time_step.found(least));
-            return Err(self.error(&["time_step".into()], message));
-        }
-        if let Some(bound) = file.bound
-            && let Some(least) = self.parameters.least(bound).filter(|&least| least < 0.0)
-        {
-            let message = format!("must be at least 0, as every expected cost is; {}", bound.found(least));
-            return Err(self.error(&["bound".into()], message));
-        }
+        let TaskFile { steps, time_step, bound, information_weight, .. } = file;
+        let numbers = TaskNumbers { steps, time_step, bound, information_weight };
+        numbers.check(size, self.parameters).map_err(|(key, message)| self.error(&[key.into()], message))?;
         let vocabulary = model.vocabulary();
         let quantities = &self.kinds.quantities;
         let context = Context { kinds: quantities, vocabulary: &vocabulary, parameters: self.parameters };

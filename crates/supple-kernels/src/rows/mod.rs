@@ -9,6 +9,7 @@
 
 mod blocks;
 mod cholesky;
+mod fetch;
 mod product;
 mod scaled;
 mod solve;
@@ -19,10 +20,11 @@ use crate::{LANES, padded};
 pub use blocks::{mirror, mirror_single, mirror_upper, symmetrise, transpose};
 pub(crate) use cholesky::factor_upper;
 pub use cholesky::{cholesky, factor, log_determinant};
+pub use fetch::{fetch, fetch_lower};
 pub use product::{Left, Lower, Product};
 pub use scaled::Scaled;
 pub use solve::{Factored, solve_column, solve_lower, solve_lower_beside, solve_upper, solve_upper_beside};
-pub use vector::{add_scaled, clear_beyond, combine, dot, fetch, fetch_lower, scale};
+pub use vector::{add_scaled, clear_beyond, combine, dot, scale};
 
 /// How long the rows of a computation are.
 pub trait Rows: Copy + std::fmt::Debug + 'static {
@@ -109,6 +111,12 @@ impl<'a> ViewMut<'a> {
     pub fn new(numbers: &'a mut [f64], stride: usize) -> Self {
         Self { numbers, stride }
     }
+}
+
+/// Whether there are so many rows of this width.
+#[inline(always)]
+fn holds(numbers: &[f64], stride: usize, (rows, width): (usize, usize)) -> bool {
+    rows == 0 || numbers.len() >= (rows - 1) * stride + width
 }
 
 /// Orders up to which medium matrices are factored, and solved with, in their callers.

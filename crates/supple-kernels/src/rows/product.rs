@@ -1,5 +1,5 @@
-use super::vector::ask_nearest;
-use super::{Rows, View, ViewMut};
+use super::fetch::ask_nearest;
+use super::{Rows, View, ViewMut, holds};
 use crate::{Job, LANES, Lanes, padded};
 
 /// The left factor of a product. A symmetric one is best given as its transpose, whose products take fewer instructions.
@@ -123,12 +123,6 @@ impl<'a> Product<'a> {
             }
         }
     }
-}
-
-/// Whether there are so many rows of this width.
-#[inline(always)]
-pub(super) fn holds(numbers: &[f64], stride: usize, (rows, width): (usize, usize)) -> bool {
-    rows == 0 || numbers.len() >= (rows - 1) * stride + width
 }
 
 /// [`Product::lower`].

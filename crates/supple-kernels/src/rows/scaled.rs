@@ -1,5 +1,4 @@
-use super::product::holds;
-use super::{Rows, View, ViewMut};
+use super::{Rows, View, ViewMut, holds};
 use crate::{LANES, Lanes};
 
 /// `factor` times the first `count` numbers of some rows.

@@ -1,7 +1,7 @@
 //! Solves with the factors that [`factor`](super::factor) leaves, of which only the upper triangle `U` is read.
 
-use super::product::{holds, subtract_product};
-use super::{FEW, Rows, View, ViewMut};
+use super::product::subtract_product;
+use super::{FEW, Rows, View, ViewMut, holds};
 use crate::{Job, LANES, Lanes, padded};
 
 /// What [`factor`](super::factor) left of a matrix of order `n`.

@@ -4,16 +4,14 @@ use super::certificate::gap;
 use super::local::{Local, Place, Scaling, nats, scaling, slack_change, slack_of_budget};
 use super::newton::Newton;
 use super::reduce::Chain;
-use super::solution::{BoundSettings, BoundStatus};
-use crate::dense::{Dense, cholesky, inverse_lower, least_eigenvalue, log_determinant, solve_lower, symmetric};
+use super::settings::{BoundSettings, BoundStatus};
+use crate::dense::{Dense, cholesky, least_eigenvalue, log_determinant, solve_lower, symmetric};
 use supple_kernels::{halt, math};
 
 /// How far towards the boundary a step may go.
 const FRACTION_TO_BOUNDARY: f64 = 0.95;
 /// The least weight of the barriers, as a share of that at which the gap is reached.
 const LAST_BARRIER: f64 = 0.2;
-/// The complementarity at the start, nats.
-const FIRST_COMPLEMENTARITY: f64 = 0.3;
 
 /// A place counts as on the central path when the residual of stationarity is at most this share of the barriers' weight.
 const CENTRED: f64 = 0.1;
@@ -142,19 +140,6 @@ fn residual(chain: &Chain, place: &Place, local: &[Local]) -> f64 {
         count += n;
     }
     (squares / count.max(1) as f64).sqrt()
-}
-
-/// Covariances with multipliers that make every complementarity the same; `None` where these are not strictly inside.
-pub(super) fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
-    let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: FIRST_COMPLEMENTARITY };
-    let local = place.localise(chain)?;
-    for at in &local {
-        let half = inverse_lower(&at.slack_factor);
-        place.multipliers.push(symmetric(half.transpose() * half) * FIRST_COMPLEMENTARITY);
-    }
-    let left = slack_of_budget(&local);
-    place.price = FIRST_COMPLEMENTARITY / left;
-    (left > 0.0).then_some(place)
 }
 
 /// One Newton step towards the minimum with this weight of the barriers; `None` where rounding leaves none, and once a stop is

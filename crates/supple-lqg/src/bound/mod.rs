@@ -1,5 +1,12 @@
 //! The least directed information that any sensors and any controller need to keep an expected cost, with a certificate
 //! (method: docs/theory/bound.md).
+//!
+//! ```text
+//! horizon -> reduce -> local -> certificate, newton -> interior    coordinates, and the search in them
+//! subspace, units, zeros -> regulator                              the optimal regulator in a steady state
+//! verify -> witness -> proof, sensor, sensitivity -> solution      what is made of the place that a search found
+//! minimum, stationary, needed                                      the questions, on top of all of these
+//! ```
 
 mod along;
 mod certificate;
@@ -18,12 +25,16 @@ mod reduce;
 mod regulator;
 mod sensitivity;
 mod sensor;
+mod settings;
 mod size;
 mod solution;
+mod start;
 mod stationary;
 mod subspace;
+mod units;
 mod unmeasured;
 mod verify;
+mod virtual_sensor;
 mod witness;
 mod zeros;
 
@@ -36,8 +47,10 @@ pub use needed::Needed;
 pub use own::{OwnRates, own_rates};
 pub use proof::{Achieved, Proof, regulator_distance};
 pub use sensitivity::Sensitivity;
-pub use sensor::virtual_sensors;
-pub use solution::{BoundSettings, BoundStatus, MinimumInformation, StationaryMinimum, VirtualSensor};
-pub use stationary::{InUnits, stationary_minimum};
+pub use settings::{BoundSettings, BoundStatus};
+pub use solution::{MinimumInformation, StationaryMinimum, virtual_sensors};
+pub use stationary::stationary_minimum;
 pub use subspace::observed;
+pub use units::InUnits;
 pub use unmeasured::Unmeasured;
+pub use virtual_sensor::VirtualSensor;

@@ -5,8 +5,8 @@ use super::local::nats;
 use super::minimum::{covariances, open_loop, place};
 use super::nearby::Nearby;
 use super::sensitivity::{Sensitivity, Worth};
+use super::settings::BoundSettings;
 use super::size::Size;
-use super::solution::BoundSettings;
 use crate::Error;
 
 /// How precisely searches need it: rounding leaves no more of some horizons.

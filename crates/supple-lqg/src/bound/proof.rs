@@ -7,11 +7,11 @@ use supple_kernels::{Matrices, halt};
 use super::along::Spread;
 use super::horizon::{Horizon, Stationary};
 use super::regulator::regulator;
-use super::solution::VirtualSensor;
 use super::verify::{
     Back, Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, distance, is_paid, over_horizon,
     steady,
 };
+use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
 use crate::dense::{Dense, dense};
 

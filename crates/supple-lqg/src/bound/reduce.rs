@@ -1,10 +1,8 @@
 //! A horizon in coordinates of what can be uncertain at each step, scaled by covariances of the problem itself.
 
 use super::horizon::Horizon;
-use super::interior::begin;
 use crate::Error;
-use crate::dense::{Dense, Svd, cholesky, congruence, dense, semidefinite_root, solve_lower, svd, symmetric};
-use supple_kernels::math;
+use crate::dense::{Dense, Svd, cholesky, dense, semidefinite_root, solve_lower, svd, symmetric};
 
 /// Standard deviations below this share of the largest, in units of each state's own, count as none.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -134,65 +132,4 @@ pub(super) fn reach(a: &Dense, basis: &Dense, process_root: &Dense, measured: &D
     let dynamics = rows.columns(0, carried) * measured.transpose();
     let noise = rows.columns(carried, driven).into_owned();
     (next, dynamics, symmetric(&noise * noise.transpose()))
-}
-
-/// Factors `g_t` of the covariances `p_t = g_t g_t'` once every reduced coordinate has been measured with a noise of
-/// variance `variance`, and what they cost as a share of the budget.
-fn measured(chain: &Chain, variance: f64) -> Option<(Vec<Dense>, f64)> {
-    let mut predicted = Dense::identity(chain.order(0), chain.order(0));
-    let (mut factors, mut cost) = (Vec::with_capacity(chain.stages.len()), 0.0);
-    for stage in &chain.stages {
-        let posterior = once_measured(&predicted, variance)?;
-        cost += stage.price.dot(&posterior);
-        cholesky(&(&predicted - &posterior))?;
-        predicted = congruence(&stage.dynamics, &posterior) + &stage.process;
-        factors.push(cholesky(&posterior)?);
-    }
-    cost.is_finite().then_some((factors, cost))
-}
-
-/// `(P^-1 + I / variance)^-1`.
-pub(super) fn once_measured(predicted: &Dense, variance: f64) -> Option<Dense> {
-    let c = cholesky(predicted)?;
-    let n = c.nrows();
-    let innovation = cholesky(&symmetric(Dense::identity(n, n) + c.transpose() * &c / variance))?;
-    let root = solve_lower(&innovation, c.transpose());
-    Some(symmetric(root.transpose() * root))
-}
-
-/// A start inside: all coordinates measured just well enough to keep about half of the budget.
-pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
-    inside(|variance| measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone()).is_some()))
-}
-
-/// Logarithms of variances that are tried, and how far these are apart.
-const VARIANCES: (f64, f64) = (80.0, 2.0);
-
-/// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
-/// one at which it is below 1. It may say nothing where the variance is so large that covariances grow without limit,
-/// and where it is so small that only rounding is left of them.
-pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
-    let (most, step) = VARIANCES;
-    let kept = |log: f64| measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7);
-    let mut low = 0.0;
-    let mut best = kept(low);
-    while best.is_none() && low > -most {
-        low -= step;
-        best = kept(low);
-    }
-    let mut high = low + step;
-    if low == 0.0 {
-        while let Some(more) = kept(high).filter(|_| best.is_some() && high < most) {
-            (best, low) = (Some(more), high);
-            high += step;
-        }
-    }
-    while high - low > 1e-3 && best.as_ref().is_some_and(|(_, cost)| *cost <= 0.3) {
-        let middle = 0.5 * (low + high);
-        match kept(middle) {
-            Some(more) => (best, low) = (Some(more), middle),
-            None => high = middle,
-        }
-    }
-    best.map(|(found, _)| found)
 }

@@ -3,8 +3,8 @@
 use supple_kernels::Matrices;
 
 use super::horizon::Stationary;
-use super::stationary::{scales, seen_states};
-use super::subspace::complement;
+use super::subspace::{complement, seen_states};
+use super::units::scales;
 use super::zeros::{free_motions, moduli};
 use crate::Error;
 use crate::dense::{Dense, cholesky, congruence, dense, eigen, semidefinite_root, store, symmetric};

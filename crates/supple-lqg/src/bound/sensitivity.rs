@@ -5,7 +5,6 @@ use supple_kernels::Matrices;
 use super::horizon::{Horizon, Stationary};
 use super::interior::Found;
 use super::reduce::Chain;
-use super::solution::{MinimumInformation, StationaryMinimum};
 use crate::dense::{Dense, dense, inverse_lower, store, symmetric};
 
 /// Derivatives of the minimum in nats, by the entries of each matrix: `dR = sum Tr(G' dM)`.
@@ -43,13 +42,6 @@ impl Worth {
     }
 }
 
-impl MinimumInformation {
-    /// How the minimum changes with the numbers of its horizon (theory, equation L.32).
-    pub fn sensitivity(&self, horizon: &Horizon) -> Sensitivity {
-        Sensitivity::over_horizon(horizon, &self.worth, &self.posterior, self.slope)
-    }
-}
-
 impl Sensitivity {
     pub(super) fn over_horizon(horizon: &Horizon, worth: &Worth, posterior: &Matrices, slope: f64) -> Self {
         let steps: Vec<(Dense, Option<&Dense>)> = (0..horizon.steps())
@@ -61,12 +53,10 @@ impl Sensitivity {
         }
         out
     }
-}
 
-impl StationaryMinimum {
-    /// How the minimum per step changes with the numbers of its system (theory, equation L.32).
-    pub fn sensitivity(&self, system: &Stationary) -> Sensitivity {
-        sensitivity(&[(dense(&system.dynamics, 0), self.worth.0.first())], &self.posterior, self.slope)
+    /// Where nothing changes over time.
+    pub(super) fn per_step(system: &Stationary, worth: &Worth, posterior: &Matrices, slope: f64) -> Self {
+        sensitivity(&[(dense(&system.dynamics, 0), worth.0.first())], posterior, slope)
     }
 }
 

@@ -1,12 +1,12 @@
-//! The sensors that attain the minimum.
+//! The sensors of a place that a search found, in reduced coordinates first.
 
 use supple_kernels::Matrices;
 
 use super::interior::Found;
 use super::reduce::Chain;
 use super::regulator::doubling;
-use super::solution::{MinimumInformation, StationaryMinimum, VirtualSensor};
-use crate::dense::{Dense, cholesky, congruence, dense, eigen, inverse_lower, solve_lower, store, symmetric};
+use super::virtual_sensor::VirtualSensor;
+use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lower, store, symmetric};
 
 /// Signal-to-noise ratios below this, or below this share of the largest where all are below 1, are not measured: at
 /// most 7e-5 bits.
@@ -14,32 +14,6 @@ const RANK_TOLERANCE: f64 = 1e-4;
 
 /// How much better than found sensors may have to be so that what they leave out costs nothing, as a factor of precision.
 const MOST_PRECISION: f64 = 1e3;
-
-/// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
-pub fn virtual_sensors(minimum: &MinimumInformation) -> Vec<VirtualSensor> {
-    minimum.sensors.clone()
-}
-
-impl StationaryMinimum {
-    /// The sensor that attains it.
-    pub fn virtual_sensor(&self) -> VirtualSensor {
-        self.sensor.clone()
-    }
-}
-
-impl VirtualSensor {
-    /// The Kalman gain from the covariance before the measurement; none where the innovation's is not positive definite.
-    pub(super) fn gain_from(&self, predicted: &Dense) -> Option<Matrices> {
-        let c = dense(&self.measurement, 0);
-        let noise = Dense::from_diagonal(&nalgebra::DVector::from_column_slice(&self.variances));
-        let seen = &c * predicted;
-        let factor = cholesky(&symmetric(&seen * c.transpose() + noise))?;
-        let inverse = inverse_lower(&factor);
-        let mut gain = Matrices::zeros(1, predicted.nrows(), self.rank);
-        store(&mut gain, 0, &((&inverse * seen).transpose() * inverse));
-        Some(gain)
-    }
-}
 
 /// What is measured in reduced coordinates at a decision.
 struct Reduced {

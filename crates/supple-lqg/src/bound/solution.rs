@@ -1,33 +1,12 @@
+//! What a search for the minimum gives: numbers, covariances, sensors and a proof.
+
 use supple_kernels::Matrices;
 
+use super::horizon::{Horizon, Stationary};
 use super::proof::{Achieved, Proof};
-use super::sensitivity::Worth;
-
-/// How the minimum is searched for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundSettings {
-    /// The duality gap at which the search ends, nats per step.
-    pub gap: f64,
-    /// Newton steps that it may take.
-    pub max_iterations: usize,
-}
-
-impl Default for BoundSettings {
-    fn default() -> Self {
-        Self { gap: 1e-7, max_iterations: 200 }
-    }
-}
-
-/// How a search for the minimum ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BoundStatus {
-    /// The gap asked for is reached.
-    Converged,
-    /// The Newton steps allowed were too few; the bounds hold, with a larger gap than asked for.
-    MaxIterations,
-    /// Rounding ended the search; the bounds hold, with a larger gap than asked for.
-    Stalled,
-}
+use super::sensitivity::{Sensitivity, Worth};
+use super::settings::BoundStatus;
+use super::virtual_sensor::VirtualSensor;
 
 /// The least directed information over a horizon at an expected cost, between two bounds.
 #[derive(Clone, Debug)]
@@ -89,23 +68,26 @@ pub struct StationaryMinimum {
     pub achieved: Option<Achieved>,
 }
 
-/// A sensor that, with the Kalman filter and the optimal regulator, needs no more than the minimum:
-/// `y = C x + v`, one at each step (theory, equation L.13).
-#[derive(Clone, Debug)]
-pub struct VirtualSensor {
-    /// How many numbers it measures: the rank of `P^-1 - (A P A' + W)^-1 = C' V^-1 C`.
-    pub rank: usize,
-    /// `C`, rank x n.
-    pub measurement: Matrices,
-    /// The variances of `v`, the diagonal of `V`, rank.
-    pub variances: Vec<f64>,
-    /// The Kalman gain `L`, n x rank.
-    pub gain: Matrices,
+impl MinimumInformation {
+    /// How the minimum changes with the numbers of its horizon (theory, equation L.32).
+    pub fn sensitivity(&self, horizon: &Horizon) -> Sensitivity {
+        Sensitivity::over_horizon(horizon, &self.worth, &self.posterior, self.slope)
+    }
 }
 
-impl VirtualSensor {
-    /// One that measures nothing of `n` states.
-    pub(super) fn none(n: usize) -> Self {
-        Self { rank: 0, measurement: Matrices::zeros(1, 0, n), variances: Vec::new(), gain: Matrices::zeros(1, n, 0) }
+impl StationaryMinimum {
+    /// The sensor that attains it.
+    pub fn virtual_sensor(&self) -> VirtualSensor {
+        self.sensor.clone()
     }
+
+    /// How the minimum per step changes with the numbers of its system (theory, equation L.32).
+    pub fn sensitivity(&self, system: &Stationary) -> Sensitivity {
+        Sensitivity::per_step(system, &self.worth, &self.posterior, self.slope)
+    }
+}
+
+/// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
+pub fn virtual_sensors(minimum: &MinimumInformation) -> Vec<VirtualSensor> {
+    minimum.sensors.clone()
 }

@@ -1,20 +1,22 @@
 //! The least directed information per step where nothing changes over time.
 
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use supple_kernels::Matrices;
-use supple_kernels::math;
 
 use super::horizon::Stationary;
-use super::interior::{begin, search};
+use super::interior::search;
 use super::local::nats;
 use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
 use super::proof::{Achieved, Attempt, Lower, Proof};
-use super::reduce::{Chain, Stage, inside, measured_root, once_measured, reach};
+use super::reduce::{Chain, Stage, measured_root, reach};
 use super::regulator::doubling;
 use super::sensitivity::Worth;
 use super::sensor::sensors;
-use super::solution::{BoundSettings, BoundStatus, StationaryMinimum, VirtualSensor};
-use super::subspace::{GROWTH, complement, invariant_hull, observed, unstable};
+use super::settings::{BoundSettings, BoundStatus};
+use super::solution::StationaryMinimum;
+use super::start::{begin, inside, once_measured};
+use super::subspace::{GROWTH, complement, invariant_hull, observed, seen_states, unstable};
+use super::units::InUnits;
+use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
 use super::zeros::{lasting, moduli};
 use crate::Error;
@@ -192,19 +194,6 @@ fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
     Ok(both)
 }
 
-/// Which states act on those given, now or later, by the zeros of `a`.
-pub fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
-    let n = a.nrows();
-    let mut seen: Vec<bool> = (0..n).map(given).collect();
-    loop {
-        let new: Vec<usize> = (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
-        if new.is_empty() {
-            return seen;
-        }
-        new.into_iter().for_each(|j| seen[j] = true);
-    }
-}
-
 fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
     let unseen = complement(&observed(a, price));
     let lasting = lasting(&(unseen.transpose() * a * &unseen)).ok_or_else(|| Error::NoBound {
@@ -212,27 +201,6 @@ fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {
         advice: "scale the states to similar sizes",
     })?;
     Ok(unseen * lasting)
-}
-
-/// A system scaled so that its subspaces are well conditioned, whatever the units of its states.
-pub struct InUnits {
-    /// How large each unit is.
-    pub d: Vec<f64>,
-    /// `A` in these units.
-    pub a: Dense,
-    /// `Theta` in these units.
-    pub price: Dense,
-}
-
-impl InUnits {
-    /// Those of a system.
-    pub fn of(system: &Stationary) -> Self {
-        let (a, price) = (dense(&system.dynamics, 0), dense(&system.price, 0));
-        let d = scales(&a, &dense(&system.process, 0));
-        let a = a.map_with_location(|i, j, entry| entry / d[i] * d[j]);
-        let price = price.map_with_location(|i, j, entry| entry * d[i] * d[j]);
-        Self { d, a, price }
-    }
 }
 
 /// Coordinates, by columns, in which the covariance of a filter that measures what costs is about `I`, however weakly
@@ -264,43 +232,6 @@ fn from_left(basis: &Dense, columns: Dense) -> Dense {
         row /= size;
     }
     found
-}
-
-/// How large each state is: its deviation once noise has driven a damped system for a while, or the mean of these.
-pub fn scales(a: &Dense, w: &Dense) -> Vec<f64> {
-    let n = a.nrows();
-    let mut balanced = a.abs();
-    let s = balance_parlett_reinsch(&mut balanced);
-    let a = Dense::from_fn(n, n, |i, j| a[(i, j)] / s[i] * s[j]);
-    let w = Dense::from_fn(n, n, |i, j| w[(i, j)] / s[i] / s[j]);
-    let damping = 1.0 / spectral_radius(&a).max(1.0);
-    let mut reached = w.clone();
-    for _ in 0..2 * n {
-        reached = congruence(&a, &reached) * (damping * damping) + &w;
-    }
-    let deviations: Vec<f64> = (0..n).map(|i| reached[(i, i)].max(0.0).sqrt()).collect();
-    let driven: Vec<f64> = deviations.iter().copied().filter(|v| *v > 0.0).collect();
-    let mean = if driven.is_empty() {
-        1.0
-    } else {
-        math::exp(driven.iter().map(|v| math::ln(*v)).sum::<f64>() / driven.len() as f64)
-    };
-    (0..n).map(|i| s[i] * if deviations[i] > 0.0 { deviations[i] } else { mean }).collect()
-}
-
-/// About the largest absolute value of an eigenvalue, or more: `|A^64|^(1/64)`.
-fn spectral_radius(a: &Dense) -> f64 {
-    let (mut power, mut log) = (a.clone(), 0.0);
-    for step in 0..=6 {
-        let size = power.norm();
-        if size == 0.0 || !size.is_finite() {
-            return 0.0;
-        }
-        power /= size;
-        log += math::ln(size) / f64::from(1 << step);
-        power = &power * &power;
-    }
-    math::exp(log)
 }
 
 /// No information.

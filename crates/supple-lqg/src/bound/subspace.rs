@@ -86,3 +86,16 @@ pub fn unstable(a: &Dense, radius: f64) -> Option<Dense> {
     let count = projector.trace().round().max(0.0) as usize;
     Some(svd(&projector).u.columns(0, count.min(n)).into_owned())
 }
+
+/// Which states act on those given, now or later, by the zeros of `a`.
+pub fn seen_states(a: &Dense, given: impl Fn(usize) -> bool) -> Vec<bool> {
+    let n = a.nrows();
+    let mut seen: Vec<bool> = (0..n).map(given).collect();
+    loop {
+        let new: Vec<usize> = (0..n).filter(|&j| !seen[j] && (0..n).any(|i| seen[i] && a[(i, j)] != 0.0)).collect();
+        if new.is_empty() {
+            return seen;
+        }
+        new.into_iter().for_each(|j| seen[j] = true);
+    }
+}

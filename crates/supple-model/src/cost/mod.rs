@@ -12,13 +12,14 @@ use crate::{Point, Value};
 
 mod absolute;
 mod norm;
+mod norms;
 mod quadratic;
 mod square;
 
 pub use crate::document::NoKeys;
 pub use absolute::Absolute;
-pub use norm::Norms;
 pub use norm::{Norm, NormFile, NormKind};
+pub use norms::Norms;
 pub use square::Quadratic;
 
 /// The weights of a residual's entries in a stage or in the final cost.

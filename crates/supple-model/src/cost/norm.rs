@@ -1,15 +1,12 @@
-//! Norms: how a residual becomes a number. A new one is one file, and one line at the end of this file.
+//! Norms: how a residual becomes a number. A new one is one file, and one line in `norms.rs`.
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use serde::Deserialize;
-use serde_json::{Value as Json, json};
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call, vjp};
 
-use super::{Absolute, Quadratic};
-use crate::document::{Document, FileError, Place, ReadError, Registry, Variant};
 use crate::parameters::Parameters;
 
 /// What a kind of norm defines.
@@ -151,62 +148,5 @@ impl Norm {
     /// What is wrong with its numbers, given the parameters' bounds.
     pub(super) fn check(&self, parameters: &Parameters) -> Result<(), String> {
         self.0.check(parameters)
-    }
-}
-
-/// The norms that task files may name.
-#[derive(Clone, Debug)]
-pub struct Norms(Registry<fn(Variant) -> Result<Norm, ReadError>>);
-
-impl Norms {
-    /// Adds a kind, replacing a kind of the same name.
-    pub fn add<N: NormFile>(&mut self) {
-        let build = |given: Variant| given.read().map(|file| N::build(file).into());
-        self.0.add(N::NAME, build, <N::File as schemars::JsonSchema>::json_schema);
-    }
-
-    /// Reads the norm at a place: the square where there is none.
-    ///
-    /// # Errors
-    /// Where there is no such norm, or its settings are wrong.
-    pub fn read(&self, document: &Document, at: &[Place]) -> Result<Norm, FileError> {
-        let Some(value) = document.get(at) else { return Ok(Quadratic.into()) };
-        let read = |given: Variant| match self.0.get(given.name()) {
-            Some(build) => build(given),
-            None => Err(given.unknown(&self.0.names())),
-        };
-        let norm = document.reader(value).variant(&self.0.names()).and_then(read);
-        norm.map_err(|error| document.read_error(at, error))
-    }
-
-    /// The schema of all: a name, or a table with the name and its settings.
-    pub fn schema(&self, generator: &mut schemars::SchemaGenerator) -> Json {
-        let one = |(name, schema): (&'static str, schemars::Schema)| {
-            let mut settings = schema.to_value();
-            let description = settings["description"].take();
-            settings.as_object_mut().map(|keys| keys.remove("description"));
-            match settings["properties"].as_object() {
-                Some(keys) if !keys.is_empty() => json!({
-                    "description": description,
-                    "type": "object",
-                    "properties": { name: settings },
-                    "required": [name],
-                    "additionalProperties": false
-                }),
-                _ => json!({ "type": "string", "const": name }),
-            }
-        };
-        let kinds: Vec<Json> = self.0.schemas(generator).into_iter().map(one).collect();
-        json!({ "description": "How the distance becomes a cost", "oneOf": kinds, "default": Quadratic::NAME })
-    }
-}
-
-impl Default for Norms {
-    /// The norms of the library.
-    fn default() -> Self {
-        let mut norms = Self(Registry::default());
-        norms.add::<Absolute>();
-        norms.add::<Quadratic>();
-        norms
     }
 }

@@ -1,21 +1,18 @@
 //! TOML documents whose errors name file, line and key.
 
-mod cells;
 mod kinds;
 mod pattern;
 mod read_error;
 mod reader;
 mod registry;
-mod variant;
 
 pub use kinds::{DEVIATION, merged, one_of, plain, variances, with_deviation, with_noise_key};
 pub use pattern::matches;
 pub use read_error::ReadError;
-pub use reader::Reader;
+pub use reader::{Reader, Variant};
 pub use registry::NoKeys;
 pub use registry::Registry;
 pub use supple_text::FileError;
-pub use variant::Variant;
 
 use std::ops::Range;
 use std::rc::Rc;

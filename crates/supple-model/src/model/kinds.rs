@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use super::coupling::ComplianceFile;
-use super::robot::Couplings;
-use super::{AnyModel, Linear, ModelFile, PlainFile, Robot, TwoMass};
+use super::compliance::{ComplianceFile, Couplings};
+use super::{AnyModel, ModelFile, PlainFile};
 use crate::cost::{NormFile, Norms};
 use crate::document::{Document, FileError, Registry};
 use crate::parameters::Parameters;
@@ -98,7 +97,17 @@ impl Kinds {
         self.with::<M>()
     }
 
-    fn with<M: ModelFile>(mut self) -> Self {
+    /// Kinds of quantities, norms and compliance, and no model.
+    pub(super) fn without_models() -> Self {
+        Self {
+            quantities: quantity::Kinds::default(),
+            norms: Norms::default(),
+            couplings: Couplings::default(),
+            models: Registry::default(),
+        }
+    }
+
+    pub(super) fn with<M: ModelFile>(mut self) -> Self {
         let read = |source: &Source| M::read(source).map(|model| Box::new(model) as Box<dyn AnyModel>);
         let schema = |generator: &mut _| <M::File as schemars::JsonSchema>::json_schema(generator);
         self.models.add(M::NAME, Reads { read, complete_schema: M::complete_schema }, schema);
@@ -139,18 +148,5 @@ impl Source<'_> {
         let (kind, _) = self.document.table_with_kind(&at, &valid)?;
         let reads = self.kinds.models.get(kind).ok_or_else(|| self.document.unknown_kind(&at, kind, &valid))?;
         (reads.read)(self)
-    }
-}
-
-impl Default for Kinds {
-    /// The kinds of the library.
-    fn default() -> Self {
-        let none = Self {
-            quantities: quantity::Kinds::default(),
-            norms: Norms::default(),
-            couplings: Couplings::default(),
-            models: Registry::default(),
-        };
-        none.with::<Linear>().with::<Robot>().with::<TwoMass>()
     }
 }

@@ -1,4 +1,9 @@
 //! The kinds of model that task files name, and how they are read.
+//!
+//! ```text
+//! bodies -> compliance -> kinds -> robot        what robots are made of, and what else files may name
+//!                         linear, recorded, two_mass
+//! ```
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,6 +21,8 @@ use crate::physics::{FileSensor, Model, OwnCost, Point};
 use crate::quantity::{Unfit, Vocabulary};
 use crate::system::{Authored, System};
 
+mod bodies;
+mod compliance;
 pub mod coupling;
 mod equipped;
 mod kinds;
@@ -27,8 +34,7 @@ mod two_mass;
 
 use equipped::Equipped;
 pub use equipped::{Entry, Equipment};
-pub use kinds::Kinds;
-pub use kinds::Source;
+pub use kinds::{Kinds, Source};
 pub use linear::Linear;
 pub use recorded::{Instruction, Recorded, RecordedParts, Tape, TapeError, TapeParts};
 pub use robot::Robot;
@@ -189,5 +195,12 @@ impl<M: ModelFile> AnyModel for M {
     }
     fn equipped(self: Box<Self>, equipment: Equipment) -> Box<dyn AnyModel> {
         Box::new(Equipped { model: *self, equipment })
+    }
+}
+
+impl Default for Kinds {
+    /// The kinds of the library.
+    fn default() -> Self {
+        Self::without_models().with::<Linear>().with::<Robot>().with::<TwoMass>()
     }
 }

@@ -1,9 +1,10 @@
 use std::sync::OnceLock;
-use supple_kernels::graph::{Batch, Program, Source};
+use supple_kernels::graph::{Batch, Program};
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::Dimensions;
 use supple_lqg::KnotAdjoints;
 
+use super::batch::{after, at_points, parts};
 use super::kept::Kept;
 use super::programs::Recorder;
 use super::trace::{residuals, values};
@@ -102,22 +103,6 @@ impl<M: Model> Authored<M> {
 /// Up to how many unknowns of a step one program finds all second derivatives of the dynamics; it grows with the third power
 /// of their number.
 const MOST_UNKNOWNS: usize = 16;
-
-/// The stages and the end of a batch.
-pub(super) fn parts(at: &Points) -> [(bool, Batch); 2] {
-    let end = Batch { first: at.stages, count: usize::from(at.has_end) };
-    [(false, Batch { first: 0, count: at.stages }), (true, end)]
-}
-
-/// What is read at the points themselves.
-pub(super) fn at_points<'a>(at: Points<'a>) -> [Source<'a>; 2] {
-    [at.states.into(), at.controls.into()]
-}
-
-/// A source that is read at the state after.
-pub(super) fn after(matrices: &Matrices) -> Source<'_> {
-    Source { matrices, shift: 1 }
-}
 
 impl<M: Model> System for Authored<M> {
     fn dimensions(&self) -> Dimensions {

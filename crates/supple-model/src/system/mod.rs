@@ -14,6 +14,7 @@ use crate::{Channels, Limit};
 
 mod arrays;
 mod authored;
+mod authored_constraints;
 mod batch;
 mod constraints;
 mod convex;

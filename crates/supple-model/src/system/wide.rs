@@ -3,6 +3,7 @@ use supple_kernels::rows::{Left, Long, Product, View, ViewMut, mirror};
 use supple_kernels::{Job, LANES, Lanes, Matrices, Scratch, dispatch, padded};
 
 use super::Points;
+use super::batch::after;
 use super::programs::TOGETHER;
 
 /// The programs of second derivatives for dynamics with many unknowns.
@@ -23,7 +24,7 @@ impl Along<'_> {
         let Self { joint, curved, unknowns, .. } = *self;
         let stages = at.stages;
         let batch = Batch { first: 0, count: stages };
-        let after = super::authored::after(costates);
+        let after = after(costates);
         let mut responses = Matrices::zeros(stages, joint + 2, unknowns);
         let sources = [at.states.into(), at.controls.into(), after];
         self.responses.run(batch, (&sources, phi), (Some(&mut responses), &mut []), scratch);

@@ -9,7 +9,7 @@ use supple::noise::{Covariance, NamedVariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters};
 use supple::plan::PlanSettings;
 use supple::system::System;
-use supple::{Matrices, Names, Problem, Task, Value};
+use supple::{Matrices, Names, Problem, Task, TaskNumbers, Value};
 
 /// A problem but for its systems.
 #[derive(Deserialize)]
@@ -129,16 +129,11 @@ impl DescribedTask {
         let at = |what: &str| format!("task `{}`: {what}", self.name);
         let in_task = |what: String| at(&what);
         let time_step = self.time_step.resolve("time_step", names).map_err(in_task)?;
-        let most = supple::most_steps(system.dimensions());
-        if !(1..=most).contains(&self.steps) {
-            return Err(at(&format!("steps must be from 1 to {most} with so many states; found {}", self.steps)));
-        }
-        if !(self.information_weight >= 0.0 && self.information_weight.is_finite()) {
-            return Err(at(&format!("information_weight must be at least 0; found {}", self.information_weight)));
-        }
-        if let Some(least) = parameters.least(time_step).filter(|&least| least <= 0.0) {
-            return Err(at(&format!("time_step must be above 0; it can be {least}")));
-        }
+        let bound = self.bound.map(|bound| bound.resolve("bound", names)).transpose().map_err(in_task)?;
+        let Self { steps, information_weight, .. } = self;
+        let numbers = TaskNumbers { steps, time_step, bound, information_weight };
+        let wrong = |(key, message): (&str, String)| at(&format!("{key} {message}"));
+        numbers.check(system.dimensions(), parameters).map_err(wrong)?;
         let bounds = self.control_bounds.map(|[lower, upper]| {
             let or = |bound: Option<f64>, infinite: f64| bound.unwrap_or(infinite);
             let pairs = lower.into_iter().zip(upper);
@@ -165,7 +160,7 @@ impl DescribedTask {
             name: self.name.clone(),
             steps: self.steps,
             time_step,
-            bound: self.bound.map(|bound| bound.resolve("bound", names)).transpose().map_err(in_task)?,
+            bound,
             information_weight: self.information_weight,
             initial_state: resolve_all(&self.initial_state, "initial_state", names).map_err(in_task)?,
             initial_control: resolve_rows(&self.initial_control, "initial_control", names).map_err(in_task)?,

@@ -2,8 +2,8 @@
 
 use supple_kernels::Scalar;
 
-use super::external::Wrench;
 use super::step::{Step, add_matrices, mirrored, outer, rotated_symmetric};
+use super::wrench::Wrench;
 use crate::pose::{add, cross, scale};
 use crate::{LinkNumbers, Pose};
 

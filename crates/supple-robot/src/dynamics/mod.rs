@@ -32,8 +32,8 @@ mod massless;
 mod passive;
 mod solve;
 mod step;
+mod wrench;
 
-pub use external::Wrench;
 pub use forward::{articulated_bodies, forward_dynamics};
 pub use frames::{frame_jacobian, frame_velocity, point_jacobian};
 pub use inverse::{bias, inverse_dynamics};
@@ -42,3 +42,4 @@ pub use mass::mass_matrix;
 pub use massless::{SingularMass, check_inertia, massless_joints};
 pub use passive::{Resisted, dry_friction, passive_forces, passive_forces_ahead, passive_resistance, sliding_rate};
 pub use solve::solve;
+pub use wrench::Wrench;

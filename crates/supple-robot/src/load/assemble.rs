@@ -1,135 +1,22 @@
 //! From links and joints that a file names in any order to a [`Robot`]: a tree, the root first, with checked numbers.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 use supple_text::FileError;
 
 use super::LoadOptions;
 use super::mimic::follow;
+use super::names::Names;
+use super::parts::{Ends, FramePart, JointPart, LinkPart, Parts};
 use super::physics::{check_joint, check_link, warn_of_massless};
-use super::warnings::{Sentences, Warnings};
-use super::words::{listed, near, shown};
-use super::xml::{Document, Element};
-use crate::{Frame, Inertia, Joint, JointKind, Limits, Link, Mesh, Mimic, Pose, Robot};
+use super::warnings::Sentences;
+use super::words::{listed, shown};
+use super::xml::Document;
+use crate::{Frame, Joint, Link, Mimic, Robot};
 
 /// Links of a robot, at most.
 const MOST_LINKS: usize = 20_000;
-
-/// A robot in parts, as a file names them.
-pub(super) struct Parts<'a> {
-    /// Its name.
-    pub(super) name: String,
-    /// Its links, in the order of the file.
-    pub(super) links: Vec<LinkPart<'a>>,
-    /// Its joints, in the order of the file.
-    pub(super) joints: Vec<JointPart<'a>>,
-    /// Its named frames besides those of the links.
-    pub(super) frames: Vec<FramePart<'a>>,
-    /// Gravity that the file asks for, m/s^2.
-    pub(super) gravity: Option<[f64; 3]>,
-    /// What was said so far that is not modelled.
-    pub(super) warnings: Warnings,
-}
-
-/// A link, with the element that errors about it name.
-pub(super) struct LinkPart<'a> {
-    /// Where it stands.
-    pub(super) at: Element<'a>,
-    /// Its name.
-    pub(super) name: String,
-    /// Its inertia, and where that stands.
-    pub(super) inertia: Option<(Inertia, Element<'a>)>,
-    /// Its visual meshes.
-    pub(super) meshes: Vec<Mesh>,
-}
-
-/// A name of something else, and where it stands.
-#[derive(Clone)]
-pub(super) struct Reference<'a> {
-    /// Where it stands.
-    pub(super) at: Element<'a>,
-    /// The name.
-    pub(super) name: String,
-}
-
-/// A joint between named links. Numbers as in [`Joint`]; the axis may have any length but 0.
-pub(super) struct JointPart<'a> {
-    pub(super) at: Element<'a>,
-    pub(super) name: String,
-    pub(super) kind: JointKind,
-    pub(super) parent: Reference<'a>,
-    pub(super) child: Reference<'a>,
-    pub(super) origin: Pose,
-    pub(super) child_pose: Pose,
-    pub(super) axis: [f64; 3],
-    pub(super) reference: f64,
-    pub(super) damping: f64,
-    pub(super) friction: f64,
-    pub(super) armature: f64,
-    pub(super) stiffness: f64,
-    pub(super) rest: f64,
-    pub(super) limits: Limits,
-    pub(super) mimic: Option<MimicPart<'a>>,
-}
-
-/// `position = ratio * position of the named joint + offset`
-#[derive(Clone)]
-pub(super) struct MimicPart<'a> {
-    /// The joint that is followed.
-    pub(super) joint: Reference<'a>,
-    /// Ratio.
-    pub(super) ratio: f64,
-    /// Offset, rad or m.
-    pub(super) offset: f64,
-}
-
-/// A named frame on a named link.
-pub(super) struct FramePart<'a> {
-    /// Its name.
-    pub(super) name: String,
-    /// Its link.
-    pub(super) link: Reference<'a>,
-    /// Where it is in the link.
-    pub(super) pose: Pose,
-}
-
-impl<'a> JointPart<'a> {
-    /// A joint at the origins of its links, about x, without limits and free of forces.
-    pub(super) fn new(
-        at: Element<'a>,
-        name: &str,
-        kind: JointKind,
-        parent: Reference<'a>,
-        child: Reference<'a>,
-    ) -> Self {
-        Self {
-            at,
-            name: name.to_owned(),
-            kind,
-            parent,
-            child,
-            origin: Pose::IDENTITY,
-            child_pose: Pose::IDENTITY,
-            axis: [1.0, 0.0, 0.0],
-            reference: 0.0,
-            damping: 0.0,
-            friction: 0.0,
-            armature: 0.0,
-            stiffness: 0.0,
-            rest: 0.0,
-            limits: Limits::default(),
-            mimic: None,
-        }
-    }
-}
-
-/// A joint's links, by index in the file.
-#[derive(Clone, Copy)]
-pub(super) struct Ends {
-    pub(super) parent: usize,
-    pub(super) child: usize,
-}
 
 /// Where links and joints of the file stand in the robot.
 struct Order {
@@ -191,50 +78,6 @@ fn sorted<T>(things: impl Iterator<Item = T>, places: &[usize]) -> Vec<T> {
     let mut placed: Vec<_> = things.zip(places).collect();
     placed.sort_by_key(|&(_, place)| *place);
     placed.into_iter().map(|(thing, _)| thing).collect()
-}
-
-/// The index of each link or joint by its name.
-pub(super) struct Names<'n> {
-    index: HashMap<&'n str, usize>,
-    /// `link` or `joint`.
-    what: &'static str,
-}
-
-impl<'n> Names<'n> {
-    /// # Errors
-    /// Where a name is used twice.
-    fn new<'a>(
-        all: impl Iterator<Item = (&'n str, Element<'a>)> + Clone,
-        what: &'static str,
-    ) -> Result<Self, FileError> {
-        let mut index = HashMap::new();
-        for (i, (name, at)) in all.clone().enumerate() {
-            if let Some(first) = index.insert(name, i) {
-                let place = all.clone().nth(first).map_or_else(String::new, |(_, at)| at.place());
-                let message = format!("there is another {what} {}, at {place}; names must differ", shown(name));
-                return Err(at.error_at("name", message));
-            }
-        }
-        Ok(Self { index, what })
-    }
-
-    /// # Errors
-    /// Where there is nothing of that name.
-    pub(super) fn find(&self, reference: &Reference) -> Result<usize, FileError> {
-        let Reference { at, name } = reference;
-        self.index.get(name.as_str()).copied().ok_or_else(|| {
-            let mut valid: Vec<_> = self.index.iter().map(|(name, index)| (*index, *name)).collect();
-            valid.sort_unstable();
-            let valid: Vec<_> = valid.into_iter().map(|(_, name)| name).collect();
-            let known =
-                if valid.is_empty() { "there are none".into() } else { format!("known are {}", listed(&valid)) };
-            let error = at.error_naming(name, format!("there is no {} {}; {known}", self.what, shown(name)));
-            match near(name, &valid) {
-                Some(help) => error.with_help(help),
-                None => error,
-            }
-        })
-    }
 }
 
 impl LinkPart<'_> {

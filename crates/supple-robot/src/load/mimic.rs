@@ -2,7 +2,8 @@
 
 use supple_text::FileError;
 
-use super::assemble::{JointPart, MimicPart, Names};
+use super::names::Names;
+use super::parts::{JointPart, MimicPart};
 use super::physics::GREATEST;
 use super::warnings::Warnings;
 use super::words::{listed, shown};

@@ -6,6 +6,8 @@ mod meshes;
 mod mimic;
 mod mjcf;
 mod moments;
+mod names;
+mod parts;
 mod physics;
 mod scan;
 mod sdf;

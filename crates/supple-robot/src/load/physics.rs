@@ -1,11 +1,11 @@
 //! Numbers of links and joints that cannot be, or are most likely wrong.
 
-use supple_text::FileError;
+use supple_text::{FileError, digits, significant};
 
-use super::assemble::{Ends, JointPart, LinkPart};
 use super::moments::principal;
+use super::parts::{Ends, JointPart, LinkPart};
 use super::warnings::Warnings;
-use super::words::{digits, shown};
+use super::words::shown;
 use crate::{Inertia, JointKind, Limits};
 
 /// Greatest number of metres, kilograms or the like: products of a few such numbers stay finite.
@@ -66,7 +66,7 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
 
 /// The first three digits of a number.
 fn three(number: f64) -> String {
-    digits(format!("{number:.2e}").parse().unwrap_or(number))
+    digits(significant(number, 3))
 }
 
 /// Whether a number is one of a robot.

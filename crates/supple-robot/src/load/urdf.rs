@@ -7,10 +7,11 @@ use std::path::Path;
 use supple_text::FileError;
 
 use super::LoadOptions;
-use super::assemble::{JointPart, LinkPart, MimicPart, Parts, Reference, assemble};
+use super::assemble::assemble;
 use super::joint_kind::joint_kind;
 use super::meshes::mesh_path;
 use super::moments::turned;
+use super::parts::{JointPart, LinkPart, MimicPart, Parts, Reference};
 use super::warnings::Warnings;
 use super::words::{RUN_XACRO, XACRO};
 use super::xml::{Document, Element};

@@ -38,9 +38,3 @@ pub(super) fn near<T: AsRef<str>>(found: &str, valid: &[T]) -> Option<String> {
     let valid: Vec<_> = valid.iter().map(AsRef::as_ref).filter(|name| name.len() <= LONGEST).collect();
     if found.len() > LONGEST { None } else { nearest(found, &valid) }
 }
-
-/// A number for a message, short also where it is very great or very small.
-pub(super) fn digits(number: f64) -> String {
-    let short = number == 0.0 || !number.is_finite() || (1e-4..1e6).contains(&number.abs());
-    if short { format!("{number}") } else { format!("{number:e}") }
-}

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use supple_text::exact;
+
 /// XML as it is written.
 #[derive(Default)]
 pub(super) struct Text {
@@ -22,7 +24,7 @@ impl Attributes {
 
     /// Numbers, each with as many digits as it takes to read the same number again.
     pub fn numbers(self, name: &str, values: &[f64]) -> Self {
-        let values: Vec<String> = values.iter().map(|&value| number(value)).collect();
+        let values: Vec<String> = values.iter().map(|&value| exact(value)).collect();
         self.text(name, &values.join(" "))
     }
 
@@ -68,11 +70,6 @@ impl Text {
         }
         self.out
     }
-}
-
-fn number(value: f64) -> String {
-    let (plain, short) = (format!("{value}"), format!("{value:e}"));
-    if plain.len() <= short.len() + 3 { plain } else { short }
 }
 
 fn escaped(value: &str) -> String {

@@ -2,10 +2,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::columns::columns;
+use super::done::{Done, Started, points_done};
 use super::journal::{Rows, codec, identity};
 use super::point::Study;
+use super::store::Store;
 use super::unit::SweepUnit;
-use super::work::{Done, Started, Store, points_done};
 use super::{Sweep, SweepOptions};
 use crate::journal::Journal;
 use crate::{Column, LoadedTask, StudyError, Table};

@@ -7,11 +7,13 @@
 mod axis;
 mod collector;
 mod columns;
+mod done;
 mod grid;
 mod journal;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod point;
+mod store;
 mod unit;
 mod work;
 

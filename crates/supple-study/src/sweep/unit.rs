@@ -4,9 +4,10 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::SweepOptions;
+use super::done::{Done, Started};
 use super::journal::codec;
 use super::point::{Evaluator, Study};
-use super::work::{Started, along};
+use super::work::along;
 use crate::{LoadedTask, StudyError};
 
 /// Segments of a sweep to evaluate elsewhere.
@@ -46,7 +47,7 @@ impl SweepUnits {
         for segment in unit.segments.clone() {
             let begun = unit.begun.iter().find(|(begun, _)| *begun == segment);
             let started = begun.map(|(_, bytes)| self.started(segment, bytes)).transpose()?;
-            let keep = |done: super::work::Done| {
+            let keep = |done: Done| {
                 rows.push(codec::row_text(&done.row));
                 true
             };

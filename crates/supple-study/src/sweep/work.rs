@@ -5,64 +5,17 @@ use std::time::{Duration, Instant};
 
 use supple::halt;
 
+use super::done::{Done, Started, points_done};
 use super::grid::Grid;
-use super::journal;
 use super::point::{Evaluator, Neighbour, Study};
-use crate::journal::Journal;
-use crate::{Cell, StudyError, Watch};
-
-/// A point that is done.
-pub(super) struct Done {
-    pub segment: usize,
-    pub point: usize,
-    pub row: Vec<Cell>,
-    /// What the next point of the segment continues from.
-    pub neighbour: Neighbour,
-}
-
-/// A segment of which something is done.
-#[derive(Clone)]
-pub(super) struct Started {
-    /// The first point to do; the end of the segment where all is done.
-    pub next: usize,
-    /// What it continues from; empty where all is done.
-    pub neighbour: Neighbour,
-}
-
-/// Where points go that are done.
-pub(super) enum Store {
-    Memory(BTreeMap<usize, Vec<Cell>>),
-    Journal(Journal),
-}
-
-impl Store {
-    pub fn keep(&mut self, grid: &Grid, batch: Vec<Done>) -> Result<(), StudyError> {
-        match self {
-            Self::Memory(rows) => rows.extend(batch.into_iter().map(|done| (done.point, done.row))),
-            Self::Journal(kept) => journal::keep(kept, grid, &batch)?,
-        }
-        Ok(())
-    }
-
-    /// All rows, in the order of the points.
-    pub fn rows(self) -> Result<Vec<Vec<Cell>>, StudyError> {
-        match self {
-            Self::Memory(rows) => Ok(rows.into_values().collect()),
-            Self::Journal(kept) => journal::rows(&kept),
-        }
-    }
-}
+use super::store::Store;
+use crate::{StudyError, Watch};
 
 /// How long points that are done wait for others, so that the disk is not waited for at each of them.
 const WAIT: Duration = Duration::from_millis(20);
 
 /// Points that are done and not stored yet, at most; with more, threads wait for the disk.
 const WAITING: usize = 1024;
-
-/// How many points of segments are done.
-pub(super) fn points_done(grid: &Grid, started: &BTreeMap<usize, Started>) -> usize {
-    started.iter().map(|(&segment, of)| of.next - grid.segment(segment).start).sum()
-}
 
 /// Evaluates all points that are not done yet, on all threads of the current pool.
 pub(super) fn work(

@@ -1,13 +1,29 @@
-//! The report of a task's bounds.
+//! The reports of bounds: of a problem's tasks, and of one.
 
 use std::f64::consts::LN_2;
 
 use supple_lqg::bound::{BoundStatus, Proof, kostina_hassibi, quantiser_bound};
+use supple_model::Named;
 
-use super::bounding::{Bounding, Kind};
-use super::report::{TaskBound, order};
+use super::bounding::{BoundOptions, Bounding, Kind};
+use super::report::{BoundReport, TaskBound, order, reason};
 use super::sensor_report::sensor_report;
 use crate::Error;
+use crate::problem::Problem;
+
+impl Problem {
+    /// Computes the minimum information at a design for each requested task: all parameters in the order of
+    /// declaration.
+    ///
+    /// # Errors
+    /// Where `phi` has the wrong length, no task has the name, one cost is given for several tasks, a plan cannot be
+    /// computed, the cost is below the least there is, or a stationary bound is asked for of a task that has none.
+    pub fn bound(&self, phi: &[f64], options: &BoundOptions) -> Result<BoundReport, Error> {
+        let tasks = self.bounding(phi, options)?;
+        let tasks = tasks.iter().map(|bounding| bounding.report(options.cost)).collect::<Result<_, _>>()?;
+        Ok(BoundReport { parameters: Named::new(&self.parameters, phi), tasks })
+    }
+}
 
 impl Bounding {
     /// All bounds at a cost, or at the design's own.
@@ -108,14 +124,6 @@ impl Bounding {
                 ((!silent).then_some(found.nats / LN_2), found.vacuous)
             }
         }
-    }
-}
-
-/// Why a lower bound is not proved.
-pub(super) fn reason(proof: &Proof) -> Option<String> {
-    match proof {
-        Proof::Proved { .. } => None,
-        Proof::NotProved { reason } => Some(reason.clone()),
     }
 }
 

@@ -6,11 +6,10 @@ use supple_lqg::bound::{
     kostina_hassibi, minimum_information_within, observed, product_growth, stationary_minimum, virtual_sensors,
 };
 use supple_lqg::dense::{congruence, dense, store};
-use supple_model::{Channel, Named};
+use supple_model::Channel;
 
-use super::assemble::reason;
 use super::own::Own;
-use super::report::BoundReport;
+use super::report::reason;
 use super::steady::stationary;
 use crate::Error;
 use crate::branches::plan_at;
@@ -35,18 +34,6 @@ pub struct BoundOptions {
 }
 
 impl Problem {
-    /// Computes the minimum information at a design for each requested task: all parameters in the order of
-    /// declaration.
-    ///
-    /// # Errors
-    /// Where `phi` has the wrong length, no task has the name, one cost is given for several tasks, a plan cannot be
-    /// computed, the cost is below the least there is, or a stationary bound is asked for of a task that has none.
-    pub fn bound(&self, phi: &[f64], options: &BoundOptions) -> Result<BoundReport, Error> {
-        let tasks = self.bounding(phi, options)?;
-        let tasks = tasks.iter().map(|bounding| bounding.report(options.cost)).collect::<Result<_, _>>()?;
-        Ok(BoundReport { parameters: Named::new(&self.parameters, phi), tasks })
-    }
-
     /// The first half of [`bound`](Self::bound): what all bounds of each task have in common, whatever the cost.
     ///
     /// # Errors

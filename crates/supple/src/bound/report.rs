@@ -1,7 +1,7 @@
 //! What is reported of bounds on information.
 
 use serde::{Deserialize, Serialize};
-use supple_lqg::bound::Vacuous;
+use supple_lqg::bound::{Proof, Vacuous};
 use supple_model::Named;
 
 use super::sensor_report::SensorReport;
@@ -195,4 +195,12 @@ pub(super) fn order(bound: &TaskBound) -> Vec<OrderLine> {
     lines.push(line("DI(x -> u)", bound.control_bits_per_step, keeps, &whose));
     lines.push(line("DI(x -> y)", bound.measurement_bits_per_step, keeps, &whose));
     lines
+}
+
+/// Why a lower bound is not proved.
+pub(super) fn reason(proof: &Proof) -> Option<String> {
+    match proof {
+        Proof::Proved { .. } => None,
+        Proof::NotProved { reason } => Some(reason.clone()),
+    }
 }

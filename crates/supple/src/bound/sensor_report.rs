@@ -8,6 +8,7 @@ use supple_kernels::math;
 use supple_lqg::bound::VirtualSensor;
 
 use supple_model::Channel;
+use supple_text::padded;
 
 /// A sensor that attains the minimum with a Kalman filter and the optimal regulator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -161,24 +162,13 @@ fn describe(bits: f64, row: &[f64], predicted: &DMatrix<f64>, channels: &[Channe
         let sign = if coefficients[i] < 0.0 { " - " } else { " + " };
         match place {
             0 => text.push_str(name),
-            _ => text.push_str(&format!("{sign}{} {name}", short(coefficients[i].abs()))),
+            _ => text.push_str(&format!("{sign}{} {name}", padded(coefficients[i].abs(), 3))),
         }
     }
     if counting.len() > NAMED {
         text.push_str(" + ...");
     }
     Direction { bits, coefficients, unit, deviation, text }
-}
-
-/// A number with three digits that count.
-fn short(value: f64) -> String {
-    let digits = math::log10(value.abs()).floor();
-    if (-3.0..3.0).contains(&digits) {
-        let decimals = (2.0 - digits).max(0.0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.2e}")
-    }
 }
 
 /// Bits by state, shared out by `c_i^2 P_ii`.

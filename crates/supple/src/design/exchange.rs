@@ -6,9 +6,9 @@ use std::cmp::Ordering;
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
+use super::StartSummary;
 use super::rounds::Rounds;
-use super::start::own_optimiser;
-use super::{Searcher, StartSummary};
+use super::searcher::{Searcher, own_optimiser};
 use crate::branches::{AROUND, is_cheaper};
 use crate::continuation::{Scaling, continue_plan, largest_difference};
 use crate::pipeline::TaskState;

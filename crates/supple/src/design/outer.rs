@@ -1,7 +1,8 @@
 //! The problem of a design search as optimisers see it: numbers in a box, an objective, and constraints.
 
+use super::Aim;
+use super::search::Search;
 use super::visited::Visit;
-use super::{Aim, Search};
 use crate::Error;
 
 /// An optimiser of designs. It sees an [`OuterProblem`] and nothing else.

@@ -1,89 +1,9 @@
+//! What a design search gives.
+
 use serde::{Deserialize, Serialize};
-use supple_kernels::Matrices;
 
-use super::optimality::{OPTIMAL, optimality};
-use super::visit::Visitor;
-use super::visited::{Visit, controls_of};
-use super::{CatalogueDesign, Ending};
+use super::{DesignStatus, StartSummary};
 use crate::Error;
-
-/// How a design search ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DesignStatus {
-    /// At a local optimum that meets every bound.
-    Converged,
-    /// At rest at a point that meets every bound but, by the total gradient, is no optimum.
-    NotOptimal,
-    /// At the best point found when the evaluations were used up or no progress was made; it meets every bound.
-    NotConverged,
-    /// No design that meets every bound was found.
-    BoundViolated,
-    /// It was told to stop; the best point until then.
-    Stopped,
-}
-
-impl DesignStatus {
-    /// Whether the design that was found meets every bound and the budget, with plans that converged.
-    pub fn meets_bounds(self) -> bool {
-        self != Self::BoundViolated
-    }
-}
-
-impl std::fmt::Display for DesignStatus {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Converged => "converged",
-            Self::NotOptimal => "not_optimal",
-            Self::NotConverged => "not_converged",
-            Self::BoundViolated => "bound_violated",
-            Self::Stopped => "stopped",
-        })
-    }
-}
-
-/// How the search from one start went.
-#[derive(Clone, Debug)]
-pub struct StartSummary {
-    /// All parameters where it started.
-    pub from: Vec<f64>,
-    /// All parameters where it ended.
-    pub to: Vec<f64>,
-    /// How it ended.
-    pub status: DesignStatus,
-    /// How often nothing was left of what was minimised, and the search went on to the next kind of information.
-    pub passed: usize,
-    /// The information there, nats, of the kind that was minimised last.
-    pub information: f64,
-    /// The objective there: information, and price with its weight, nats.
-    pub objective: f64,
-    /// The sum of the parameters' prices there.
-    pub price: f64,
-    /// How far that is above the budget, relative to it; negative infinity where there is none.
-    pub overspent: f64,
-    /// What a unit more of budget would save in nats (its Lagrange multiplier); 0 where some bound is not met.
-    pub budget_multiplier: f64,
-    /// Expected cost of each task there.
-    pub costs: Vec<f64>,
-    /// How far the worst task is above its bound, relative to it; negative below.
-    pub violation: f64,
-    /// First-order optimality: the largest entry of the projected Lagrangian gradient in scaled coordinates, relative
-    /// to the objective's gradient.
-    pub optimality: f64,
-    /// Price of each task's bound: what a unit more of bound would save in nats (its Lagrange multiplier); 0 where some
-    /// bound is not met.
-    pub multipliers: Vec<f64>,
-    /// Different local minima of the plans seen at the end, over all tasks.
-    pub branches: usize,
-    /// Designs evaluated.
-    pub evaluations: usize,
-    /// Of these, how many have a plan that never touches a contact from which a cost wants a force.
-    pub without_contact: usize,
-    /// Controls of each task's plan at the end.
-    pub controls: Vec<Matrices>,
-    /// Why a design could not be evaluated, where that ended the search; what was found until then stands.
-    pub error: Option<Error>,
-}
 
 /// The result of a design search.
 #[derive(Clone, Debug)]
@@ -111,60 +31,49 @@ impl Design {
     }
 }
 
-impl StartSummary {
-    /// Of a search that has not found anything yet.
-    pub(crate) fn new(from: Vec<f64>) -> Self {
-        Self {
-            to: from.clone(),
-            from,
-            status: DesignStatus::BoundViolated,
-            passed: 0,
-            information: f64::NAN,
-            objective: f64::NAN,
-            price: f64::NAN,
-            overspent: f64::NEG_INFINITY,
-            budget_multiplier: 0.0,
-            costs: Vec::new(),
-            violation: f64::INFINITY,
-            optimality: f64::NAN,
-            multipliers: Vec::new(),
-            branches: 0,
-            evaluations: 0,
-            without_contact: 0,
-            controls: Vec::new(),
-            error: None,
-        }
-    }
+/// How the entries of catalogues were chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CatalogueMethod {
+    /// All combinations of entries were designed, and the best was taken.
+    AllCombinations,
+    /// The design without catalogues was rounded, and exchanged for better combinations of neighbouring entries for as long as
+    /// there were any.
+    Neighbourhood,
+}
 
-    /// Notes that the search was stopped after the end that is known.
-    pub(crate) fn stop(&mut self) {
-        if self.status.meets_bounds() {
-            self.status = DesignStatus::Stopped;
-        }
-    }
+/// One entry of each catalogue, and the design with these values.
+#[derive(Clone, Debug)]
+pub struct Combination {
+    /// Places of the entries in the catalogues, in the order of [`catalogued`](supple_model::parameters::Parameters::catalogued).
+    pub entries: Vec<usize>,
+    /// The design: the other parameters optimised, on the cheapest branches seen.
+    pub summary: StartSummary,
+}
 
-    /// Notes where a search ended.
-    pub(crate) fn record(&mut self, at: &Visit, visitor: &Visitor, ending: Ending) {
-        let met = visitor.aim.is_met(at, visitor.settings.feasibility);
-        let (optimality, mut multipliers) = optimality(at, visitor);
-        let of_budget = multipliers.pop().unwrap_or(0.0);
-        self.status = match (met, ending) {
-            (false, _) => DesignStatus::BoundViolated,
-            (true, Ending::Stopped) => DesignStatus::Stopped,
-            (true, _) if optimality <= OPTIMAL => DesignStatus::Converged,
-            (true, Ending::Converged) => DesignStatus::NotOptimal,
-            (true, _) => DesignStatus::NotConverged,
-        };
-        self.to = at.phi.clone();
-        self.information = at.information(visitor.problem);
-        self.objective = at.objective(visitor.problem);
-        self.price = at.price.total;
-        self.overspent = at.price.violation().unwrap_or(f64::NEG_INFINITY);
-        self.budget_multiplier = if met { of_budget } else { 0.0 };
-        self.costs = at.tasks.iter().map(|task| task.cost).collect();
-        self.violation = at.violation();
-        self.optimality = optimality;
-        self.multipliers = if met { multipliers } else { vec![0.0; at.tasks.len()] };
-        self.controls = controls_of(at);
+/// A choice from catalogues.
+#[derive(Clone, Debug)]
+pub struct CatalogueDesign {
+    /// How the entries were chosen.
+    pub method: CatalogueMethod,
+    /// How many combinations there are; the greatest number that there is where there are more.
+    pub combinations: u64,
+    /// Whether the choice was made to its end: all combinations designed, or no neighbour better. It is not where it was stopped, or
+    /// took more combinations than are allowed.
+    pub complete: bool,
+    /// The combinations that were designed, the best first. At least one.
+    pub designed: Vec<Combination>,
+    /// How many could not be designed, and why the first of them could not.
+    pub failed: usize,
+    /// Why the first of them could not.
+    pub first_error: Option<Error>,
+    /// The best design without catalogues: of the starts, or found from the chosen entries where these were better.
+    pub continuous: StartSummary,
+}
+
+impl CatalogueDesign {
+    /// The best combination.
+    pub fn chosen(&self) -> &Combination {
+        &self.designed[0]
     }
 }

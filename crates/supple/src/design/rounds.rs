@@ -1,9 +1,12 @@
 use supple_kernels::Matrices;
 
-use super::start::own_optimiser;
+use super::optimality::OPTIMAL;
+use super::outer::{Ending, Optimiser, OuterProblem};
+use super::search::Search;
+use super::searcher::{Searcher, own_optimiser};
 use super::visit::Visitor;
 use super::visited::{Visit, controls_of};
-use super::{Ending, Event, Search, Searcher, StartSummary};
+use super::{Event, StartSummary};
 use crate::Error;
 use crate::branches::{BranchSearch, best_of_guesses, search_branches};
 use crate::pipeline::TaskState;
@@ -39,7 +42,7 @@ impl Rounds<'_, '_> {
             let mut search =
                 Search { visitor, control, start: self.start, evaluations: 0, without_contact: 0, error: None };
             search.tell(&first);
-            let ending = search.run(optimiser);
+            let ending = run_optimiser(&mut search, optimiser);
             self.summary.evaluations += search.evaluations;
             self.summary.without_contact += search.without_contact;
             self.summary.error = search.error.take();
@@ -114,4 +117,27 @@ impl Rounds<'_, '_> {
         self.summary.branches = count;
         better.then_some(controls)
     }
+}
+
+/// Runs an optimiser from the last design of a search, and leaves the design that it found as the last one.
+fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser) -> Ending {
+    let mut ending = Ending::Stalled;
+    for _ in 0..optimiser.runs() {
+        let Some(first) = search.visitor.visits.last().cloned() else { break };
+        let mut problem = OuterProblem::new(search, optimiser.units(), first.clone());
+        ending = optimiser.minimise(&mut problem);
+        search.error = problem.into_error();
+        if optimiser.keeps_last() {
+            break;
+        }
+        let Some(best) = search.choose() else { break };
+        if ending == Ending::Stopped
+            || search.error.is_some()
+            || search.optimality(&best).0 <= OPTIMAL
+            || best.scaled == first.scaled
+        {
+            break;
+        }
+    }
+    ending
 }

@@ -1,93 +1,11 @@
-use std::sync::atomic::{AtomicBool, Ordering};
+//! What a search visits: it evaluates designs, counts them and tells the observer.
 
-use super::optimality::{OPTIMAL, optimality};
-use super::outer::{Ending, Optimiser, OuterProblem};
+use super::optimality::optimality;
 use super::visit::Visitor;
 use super::visited::Visit;
-use super::{Aim, DesignSettings};
+use super::{Aim, Control, DesignSettings, Event};
 use crate::Error;
 use crate::problem::Problem;
-
-/// What happens during a long computation.
-#[derive(Clone, Copy, Debug)]
-pub enum Event<'a> {
-    /// A start began; there are `of` of them.
-    StartBegan {
-        /// Its number, from 0.
-        start: usize,
-        /// How many there are.
-        of: usize,
-    },
-    /// A design was evaluated.
-    Evaluated {
-        /// The start's number.
-        start: usize,
-        /// All its parameters.
-        design: &'a [f64],
-        /// The information, nats.
-        information: f64,
-        /// Expected cost of each task.
-        costs: &'a [f64],
-        /// How far the worst task is above its bound, or the price above the budget, relative to it.
-        violation: f64,
-    },
-    /// The optimiser stepped to a design that it evaluated; other designs are trials of its line searches.
-    Stepped {
-        /// The start's number.
-        start: usize,
-        /// All its parameters.
-        design: &'a [f64],
-        /// Whether a step that comes next may take its place: it is the first trial of a line search.
-        is_trial: bool,
-    },
-    /// Other local minima of the plans are being searched for.
-    SearchingBranches {
-        /// The start's number.
-        start: usize,
-    },
-    /// A combination of entries of catalogues was designed.
-    Combination {
-        /// How many are done.
-        done: usize,
-        /// How many there are to be done, as far as is known.
-        of: usize,
-    },
-    /// A start ended.
-    StartEnded {
-        /// Its number.
-        start: usize,
-    },
-}
-
-/// Sees what happens during a long computation; called from several threads.
-pub trait Observer: Send + Sync {
-    /// Something happened.
-    fn observe(&self, event: Event);
-}
-
-/// Ignores all progress.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoObserver;
-
-impl Observer for NoObserver {
-    fn observe(&self, _: Event) {}
-}
-
-/// How a long computation is watched and stopped.
-#[derive(Clone, Copy)]
-pub struct Control<'a> {
-    /// Sees what happens.
-    pub observer: &'a dyn Observer,
-    /// Set to stop soon, keeping what was found.
-    pub stop: &'a AtomicBool,
-}
-
-impl Control<'_> {
-    /// Whether to stop.
-    pub fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
 
 /// Violations up to this, relative to the bound, are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -107,32 +25,9 @@ pub(crate) struct Search<'a, 'b> {
 }
 
 impl<'a> Search<'a, '_> {
-    /// Runs an optimiser from the visitor's last design, and leaves the design that it found as the last one.
-    pub fn run(&mut self, optimiser: &dyn Optimiser) -> Ending {
-        let mut ending = Ending::Stalled;
-        for _ in 0..optimiser.runs() {
-            let Some(first) = self.visitor.visits.last().cloned() else { break };
-            let mut problem = OuterProblem::new(self, optimiser.units(), first.clone());
-            ending = optimiser.minimise(&mut problem);
-            self.error = problem.into_error();
-            if optimiser.keeps_last() {
-                break;
-            }
-            let Some(best) = self.choose() else { break };
-            if ending == Ending::Stopped
-                || self.error.is_some()
-                || self.optimality(&best).0 <= OPTIMAL
-                || best.scaled == first.scaled
-            {
-                break;
-            }
-        }
-        ending
-    }
-
     /// Makes the best visit the last one: the least objective of those that meet the bounds, or else the least violation of
     /// those whose plans converged.
-    fn choose(&mut self) -> Option<Visit> {
+    pub fn choose(&mut self) -> Option<Visit> {
         let (problem, aim) = (self.problem(), self.aim());
         let feasibility = self.settings().feasibility;
         let visits = &mut self.visitor.visits;

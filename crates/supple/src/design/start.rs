@@ -1,4 +1,6 @@
-use std::cmp::{Ordering, Reverse};
+//! Searches from one start and from many, and the best of them.
+
+use std::cmp::Ordering;
 use std::time::Instant;
 
 use rand_chacha::ChaCha8Rng;
@@ -6,76 +8,14 @@ use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use supple_kernels::Matrices;
 
-use super::barrier::Barrier;
-use super::cobyla::Cobyla;
-use super::outer::Optimiser;
 use super::rounds::Rounds;
-use super::sqp::Sqp;
 use super::visit::Visitor;
-use super::{Aim, Control, Design, DesignSettings, DesignStatus, Ending, Event, GradientKind, Method, StartSummary};
+use super::{Design, DesignStatus, Ending, Event, Searcher, StartSummary};
 use crate::Error;
 use crate::branches::uniform;
 use crate::continuation::Scaling;
-use crate::problem::Problem;
 
-/// Searches for the design with the least information that meets every bound, from `phi` and from seeded random
-/// starts, in parallel; then chooses from the catalogues that parameters have, see [`Searcher::choose`]. The result does not
-/// depend on the number of threads.
-///
-/// # Errors
-/// Where `phi` has the wrong length, not even the first start can be evaluated, or total gradients are asked for along
-/// plans that have none.
-pub fn design(problem: &Problem, phi: &[f64], settings: &DesignSettings, control: Control) -> Result<Design, Error> {
-    problem.check_design(phi)?;
-    let searcher = Searcher::new(problem, settings, Aim::default(), control);
-    searcher.choose(searcher.search(phi)?)
-}
-
-/// Searches for designs of one problem with one aim.
-#[derive(Clone, Copy)]
-pub struct Searcher<'a> {
-    /// What there is to design.
-    pub problem: &'a Problem,
-    /// How it is searched for. The barrier knows no other aim than the least information.
-    pub settings: &'a DesignSettings,
-    /// What is searched for.
-    pub aim: Aim,
-    /// How the search is watched and stopped.
-    pub control: Control<'a>,
-    /// Whether a search goes on to the next kind of information where nothing is left of what it minimised.
-    pub(super) goes_on: bool,
-    /// The optimiser, where it is not that of the settings.
-    pub(super) optimiser: Option<&'a dyn Optimiser>,
-}
-
-/// The optimiser of the settings.
-pub(super) fn own_optimiser(settings: &DesignSettings) -> Box<dyn Optimiser> {
-    match settings.method {
-        Method::Sqp => Box::new(Sqp),
-        Method::Cobyla => Box::new(Cobyla),
-        Method::Barrier => Box::new(Barrier { weight: settings.barrier_weight, margin: settings.barrier_margin }),
-    }
-}
-
-impl<'a> Searcher<'a> {
-    /// A search with the optimiser of the settings.
-    pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim, control: Control<'a>) -> Self {
-        Self { problem, settings, aim, control, goes_on: true, optimiser: None }
-    }
-
-    /// The same for the one kind of information of the settings, also where nothing is left of it: so that results
-    /// compare.
-    #[must_use]
-    pub fn with_one_information(self) -> Self {
-        Self { goes_on: false, ..self }
-    }
-
-    /// The same with another optimiser.
-    #[must_use]
-    pub fn with_optimiser(self, optimiser: &'a dyn Optimiser) -> Self {
-        Self { optimiser: Some(optimiser), ..self }
-    }
-
+impl Searcher<'_> {
     /// Searches from `phi` and from seeded random starts, in parallel; the result does not depend on the number of
     /// threads.
     ///
@@ -173,29 +113,6 @@ impl<'a> Searcher<'a> {
         summary.branches = visit.tasks.len();
         summary.record(&visit, &visitor, Ending::Converged);
         Ok(summary)
-    }
-
-    /// How good an end of a search is: first whether it is of no use, then how few kinds of information it has left behind, of
-    /// which it needs none, then what is minimised. The lesser is the better.
-    pub fn rank(&self, summary: &StartSummary) -> (bool, Reverse<usize>, f64) {
-        let met = summary.status != DesignStatus::BoundViolated;
-        let excess = summary.violation.max(summary.overspent);
-        let value = match (met, self.aim) {
-            (true, Aim::Information { .. }) => summary.objective,
-            (true, Aim::Cost) => summary.violation,
-            // Of no use although its costs are low: they are those of plans that did not converge.
-            (false, _) if excess <= self.settings.feasibility => f64::INFINITY,
-            (false, _) => excess,
-        };
-        (!met, Reverse(summary.passed), value)
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        let mode = self.problem.planning.plan;
-        match self.settings.gradient == GradientKind::Total && !mode.has_total_gradient() {
-            true => Err(Error::NoTotalGradient { plan: mode.name() }),
-            false => Ok(()),
-        }
     }
 
     fn run_start(&self, phi: &[f64], start: usize) -> StartSummary {

@@ -4,7 +4,7 @@ use supple_lqg::{Belief, BeliefSeeds, reverse_kalman};
 use supple_model::noise::NoiseModel;
 use supple_model::system::{Adjoints, System};
 
-use super::total::GradientWorkspace;
+use super::workspace::GradientWorkspace;
 use crate::plan::Plan;
 
 /// Gradients by the parameters with trajectory, `K` and `Xi` held fixed, as in the paper (theory, equation G.1).

@@ -1,8 +1,9 @@
 use supple_kernels::{Matrices, Scratch};
 use supple_model::system::{Constraints, add_excess};
 
-use super::total::{GradientWorkspace, TotalGradient};
+use super::workspace::GradientWorkspace;
 use crate::Error;
+use crate::plan::Plan;
 
 /// Penalties of the first round, in the curvature of the cost, what they grow by, and how often at most.
 const FIRST_PENALTY: f64 = 1e2;
@@ -34,14 +35,13 @@ struct Active {
 /// # Errors
 /// Where the trajectory is no strict local optimum within its limits.
 pub(super) fn vary_within_limits(
-    task: &TotalGradient,
+    (plan, phi): (&Plan, &[f64]),
     limits: &dyn Constraints,
     work: &mut GradientWorkspace,
     scratch: &mut Scratch,
 ) -> Result<Matrices, Error> {
-    let &TotalGradient { system, phi, plan, .. } = task;
     let (points, ends) = (plan.multipliers.count(), plan.multipliers.cols());
-    let joint = system.dimensions().joint();
+    let joint = work.hessian.rows();
     let mut jacobians = Matrices::zeros(points, ends, joint);
     limits.excess_jacobians(plan.trajectory.points(), phi, &mut jacobians, scratch);
     let curvature = largest_curvature(&work.hessian);

@@ -4,8 +4,10 @@ mod frozen;
 mod kept;
 mod slope;
 mod total;
+mod workspace;
 
 pub use frozen::{FrozenGradient, frozen_gradient};
 pub(crate) use slope::{Quantity, Steepness, slope_by_controls};
 pub(crate) use total::information_at_rest;
-pub use total::{Functional, GradientWorkspace, TotalGradient, total_gradient};
+pub use total::{Functional, TotalGradient, total_gradient};
+pub use workspace::GradientWorkspace;

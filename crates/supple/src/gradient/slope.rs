@@ -1,7 +1,8 @@
 use supple_kernels::{Matrices, Scratch};
 
 use super::Functional;
-use super::total::{GradientWorkspace, TotalGradient, add_functional, add_initial_state};
+use super::total::{TotalGradient, add_functional, add_initial_state};
+use super::workspace::GradientWorkspace;
 
 /// A number that depends on a trajectory: a weight times its nominal cost, and a functional of its knots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

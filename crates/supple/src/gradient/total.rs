@@ -1,16 +1,13 @@
-use supple_kernels::{Matrices, Scratch};
-use supple_lqg::Dimensions;
-use supple_lqg::KnotAdjoints;
-use supple_lqg::Noise;
-use supple_lqg::{Belief, BeliefAdjoint, BeliefSeeds, reverse_kalman};
-use supple_lqg::{Lq, Policy, Regularisation, solve_limited, solve_lq};
-use supple_lqg::{Partials, reverse_riccati};
-use supple_lqg::{RiccatiAdjoint, RiccatiSeeds};
+//! Gradients of functionals with everything moving, and with the trajectory at rest.
+
+use supple_kernels::Scratch;
+use supple_lqg::{Belief, BeliefSeeds, Noise, Partials, RiccatiSeeds, reverse_kalman, reverse_riccati};
 use supple_model::Value;
 use supple_model::noise::NoiseModel;
 use supple_model::system::{Adjoints, Constraints, ExcessVariation, System, Variation};
 
 use super::kept::vary_within_limits;
+use super::workspace::GradientWorkspace;
 use crate::Error;
 use crate::plan::Plan;
 
@@ -44,81 +41,6 @@ impl Functional<'_> {
 
     fn depends_on_plan(&self) -> bool {
         self.belief != 0.0 || self.process != 0.0 || self.initial != 0.0 || self.partials.is_some()
-    }
-}
-
-/// Memory of the gradients.
-#[derive(Clone, Debug)]
-pub struct GradientWorkspace {
-    pub(super) belief: BeliefAdjoint,
-    pub(super) adjoints: KnotAdjoints,
-    pub(super) noise: Noise,
-    /// `[H | h]`: the Hessian of the Lagrangian, and the functional's gradient by the trajectory.
-    pub(crate) hessian: Matrices,
-    /// `H` of the plan, without a linear term, where it is known: it is the same for every functional.
-    lagrangian: Matrices,
-    known: bool,
-    riccati: RiccatiAdjoint,
-    policy: Policy,
-    pub(super) variation: Matrices,
-    pub(crate) costates: Matrices,
-}
-
-impl GradientWorkspace {
-    /// Memory for `steps` steps.
-    pub fn new(dimensions: Dimensions, steps: usize) -> Self {
-        let Dimensions { states, measurements, .. } = dimensions;
-        let joint = dimensions.joint();
-        Self {
-            belief: BeliefAdjoint::new(states, measurements),
-            adjoints: KnotAdjoints::zeros(dimensions, steps),
-            noise: Noise::zeros(states, measurements),
-            hessian: Matrices::zeros(steps + 1, joint, joint + 1),
-            lagrangian: Matrices::zeros(steps + 1, joint, joint + 1),
-            known: false,
-            riccati: RiccatiAdjoint::new(states, joint),
-            policy: Policy::zeros(dimensions, steps),
-            variation: Matrices::vectors(steps + 1, joint),
-            costates: Matrices::vectors(steps + 1, states),
-        }
-    }
-
-    /// Forgets what was known of the last plan. To be called when there is another.
-    pub fn forget(&mut self) {
-        self.known = false;
-    }
-
-    /// The variation of trajectory and costates that solves the LQ problem of `hessian` along a plan (theory, equation
-    /// G.6); controls that the plan holds at a bound stay there.
-    ///
-    /// # Errors
-    /// The step at which the problem is not convex.
-    pub(super) fn vary(&mut self, plan: &Plan) -> Result<(), usize> {
-        let (dynamics, cost, limits) = (&plan.knots.dynamics, &self.hessian, plan.policy.held());
-        let regularisation = Regularisation::default();
-        let lq = Lq { dynamics, cost, regularisation, limits, with_value: false };
-        solve_limited(lq, &mut self.policy)?;
-        solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);
-        Ok(())
-    }
-
-    /// The Hessian of the Lagrangian at a plan into `hessian`, with no linear term.
-    fn start_hessian(&mut self, task: &TotalGradient, scratch: &mut Scratch) {
-        if !self.known {
-            let &TotalGradient { system, phi, plan, .. } = task;
-            self.lagrangian.copy_from(&plan.knots.cost);
-            let (joint, stride) = (self.lagrangian.rows(), self.lagrangian.stride());
-            for row in self.lagrangian.as_mut_slice().chunks_exact_mut(stride) {
-                row[joint] = 0.0;
-            }
-            let at = plan.trajectory.points();
-            system.add_dynamics_curvature(at, phi, &plan.costates, &mut self.lagrangian, scratch);
-            if let Some(limits) = task.limits() {
-                limits.add_excess_curvature(at, phi, &plan.multipliers, &mut self.lagrangian, scratch);
-            }
-            self.known = true;
-        }
-        self.hessian.copy_from(&self.lagrangian);
     }
 }
 
@@ -195,10 +117,10 @@ pub fn total_gradient(
     let at = plan.trajectory.points();
     out.clear();
     out.resize(phi.len(), 0.0);
-    work.start_hessian(task, scratch);
+    work.start_hessian((system, phi), (plan, task.limits()), scratch);
     add_functional(task, functional, work, scratch, out);
     if let Some(limits) = task.limits() {
-        let multipliers = &vary_within_limits(task, limits, work, scratch)?;
+        let multipliers = &vary_within_limits((plan, phi), limits, work, scratch)?;
         let moved = Some(ExcessVariation { joint: &work.variation, multipliers });
         limits.add_excess_parameter_gradient(at, phi, &plan.multipliers, moved, out, scratch);
     } else {

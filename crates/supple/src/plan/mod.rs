@@ -6,10 +6,13 @@ mod bounds;
 mod costates;
 mod descent;
 mod nominal;
+mod result;
 mod risk;
 mod rollout;
 mod search;
+mod sweeps;
 mod within_limits;
+mod workspace;
 
 pub use crate::problem::NominalProblem;
 pub use crate::settings::{
@@ -17,12 +20,13 @@ pub use crate::settings::{
 };
 pub(crate) use approach::{approach, has_to_approach};
 pub use bounds::bounds_of;
-pub(crate) use costates::sweep_costates;
 pub(crate) use descent::{Descent, Model, Step, descend, is_over};
-pub use nominal::{Plan, PlanWorkspace, VALID_STATIONARITY, plan};
-pub(crate) use nominal::{finish, linearise, start, sweep};
+pub use result::{Plan, VALID_STATIONARITY};
 pub(crate) use risk::plan_risk;
 pub(crate) use rollout::rollout_within;
 pub use rollout::{rollout, simulate_controls};
 pub(crate) use search::Patience;
+pub(crate) use sweeps::{finish, linearise, start, sweep};
+pub use within_limits::plan;
 pub(crate) use within_limits::search;
+pub use workspace::PlanWorkspace;

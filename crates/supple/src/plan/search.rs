@@ -4,7 +4,7 @@ use supple_kernels::Scratch;
 use supple_model::system::Curvature;
 
 use super::descent::{Descent, Model, Step, descend, search_along};
-use super::nominal::{linearise, sweep};
+use super::sweeps::{linearise, sweep};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
 
 /// How often what second derivatives add to Gauss-Newton's is halved, where they are not positive or lead nowhere.

@@ -1,12 +1,13 @@
-//! Plans that keep limits of quantities, by the method of multipliers (theory, equations P.20 to P.22).
+//! Nominal plans, which keep limits of quantities by the method of multipliers (theory, equations P.20 to P.22).
 
 use supple_kernels::{Matrices, Scratch};
 use supple_model::limits::LIMIT_TOLERANCE;
 use supple_model::system::{Constraints, RollOut, System};
 
 use super::augmented::Augmented;
-use super::nominal::{finish, search_free, set_curvature};
+use super::nominal::search_free;
 use super::search::{Patience, minimise};
+use super::sweeps::{finish, set_curvature};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, simulate_controls};
 use crate::Error;
 
@@ -24,6 +25,25 @@ const MOST_GROWTHS: usize = 9;
 const NEAR: f64 = 0.05;
 /// The part of a limit's tolerance that plans are taken to.
 const SHARE: f64 = 0.3;
+
+/// Finds the nominal plan of partially observed iLQG by line search and regularisation (theory, section P).
+///
+/// Starts from the first state and the controls in `plan.trajectory`, and leaves the whole plan in `plan`. Bounds are
+/// left out of the search at first, unless the controls are within them and at some, as those of an earlier plan are.
+/// Limits of the system that plans keep are kept. Allocates nothing once workspace and scratch have been used, but for
+/// such limits.
+///
+/// # Errors
+/// Where the first guess already leads to a cost or derivative that is not finite.
+pub fn plan(
+    problem: NominalProblem,
+    settings: &PlanSettings,
+    plan: &mut Plan,
+    work: &mut PlanWorkspace,
+    scratch: &mut Scratch,
+) -> Result<(), Error> {
+    search(problem, (settings, Patience::Full), plan, work, scratch)
+}
 
 /// Finds a nominal plan that keeps the limits of its system: first without them, then, where that one does not keep
 /// them, of the augmented Lagrangian round by round. As [`search_free`] where there are none to keep.

@@ -4,7 +4,7 @@ use supple::Problem;
 use supple::design::plan_at;
 use supple::pipeline::TaskState;
 
-use super::rules::digits;
+use super::rules::four_digits;
 use super::templates::Limit;
 
 /// Stiffnesses below that of the stiff mount at which costs are computed.
@@ -46,7 +46,7 @@ impl Costs {
             [with, without]
         };
         for place in 0..=SOFTER {
-            let stiffness = digits(most * (soft / most).powf(place as f64 / SOFTER as f64));
+            let stiffness = four_digits(most * (soft / most).powf(place as f64 / SOFTER as f64));
             let [with, without] = costs(stiffness);
             if place == 0 {
                 found.stiff = with;
@@ -67,5 +67,5 @@ pub fn limit(precise: f64, coarse: f64, margin: f64) -> Limit {
     let way = if coarse.is_finite() { (coarse - precise).max(0.02 * precise) } else { precise };
     let unit = 10.0_f64.powf((0.01 * way).max(1e-12).log10().floor());
     let bound = ((precise + margin * way) / unit).ceil() * unit;
-    Limit { bound: format!("{bound:.6e}").parse().unwrap_or(bound), precise, coarse }
+    Limit { bound: supple_text::significant(bound, 7), precise, coarse }
 }

@@ -169,7 +169,7 @@ impl<'a> Search<'a> {
         }
         let moving = self.columns(q).into_iter().filter(|column| norm(*column) > 1e-6 * self.limb.reach);
         // Four digits, so that small entries of an axis are 0.
-        let unit = |column: [f64; 3]| column.map(|entry| four_digits(entry / norm(column)));
+        let unit = |column: [f64; 3]| column.map(|entry| four_decimals(entry / norm(column)));
         moving.map(unit).flat_map(|unit| [unit, scale(-1.0, unit)]).collect()
     }
 
@@ -195,7 +195,7 @@ impl<'a> Search<'a> {
             at => at.unwrap_or(pose.position).map(|entry| round(entry, limb.reach)),
         };
         let turn = upright(normal, &pose, self.push);
-        let rpy = turn.map(|turn| rpy_of(&turn).map(four_digits));
+        let rpy = turn.map(|turn| rpy_of(&turn).map(four_decimals));
         let chosen = rpy.filter(|_| limb.joints().len() >= 6);
         let reach = Reach {
             start: &limb.planning.start,
@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
         if !(reached.is_there() || few && reached.distance < 0.01 * limb.reach) {
             return None;
         }
-        let q: Vec<f64> = if few { reached.q.iter().copied().map(four_digits).collect() } else { reached.q.clone() };
+        let q: Vec<f64> = if few { reached.q.iter().copied().map(four_decimals).collect() } else { reached.q.clone() };
         let (pose, worth) = self.worth(&q);
         // A wall along which the tool slides and which it never presses on.
         if few && self.facing(&q, &pose, normal) < FACING {
@@ -297,11 +297,11 @@ fn mounted(pose: &Pose, normal: [f64; 3]) -> ([f64; 3], [[f64; 3]; 2]) {
     let columns = [x, y, z].map(|axis| pose.unrotate(axis));
     let turn = [0, 1, 2].map(|row| [0, 1, 2].map(|column| columns[column][row]));
     // Four digits, as of the pose; what lies below comes from rounding.
-    (rpy_of(&turn).map(four_digits), [x, y])
+    (rpy_of(&turn).map(four_decimals), [x, y])
 }
 
-/// Four digits behind the point.
-fn four_digits(number: f64) -> f64 {
+/// Four decimals.
+fn four_decimals(number: f64) -> f64 {
     (number * 1e4).round() / 1e4
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, bias, load};
 
+use super::rules::plain;
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
 
@@ -117,7 +118,7 @@ fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut Stri
     let kinematics = Kinematics::at_rest(tree, &numbers, start);
     let held = bias(tree, &numbers, &kinematics, start, &vec![0.0; start.len()], SMOOTHING);
     let torque = held.iter().fold(1.0, |most: f64, entry| most.max(entry.abs()));
-    let list = |list: &[f64]| list.iter().map(|entry| format!("{:?}", rounded(*entry))).collect::<Vec<_>>().join(", ");
+    let list = |list: &[f64]| list.iter().map(|entry| format!("{:?}", plain(*entry))).collect::<Vec<_>>().join(", ");
     let _ = write!(
         text,
         "\n[[model.sensors]]\nkind = \"joint_position\"\nselect = [{select}]\nvariance = 1e-6                  # rad^2 or m^2\n\n\
@@ -153,11 +154,6 @@ fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut Stri
          [[tasks.costs]]\nkind = \"control\"\nweight = {:.1e}\n",
         1e-2 / (torque * torque)
     );
-}
-
-/// A number with six digits.
-fn rounded(value: f64) -> f64 {
-    if value.abs() < 1e-9 { 0.0 } else { format!("{value:.5e}").parse().unwrap_or(value) }
 }
 
 /// A path as seen from a folder, where it has a part in common with it; else from the top.

@@ -81,9 +81,9 @@ impl Rules {
             }
         };
         unless_given("stiffness", &mut rules.stiffness, round(1e3 * rules.force / limb.reach));
-        unless_given("force_sd", &mut rules.force_sd, digits(0.05 * rules.force));
+        unless_given("force_sd", &mut rules.force_sd, four_digits(0.05 * rules.force));
         unless_given("tolerance", &mut rules.tolerance, round(0.05 * rules.travel));
-        unless_given("smoothing", &mut rules.smoothing, digits(longer * 3.5 * rules.wall_sd));
+        unless_given("smoothing", &mut rules.smoothing, four_digits(longer * 3.5 * rules.wall_sd));
         Ok(rules)
     }
 
@@ -128,22 +128,22 @@ impl Rules {
 
     /// Time step, s.
     pub fn time_step(&self) -> f64 {
-        digits(self.time / STEPS as f64)
+        four_digits(self.time / STEPS as f64)
     }
 
     /// The softest mount, N/m: the force deflects it by 40 times the deflection of the stiff one.
     pub fn soft(&self) -> f64 {
-        digits(self.stiffness / 40.0)
+        four_digits(self.stiffness / 40.0)
     }
 
     /// Damping of the stiff mount, N s/m: half of critical.
     pub fn damping(&self) -> f64 {
-        digits((self.stiffness * self.mass).sqrt())
+        four_digits((self.stiffness * self.mass).sqrt())
     }
 
     /// Stiffness of the wall, N/m: the force goes as deep as the contact sets in.
     pub fn wall_stiffness(&self) -> f64 {
-        digits(self.force / self.smoothing)
+        four_digits(self.force / self.smoothing)
     }
 
     /// Standard deviation of a joint's sensor, rad, or m where all slide; of a slide it is [`Rules::tip_sd`].
@@ -153,30 +153,30 @@ impl Rules {
 
     /// The weight of a term: 1 where it is off by `tolerance` all the time.
     pub fn weight(&self, tolerance: f64) -> f64 {
-        digits(1.0 / (STEPS as f64 * tolerance * tolerance))
+        four_digits(1.0 / (STEPS as f64 * tolerance * tolerance))
     }
 
     /// The weight of a final term: 1 where it is off by `tolerance` at the end.
     pub fn final_weight(&self, tolerance: f64) -> f64 {
-        digits(1.0 / (tolerance * tolerance))
+        four_digits(1.0 / (tolerance * tolerance))
     }
 
     /// Speed of joints that matters, rad/s, or m/s where all slide: ten times that of the travel within the time, and at most
     /// half of the least speed limit of the joints.
     pub fn joint_speed(&self, limb: &Limb) -> f64 {
-        round(10.0 * self.travel / (self.time * limb.lever())).min(digits(0.5 * limb.slowest()))
+        round(10.0 * self.travel / (self.time * limb.lever())).min(four_digits(0.5 * limb.slowest()))
     }
 
     /// Speed over which Coulomb friction builds up, rad/s, or m/s where all joints slide: half of the speed that matters, so
     /// that the linearisation sees the friction of motions and not a brake at rest.
     pub fn friction_smoothing(&self, limb: &Limb) -> f64 {
-        digits(0.5 * self.joint_speed(limb))
+        four_digits(0.5 * self.joint_speed(limb))
     }
 
     /// Deviation of a commanded position from the one that holds the start that matters, rad, or m where all slide: three
     /// times that of the travel.
     pub fn command(&self, limb: &Limb) -> f64 {
-        digits(3.0 * round(self.travel / limb.lever()))
+        four_digits(3.0 * round(self.travel / limb.lever()))
     }
 
     /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force, or
@@ -197,10 +197,15 @@ pub fn round(value: f64) -> f64 {
     let decade = 10.0_f64.powf(value.log10().floor());
     let near = |a: &f64, b: &f64| (a / (value / decade)).ln().abs().total_cmp(&(b / (value / decade)).ln().abs());
     let first = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(near).unwrap_or(1.0);
-    digits(first * decade)
+    four_digits(first * decade)
 }
 
 /// A number with four digits.
-pub fn digits(value: f64) -> f64 {
-    format!("{value:.3e}").parse().unwrap_or(value)
+pub fn four_digits(value: f64) -> f64 {
+    supple_text::significant(value, 4)
+}
+
+/// A number with six four_digits, without a sign where it is 0.
+pub fn plain(value: f64) -> f64 {
+    if value.abs() < 1e-9 { 0.0 } else { supple_text::significant(value, 6) }
 }

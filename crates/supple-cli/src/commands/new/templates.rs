@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 use super::limb::Limb;
 use super::place::Start;
-use super::rules::Rules;
+use super::rules::{Rules, plain};
 use crate::template::Template;
 
 /// All that a task file is written from.
@@ -50,11 +50,6 @@ fn list(numbers: &[f64]) -> String {
 fn names(names: &[impl AsRef<str>]) -> String {
     let shown: Vec<_> = names.iter().map(|name| format!("{:?}", name.as_ref())).collect();
     format!("[{}]", shown.join(", "))
-}
-
-/// A number with six digits, without a sign where it is 0.
-fn plain(value: f64) -> f64 {
-    if value.abs() < 1e-9 { 0.0 } else { format!("{value:.5e}").parse().unwrap_or(value) }
 }
 
 /// A line with a comment in the column where comments stand.
@@ -165,13 +160,9 @@ impl Draft<'_> {
         said(
             text,
             &format!("mass = {:?}", rules.mass),
-            &format!("kg: the tool, 2 % of the mass of the limb, {} kg", plain(round3(limb.mass))),
+            &format!("kg: the tool, 2 % of the mass of the limb, {} kg", plain(supple_text::significant(limb.mass, 3))),
         );
         said(text, &format!("stiffness = {}", each(0)), "N/m");
         said(text, &format!("damping = {}", each(1)), "N s/m: half of critical");
     }
-}
-
-fn round3(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
 }

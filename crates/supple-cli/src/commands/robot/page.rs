@@ -4,13 +4,12 @@ use std::fmt::Write;
 
 use supple_robot::{Joint, JointKind, Robot, Tree};
 
-use super::Planning;
+use super::planning::Planning;
+use super::words::{name, number};
 use crate::tables::{Rows, align_right as align, table};
 
 /// Levels of the tree that are drawn; what hangs deeper stands at the last one, with the name of what carries it.
 const LEVELS: usize = 20;
-/// Characters of a name that are shown.
-const LONGEST: usize = 60;
 /// What each column of the list of joints is, and whether it holds numbers.
 const COLUMNS: [(&str, bool); 15] = [
     ("", true),
@@ -83,25 +82,6 @@ fn missing_meshes(robot: &Robot, verbose: bool) -> Vec<String> {
 
 fn count(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-/// A name in one line, and short.
-pub fn name(name: &str) -> String {
-    let mut short: String = name.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
-    if short.len() < name.len() {
-        short.push_str("...");
-    }
-    short
-}
-
-/// A number with at most six significant digits.
-pub fn number(value: f64) -> String {
-    let value: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    match f64::abs(value) {
-        0.0 => "0".into(),
-        1e-3..1e6 => value.to_string(),
-        _ => format!("{value:e}"),
-    }
 }
 
 fn vector(vector: [f64; 3]) -> String {

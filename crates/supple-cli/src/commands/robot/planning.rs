@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_robot::{Numbers, Robot, Tree, massless_joints};
 use supple_text::quoted;
 
-use super::page::{name, number};
+use super::words::{name, number};
 
 /// Joints of a robot that is looked at, at most: plans of more take too long.
 const MOST_JOINTS: usize = 300;

@@ -1,6 +1,6 @@
 //! What a sensor achieves: its Kalman filter on the problem as given.
 
-use super::information::Stage;
+use super::given::Stage;
 use super::matrix::Matrix;
 use supple_kernels::math;
 

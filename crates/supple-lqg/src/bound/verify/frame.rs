@@ -1,6 +1,6 @@
 //! A problem in coordinates of a point of the dual: computed in so many digits that only rounding to intervals is left.
 
-use super::information::{Dual, DualStep, Given, next};
+use super::given::{Dual, DualStep, Given, next};
 use super::interval::Interval;
 use super::matrix::{Enclosure, Matrix};
 use super::wide::Wide;

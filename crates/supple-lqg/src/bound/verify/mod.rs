@@ -7,6 +7,7 @@
 mod elimination;
 mod filter;
 mod frame;
+mod given;
 mod information;
 mod interval;
 mod law;
@@ -17,7 +18,8 @@ mod wide;
 mod wides;
 
 pub(super) use filter::{Filtered, Sensor, over_horizon};
-pub(super) use information::{Dual, DualStep, Given, Proving, Stage};
+pub(super) use given::{Dual, DualStep, Given, Stage};
+pub(super) use information::Proving;
 pub(super) use interval::Interval;
 pub(super) use law::{Along, AlongStep, law};
 pub(super) use matrix::Matrix;

@@ -2,7 +2,7 @@
 
 use super::filter::{Filtered, Sensor};
 use super::frame::others;
-use super::information::{DualStep, Stage};
+use super::given::{DualStep, Stage};
 use super::matrix::Matrix;
 use super::wide::Wide;
 use super::wides::Wides;

@@ -11,8 +11,8 @@ impl Robot {
     /// joints. What else the task adds is among [`omitted`](supple_robot::Robot::omitted).
     pub fn described(&self, phi: &[f64]) -> supple_robot::Robot {
         let at = Point { x: &[], u: &[], phi, time_step: 0.0, w: &[] };
-        let numbers = self.numbers(&at);
-        let mut robot = (*self.robot).clone();
+        let numbers = self.bodies.numbers(&at);
+        let mut robot = (*self.bodies.robot).clone();
         robot.gravity = Some(numbers.gravity);
         for (link, numbers) in robot.links.iter_mut().zip(&numbers.links) {
             if link.inertia.is_some() || numbers.mass != 0.0 {
@@ -26,7 +26,7 @@ impl Robot {
         }
         for (drive, rotor) in self.drives.iter().zip(self.rotors(&at)) {
             if drive.motor.is_none() {
-                robot.joints[self.tree.joint_indices()[drive.dof]].armature += rotor.1;
+                robot.joints[self.bodies.tree.joint_indices()[drive.dof]].armature += rotor.1;
             }
         }
         for drive in &self.drives {
@@ -35,9 +35,9 @@ impl Robot {
                 (actuator.gear, actuator.law) = (at.value(drive.gear), servo.law(&at));
             }
         }
-        let own = self.robot.links.len() + self.robot.frames.len();
-        for (place, frame) in self.frames.iter().enumerate() {
-            let found = self.place(own + place, &at);
+        let own = self.bodies.robot.links.len() + self.bodies.robot.frames.len();
+        for (place, frame) in self.bodies.frames.iter().enumerate() {
+            let found = self.bodies.place(own + place, &at);
             robot.frames.push(Frame { name: frame.name.clone(), link: found.link, pose: found.pose });
         }
         for element in &self.compliance {
@@ -45,7 +45,7 @@ impl Robot {
                 Some(spring) => {
                     let [stiffness, rest, damping] =
                         [spring.stiffness, spring.rest, spring.damping].map(|value| at.value(value));
-                    let joint = &mut robot.joints[self.tree.joint_indices()[spring.dof]];
+                    let joint = &mut robot.joints[self.bodies.tree.joint_indices()[spring.dof]];
                     let sum = joint.stiffness + stiffness;
                     if sum > 0.0 {
                         joint.rest = (joint.stiffness * joint.rest + stiffness * rest) / sum;

@@ -5,36 +5,39 @@ use supple_robot::{
     dry_friction, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance, sliding_rate,
 };
 
-use super::compliance::{Native, Resistance};
 use super::drive::Drive;
-use super::integrator::{Integrator, widened};
-use super::numbers::Override;
-use super::situation::{Forces, Situation};
+use super::integrator::Integrator;
 use super::{Point, Robot};
+use crate::model::bodies::{Forces, Override, Situation, widened};
+use crate::model::compliance::{Native, Resistance};
 
 impl Robot {
     /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
     /// with accelerations `a`.
     pub(super) fn stepping<'a, S: Native>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
-        let now = Situation::of(self, at);
+        let now = Situation::of(&self.bodies, at);
         match self.integrator {
             Integrator::SemiImplicit => now,
             Integrator::Implicit if self.has_friction() => {
-                let rates = self.sliding_rates(at);
-                now.sliding_at(rates).ahead(a)
+                now.sliding_at(self.sliding_rates(at)).at_end(a, self.sees_frames())
             }
-            Integrator::Implicit => now.ahead(a),
+            Integrator::Implicit => now.at_end(a, self.sees_frames()),
         }
+    }
+
+    /// Whether any element of compliance asks for frames.
+    fn sees_frames(&self) -> bool {
+        self.compliance.iter().any(|element| !element.kind.frames().is_empty())
     }
 
     /// The rates to which friction slows each degree of freedom in an implicit step, as if it moved alone (theory,
     /// equation R.23): friction that resists as at the rates at the beginning would hold what breaks away within the step.
     fn sliding_rates<S: Native>(&self, at: &Point<S>) -> Vec<S> {
-        let mut now = Situation::of(self, at);
-        let friction = dry_friction(&self.tree, &now.numbers);
+        let mut now = Situation::of(&self.bodies, at);
+        let friction = dry_friction(&self.bodies.tree, &now.numbers);
         now.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
         let still = vec![S::zero(); self.positions().1];
-        let now = now.ahead(&still);
+        let now = now.at_end(&still, self.sees_frames());
         let (inertia, needed) = (self.inertia(&now), self.unbalanced(&now, &still));
         let (lead, smoothing) = (now.lead(), self.friction_speed(at));
         let slowed = |(dof, &friction): (usize, &S)| {
@@ -51,7 +54,7 @@ impl Robot {
         let smoothing = self.friction_speed(at);
         let mut forces = Forces {
             generalised: passive_forces_ahead(
-                &self.tree,
+                &self.bodies.tree,
                 &now.numbers,
                 (now.q(), now.sliding()),
                 now.resisted(),
@@ -70,7 +73,7 @@ impl Robot {
             forces.generalised[place] += drive.force(at, u, position, rate);
         }
         for element in &self.compliance {
-            element.kind.over::<S>().apply(&now.seen_by(element), &mut forces);
+            element.kind.over::<S>().apply(&element.own(now), &mut forces);
         }
         forces
     }
@@ -85,13 +88,13 @@ impl Robot {
     pub(super) fn has_friction(&self) -> bool {
         let given =
             |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
-        self.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.overrides.iter().any(given)
+        self.bodies.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.bodies.overrides.iter().any(given)
     }
 
     /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
     pub(super) fn inertia<S: Native>(&self, now: &Situation<S>) -> Vec<Vec<S>> {
         let (dofs, positions) = self.positions();
-        let mut mass = mass_matrix(&self.tree, &now.numbers, &now.kinematics);
+        let mut mass = mass_matrix(&self.bodies.tree, &now.numbers, &now.kinematics);
         for row in &mut mass {
             row.resize(positions, S::zero());
         }
@@ -115,7 +118,7 @@ impl Robot {
     pub(super) fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
-        let joints = passive_resistance(&self.tree, &now.numbers, now.sliding(), lead, smoothing);
+        let joints = passive_resistance(&self.bodies.tree, &now.numbers, now.sliding(), lead, smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
         }
@@ -126,7 +129,7 @@ impl Robot {
             }
         }
         for element in &self.compliance {
-            for Resistance { block, rows } in element.kind.over::<S>().resistance(&now.seen_by(element)) {
+            for Resistance { block, rows } in element.kind.over::<S>().resistance(&element.own(now)) {
                 let block: Vec<Vec<S>> =
                     block.iter().map(|row| row.iter().map(|&entry| lead * entry).collect()).collect();
                 for i in 0..positions {
@@ -162,7 +165,8 @@ impl Robot {
     pub(super) fn unbalanced<S: Native>(&self, now: &Situation<S>, a: &[S]) -> Vec<S> {
         let (dofs, positions) = self.positions();
         let forces = self.forces(now);
-        let mut needed = inverse_dynamics(&self.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
+        let mut needed =
+            inverse_dynamics(&self.bodies.tree, &now.numbers, &now.kinematics, &a[..dofs], &forces.wrenches);
         needed.resize(positions, S::zero());
         for element in &self.compliance {
             for (i, inertia) in element.kind.over::<S>().inertias(now.at).into_iter().enumerate() {

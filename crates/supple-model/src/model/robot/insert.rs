@@ -4,9 +4,6 @@ use serde::Deserialize;
 use supple_robot::{Inertia, InsertedAxis, Pose};
 use supple_text::{FileError, digits, nearest, owned, quoted};
 
-use super::compliance::{Element, Spring, find};
-use super::file::Build;
-use super::numbers::Override;
 use crate::Value;
 use crate::document::{Document, Place};
 use crate::value::OneOrMore;
@@ -65,11 +62,11 @@ pub(super) struct Inserted {
     /// Names of the joints.
     pub joints: Vec<String>,
     /// Name of the link beyond.
-    link: String,
-    mass: Value,
-    center: [Value; 3],
-    stiffness: Vec<Value>,
-    damping: Vec<Value>,
+    pub link: String,
+    pub mass: Value,
+    pub center: [Value; 3],
+    pub stiffness: Vec<Value>,
+    pub damping: Vec<Value>,
 }
 
 /// Inserts all joints that the task asks for, one after the other.
@@ -183,42 +180,5 @@ impl InsertFile {
             Some(message) => Err(error(&["name".into()], message)),
             None => Ok(insert),
         }
-    }
-}
-
-impl Build<'_> {
-    /// Masses and centres of inserted links, which may be parameters.
-    pub(super) fn inserted_numbers(&self) -> Result<Vec<Override>, FileError> {
-        let mut overrides = Vec::new();
-        for (index, inserted) in self.inserted.iter().enumerate() {
-            let Inserted { link, mass, center, stiffness, damping, .. } = inserted;
-            let keys = |key: &'static str| ["insert".into(), index.into(), key.into()];
-            self.check(&keys("mass"), *mass, 0.0, false)?;
-            for (key, values) in [("stiffness", stiffness), ("damping", damping)] {
-                values.iter().try_for_each(|&value| self.check(&keys(key), value, 0.0, false))?;
-            }
-            let is_constant = |value: &Value| matches!(value, Value::Number(_));
-            if is_constant(mass) && center.iter().all(is_constant) {
-                continue;
-            }
-            let names: Vec<String> = self.robot.links.iter().map(|link| link.name.clone()).collect();
-            let link = find("name", "link", link, &names).map_err(|unfit| self.unfit(&keys("name")[..2], unfit))?;
-            let (mass, center) = (Some(*mass), Some(*center));
-            overrides.push(Override::Link { link, mass, inertia_scale: None, center });
-        }
-        Ok(overrides)
-    }
-
-    /// The springs of inserted joints, each named as its joint; locked joints have none.
-    pub(super) fn inserted_springs(&self) -> Vec<Element> {
-        let springs = self.inserted.iter().flat_map(|inserted| {
-            let numbers = inserted.stiffness.iter().zip(&inserted.damping);
-            inserted.joints.iter().zip(numbers).filter_map(|(joint, (&stiffness, &damping))| {
-                let dof = self.joints.iter().position(|other| other == joint)?;
-                let kind = Spring::new(dof, stiffness, damping).into();
-                Some(Element { name: joint.clone(), kind, coordinate: 0, constant: 0 })
-            })
-        });
-        springs.collect()
     }
 }

@@ -1,7 +1,4 @@
 use serde::{Deserialize, Serialize};
-use supple_kernels::Scalar;
-
-use crate::{Point, Value};
 
 /// How a robot's motion is integrated over a time step (theory, equations R.5 and R.20 to R.22).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
@@ -13,9 +10,4 @@ pub(super) enum Integrator {
     Implicit,
     /// All forces are those at the beginning of the step: a stiff spring or strong damping needs a short one.
     SemiImplicit,
-}
-
-/// A smoothing that is wider by a value: `sqrt(smoothing^2 + by^2)` (theory, equation P.3c).
-pub(super) fn widened<S: Scalar>(at: &Point<S>, smoothing: S, by: Value) -> S {
-    smoothing.mul_add(smoothing, at.value(by).square()).sqrt()
 }

@@ -7,8 +7,8 @@ use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use supple_robot::{JointKind, Tree};
 use supple_text::FileError;
 
-use super::compliance::find;
 use crate::document::{Document, Place};
+use crate::model::compliance::find;
 use crate::value::as_key;
 
 /// `locked` of `[model]`: names of joints, or their positions by name.

@@ -1,18 +1,18 @@
 //! Robots of rigid bodies from URDF, SDF or MJCF files, with compliance where the designer puts it.
 //!
 //! ```text
-//! file.rs: task file + robot file -> Robot        numbers.rs: numbers that are parameters
-//! situation.rs: where everything is               compliance/, drive.rs: forces        dynamics.rs: inertia and steps
-//! signals.rs: what can be measured
-//! picture.rs: what it looks like
+//! keys.rs, build/: task file + robot file -> Robot
+//! ../bodies/: numbers that are parameters, and where everything is
+//! ../compliance/, drive.rs: forces        dynamics.rs: inertia and steps
+//! signals.rs: what can be measured        picture.rs: what it looks like
 //! ```
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use supple_kernels::Scalar;
 use supple_lqg::Dimensions;
-use supple_robot::{JointKind, Tree};
 
+use super::bodies::{Bodies, Situation};
+use super::compliance::{CONTACT_FORCE, Element};
 use super::{Channel, Channels, Kinds, Limit, Model, ModelFile, Point, Source};
 
 use crate::Value;
@@ -22,33 +22,24 @@ use crate::physics::FileSensor;
 use crate::quantity::{Known, Sensor, Unfit};
 use crate::scene::Picture;
 
-mod compliance;
+mod build;
 mod described;
 mod drive;
 mod dynamics;
-mod file;
 mod insert;
 mod integrator;
 mod keys;
 mod locked;
 mod native;
-mod numbers;
 mod picture;
 mod rigid;
 mod schema;
 mod signals;
-mod situation;
 mod start;
 
-pub use compliance::Couplings;
-pub use compliance::{BesideJoint, Compliance, ComplianceFile, Drawn, Names, Resistance, Rule};
-use compliance::{CONTACT_FORCE, Element};
 use drive::Drive;
 use integrator::Integrator;
 use native::{Part, run};
-use numbers::{FrameNumbers, Override};
-use situation::Situation;
-pub use situation::{Forces, Own};
 
 /// A robot of rigid bodies, its drives, compliance and sensors.
 ///
@@ -65,12 +56,7 @@ pub use situation::{Forces, Own};
 pub struct Robot {
     /// The file that it was read from.
     file: PathBuf,
-    robot: Arc<supple_robot::Robot>,
-    tree: Arc<Tree>,
-    gravity: [Value; 3],
-    /// Numbers of the file that the task says anew.
-    overrides: Vec<Override>,
-    frames: Vec<FrameNumbers>,
+    bodies: Bodies,
     drives: Vec<Drive>,
     compliance: Vec<Element>,
     sensors: Vec<Sensor>,
@@ -88,18 +74,11 @@ pub struct Robot {
 impl Robot {
     /// How many positions there are: degrees of freedom, and with what compliance adds.
     fn positions(&self) -> (usize, usize) {
-        let dofs = self.tree.dofs();
-        (dofs, dofs + self.compliance.iter().map(|element| element.kind.coordinates()).sum::<usize>())
+        self.bodies.positions()
     }
 
     fn constants(&self) -> usize {
         self.compliance.iter().map(|element| element.kind.constants()).sum()
-    }
-
-    /// Whether a degree of freedom is a slide.
-    fn slides(&self, dof: usize) -> bool {
-        let joint = self.tree.joint_indices().get(dof).map(|&joint| self.robot.joints[joint].kind);
-        joint == Some(JointKind::Prismatic)
     }
 
     /// Names and units of the states: those of a motor are those of its joint, and walls have places. What else
@@ -115,9 +94,9 @@ impl Robot {
             positions.push(position);
             rates.push(rate);
         };
-        (0..self.tree.dofs()).for_each(|dof| moves(Some(self.slides(dof))));
+        (0..self.bodies.tree.dofs()).for_each(|dof| moves(Some(self.bodies.slides(dof))));
         for Element { kind, .. } in &self.compliance {
-            (0..kind.coordinates()).for_each(|_| moves(kind.motor_of().map(|dof| self.slides(dof))));
+            (0..kind.coordinates()).for_each(|_| moves(kind.motor_of().map(|dof| self.bodies.slides(dof))));
             constants.extend((0..kind.constants()).map(|_| if kind.has_wall() { "m" } else { "" }));
         }
         let units = positions.into_iter().chain(rates).chain(constants);
@@ -183,7 +162,7 @@ impl Model for Robot {
     }
 
     fn frame_names(&self) -> Vec<String> {
-        self.frame_names().into_iter().map(str::to_owned).collect()
+        self.bodies.frame_names().into_iter().map(str::to_owned).collect()
     }
 
     fn motors(&self) -> Vec<(String, String)> {
@@ -199,7 +178,7 @@ impl Model for Robot {
     }
 
     fn joint_names(&self) -> Vec<String> {
-        self.tree.joints().to_vec()
+        self.bodies.tree.joints().to_vec()
     }
 
     fn locked_joints(&self) -> Vec<String> {
@@ -217,7 +196,8 @@ impl Model for Robot {
                 (0..count).map(move |_| format!("{prefix}.{}", element.name))
             })
         };
-        let joints = |prefix: &'static str| self.tree.joints().iter().map(move |joint| format!("{prefix}.{joint}"));
+        let joints =
+            |prefix: &'static str| self.bodies.tree.joints().iter().map(move |joint| format!("{prefix}.{joint}"));
         let constants = self
             .compliance
             .iter()
@@ -236,8 +216,8 @@ impl Model for Robot {
     fn limits(&self) -> Vec<Limit> {
         let (_, positions) = self.positions();
         let mut limits = Vec::new();
-        for (dof, &joint) in self.tree.joint_indices().iter().enumerate() {
-            let joint = &self.robot.joints[joint];
+        for (dof, &joint) in self.bodies.tree.joint_indices().iter().enumerate() {
+            let joint = &self.bodies.robot.joints[joint];
             let [lower, upper] = [joint.limits.lower, joint.limits.upper];
             limits.push(Limit::state(format!("position of joint `{}`", joint.name), dof, lower, upper));
             let most = joint.limits.velocity;
@@ -258,8 +238,8 @@ impl Model for Robot {
     }
 
     fn contact_states(&self, at: &Point<f64>) -> Vec<ContactState> {
-        let now = Situation::of(self, at);
-        self.compliance.iter().filter_map(|element| element.kind.contact_state(&now.seen_by(element))).collect()
+        let now = Situation::of(&self.bodies, at);
+        self.compliance.iter().filter_map(|element| element.kind.contact_state(&element.own(&now))).collect()
     }
 
     fn substeps(&self) -> Option<usize> {
@@ -295,7 +275,7 @@ impl ModelFile for Robot {
     type File = keys::File;
 
     fn read(source: &Source) -> Result<Self, FileError> {
-        file::read(source)
+        build::read(source)
     }
 
     fn variances(&self) -> Option<Vec<Value>> {
@@ -303,15 +283,15 @@ impl ModelFile for Robot {
     }
 
     fn files(&self) -> Vec<PathBuf> {
-        std::iter::once(&self.file).chain(&self.robot.included).cloned().collect()
+        std::iter::once(&self.file).chain(&self.bodies.robot.included).cloned().collect()
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.robot.warnings.clone()
+        self.bodies.robot.warnings.clone()
     }
 
     fn every_warning(&self) -> Vec<String> {
-        self.robot.every_warning.clone()
+        self.bodies.robot.every_warning.clone()
     }
 
     fn starts_by_itself(&self) -> bool {

@@ -3,8 +3,8 @@
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call};
 
-use super::compliance::Native;
 use super::{Point, Robot};
+use crate::model::compliance::Native;
 
 /// One of these functions.
 #[derive(Clone, Copy, Debug)]

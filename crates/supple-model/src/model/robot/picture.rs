@@ -3,9 +3,9 @@
 use supple_robot::vector::{add, dot, scale, sub};
 use supple_robot::{Joint, JointKind, JointNumbers, Numbers};
 
-use super::compliance::{Drawn, Element, Native};
-use super::situation::Situation;
 use super::{Point, Robot};
+use crate::model::bodies::Situation;
+use crate::model::compliance::{Drawn, Element, Native};
 use crate::scene::{
     Landmark, LandmarkKind, MeshFile, Picture, PlacedBody, PlacedConnection, Pose, Shape, Solid, quaternion, turned_to,
 };
@@ -57,13 +57,13 @@ fn rail(joint: &Joint, numbers: &JointNumbers<f64>, radius: f64) -> Option<Shape
 impl Robot {
     /// Frames whose uncertainty is drawn: those of the compliance, and the ends of the robot, as far as they move.
     fn tracked(&self) -> Vec<usize> {
-        let robot = &self.robot;
+        let robot = &self.bodies.robot;
         let is_end = |link: &usize| robot.joints.iter().all(|joint| joint.parent != *link);
         let ends = (0..robot.links.len()).filter(is_end);
         let of_compliance = self.compliance.iter().flat_map(|element| element.kind.frames());
         let mut frames: Vec<usize> = Vec::new();
         for frame in of_compliance.chain(ends) {
-            if self.tree.body_of(self.link_of(frame)).is_some() && !frames.contains(&frame) {
+            if self.bodies.tree.body_of(self.bodies.link_of(frame)).is_some() && !frames.contains(&frame) {
                 frames.push(frame);
             }
         }
@@ -74,14 +74,14 @@ impl Robot {
     /// The line skeleton of a link: lines from its joint to the next joints and to its frames, rails of joints that slide on it,
     /// and a mark at its joint. Where a last link has no frames, its line ends at its centre of mass.
     fn skeleton(&self, at: &Point<f64>, numbers: &Numbers<f64>, line: f64, link: usize) -> Vec<Shape> {
-        let robot = &self.robot;
+        let robot = &self.bodies.robot;
         let joint = link.checked_sub(1);
         let moved = joint.map_or(Pose::IDENTITY, |joint| numbers.joints[joint].child_pose.inverse());
         let start = moved.position;
         let next = robot.joints.iter().zip(&numbers.joints).filter(|(joint, _)| joint.parent == link);
         let next: Vec<([f64; 3], f64)> = next.map(|(_, numbers)| (numbers.origin.position, line)).collect();
         let of_frames = if next.is_empty() { line } else { BRANCH * line };
-        let frames = self.marked().map(|frame| self.place(frame, at)).filter(|place| place.link == link);
+        let frames = self.marked().map(|frame| self.bodies.place(frame, at)).filter(|place| place.link == link);
         let frames: Vec<([f64; 3], f64)> = frames.map(|place| (place.pose.position, of_frames)).collect();
         let is_far = |from: [f64; 3], to: [f64; 3]| length(sub(to, from)) > NEAR * line;
         let mut ends: Vec<([f64; 3], f64)> = Vec::new();
@@ -115,29 +115,30 @@ impl Robot {
 
     /// Frames that belong to the drawing: those of the robot's file and of compliance.
     fn marked(&self) -> impl Iterator<Item = usize> + '_ {
-        let links = self.robot.links.len();
-        (links..links + self.robot.frames.len()).chain(self.compliance.iter().flat_map(|element| element.kind.frames()))
+        let links = self.bodies.robot.links.len();
+        (links..links + self.bodies.robot.frames.len())
+            .chain(self.compliance.iter().flat_map(|element| element.kind.frames()))
     }
 
     /// What it looks like at a point.
     pub(super) fn draw(&self, at: &Point<f64>) -> Picture {
-        let now = Situation::of(self, at);
-        let size = size(&self.robot, &now.numbers);
-        let bodies = self.robot.links.iter().enumerate().map(|(link, described)| PlacedBody {
+        let now = Situation::of(&self.bodies, at);
+        let size = size(&self.bodies.robot, &now.numbers);
+        let bodies = self.bodies.robot.links.iter().enumerate().map(|(link, described)| PlacedBody {
             name: described.name.clone(),
             shapes: self.skeleton(at, &now.numbers, LINE * size, link),
             meshes: described.meshes.iter().map(mesh).collect(),
             pose: now.kinematics.poses()[link],
         });
         let connection = |element: &Element| {
-            let Drawn { kind, from, to, force, torque } = element.kind.draw(&now.seen_by(element));
+            let Drawn { kind, from, to, force, torque } = element.kind.draw(&element.own(&now));
             PlacedConnection { name: element.name.clone(), kind, from, to, force, torque }
         };
-        let names = self.frame_names();
+        let names = self.bodies.frame_names();
         let points = self.tracked().into_iter();
         let points = points.map(|frame| Landmark { name: names[frame].to_owned(), kind: LandmarkKind::Point });
         let wall = |element: &Element| {
-            let own = now.seen_by(element);
+            let own = element.own(&now);
             let (normal, _) = element.kind.over::<f64>().wall(&own)?;
             let touch = element.kind.draw(&own).to;
             Some(Landmark { name: element.name.clone(), kind: LandmarkKind::Wall { normal, touch } })
@@ -157,10 +158,10 @@ impl Robot {
 
     /// Where the landmarks are.
     pub(super) fn mark<S: Native>(&self, at: &Point<S>) -> Vec<[S; 3]> {
-        let now = Situation::of(self, at);
+        let now = Situation::of(&self.bodies, at);
         let points = self.tracked().into_iter().map(|frame| now.pose(frame).position);
         let walls =
-            self.compliance.iter().filter_map(|element| Some(element.kind.over::<S>().wall(&now.seen_by(element))?.1));
+            self.compliance.iter().filter_map(|element| Some(element.kind.over::<S>().wall(&element.own(&now))?.1));
         points.chain(walls).collect()
     }
 }

@@ -1,14 +1,14 @@
 //! Elements of compliance that could do nothing, as nothing moves where they act.
 
 use super::Robot;
-use super::compliance::Element;
+use crate::model::compliance::Element;
 
 impl Robot {
     /// What is wrong with an element that acts between frames which cannot move against one another, or on one that
     /// cannot move: the key, what is wrong, and advice.
     pub(super) fn rigid(&self, element: &Element) -> Option<(&'static str, String, String)> {
-        let names = self.frame_names();
-        let body = |frame: usize| self.tree.body_of(self.link_of(frame));
+        let names = self.bodies.frame_names();
+        let body = |frame: usize| self.bodies.tree.body_of(self.bodies.link_of(frame));
         match element.kind.frames()[..] {
             [a, c] if body(a) == body(c) => {
                 let message = format!(

@@ -5,17 +5,17 @@ use supple_robot::vector::{add, scale};
 use supple_robot::{Kinematics, Measured, Numbers, Pose, Tree};
 
 use super::Robot;
-use super::compliance::Native;
 use super::drive::Drive;
-use super::situation::Situation;
 use crate::Point;
+use crate::model::bodies::Situation;
+use crate::model::compliance::Native;
 use crate::physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, POWER, Sensed, frame_signals};
 
 impl Robot {
     /// Of every frame [`FRAME_SIGNALS`]; of every element of compliance its forces and deflections, `NAME.FORCE`; of every
     /// drive its [`POWER`]; the [`CENTER_OF_MASS`].
     pub(super) fn signal_names(&self) -> Vec<String> {
-        let frames = self.frame_names().into_iter();
+        let frames = self.bodies.frame_names().into_iter();
         let frames = frames.flat_map(|frame| FRAME_SIGNALS.iter().map(move |signal| format!("{frame}.{signal}")));
         let of_compliance = self.compliance.iter().flat_map(|element| {
             let own = element.kind.signals().into_iter().chain(element.kind.deflections());
@@ -27,9 +27,9 @@ impl Robot {
 
     /// The signals, in the order of their names.
     pub(super) fn signal_values<S: Native>(&self, at: &Point<S>) -> Vec<S> {
-        let now = Situation::of(self, at);
+        let now = Situation::of(&self.bodies, at);
         let mut values = Vec::new();
-        for frame in 0..self.frame_names().len() {
+        for frame in 0..self.bodies.frame_names().len() {
             let (_, pose, twist) = now.frame(frame);
             values.extend(pose.position);
             values.extend(pose.rotation.concat());
@@ -37,7 +37,7 @@ impl Robot {
             values.extend(pose.rotate(twist.angular));
         }
         for element in &self.compliance {
-            let own = now.seen_by(element);
+            let own = element.own(&now);
             values.extend(element.kind.over::<S>().measure(&own));
             values.extend(element.kind.over::<S>().deflect(&own));
         }
@@ -54,20 +54,20 @@ impl Robot {
     /// The name of a drive: that of its joint or actuator.
     pub(super) fn drive_name(&self, drive: &Drive) -> String {
         let actuator = self.actuator_of(drive).map(|actuator| actuator.name.clone());
-        actuator.unwrap_or_else(|| self.tree.joints()[drive.dof].clone())
+        actuator.unwrap_or_else(|| self.bodies.tree.joints()[drive.dof].clone())
     }
 
     /// Elastic joints, and the elements that make them elastic.
     pub(super) fn elastic_joints(&self) -> Vec<(String, String)> {
         let elements = |dof: usize| self.compliance.iter().filter(move |element| element.kind.is_motor_of(dof));
-        let joints = self.tree.joints().iter().enumerate();
+        let joints = self.bodies.tree.joints().iter().enumerate();
         joints.flat_map(|(dof, joint)| elements(dof).map(|element| (joint.clone(), element.name.clone()))).collect()
     }
 
     /// Sensors of the robot's file.
     pub(super) fn sensors_of_file(&self) -> Vec<FileSensor> {
-        let joint = |index: usize| self.robot.joints[index].name.clone();
-        let supported = self.robot.sensors.iter().map(|sensor| {
+        let joint = |index: usize| self.bodies.robot.joints[index].name.clone();
+        let supported = self.bodies.robot.sensors.iter().map(|sensor| {
             let measures = match sensor.measures {
                 Measured::JointPosition(index) => Sensed::JointPosition(joint(index)),
                 Measured::JointVelocity(index) => Sensed::JointVelocity(joint(index)),
@@ -80,16 +80,17 @@ impl Robot {
             };
             FileSensor { name: sensor.name.clone(), measures }
         });
-        let others = self.robot.omitted.iter().filter(|omitted| omitted.what == "sensor").map(|omitted| FileSensor {
-            name: omitted.name.clone(),
-            measures: Sensed::Nothing { line: omitted.line, why: omitted.why.clone() },
-        });
+        let others =
+            self.bodies.robot.omitted.iter().filter(|omitted| omitted.what == "sensor").map(|omitted| FileSensor {
+                name: omitted.name.clone(),
+                measures: Sensed::Nothing { line: omitted.line, why: omitted.why.clone() },
+            });
         supported.chain(others).collect()
     }
 
     /// The frame with this number where all joints are at their references, the initial state of the file.
     fn at_reference(&self, frame: usize) -> Pose {
-        let (robot, tree): (_, &Tree) = (&*self.robot, &self.tree);
+        let (robot, tree): (_, &Tree) = (&*self.bodies.robot, &self.bodies.tree);
         let q: Vec<f64> = tree.joint_indices().iter().map(|&joint| robot.joints[joint].reference).collect();
         let kinematics = Kinematics::of(tree, &Numbers::of(robot, [0.0; 3]), &q, &vec![0.0; q.len()]);
         let (link, pose) = match frame.checked_sub(robot.links.len()) {

@@ -3,8 +3,8 @@
 use supple_robot::{Pose, PoseGoal, Reach, Reached, inverse_kinematics};
 
 use super::Robot;
-use super::compliance::find;
 use crate::Point;
+use crate::model::compliance::find;
 use crate::model::{PoseFile, Start};
 use crate::quantity::Unfit;
 
@@ -17,13 +17,13 @@ impl Robot {
     pub(super) fn first_state(&self, start: &Start) -> Result<Vec<f64>, Unfit> {
         let (dofs, positions) = self.positions();
         let mut x = vec![0.0; 2 * positions + self.constants()];
-        for (dof, &joint) in self.tree.joint_indices().iter().enumerate() {
-            x[dof] = self.robot.joints[joint].limits.neutral();
+        for (dof, &joint) in self.bodies.tree.joint_indices().iter().enumerate() {
+            x[dof] = self.bodies.robot.joints[joint].limits.neutral();
         }
         if let Some(name) = start.key {
-            let key = self.robot.key(name).ok_or_else(|| self.unknown_key(name))?;
-            x[..dofs].copy_from_slice(&key.q(&self.tree));
-            x[positions..positions + dofs].copy_from_slice(&key.v(&self.tree));
+            let key = self.bodies.robot.key(name).ok_or_else(|| self.unknown_key(name))?;
+            x[..dofs].copy_from_slice(&key.q(&self.bodies.tree));
+            x[positions..positions + dofs].copy_from_slice(&key.v(&self.bodies.tree));
         }
         if let Some(pose) = start.pose {
             let q = self.positions_at(pose, &x[..dofs], start)?;
@@ -33,7 +33,7 @@ impl Robot {
     }
 
     fn unknown_key(&self, name: &str) -> Unfit {
-        let keys: Vec<_> = self.robot.keys.iter().map(|key| key.name.as_str()).collect();
+        let keys: Vec<_> = self.bodies.robot.keys.iter().map(|key| key.name.as_str()).collect();
         let message = format!("the robot's file has no keyframe `{name}`: {}", supple_text::owned(&keys));
         let help = supple_text::nearest(name, &keys).or_else(|| match keys.first() {
             Some(first) => Some(format!("write key = {first:?}")),
@@ -45,18 +45,19 @@ impl Robot {
     /// Positions at which a frame is where it is to be, from those given; joints of which the task says where they are
     /// stay there.
     fn positions_at(&self, pose: &PoseFile, from: &[f64], start: &Start) -> Result<Vec<f64>, Unfit> {
-        let names: Vec<String> = self.frame_names().into_iter().map(str::to_owned).collect();
+        let names: Vec<String> = self.bodies.frame_names().into_iter().map(str::to_owned).collect();
         let frame = find("frame", "link or frame", &pose.frame, &names)?;
         let at = Point { x: &[], u: &[], phi: start.phi, time_step: 0.0, w: &[] };
-        let place = self.place(frame, &at);
-        if self.tree.body_of(place.link).is_none() {
+        let place = self.bodies.place(frame, &at);
+        if self.bodies.tree.body_of(place.link).is_none() {
             let message = format!("frame `{}` cannot move: it is fixed to the world", pose.frame);
             return Err(Unfit::new("frame", message).with_help("name a frame that a joint moves"));
         }
         let given = &start.given[..from.len()];
-        let limits: Vec<_> = self.tree.joint_indices().iter().map(|&joint| self.robot.joints[joint].limits).collect();
+        let limits: Vec<_> =
+            self.bodies.tree.joint_indices().iter().map(|&joint| self.bodies.robot.joints[joint].limits).collect();
         // What the task inserted has no drive: it stays where its springs are at rest.
-        let free = given.iter().zip(self.tree.joints());
+        let free = given.iter().zip(self.bodies.tree.joints());
         let free = free.map(|(given, joint)| given.is_none() && !self.inserted.contains(joint));
         let reach = Reach {
             start: &from.iter().zip(given).map(|(from, given)| given.unwrap_or(*from)).collect::<Vec<_>>(),
@@ -70,13 +71,13 @@ impl Robot {
             position: pose.position,
             rotation: pose.rpy.map(|rpy| Pose::from_rpy([0.0; 3], rpy).rotation),
         };
-        let reached = inverse_kinematics(&self.tree, &self.numbers(&at), &goal, &reach);
+        let reached = inverse_kinematics(&self.bodies.tree, &self.bodies.numbers(&at), &goal, &reach);
         if reached.is_there() { Ok(reached.q) } else { Err(self.out_of_reach(pose, &reached)) }
     }
 
     fn out_of_reach(&self, pose: &PoseFile, reached: &Reached) -> Unfit {
         let turned = pose.rpy.map_or_else(String::new, |_| format!(" and {:.3} rad", reached.angle));
-        let limited: Vec<_> = reached.at_limits.iter().map(|&dof| &self.tree.joints()[dof]).collect();
+        let limited: Vec<_> = reached.at_limits.iter().map(|&dof| &self.bodies.tree.joints()[dof]).collect();
         let at_limits = match limited.len() {
             0 => "no joint at a limit".to_owned(),
             1 => format!("joint {} at its limit", supple_text::quoted(&limited)),

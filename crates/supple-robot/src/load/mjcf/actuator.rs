@@ -6,26 +6,15 @@ use supple_text::FileError;
 
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;
-use super::body::Reader;
 use super::defaults::{MAIN, Values};
 use super::known::{ACTUATORS, check_attributes};
 use super::law::LAWS;
+use super::reader::{Actuators, Reader};
 use crate::{Actuator, JointKind, Law, Omitted};
 
 /// Ways to act on something that is no joint, and what it is.
 const OTHERS: [(&str, &str); 4] =
     [("tendon", "a tendon"), ("site", "a site"), ("body", "a body"), ("cranksite", "a slider-crank")];
-
-/// Actuators of the file.
-#[derive(Default)]
-pub(super) struct Actuators<'a> {
-    /// Those that are modelled; joints by their index in the file.
-    pub(super) kept: Vec<Actuator>,
-    /// Of every actuator in the file, its place among those that are kept.
-    pub(super) places: Vec<Option<usize>>,
-    /// Place of each by the name that it has in the file.
-    pub(super) names: HashMap<&'a str, (usize, Element<'a>)>,
-}
 
 impl<'a> Reader<'a, '_> {
     /// The actuators of the file. What cannot be modelled is left out, with a warning.
@@ -123,7 +112,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// Joints that move, in the order of the file.
-    pub(super) fn moving(&self) -> impl Iterator<Item = &super::super::assemble::JointPart<'a>> {
+    pub(super) fn moving(&self) -> impl Iterator<Item = &super::super::parts::JointPart<'a>> {
         self.parts.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
     }
 

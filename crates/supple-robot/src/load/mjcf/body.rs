@@ -1,40 +1,22 @@
 //! The tree of bodies, from `worldbody` on.
 
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 
 use supple_text::FileError;
 
-use super::super::LoadOptions;
-use super::super::assemble::{FramePart, JointPart, LinkPart, Parts, Reference};
+use super::super::parts::{FramePart, JointPart, LinkPart, Parts, Reference};
 use super::super::sdf::check_position;
-use super::super::warnings::Warnings;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::WORLD;
-use super::actuator::Actuators;
-use super::defaults::{Classes, MAIN, Values};
+use super::defaults::{MAIN, Values};
 use super::known::check_attributes;
 use super::orientation::{between, pose};
-use super::sensor::SensorPart;
-use super::settings::Settings;
-use crate::{JointKind, Key, Omitted, Pose, Wall};
+use super::reader::{Items, Reader};
+use crate::{JointKind, Pose};
 
 /// Elements of a body that are read, or cannot be passed over.
 const BODY: [&str; 7] = ["body", "inertial", "joint", "freejoint", "geom", "site", "frame"];
-
-/// An element with its frame in its body, and the class of elements there.
-type Placed<'a> = (Element<'a>, Pose, usize);
-
-/// What is in a body, also in frames in it.
-#[derive(Default)]
-pub(super) struct Items<'a> {
-    pub(super) inertial: Option<Element<'a>>,
-    pub(super) joints: Vec<Placed<'a>>,
-    pub(super) geoms: Vec<Placed<'a>>,
-    pub(super) sites: Vec<Placed<'a>>,
-    pub(super) bodies: Vec<Placed<'a>>,
-}
 
 /// A body to be read.
 struct Task<'a> {
@@ -48,64 +30,7 @@ struct Task<'a> {
     world: Option<Pose>,
 }
 
-/// The parts of a robot while its file is read.
-pub(super) struct Reader<'a, 'o> {
-    pub(super) settings: &'o Settings,
-    pub(super) classes: &'o Classes<'a>,
-    pub(super) options: &'o LoadOptions,
-    /// Where the file is.
-    pub(super) folder: &'o Path,
-    /// Meshes of the `asset` sections by name.
-    pub(super) meshes: HashMap<&'a str, Element<'a>>,
-    pub(super) parts: Parts<'a>,
-    pub(super) actuators: Actuators<'a>,
-    pub(super) sensors: Vec<SensorPart>,
-    /// Keyframes; joints by their place in the file.
-    pub(super) keys: Vec<Key>,
-    pub(super) walls: Vec<Wall>,
-    pub(super) omitted: Vec<Omitted>,
-    /// Names that the file gives.
-    names: HashSet<&'a str>,
-    /// Bodies and joints so far.
-    bodies: usize,
-    joints: usize,
-}
-
-impl<'a, 'o> Reader<'a, 'o> {
-    pub(super) fn new(
-        settings: &'o Settings,
-        classes: &'o Classes<'a>,
-        names: HashSet<&'a str>,
-        options: &'o LoadOptions,
-        folder: &'o Path,
-        warnings: Warnings,
-    ) -> Self {
-        let parts = Parts {
-            name: String::new(),
-            links: Vec::new(),
-            joints: Vec::new(),
-            frames: Vec::new(),
-            gravity: None,
-            warnings,
-        };
-        Self {
-            settings,
-            classes,
-            options,
-            folder,
-            meshes: HashMap::new(),
-            parts,
-            actuators: Actuators::default(),
-            sensors: Vec::new(),
-            keys: Vec::new(),
-            walls: Vec::new(),
-            omitted: Vec::new(),
-            names,
-            bodies: 0,
-            joints: 0,
-        }
-    }
-
+impl<'a> Reader<'a, '_> {
     /// The `worldbody` sections, and all bodies in them.
     ///
     /// # Errors

@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use supple_text::FileError;
 
-use super::super::assemble::{MimicPart, Reference};
+use super::super::parts::{MimicPart, Reference};
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;
-use super::body::Reader;
 use super::defaults::MAIN;
 use super::known::check_attributes;
+use super::reader::Reader;
 
 /// Kinds of equality that are known.
 const KINDS: [&str; 7] = ["joint", "connect", "weld", "tendon", "flex", "flexvert", "flexstrain"];

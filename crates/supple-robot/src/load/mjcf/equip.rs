@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::body::Reader;
-use super::sensor::{SensorPart, Target};
+use super::reader::{Reader, SensorPart, Target};
 use crate::{Actuator, Key, Omitted, Robot, Sensor, Wall};
 
 /// What a file holds besides bodies, while joints have their place in the file.

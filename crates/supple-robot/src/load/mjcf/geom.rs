@@ -8,9 +8,9 @@ use supple_text::FileError;
 use super::super::sdf::check_position;
 use super::super::words::shown;
 use super::super::xml::Element;
-use super::body::Reader;
 use super::defaults::Values;
 use super::orientation::{between, pose};
+use super::reader::Reader;
 use crate::{Pose, Wall, WallShape};
 
 /// Density where nothing is said, kg/m^3: that of water.

@@ -4,10 +4,10 @@ use supple_text::FileError;
 
 use super::super::moments::{diagonal_matrix, principal, turned};
 use super::super::xml::Element;
-use super::body::{Items, Reader};
 use super::defaults::Values;
 use super::geom::{Mass, Solid};
 use super::orientation::pose;
+use super::reader::{Items, Reader};
 use super::settings::{FromGeoms, Settings};
 use crate::Inertia;
 use crate::pose::{add, scale, sub};

@@ -2,12 +2,12 @@
 
 use supple_text::FileError;
 
-use super::super::assemble::{JointPart, Reference};
+use super::super::parts::{JointPart, Reference};
 use super::super::words::shown;
 use super::super::xml::Element;
-use super::body::Reader;
 use super::defaults::Values;
 use super::known::check_attributes;
+use super::reader::Reader;
 use crate::{JointKind, Limits, Pose};
 
 /// Words for whether a range limits.

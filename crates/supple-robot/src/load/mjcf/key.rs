@@ -6,8 +6,8 @@ use supple_text::FileError;
 
 use super::super::words::shown;
 use super::super::xml::Element;
-use super::body::Reader;
 use super::known::check_attributes;
+use super::reader::Reader;
 use crate::{JointKind, Key};
 
 /// Numbers in all keyframes together, at most.

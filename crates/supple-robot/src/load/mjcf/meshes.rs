@@ -7,10 +7,10 @@ use supple_text::FileError;
 use super::super::meshes::mesh_path;
 use super::super::words::shown;
 use super::super::xml::Element;
-use super::body::Reader;
 use super::defaults::MAIN;
 use super::known::check_attributes;
 use super::orientation::pose;
+use super::reader::Reader;
 use crate::{Mesh, Pose};
 
 /// The last group of geoms that MuJoCo shows where nothing else is asked for. Shapes for contact are often beyond it.

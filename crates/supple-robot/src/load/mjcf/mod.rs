@@ -16,6 +16,7 @@ mod known;
 mod law;
 mod meshes;
 mod orientation;
+mod reader;
 mod sensor;
 mod settings;
 
@@ -24,9 +25,9 @@ use std::path::Path;
 
 use supple_text::FileError;
 
-use self::body::Reader;
 use self::defaults::Classes;
 pub(super) use self::include::Sources;
+use self::reader::Reader;
 use self::settings::{Settings, gravity};
 use super::LoadOptions;
 use super::assemble::assemble;

@@ -6,32 +6,13 @@ use supple_text::FileError;
 
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;
-use super::body::Reader;
 use super::known::{SENSORS, check_attributes};
+use super::reader::{Of, Reader, SensorPart, Target};
 use crate::{JointKind, Measured, Omitted};
 
 /// Sensors that are read; others are known, and left out.
 const READ: [&str; 7] =
     ["jointpos", "jointvel", "jointactuatorfrc", "actuatorpos", "actuatorvel", "framepos", "framequat"];
-
-/// A quantity of a joint or frame with an index.
-type Of = fn(usize) -> Measured;
-
-/// What a sensor measures, by index or name in the file.
-pub(super) enum Target {
-    Joint(usize, Of),
-    Body(String, Of),
-    Site(String, Of),
-}
-
-/// A sensor that is modelled.
-pub(super) struct SensorPart {
-    pub(super) name: String,
-    pub(super) target: Target,
-    /// Standard deviation of its noise.
-    pub(super) noise: f64,
-    pub(super) line: usize,
-}
 
 /// What sensors may name.
 struct Known<'k> {

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use supple_text::FileError;
 
-use super::super::assemble::Reference;
+use super::super::parts::Reference;
 use super::super::warnings::Warnings;
 use super::super::words::{listed, near, shown};
 use super::super::xml::Element;

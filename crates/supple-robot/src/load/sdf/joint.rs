@@ -2,8 +2,8 @@
 
 use supple_text::FileError;
 
-use super::super::assemble::{JointPart, MimicPart, Reference};
 use super::super::joint_kind::joint_kind;
+use super::super::parts::{JointPart, MimicPart, Reference};
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::frames::{Frames, MODEL, child};

@@ -2,9 +2,9 @@
 
 use supple_text::FileError;
 
-use super::super::assemble::LinkPart;
 use super::super::meshes::mesh_path;
 use super::super::moments::turned;
+use super::super::parts::LinkPart;
 use super::super::words::shown;
 use super::super::xml::Element;
 use super::Reader;

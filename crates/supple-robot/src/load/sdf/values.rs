@@ -2,7 +2,7 @@
 
 use supple_text::FileError;
 
-use super::super::assemble::Reference;
+use super::super::parts::Reference;
 use super::super::warnings::Warnings;
 use super::super::words::shown;
 use super::super::xml::Element;

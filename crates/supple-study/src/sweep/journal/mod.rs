@@ -9,9 +9,9 @@ use std::path::Path;
 use redb::{ReadTransaction, ReadableTable, TableDefinition, WriteTransaction};
 use supple::parameters::Scale;
 
+use super::done::{Done, Started};
 use super::grid::Grid;
 use super::point::Study;
-use super::work::{Done, Started};
 use super::{Axis, SweepOptions};
 use crate::journal::{Identity, Journal, Layout, count, fingerprint};
 use crate::{Cell, LoadedTask, StudyError};

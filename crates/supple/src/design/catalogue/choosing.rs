@@ -4,11 +4,12 @@ use std::sync::atomic::{AtomicUsize, Ordering as Atomic};
 
 use rayon::prelude::*;
 
-use super::{CatalogueDesign, CatalogueMethod, Combination, neighbours};
 use crate::Error;
 use crate::branches::{BranchSearch, best_plan, search_branches};
 use crate::continuation::Scaling;
-use crate::design::{Control, Event, NoObserver, Searcher, StartSummary};
+use crate::design::{
+    CatalogueDesign, CatalogueMethod, Combination, Control, Event, NoObserver, Searcher, StartSummary,
+};
 use crate::pipeline::TaskState;
 use crate::problem::Problem;
 
@@ -17,7 +18,7 @@ type Known = BTreeMap<Vec<usize>, Result<StartSummary, Error>>;
 
 /// A choice from catalogues on its way.
 pub(super) struct Choosing<'a> {
-    searcher: Searcher<'a>,
+    pub searcher: Searcher<'a>,
     /// The problem with the parameters that have catalogues no longer to be designed.
     held: Problem,
     /// These parameters.
@@ -39,21 +40,6 @@ impl<'a> Choosing<'a> {
     /// How many entries each catalogue has.
     pub fn lengths(&self) -> Vec<usize> {
         self.places.iter().map(|&place| self.searcher.problem.parameters.get(place).catalogue.len()).collect()
-    }
-
-    /// Designs combinations as the settings say, and takes the best.
-    pub fn choose(mut self) -> Result<CatalogueDesign, Error> {
-        let lengths = self.lengths();
-        let combinations = lengths.iter().fold(1, |count: u64, &length| count.saturating_mul(length as u64));
-        let most = self.searcher.settings.max_combinations;
-        let (method, complete) = if combinations <= most as u64 {
-            let all = all_combinations(&lengths);
-            self.design_all(all, combinations as usize);
-            (CatalogueMethod::AllCombinations, self.known.len() as u64 == combinations)
-        } else {
-            (CatalogueMethod::Neighbourhood, neighbours::descend(&mut self, most))
-        };
-        self.finish((method, complete), combinations)
     }
 
     /// The entries around the design without catalogues: of each catalogue the one next below and the one next above, the nearer of
@@ -165,7 +151,12 @@ impl<'a> Choosing<'a> {
         ranked
     }
 
-    fn finish(self, (method, complete): (CatalogueMethod, bool), combinations: u64) -> Result<CatalogueDesign, Error> {
+    /// What was chosen.
+    pub fn finish(
+        self,
+        (method, complete): (CatalogueMethod, bool),
+        combinations: u64,
+    ) -> Result<CatalogueDesign, Error> {
         let ranked = self.ranked().into_iter();
         let designed: Vec<Combination> = ranked
             .map(|(entries, summary)| Combination { entries: entries.clone(), summary: summary.clone() })
@@ -189,15 +180,4 @@ impl<'a> Choosing<'a> {
             }),
         }
     }
-}
-
-/// All combinations of a place in each of some lists, the last changing first.
-fn all_combinations(lengths: &[usize]) -> Vec<Vec<usize>> {
-    lengths.iter().fold(vec![Vec::new()], |begun, &length| {
-        let extend = |begun: &Vec<usize>| {
-            let begun = begun.clone();
-            (0..length).map(move |place| begun.iter().copied().chain([place]).collect())
-        };
-        begun.iter().flat_map(extend).collect()
-    })
 }

@@ -5,58 +5,11 @@ mod neighbours;
 
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-
-use super::{Design, DesignStatus, Searcher, StartSummary};
+use super::{CatalogueDesign, CatalogueMethod, Design, DesignStatus, Searcher};
 use crate::Error;
 use choosing::Choosing;
 
-/// How the entries of catalogues were chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CatalogueMethod {
-    /// All combinations of entries were designed, and the best was taken.
-    AllCombinations,
-    /// The design without catalogues was rounded, and exchanged for better combinations of neighbouring entries for as long as
-    /// there were any.
-    Neighbourhood,
-}
-
-/// One entry of each catalogue, and the design with these values.
-#[derive(Clone, Debug)]
-pub struct Combination {
-    /// Places of the entries in the catalogues, in the order of [`catalogued`](supple_model::parameters::Parameters::catalogued).
-    pub entries: Vec<usize>,
-    /// The design: the other parameters optimised, on the cheapest branches seen.
-    pub summary: StartSummary,
-}
-
-/// A choice from catalogues.
-#[derive(Clone, Debug)]
-pub struct CatalogueDesign {
-    /// How the entries were chosen.
-    pub method: CatalogueMethod,
-    /// How many combinations there are; the greatest number that there is where there are more.
-    pub combinations: u64,
-    /// Whether the choice was made to its end: all combinations designed, or no neighbour better. It is not where it was stopped, or
-    /// took more combinations than are allowed.
-    pub complete: bool,
-    /// The combinations that were designed, the best first. At least one.
-    pub designed: Vec<Combination>,
-    /// How many could not be designed, and why the first of them could not.
-    pub failed: usize,
-    /// Why the first of them could not.
-    pub first_error: Option<Error>,
-    /// The best design without catalogues: of the starts, or found from the chosen entries where these were better.
-    pub continuous: StartSummary,
-}
-
 impl CatalogueDesign {
-    /// The best combination.
-    pub fn chosen(&self) -> &Combination {
-        &self.designed[0]
-    }
-
     /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where both
     /// meet every bound. None where entries have prices and prices count: that without catalogues does not pay them.
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
@@ -87,7 +40,7 @@ impl Searcher<'_> {
             return Ok(design);
         }
         let clock = Instant::now();
-        let mut catalogue = match Choosing::new(*self, &design.starts[design.best]).choose() {
+        let mut catalogue = match choose(Choosing::new(*self, &design.starts[design.best])) {
             // Nothing from the catalogues yet: the design without them is what there is to show.
             Err(Error::Stopped) => return Ok(Design { status: DesignStatus::Stopped, ..design }),
             chosen => chosen?,
@@ -126,4 +79,30 @@ impl Searcher<'_> {
             ..design
         })
     }
+}
+
+/// Designs combinations as the settings say, and takes the best.
+fn choose(mut choosing: Choosing) -> Result<CatalogueDesign, Error> {
+    let lengths = choosing.lengths();
+    let combinations = lengths.iter().fold(1, |count: u64, &length| count.saturating_mul(length as u64));
+    let most = choosing.searcher.settings.max_combinations;
+    let (method, complete) = if combinations <= most as u64 {
+        let all = all_combinations(&lengths);
+        choosing.design_all(all, combinations as usize);
+        (CatalogueMethod::AllCombinations, choosing.tried() as u64 == combinations)
+    } else {
+        (CatalogueMethod::Neighbourhood, neighbours::descend(&mut choosing, most))
+    };
+    choosing.finish((method, complete), combinations)
+}
+
+/// All combinations of a place in each of some lists, the last changing first.
+fn all_combinations(lengths: &[usize]) -> Vec<Vec<usize>> {
+    lengths.iter().fold(vec![Vec::new()], |begun, &length| {
+        let extend = |begun: &Vec<usize>| {
+            let begun = begun.clone();
+            (0..length).map(move |place| begun.iter().copied().chain([place]).collect())
+        };
+        begun.iter().flat_map(extend).collect()
+    })
 }

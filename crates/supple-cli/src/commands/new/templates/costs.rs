@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, names, said};
-use crate::commands::new::rules::digits;
+use crate::commands::new::rules::four_digits;
 
 impl Draft<'_> {
     pub(super) fn costs(&self, text: &mut String) {
@@ -49,10 +49,10 @@ impl Draft<'_> {
     /// The cost of the force on the wall.
     fn force(&self, text: &mut String) {
         let rules = self.rules;
-        let (target, tolerance) = (rules.force, digits(0.1 * rules.force));
+        let (target, tolerance) = (rules.force, four_digits(0.1 * rules.force));
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"contact_force\"\ncontact = \"wall\"");
         said(text, &format!("target = {target:?}"), "N");
-        said(text, &format!("smoothing = {:?}", digits(0.1 * target)), "N");
+        said(text, &format!("smoothing = {:?}", four_digits(0.1 * target)), "N");
         said(text, &format!("weight = {:?}", rules.weight(tolerance)), &format!("tolerance {tolerance:?} N"));
         text.push('\n');
     }
@@ -81,10 +81,10 @@ impl Draft<'_> {
         let rules = self.rules;
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [\"{}_rz\"]", self.door_name());
         said(text, &format!("target = [{:?}]", self.opening()), "rad: the door is pulled open");
-        let (always, last) = (self.opening(), digits(0.1 * self.opening()));
+        let (always, last) = (self.opening(), four_digits(0.1 * self.opening()));
         said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} rad"));
         said(text, &format!("final_weight = {:?}", rules.final_weight(last)), &format!("tolerance {last:?} rad"));
-        let (across, tolerance) = (&self.axes()[0], digits(0.2 * rules.force));
+        let (across, tolerance) = (&self.axes()[0], four_digits(0.2 * rules.force));
         let _ = writeln!(text, "\n[[tasks.costs]]\nkind = \"coupling_force\"\ncoupling = {across:?}");
         let weight = rules.weight(tolerance);
         said(text, &format!("weight = {weight:?}"), &format!("tolerance {tolerance:?} N, towards the hinge"));

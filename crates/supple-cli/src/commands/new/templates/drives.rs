@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use super::{Draft, Template, names, plain, said};
-use crate::commands::new::rules::digits;
+use super::{Draft, Template, names, said};
+use crate::commands::new::rules::{four_digits, plain};
 
 /// Position control of a joint.
 struct Servo<'a> {
@@ -40,8 +40,8 @@ impl Draft<'_> {
         let of = |dof: usize| {
             let (inertia, lever) = (start.inertia[dof], start.levers[dof]);
             let fast = inertia * (2.0 * PI * rules.bandwidth).powi(2);
-            let kp = digits(fast.max(1e4 * rules.force / limb.reach * lever * lever));
-            let kv = digits(2.0 * (kp * inertia).sqrt());
+            let kp = four_digits(fast.max(1e4 * rules.force / limb.reach * lever * lever));
+            let kv = four_digits(2.0 * (kp * inertia).sqrt());
             let command = plain(start.q[dof] + start.held[dof] / kp);
             Servo { joint: &limb.joints()[dof], kp, kv, command }
         };
@@ -94,7 +94,7 @@ impl Draft<'_> {
              # are torques: then adapt the target and the weight of the cost of kind \"control\" too.\n[model.drives]\n",
             rules.bandwidth,
             rules.force,
-            digits(1e-4 * limb.reach),
+            four_digits(1e-4 * limb.reach),
         );
         for Servo { joint, kp, kv, .. } in self.servos() {
             let _ = writeln!(text, "{joint:?} = {{ kp = {kp:?}, kv = {kv:?} }}");

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use supple_robot::JointKind;
 
-use super::{Draft, Template, names, plain, said};
-use crate::commands::new::rules::{Rules, digits};
+use super::{Draft, Template, names, said};
+use crate::commands::new::rules::{Rules, four_digits, plain};
 
 impl Draft<'_> {
     pub(super) fn sensors(&self, text: &mut String) {
@@ -35,7 +35,7 @@ impl Draft<'_> {
         } else {
             for sensor in own {
                 let _ = write!(text, "\n[[model.sensors]]\nkind = \"file\"\nselect = [{:?}]\n", sensor.name);
-                said(text, &format!("deviation = {:?}", digits(sensor.noise)), "the noise in the robot file");
+                said(text, &format!("deviation = {:?}", four_digits(sensor.noise)), "the noise in the robot file");
             }
         }
         if is_designed {
@@ -57,7 +57,7 @@ impl Draft<'_> {
         let Rules { stiffness, force_sd, force, .. } = **rules;
         let is_reach = self.template == Template::Reach;
         let mut parameter = |name: &str, what: &str, numbers: [f64; 3], unit: &str, note: &str| {
-            let [initial, lower, upper] = numbers.map(digits);
+            let [initial, lower, upper] = numbers.map(four_digits);
             text.push('\n');
             said(text, &format!("[parameters.{name}]"), what);
             said(text, &format!("initial = {initial:?}"), note);
@@ -74,7 +74,7 @@ impl Draft<'_> {
         let noise = |precise: f64| [precise, precise, 40.0 * precise];
         if is_reach {
             let (sd, unit) = (rules.joint_sd(limb), if limb.slides() { "m" } else { "rad" });
-            let note = format!("precise: {:?} m at the tool", digits(sd * limb.lever()));
+            let note = format!("precise: {:?} m at the tool", four_digits(sd * limb.lever()));
             parameter("joint_noise", "standard deviation of the joint sensors", noise(sd), unit, &note);
         } else {
             let note = format!("precise: {} % of the force", plain(100.0 * force_sd / force));

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use supple_robot::vector::{dot, scale};
 
-use super::{Draft, Limit, Template, list, plain, said};
+use super::{Draft, Limit, Template, list, said};
 use crate::commands::new::place::FEW;
-use crate::commands::new::rules::{STEPS, digits};
+use crate::commands::new::rules::{STEPS, four_digits, plain};
 
 impl Draft<'_> {
     pub(super) fn task(&self, text: &mut String) {
@@ -20,8 +20,8 @@ impl Draft<'_> {
                 text,
                 "# The least expected cost is {} with the precise {sensors} and {} with the coarsest. The limit lies {} % of the\n\
                  # way from the first to the second: above the second, no sensor would be needed.\nbound = {bound:?}",
-                plain(digits(precise)),
-                plain(digits(coarse)),
+                plain(four_digits(precise)),
+                plain(four_digits(coarse)),
                 plain(100.0 * rules.margin),
             );
         }
@@ -48,11 +48,11 @@ impl Draft<'_> {
         let pressed = if self.template == Template::Hold { rules.force } else { 0.0 };
         let loads = [x, y, scale(-1.0, start.normal)].map(|axis| rules.mass * dot(axis, limb.gravity));
         let loads = [loads[0], loads[1], loads[2] - pressed]
-            .map(|load| if load.abs() < 1e-3 * rules.force { 0.0 } else { digits(load) });
+            .map(|load| if load.abs() < 1e-3 * rules.force { 0.0 } else { four_digits(load) });
         for (axis, load) in self.axes().iter().zip(loads).filter(|(_, load)| *load != 0.0) {
             let value = match self.yielding().contains(axis) {
                 true => format!("\"{load:?} / k\""),
-                false => format!("{:?}", digits(load / rules.stiffness)),
+                false => format!("{:?}", four_digits(load / rules.stiffness)),
             };
             let why = if self.template == Template::Hold && axis.ends_with('z') {
                 "the force"
@@ -77,7 +77,7 @@ impl Draft<'_> {
         let Self { rules, limb, .. } = self;
         let (mount, dt) = (self.mount_name(), rules.time_step());
         // Joints that slide wander as far as the tool of a limb that turns.
-        let wander = if limb.slides() { digits(rules.disturbance * limb.reach) } else { rules.disturbance };
+        let wander = if limb.slides() { four_digits(rules.disturbance * limb.reach) } else { rules.disturbance };
         let speed = 0.01 * rules.travel / rules.time;
         let mut initial = vec![
             ("q.*".to_owned(), rules.joint_sd(limb)),
@@ -103,7 +103,7 @@ impl Draft<'_> {
             process.push((format!("v.{}_x", self.door_name()), 0.0));
         }
         let table = |rows: &[(String, f64)], factor: f64| -> String {
-            let rows = rows.iter().map(|(name, number)| format!("\"{name}\" = {:?}", digits(factor * number)));
+            let rows = rows.iter().map(|(name, number)| format!("\"{name}\" = {:?}", four_digits(factor * number)));
             rows.collect::<Vec<_>>().join(", ")
         };
         let _ = write!(

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, said};
-use crate::commands::new::rules::{digits, round};
+use crate::commands::new::rules::{four_digits, round};
 
 impl Draft<'_> {
     /// The direction that the mount yields in for an insert: along x of the mount.
@@ -33,7 +33,7 @@ impl Draft<'_> {
             said(text, &format!("smoothing = {smoothing:?}"), "m: the clearance at which force begins");
             if friction > 0.0 {
                 let _ = writeln!(text, "friction = {friction:?}");
-                said(text, &format!("slip = {:?}", digits(0.25 * rules.travel / rules.time)), "m/s");
+                said(text, &format!("slip = {:?}", four_digits(0.25 * rules.travel / rules.time)), "m/s");
             }
         };
         match template {
@@ -62,7 +62,7 @@ impl Draft<'_> {
 
     /// How far it opens, rad.
     pub(super) fn opening(&self) -> f64 {
-        digits(self.rules.travel / self.width())
+        four_digits(self.rules.travel / self.width())
     }
 
     fn door(&self, text: &mut String) {
@@ -88,17 +88,17 @@ impl Draft<'_> {
         said(text, &format!("center = {}", list(&[-0.5 * width, 0.0, 0.0])), "m");
         let moment = mass * width * width / 12.0;
         said(text, &format!("inertia = {}", list(&[moment * 0.1, moment, moment])), "kg m^2");
-        let closer = digits(rules.force * width / self.opening());
+        let closer = four_digits(rules.force * width / self.opening());
         said(
             text,
             &format!("stiffness = [0.0, {closer:?}]"),
             &format!("N m/rad: {:?} N hold the door open", rules.force),
         );
-        let creep = digits(rules.force * rules.time / (0.02 * rules.wall_sd));
-        let damping = digits(0.05 * rules.force * width);
+        let creep = four_digits(rules.force * rules.time / (0.02 * rules.wall_sd));
+        let damping = four_digits(0.05 * rules.force * width);
         said(text, &format!("damping = [{creep:?}, {damping:?}]"), "N s/m, N m s/rad");
-        let k = digits(10.0 * rules.stiffness);
-        let d = digits(0.2 * (k * rules.mass).sqrt());
+        let k = four_digits(10.0 * rules.stiffness);
+        let d = four_digits(0.2 * (k * rules.mass).sqrt());
         let handle = limb.free_name("handle");
         let _ = write!(
             text,

@@ -2,7 +2,8 @@
 
 use supple_robot::{Actuator, Key, Law, Measured, Robot, Sensor, Tree, Wall, WallShape};
 
-use super::{align_right, name, number, text, vector};
+use super::super::words::{name, number};
+use super::{align_right, text, vector};
 use crate::tables::{Rows, table};
 
 /// Keyframes that are shown.

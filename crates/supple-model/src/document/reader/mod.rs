@@ -1,4 +1,4 @@
-//! Values of a parsed file, by serde.
+//! Values of a parsed file, by serde. Cells of tables and names with settings are parts of it that read on with it.
 
 use std::borrow::Cow;
 
@@ -9,10 +9,15 @@ use supple_text::{nearest, quoted};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::cells::Cell;
 use super::read_error::{ReadError, name_of};
-use super::variant::{Variant, within_settings};
 use crate::value::{Names, VALUE, as_key};
+
+mod cells;
+mod variant;
+
+use cells::Cell;
+pub use variant::Variant;
+use variant::within_settings;
 
 /// Reads a value of a parsed file.
 ///
@@ -35,7 +40,7 @@ pub struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// Bytes of the value.
-    pub(super) fn span(&self) -> std::ops::Range<usize> {
+    fn span(&self) -> std::ops::Range<usize> {
         self.value.span()
     }
 

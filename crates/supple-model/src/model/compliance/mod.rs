@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use serde::Deserialize;
 use supple_kernels::Scalar;
 
-use super::situation::{Forces, Own};
+use super::bodies::{Forces, Own, Situation};
 use crate::quantity::Unfit;
 use crate::scene::ConnectionKind;
 use crate::{Point, Value};
@@ -38,6 +38,13 @@ pub(super) struct Element {
     pub coordinate: usize,
     /// Place of its first constant.
     pub constant: usize,
+}
+
+impl Element {
+    /// What it sees of a situation.
+    pub fn own<'a, S: Scalar>(&self, now: &'a Situation<'a, S>) -> Own<'a, S> {
+        now.seen_from(self.coordinate, self.constant)
+    }
 }
 
 /// What an element of compliance does.

@@ -6,7 +6,7 @@ use supple_robot::{Pose, WallShape, Wrench};
 use super::{
     Compliance, ComplianceFile, ConnectionKind, Drawn, Forces, Names, Own, Resistance, Rule, Unfit, find, squares,
 };
-use crate::model::robot::integrator::widened;
+use crate::model::bodies::widened;
 use crate::{Point, Value};
 
 /// A point or sphere on a frame against a wall whose place is not known exactly. It adds the wall's place `c` along its

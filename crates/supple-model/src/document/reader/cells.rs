@@ -7,8 +7,8 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::read_error::ReadError;
-use super::reader::Reader;
+use super::Reader;
+use crate::document::read_error::ReadError;
 use crate::value::Names;
 
 /// A cell.

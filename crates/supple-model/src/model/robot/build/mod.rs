@@ -1,3 +1,5 @@
+//! Reads a robot from its table in the task file and from its own file.
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,17 +9,20 @@ use supple_robot::{LoadOptions, Tree, load};
 use supple_text::{FileError, digits};
 
 use super::Robot;
-use super::compliance::{Element, Names, Rule, find};
 use super::drive::DriveFile;
 use super::insert::{Inserted, insert};
 use super::keys::{File, FrameFile, JointFile, LinkFile};
 use super::locked::Locked;
-use super::numbers::{FrameNumbers, Override};
 use crate::Value;
 use crate::document::{Document, Place};
+use crate::model::bodies::{Bodies, FrameNumbers, Override};
+use crate::model::compliance::{Element, Names, Rule, find};
 use crate::model::{Kinds, Source};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Sensor, Unfit, Vocabulary, read_sensor};
+
+mod drives;
+mod inserted;
 
 /// Sub-steps times the cube of positions at most: all sub-steps are differentiated at once, which takes some minutes
 /// here.
@@ -26,19 +31,19 @@ const MOST_WORK: usize = 150_000;
 /// Reads a robot from the parts of its table.
 pub(super) struct Build<'a> {
     document: &'a Document<'a>,
-    pub(super) parameters: &'a Parameters,
+    parameters: &'a Parameters,
     kinds: &'a Kinds,
     /// The robot's file.
     path: PathBuf,
-    pub robot: supple_robot::Robot,
-    pub tree: Tree,
+    robot: supple_robot::Robot,
+    tree: Tree,
     /// Names of the degrees of freedom.
-    pub joints: Vec<String>,
+    joints: Vec<String>,
     frames: Vec<String>,
     locked: Locked,
     /// Their names.
     locked_names: Vec<String>,
-    pub(super) inserted: Vec<Inserted>,
+    inserted: Vec<Inserted>,
 }
 
 /// Moving joints that a robot has at most.
@@ -89,18 +94,18 @@ pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
 }
 
 impl Build<'_> {
-    pub(super) fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
+    fn error(&self, keys: &[Place], message: impl Into<String>) -> FileError {
         let at: Vec<Place> = std::iter::once("model".into()).chain(keys.iter().copied()).collect();
         self.document.error(&at, message)
     }
 
-    pub(super) fn unfit(&self, keys: &[Place], Unfit { key, message, help }: Unfit) -> FileError {
+    fn unfit(&self, keys: &[Place], Unfit { key, message, help }: Unfit) -> FileError {
         let keys: Vec<Place> = keys.iter().copied().chain([key.into()]).collect();
         FileError { help, ..self.error(&keys, message) }
     }
 
     /// Checks that a value is at least `least`, or more than it.
-    pub(super) fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
+    fn check(&self, keys: &[Place], value: Value, least: f64, more: bool) -> Result<(), FileError> {
         match self.parameters.least(value) {
             Some(found) if found < least || more && found <= least => {
                 let valid = if more { "must be above" } else { "must be at least" };
@@ -111,7 +116,7 @@ impl Build<'_> {
     }
 
     /// Joints that the task inserted: they have no drives of their own.
-    pub(super) fn passive_joints(&self) -> impl Iterator<Item = &str> {
+    fn passive_joints(&self) -> impl Iterator<Item = &str> {
         self.inserted.iter().flat_map(|inserted| inserted.joints.iter().map(String::as_str))
     }
 
@@ -141,11 +146,14 @@ impl Build<'_> {
             file.gravity.unwrap_or_else(|| self.robot.gravity.unwrap_or([0.0, 0.0, -9.81]).map(Value::Number));
         let mut robot = Robot {
             file: self.path.clone(),
-            robot: Arc::new(self.robot.clone()),
-            tree: Arc::new(self.tree.clone()),
-            gravity,
-            overrides,
-            frames,
+            bodies: Bodies {
+                robot: Arc::new(self.robot.clone()),
+                tree: Arc::new(self.tree.clone()),
+                gravity,
+                overrides,
+                frames,
+                added: compliance.iter().map(|element| element.kind.coordinates()).sum(),
+            },
             drives,
             compliance,
             sensors: Vec::new(),
@@ -171,7 +179,7 @@ impl Build<'_> {
     fn check_inertia(&self, robot: &Robot) -> Result<(), FileError> {
         let phi = self.parameters.initial();
         let at = crate::Point { x: &[], u: &[], phi: &phi, time_step: 0.0, w: &[] };
-        let mut numbers = robot.numbers(&at);
+        let mut numbers = robot.bodies.numbers(&at);
         for drive in robot.drives.iter().filter(|drive| drive.motor.is_none()) {
             let felt = at.value(drive.gear).powi(2) * at.value(drive.rotor);
             numbers.joints[self.tree.joint_indices()[drive.dof]].armature += felt;
@@ -247,7 +255,7 @@ impl Build<'_> {
         })
     }
 
-    pub(super) fn names(&self) -> Names<'_> {
+    fn names(&self) -> Names<'_> {
         Names { joints: &self.joints, frames: &self.frames, robot: &self.robot, locked: &self.locked_names }
     }
 

@@ -7,8 +7,8 @@ use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, Error, VariantA
 use serde::forward_to_deserialize_any;
 use supple_text::{nearest, quoted};
 
-use super::read_error::ReadError;
-use super::reader::Reader;
+use super::Reader;
+use crate::document::read_error::ReadError;
 use crate::value::as_key;
 
 /// One of several names, alone or with settings: `"name"`, or `{ name = { key = value } }`.

@@ -5,13 +5,13 @@ use crate::quantity::Unfit;
 #[derive(Clone, Copy, Debug)]
 pub struct Names<'a> {
     /// The degrees of freedom.
-    pub(in crate::model::robot) joints: &'a [String],
+    pub(in crate::model) joints: &'a [String],
     /// All frames.
-    pub(in crate::model::robot) frames: &'a [String],
+    pub(in crate::model) frames: &'a [String],
     /// Joints that the task has taken out.
-    pub(in crate::model::robot) locked: &'a [String],
+    pub(in crate::model) locked: &'a [String],
     /// The robot's file.
-    pub(in crate::model::robot) robot: &'a supple_robot::Robot,
+    pub(in crate::model) robot: &'a supple_robot::Robot,
 }
 
 impl Names<'_> {
@@ -36,12 +36,7 @@ impl Names<'_> {
 }
 
 /// The place of a name in a list.
-pub(in crate::model::robot) fn find(
-    key: &'static str,
-    what: &str,
-    name: &str,
-    list: &[String],
-) -> Result<usize, Unfit> {
+pub(in crate::model) fn find(key: &'static str, what: &str, name: &str, list: &[String]) -> Result<usize, Unfit> {
     list.iter()
         .position(|other| other == name)
         .ok_or_else(|| Unfit::unknown(key, &format!("the robot has no {what} `{name}`"), name, list))

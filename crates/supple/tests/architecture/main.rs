@@ -6,6 +6,10 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use modules::{Crate, Module, between_siblings, circle};
+
+mod modules;
+
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
 
 /// All documents, by path from the root.
@@ -77,94 +81,37 @@ fn crates_and_their_modules_are_on_the_map() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The modules of a crate, each with its files: those at the top of `src`.
-fn modules(source: &Path) -> Result<BTreeMap<String, Vec<PathBuf>>, Box<dyn Error>> {
-    let mut found: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
-    for entry in fs::read_dir(source)? {
-        let path = entry?.path();
-        let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let files = found.entry(name).or_default();
-        if path.is_dir() { sources(&path, files)? } else { files.push(path) }
-    }
-    found.retain(|name, _| !["lib", "main"].contains(&name.as_str()));
-    Ok(found)
-}
-
-/// The first words of what is inside of one pair of braces or stands alone.
-fn heads(list: &str) -> Vec<&str> {
-    let mut depth = 0;
-    let parts = list.split(|c: char| {
-        depth += i32::from(c == '{') - i32::from(c == '}');
-        c == ',' && depth == 0
-    });
-    parts.filter_map(|part| part.trim().split(|c: char| !(c.is_alphanumeric() || c == '_')).next()).collect()
-}
-
-/// What a file of a crate names of the crate itself, without its unit tests and comments.
-fn named_of_crate(text: &str) -> Vec<String> {
-    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
-    let code: Vec<&str> = text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
-    let code = code.join("\n");
-    let one = |rest: &str| match rest.strip_prefix('{') {
-        Some(list) => {
-            heads(list.split_once("};").map_or(list, |(list, _)| list)).into_iter().map(str::to_owned).collect()
-        }
-        None => heads(rest).first().map(|head| (*head).to_owned()).into_iter().collect::<Vec<_>>(),
-    };
-    code.split("crate::").skip(1).flat_map(one).collect()
-}
-
-/// The other modules of its crate that each module uses.
-fn imports(source: &Path) -> Result<BTreeMap<String, Vec<String>>, Box<dyn Error>> {
-    let modules = modules(source)?;
-    let root = fs::read_to_string(source.join("lib.rs")).or_else(|_| fs::read_to_string(source.join("main.rs")))?;
-    // Names that the root gives on stand for their modules.
-    let mut given: BTreeMap<&str, &str> = BTreeMap::new();
-    for exported in root.split("use ").skip(1).filter_map(|rest| rest.split_once(';')).map(|(path, _)| path) {
-        if let Some((module, names)) = exported.split_once("::") {
-            for name in names.split(|c: char| !(c.is_alphanumeric() || c == '_')) {
-                given.insert(name, module);
-            }
-        }
-    }
-    let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for (module, files) in &modules {
-        let to = found.entry(module.clone()).or_default();
-        for file in files {
-            for name in named_of_crate(&fs::read_to_string(file)?) {
-                let target =
-                    if modules.contains_key(&name) { Some(name.as_str()) } else { given.get(name.as_str()).copied() };
-                to.extend(target.filter(|target| modules.contains_key(*target)).map(str::to_owned));
-            }
-        }
-        to.retain(|other| other != module);
-        to.sort_unstable();
-        to.dedup();
-    }
-    Ok(found)
-}
-
-/// The compiler keeps the order of crates; within a crate this does.
-#[test]
-fn modules_form_no_circle() -> Result<(), Box<dyn Error>> {
-    let mut crates = 0;
+/// All crates by name, with the imports of their modules.
+fn crates() -> Result<Vec<(String, Crate)>, Box<dyn Error>> {
+    let mut found = Vec::new();
     for member in fs::read_dir(Path::new(ROOT).join("crates"))? {
         let member = member?;
-        let reached = imports(&member.path().join("src"))?;
-        for module in reached.keys() {
-            let (mut seen, mut left) = (Vec::new(), reached[module].clone());
-            while let Some(next) = left.pop() {
-                if !seen.contains(&next) {
-                    left.extend(reached[&next].iter().cloned());
-                    seen.push(next);
-                }
-            }
-            let name = member.file_name();
-            assert!(!seen.contains(module), "{}: {module} uses itself by way of {seen:?}", name.display());
-        }
-        crates += 1;
+        found.push((member.file_name().to_string_lossy().into_owned(), Crate::read(&member.path().join("src"))?));
     }
-    assert!(crates >= 13);
+    Ok(found)
+}
+
+/// The compiler keeps the order of crates; within a crate, at every depth, this does.
+#[test]
+fn modules_form_no_circle() -> Result<(), Box<dyn Error>> {
+    let (mut modules, mut pairs, mut circles) = (0, 0, Vec::new());
+    let crates = crates()?;
+    for (name, read) in &crates {
+        let imports = read.imports();
+        for (folder, graph) in between_siblings(&imports) {
+            pairs += graph.values().map(BTreeMap::len).sum::<usize>();
+            let mut reported: Vec<String> = Vec::new();
+            for start in graph.keys() {
+                let Some(circle) = circle(&graph, start).filter(|_| !reported.contains(start)) else { continue };
+                reported.extend(circle.iter().map(|import| import.from[folder.len()].clone()));
+                let written = circle.iter().map(|import| format!("{} uses {}", import.from.join("::"), import.path));
+                circles.push(format!("{name}: {}", written.collect::<Vec<_>>().join("; ")));
+            }
+        }
+        modules += read.count();
+    }
+    assert!(circles.is_empty(), "modules that use themselves: {circles:#?}");
+    assert!(crates.len() >= 13 && modules > 600 && pairs > 1000, "{} {modules} {pairs}", crates.len());
     Ok(())
 }
 
@@ -185,15 +132,16 @@ fn modules_use_only_those_above_them_on_the_map() -> Result<(), Box<dyn Error>> 
             }
         }
         let place = |module: &str| order.iter().position(|other| other == module);
-        let found = imports(&Path::new(ROOT).join(source))?;
+        let imports = Crate::read(&Path::new(ROOT).join(source))?.imports();
+        let found = between_siblings(&imports).remove(&Module::new()).unwrap_or_default();
         let upwards: Vec<String> = found
             .iter()
-            .flat_map(|(module, used)| used.iter().map(move |used| (module, used)))
+            .flat_map(|(module, used)| used.keys().map(move |used| (module, used)))
             .filter(|(module, used)| place(module) < place(used))
             .map(|(module, used)| format!("{module} uses {used}"))
             .collect();
         assert!(upwards.is_empty(), "{name}, against the order of ARCHITECTURE.md: {upwards:#?}");
-        imported += found.values().map(Vec::len).sum::<usize>();
+        imported += found.values().map(BTreeMap::len).sum::<usize>();
     }
     assert!(imported > 100, "{imported}");
     Ok(())

@@ -14,10 +14,10 @@ use crate::{Point, Value};
 
 /// An element of compliance of any kind: every [`Compliance`] becomes one by `into`.
 #[derive(Clone, Debug)]
-pub(in crate::model::robot) struct Coupling(Arc<dyn Kind>);
+pub(in crate::model) struct Coupling(Arc<dyn Kind>);
 
 /// What is asked over one scalar of an element whose kind is not known.
-pub(in crate::model::robot) trait Over<S> {
+pub(in crate::model) trait Over<S> {
     fn inertias(&self, at: &Point<S>) -> Vec<S>;
     fn measure(&self, own: &Own<S>) -> Vec<S>;
     fn deflect(&self, own: &Own<S>) -> Vec<S>;
@@ -48,7 +48,7 @@ impl<C: Compliance, S: Scalar> Over<S> for C {
 }
 
 /// What is asked of an element whose kind is not known.
-pub(in crate::model::robot) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
+pub(in crate::model) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
     fn coordinates(&self) -> usize;
     fn constants(&self) -> usize;
     fn signals(&self) -> Vec<&'static str>;
@@ -100,7 +100,7 @@ impl<C: Compliance> Kind for C {
 
 /// A scalar over which elements of compliance are known. Robots do with other scalars what they do with these: see
 /// [`Function`](supple_kernels::graph::Function).
-pub(in crate::model::robot) trait Native: Scalar {
+pub(in crate::model) trait Native: Scalar {
     /// An element over this scalar.
     fn over(kind: &dyn Kind) -> &dyn Over<Self>;
 }
@@ -132,7 +132,7 @@ impl std::ops::Deref for Coupling {
 }
 
 /// The signals that make an element a contact, beside the whole force `force_x`, `force_y`, `force_z`.
-pub(in crate::model::robot) const CONTACT_FORCE: &str = "contact_force";
+pub(in crate::model) const CONTACT_FORCE: &str = "contact_force";
 const PENETRATION: &str = "penetration";
 
 impl Coupling {
@@ -196,7 +196,7 @@ impl Couplings {
     }
 
     /// How a kind is read; none where there is no such kind.
-    pub(in crate::model::robot) fn get(&self, kind: &str) -> Option<&Build> {
+    pub(in crate::model) fn get(&self, kind: &str) -> Option<&Build> {
         self.0.get(kind)
     }
 

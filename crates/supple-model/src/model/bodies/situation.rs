@@ -2,14 +2,13 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, cross};
 use supple_robot::{Kinematics, Numbers, Pose, Resisted, Twist, Wrench, point_jacobian};
 
-use super::Robot;
-use super::compliance::Element;
+use super::Bodies;
 use super::numbers::Place;
 use crate::{Point, Value};
 
 /// Where everything is and how it moves.
-pub(super) struct Situation<'a, S> {
-    pub robot: &'a Robot,
+pub struct Situation<'a, S> {
+    pub bodies: &'a Bodies,
     pub at: &'a Point<'a, S>,
     pub numbers: Numbers<S>,
     pub kinematics: Kinematics<S>,
@@ -31,16 +30,19 @@ struct Ahead<S> {
 /// Where everything is and how it moves, as an element of compliance sees it.
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
-    element: &'a Element,
+    /// Place of the element's first coordinate among those that compliance adds.
+    coordinate: usize,
+    /// Place of its first constant.
+    constant: usize,
 }
 
 /// Forces of drives, compliance and joints.
 #[derive(Debug)]
 pub struct Forces<S> {
     /// On the degrees of freedom and on what compliance adds, N m or N.
-    pub(super) generalised: Vec<S>,
+    pub(in crate::model) generalised: Vec<S>,
     /// On links, about the link's origin in its axes.
-    pub(super) wrenches: Vec<(usize, Wrench<S>)>,
+    pub(in crate::model) wrenches: Vec<(usize, Wrench<S>)>,
 }
 
 impl<S: Scalar> Forces<S> {
@@ -51,7 +53,7 @@ impl<S: Scalar> Forces<S> {
 
     /// Adds a wrench on what a frame is fixed to, given about the frame's origin in its axes, N m and N.
     pub fn on_frame(&mut self, own: &Own<S>, frame: usize, wrench: Wrench<S>) {
-        let place = own.now.robot.place(frame, own.now.at);
+        let place = own.now.bodies.place(frame, own.now.at);
         let force = place.pose.rotate(wrench.force);
         let torque = add(place.pose.rotate(wrench.torque), cross(place.pose.position, force));
         self.wrenches.push((place.link, Wrench { torque, force }));
@@ -59,20 +61,21 @@ impl<S: Scalar> Forces<S> {
 }
 
 impl<'a, S: Scalar> Situation<'a, S> {
-    pub fn of(robot: &'a Robot, at: &'a Point<'a, S>) -> Self {
-        let numbers = robot.numbers(at);
-        let (dofs, positions) = robot.positions();
+    pub fn of(bodies: &'a Bodies, at: &'a Point<'a, S>) -> Self {
+        let numbers = bodies.numbers(at);
+        let (dofs, positions) = bodies.positions();
         let (q, v) = (&at.x[..dofs], &at.x[positions..positions + dofs]);
-        let kinematics = Kinematics::of(&robot.tree, &numbers, q, v);
-        Self { robot, at, numbers, kinematics, ahead: None, sliding: None }
+        let kinematics = Kinematics::of(&bodies.tree, &numbers, q, v);
+        Self { bodies, at, numbers, kinematics, ahead: None, sliding: None }
     }
 
-    /// The same, with forces that resist motion taken at the end of a step with accelerations `a`.
-    pub fn ahead(mut self, a: &[S]) -> Self {
+    /// The same, with forces that resist motion taken at the end of the step with accelerations `a`; `with_bodies` says
+    /// whether any of them asks for the rates of frames there.
+    pub fn at_end(mut self, a: &[S], with_bodies: bool) -> Self {
         let lead = self.at.time_step;
         let rates: Vec<S> = self.velocities().iter().zip(a).map(|(&v, &a)| lead.mul_add(a, v)).collect();
-        let seen = self.robot.compliance.iter().any(|element| !element.kind.frames().is_empty());
-        let kinematics = seen.then(|| self.kinematics.moving(&self.robot.tree, &rates[..self.robot.positions().0]));
+        let dofs = self.bodies.positions().0;
+        let kinematics = with_bodies.then(|| self.kinematics.moving(&self.bodies.tree, &rates[..dofs]));
         self.ahead = Some(Ahead { rates, kinematics, lead });
         self
     }
@@ -84,12 +87,12 @@ impl<'a, S: Scalar> Situation<'a, S> {
 
     /// Positions of the degrees of freedom.
     pub fn q(&self) -> &[S] {
-        &self.at.x[..self.robot.positions().0]
+        &self.at.x[..self.bodies.positions().0]
     }
 
     /// Velocities of the degrees of freedom.
     pub fn v(&self) -> &[S] {
-        &self.velocities()[..self.robot.positions().0]
+        &self.velocities()[..self.bodies.positions().0]
     }
 
     /// The rates of the degrees of freedom that decide how friction in joints resists.
@@ -99,12 +102,12 @@ impl<'a, S: Scalar> Situation<'a, S> {
 
     /// All positions: of the degrees of freedom and of what compliance adds.
     pub fn positions(&self) -> &[S] {
-        &self.at.x[..self.robot.positions().1]
+        &self.at.x[..self.bodies.positions().1]
     }
 
     /// Their velocities.
     fn velocities(&self) -> &[S] {
-        let (_, positions) = self.robot.positions();
+        let (_, positions) = self.bodies.positions();
         &self.at.x[positions..2 * positions]
     }
 
@@ -120,23 +123,23 @@ impl<'a, S: Scalar> Situation<'a, S> {
 
     /// The same for forces in joints.
     pub fn resisted(&self) -> Resisted<'_, S> {
-        Resisted { rates: &self.rates()[..self.robot.positions().0], lead: self.lead() }
+        Resisted { rates: &self.rates()[..self.bodies.positions().0], lead: self.lead() }
     }
 
-    /// The same as an element sees it.
-    pub fn seen_by(&'a self, element: &'a Element) -> Own<'a, S> {
-        Own { now: self, element }
+    /// The same as an element of compliance sees it whose first coordinate and constant are at these places.
+    pub fn seen_from(&'a self, coordinate: usize, constant: usize) -> Own<'a, S> {
+        Own { now: self, coordinate, constant }
     }
 
     /// The frame with this number, in the world.
     pub fn pose(&self, frame: usize) -> Pose<S> {
-        let place = self.robot.place(frame, self.at);
+        let place = self.bodies.place(frame, self.at);
         self.kinematics.poses()[place.link].compose(&place.pose)
     }
 
     /// Where a frame is fixed, its pose in the world, and its velocity in its own axes.
     pub fn frame(&self, frame: usize) -> (Place<S>, Pose<S>, Twist<S>) {
-        let place = self.robot.place(frame, self.at);
+        let place = self.bodies.place(frame, self.at);
         let pose = self.kinematics.poses()[place.link].compose(&place.pose);
         let own = in_frame(&self.kinematics, &place);
         (place, pose, own)
@@ -145,19 +148,19 @@ impl<'a, S: Scalar> Situation<'a, S> {
     /// The velocity of a frame in its own axes at the [rates](Self::rates) of forces that resist motion.
     pub fn frame_rates(&self, frame: usize) -> Twist<S> {
         let kinematics = self.ahead.as_ref().and_then(|ahead| ahead.kinematics.as_ref());
-        in_frame(kinematics.unwrap_or(&self.kinematics), &self.robot.place(frame, self.at))
+        in_frame(kinematics.unwrap_or(&self.kinematics), &self.bodies.place(frame, self.at))
     }
 
     /// How a point of the world moves with what a frame is fixed to, in the axes of the world, for a unit of each degree of
     /// freedom's velocity.
     pub fn point_motions(&self, frame: usize, point: [S; 3]) -> Vec<Twist<S>> {
-        let link = self.robot.place(frame, self.at).link;
-        let rows = point_jacobian(&self.robot.tree, &self.kinematics, link, point);
+        let link = self.bodies.place(frame, self.at).link;
+        let rows = point_jacobian(&self.bodies.tree, &self.kinematics, link, point);
         let motion = |dof: usize| {
             let [a, b, c, x, y, z] = [0, 1, 2, 3, 4, 5].map(|row: usize| rows[row][dof]);
             Twist { angular: [a, b, c], linear: [x, y, z] }
         };
-        (0..self.robot.positions().0).map(motion).collect()
+        (0..self.bodies.positions().0).map(motion).collect()
     }
 }
 
@@ -171,8 +174,8 @@ impl Situation<'_, f64> {
     /// Where the joint of a degree of freedom is, seen from what carries it, where that which it carries is, and the
     /// joint's axis; all in the world.
     pub fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
-        let index = self.robot.tree.joint_indices()[dof];
-        let (joint, numbers) = (&self.robot.robot.joints[index], &self.numbers.joints[index]);
+        let index = self.bodies.tree.joint_indices()[dof];
+        let (joint, numbers) = (&self.bodies.robot.joints[index], &self.numbers.joints[index]);
         let poses = self.kinematics.poses();
         let moved = poses[index + 1].compose(&numbers.child_pose.inverse());
         let still = poses[joint.parent].compose(&numbers.origin);
@@ -230,24 +233,24 @@ impl<S: Scalar> Own<'_, S> {
 
     /// Place among all positions of the first coordinate that the element adds.
     pub fn place(&self) -> usize {
-        self.now.robot.positions().0 + self.element.coordinate
+        self.now.bodies.positions().0 + self.coordinate
     }
 
     /// The first constant that the element adds.
     pub fn constant(&self) -> S {
-        self.now.at.x[2 * self.now.robot.positions().1 + self.element.constant]
+        self.now.at.x[2 * self.now.bodies.positions().1 + self.constant]
     }
 }
 
 impl Own<'_, f64> {
     /// Where the joint of a degree of freedom is, seen from what carries it, where that which it carries is, and the
     /// joint's axis; all in the world.
-    pub(super) fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
+    pub(in crate::model) fn joint(&self, dof: usize) -> ([f64; 3], [f64; 3], [f64; 3]) {
         self.now.joint(dof)
     }
 
     /// Whether a degree of freedom is a slide.
-    pub(super) fn slides(&self, dof: usize) -> bool {
-        self.now.robot.slides(dof)
+    pub(in crate::model) fn slides(&self, dof: usize) -> bool {
+        self.now.bodies.slides(dof)
     }
 }

@@ -2,12 +2,12 @@ use supple_kernels::Scalar;
 use supple_robot::vector::{add, scale};
 use supple_robot::{Numbers, Pose};
 
-use super::Robot;
+use super::Bodies;
 use crate::{Point, Value};
 
 /// Numbers of a link or joint that the task says anew; others stay those of the robot's file.
 #[derive(Clone, Debug)]
-pub(super) enum Override {
+pub enum Override {
     Link {
         link: usize,
         mass: Option<Value>,
@@ -31,7 +31,7 @@ pub(super) enum Override {
 
 /// A frame that the task places on a link.
 #[derive(Clone, Debug)]
-pub(super) struct FrameNumbers {
+pub struct FrameNumbers {
     pub name: String,
     /// Number of the frame that it is placed in: a link's or another of the robot's file.
     pub on: usize,
@@ -41,7 +41,7 @@ pub(super) struct FrameNumbers {
 
 /// Where a frame is: its link, and its pose in it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place<S> {
+pub struct Place<S> {
     pub link: usize,
     pub pose: Pose<S>,
 }
@@ -51,9 +51,9 @@ fn vector<S: Scalar>(at: &Point<S>, values: [Value; 3]) -> [S; 3] {
     values.map(|value| at.value(value))
 }
 
-impl Robot {
+impl Bodies {
     /// All numbers at a point.
-    pub(super) fn numbers<S: Scalar>(&self, at: &Point<S>) -> Numbers<S> {
+    pub fn numbers<S: Scalar>(&self, at: &Point<S>) -> Numbers<S> {
         let mut numbers = Numbers::of(&self.robot, [0.0; 3]);
         numbers.gravity = vector(at, self.gravity);
         for change in &self.overrides {
@@ -63,14 +63,14 @@ impl Robot {
     }
 
     /// Names of all frames, in the order of their numbers: links, other frames of the file, frames of the task.
-    pub(super) fn frame_names(&self) -> Vec<&str> {
+    pub fn frame_names(&self) -> Vec<&str> {
         let links = self.robot.links.iter().map(|link| link.name.as_str());
         let others = self.robot.frames.iter().map(|frame| frame.name.as_str());
         links.chain(others).chain(self.frames.iter().map(|frame| frame.name.as_str())).collect()
     }
 
     /// The link that the frame with this number is on.
-    pub(super) fn link_of(&self, frame: usize) -> usize {
+    pub fn link_of(&self, frame: usize) -> usize {
         let (links, others) = (self.robot.links.len(), self.robot.frames.len());
         match frame.checked_sub(links) {
             None => frame,
@@ -80,7 +80,7 @@ impl Robot {
     }
 
     /// Where the frame with this number is.
-    pub(super) fn place<S: Scalar>(&self, frame: usize, at: &Point<S>) -> Place<S> {
+    pub fn place<S: Scalar>(&self, frame: usize, at: &Point<S>) -> Place<S> {
         let (links, others) = (self.robot.links.len(), self.robot.frames.len());
         if frame < links {
             return Place { link: frame, pose: Pose::identity() };
@@ -97,7 +97,7 @@ impl Robot {
 }
 
 /// The pose at `position`, turned by roll, pitch and yaw.
-pub(super) fn turned<S: Scalar>(rpy: [S; 3], position: [S; 3]) -> Pose<S> {
+fn turned<S: Scalar>(rpy: [S; 3], position: [S; 3]) -> Pose<S> {
     let [(sr, cr), (sp, cp), (sy, cy)] = rpy.map(Scalar::sin_cos);
     let rotation = [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -159,4 +159,9 @@ impl Override {
         };
         list.into_iter().filter_map(|(key, value, least)| Some((key, value?, least))).collect()
     }
+}
+
+/// A smoothing that is wider by a value: `sqrt(smoothing^2 + by^2)` (theory, equation P.3c).
+pub fn widened<S: Scalar>(at: &Point<S>, smoothing: S, by: Value) -> S {
+    smoothing.mul_add(smoothing, at.value(by).square()).sqrt()
 }

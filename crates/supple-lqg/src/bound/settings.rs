@@ -1,0 +1,27 @@
+//! How a minimum is searched for, and how a search ends.
+
+/// How the minimum is searched for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundSettings {
+    /// The duality gap at which the search ends, nats per step.
+    pub gap: f64,
+    /// Newton steps that it may take.
+    pub max_iterations: usize,
+}
+
+impl Default for BoundSettings {
+    fn default() -> Self {
+        Self { gap: 1e-7, max_iterations: 200 }
+    }
+}
+
+/// How a search for the minimum ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoundStatus {
+    /// The gap asked for is reached.
+    Converged,
+    /// The Newton steps allowed were too few; the bounds hold, with a larger gap than asked for.
+    MaxIterations,
+    /// Rounding ended the search; the bounds hold, with a larger gap than asked for.
+    Stalled,
+}

@@ -1,0 +1,83 @@
+//! Where searches begin: every coordinate measured just well enough to keep about half of the budget.
+
+use super::local::{Place, slack_of_budget};
+use super::reduce::Chain;
+use crate::dense::{Dense, cholesky, congruence, inverse_lower, solve_lower, symmetric};
+use supple_kernels::math;
+
+/// The complementarity at the start, nats.
+const FIRST_COMPLEMENTARITY: f64 = 0.3;
+
+/// Logarithms of variances that are tried, and how far these are apart.
+const VARIANCES: (f64, f64) = (80.0, 2.0);
+
+/// Covariances with multipliers that make every complementarity the same; `None` where these are not strictly inside.
+pub(super) fn begin(chain: &Chain, factors: Vec<Dense>) -> Option<Place> {
+    let mut place = Place { factors, multipliers: Vec::new(), price: 1.0, barrier: FIRST_COMPLEMENTARITY };
+    let local = place.localise(chain)?;
+    for at in &local {
+        let half = inverse_lower(&at.slack_factor);
+        place.multipliers.push(symmetric(half.transpose() * half) * FIRST_COMPLEMENTARITY);
+    }
+    let left = slack_of_budget(&local);
+    place.price = FIRST_COMPLEMENTARITY / left;
+    (left > 0.0).then_some(place)
+}
+
+/// A start inside: all coordinates measured just well enough to keep about half of the budget.
+pub(super) fn start(chain: &Chain) -> Option<Vec<Dense>> {
+    inside(|variance| measured(chain, variance).filter(|(factors, _)| begin(chain, factors.clone()).is_some()))
+}
+
+/// Factors `g_t` of the covariances `p_t = g_t g_t'` once every reduced coordinate has been measured with a noise of
+/// variance `variance`, and what they cost as a share of the budget.
+fn measured(chain: &Chain, variance: f64) -> Option<(Vec<Dense>, f64)> {
+    let mut predicted = Dense::identity(chain.order(0), chain.order(0));
+    let (mut factors, mut cost) = (Vec::with_capacity(chain.stages.len()), 0.0);
+    for stage in &chain.stages {
+        let posterior = once_measured(&predicted, variance)?;
+        cost += stage.price.dot(&posterior);
+        cholesky(&(&predicted - &posterior))?;
+        predicted = congruence(&stage.dynamics, &posterior) + &stage.process;
+        factors.push(cholesky(&posterior)?);
+    }
+    cost.is_finite().then_some((factors, cost))
+}
+
+/// `(P^-1 + I / variance)^-1`.
+pub(super) fn once_measured(predicted: &Dense, variance: f64) -> Option<Dense> {
+    let c = cholesky(predicted)?;
+    let n = c.nrows();
+    let innovation = cholesky(&symmetric(Dense::identity(n, n) + c.transpose() * &c / variance))?;
+    let root = solve_lower(&innovation, c.transpose());
+    Some(symmetric(root.transpose() * root))
+}
+
+/// What `measured` gives for a variance at which the share of the budget that it says too is about a half, or else for
+/// one at which it is below 1. It may say nothing where the variance is so large that covariances grow without limit,
+/// and where it is so small that only rounding is left of them.
+pub(super) fn inside<T>(measured: impl Fn(f64) -> Option<(T, f64)>) -> Option<T> {
+    let (most, step) = VARIANCES;
+    let kept = |log: f64| measured(math::exp(log)).filter(|(_, cost)| *cost <= 0.7);
+    let mut low = 0.0;
+    let mut best = kept(low);
+    while best.is_none() && low > -most {
+        low -= step;
+        best = kept(low);
+    }
+    let mut high = low + step;
+    if low == 0.0 {
+        while let Some(more) = kept(high).filter(|_| best.is_some() && high < most) {
+            (best, low) = (Some(more), high);
+            high += step;
+        }
+    }
+    while high - low > 1e-3 && best.as_ref().is_some_and(|(_, cost)| *cost <= 0.3) {
+        let middle = 0.5 * (low + high);
+        match kept(middle) {
+            Some(more) => (best, low) = (Some(more), middle),
+            None => high = middle,
+        }
+    }
+    best.map(|(found, _)| found)
+}

@@ -1,0 +1,45 @@
+//! The bodies of a robot: a robot file with numbers that may be parameters, where everything is and how it moves.
+
+use std::sync::Arc;
+
+use supple_robot::{JointKind, Tree};
+
+use crate::Value;
+
+mod numbers;
+mod situation;
+
+pub(super) use numbers::{FrameNumbers, Override, widened};
+pub(super) use situation::Situation;
+pub use situation::{Forces, Own};
+
+/// What moves: bodies in a tree, and coordinates that compliance adds.
+#[derive(Clone, Debug)]
+pub(super) struct Bodies {
+    /// The robot's file.
+    pub robot: Arc<supple_robot::Robot>,
+    /// Its degrees of freedom.
+    pub tree: Arc<Tree>,
+    /// Acceleration by gravity in the world, m/s^2.
+    pub gravity: [Value; 3],
+    /// Numbers of the file that the task says anew.
+    pub overrides: Vec<Override>,
+    /// Frames that the task places.
+    pub frames: Vec<FrameNumbers>,
+    /// How many coordinates compliance adds.
+    pub added: usize,
+}
+
+impl Bodies {
+    /// How many positions there are: degrees of freedom, and with what compliance adds.
+    pub fn positions(&self) -> (usize, usize) {
+        let dofs = self.tree.dofs();
+        (dofs, dofs + self.added)
+    }
+
+    /// Whether a degree of freedom is a slide.
+    pub fn slides(&self, dof: usize) -> bool {
+        let joint = self.tree.joint_indices().get(dof).map(|&joint| self.robot.joints[joint].kind);
+        joint == Some(JointKind::Prismatic)
+    }
+}

@@ -1,0 +1,109 @@
+//! The limits that plans keep, of authored models.
+
+use std::sync::OnceLock;
+
+use supple_kernels::graph::{Program, Source};
+use supple_kernels::{Matrices, Scratch};
+
+use super::authored::Authored;
+use super::batch::{at_points, parts};
+use super::kept::Kept;
+use super::programs::{Recorder, excess_source};
+use super::{Constraints, ExcessVariation, KeptEnd, Points};
+use crate::followed::{Followed, LimitEnd};
+use crate::{Channel, Model};
+
+impl<M: Model> Authored<M> {
+    /// Runs a program of stages and that of the end, each recorded when it is first asked for.
+    fn run_kept(
+        &self,
+        (cells, record): (&[OnceLock<Program>; 2], impl Fn(&Recorder<M>, bool) -> Program),
+        at: Points,
+        (sources, phi): (&[Source], &[f64]),
+        (mut out, sums): (Option<&mut Matrices>, &mut [f64]),
+        scratch: &mut Scratch,
+    ) {
+        for (last, batch) in parts(&at).into_iter().filter(|(_, batch)| batch.count > 0) {
+            let program = cells[usize::from(last)].get_or_init(|| record(&self.recorder(), last));
+            program.run(batch, (sources, phi), (out.as_deref_mut(), &mut *sums), scratch);
+        }
+    }
+}
+
+/// Only systems that have limits to keep give themselves as [`Constraints`].
+impl<M: Model> Constraints for Authored<M> {
+    fn ends(&self) -> Vec<KeptEnd> {
+        let Some(Kept { ends, .. }) = &self.kept else { return Vec::new() };
+        let of_limit = |limit: &Followed| limit.quantity.channels(self.vocabulary());
+        let channels: Vec<Vec<Channel>> = ends.followed.iter().map(of_limit).collect();
+        let of_end = |end: &LimitEnd| KeptEnd { channel: channels[end.limit][end.entry].clone(), upper: end.upper };
+        ends.list.iter().map(of_end).collect()
+    }
+
+    fn bounds(&self, phi: &[f64]) -> Vec<f64> {
+        let Some(Kept { ends, .. }) = &self.kept else { return Vec::new() };
+        ends.list.iter().map(|end| ends.bound(end).resolve(phi)).collect()
+    }
+
+    fn excesses(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        let Some(Kept { ends, excesses, .. }) = &self.kept else { return };
+        let program = (excesses, |recorder: &Recorder<M>, last| recorder.excesses(ends, last));
+        self.run_kept(program, at, (&at_points(at), phi), (Some(out), &mut []), scratch);
+        for i in 0..at.count() {
+            let (is_first, is_end) = (at.times.of(i) == 0, i >= at.stages);
+            for (excess, of_control) in out.vector_mut(i).iter_mut().zip(&ends.of_control) {
+                if if *of_control { is_end } else { is_first } {
+                    *excess = f64::NEG_INFINITY;
+                }
+            }
+        }
+    }
+
+    fn excess_jacobians(&self, at: Points, phi: &[f64], out: &mut Matrices, scratch: &mut Scratch) {
+        let Some(Kept { ends, jacobian, .. }) = &self.kept else { return };
+        let program = (jacobian, |recorder: &Recorder<M>, last| recorder.excess_jacobian(ends, last));
+        self.run_kept(program, at, (&at_points(at), phi), (Some(out), &mut []), scratch);
+    }
+
+    fn add_excess_curvature(
+        &self,
+        at: Points,
+        phi: &[f64],
+        multipliers: &Matrices,
+        out: &mut Matrices,
+        scratch: &mut Scratch,
+    ) {
+        let Some(Kept { ends, curvature, .. }) = &self.kept else { return };
+        let program = (curvature, |recorder: &Recorder<M>, last| recorder.excess_curvature(ends, last));
+        let [x, u] = at_points(at);
+        self.run_kept(program, at, (&[x, u, multipliers.into()], phi), (Some(out), &mut []), scratch);
+    }
+
+    fn add_excess_parameter_gradient(
+        &self,
+        at: Points,
+        phi: &[f64],
+        multipliers: &Matrices,
+        variation: Option<ExcessVariation>,
+        parameters: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let Some(Kept { ends, parameter_gradient, parameter_gradient_along, .. }) = &self.kept else { return };
+        let [x, u] = at_points(at);
+        match variation {
+            None => {
+                let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient(ends, last);
+                let sources = [x, u, multipliers.into()];
+                self.run_kept((parameter_gradient, record), at, (&sources, phi), (None, parameters), scratch);
+            }
+            Some(moved) => {
+                let record = |recorder: &Recorder<M>, last| recorder.excess_parameter_gradient_along(ends, last);
+                let mut sources = [x, u, x, x, x];
+                sources[excess_source::MULTIPLIERS] = multipliers.into();
+                sources[excess_source::VARIATION] = moved.joint.into();
+                sources[excess_source::MULTIPLIER_VARIATION] = moved.multipliers.into();
+                self.run_kept((parameter_gradient_along, record), at, (&sources, phi), (None, parameters), scratch);
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A robot in parts, as a file names them.
+
+use super::warnings::Warnings;
+use super::xml::Element;
+use crate::{Inertia, JointKind, Limits, Mesh, Pose};
+
+/// A robot in parts, as a file names them.
+pub(super) struct Parts<'a> {
+    /// Its name.
+    pub(super) name: String,
+    /// Its links, in the order of the file.
+    pub(super) links: Vec<LinkPart<'a>>,
+    /// Its joints, in the order of the file.
+    pub(super) joints: Vec<JointPart<'a>>,
+    /// Its named frames besides those of the links.
+    pub(super) frames: Vec<FramePart<'a>>,
+    /// Gravity that the file asks for, m/s^2.
+    pub(super) gravity: Option<[f64; 3]>,
+    /// What was said so far that is not modelled.
+    pub(super) warnings: Warnings,
+}
+
+/// A link, with the element that errors about it name.
+pub(super) struct LinkPart<'a> {
+    /// Where it stands.
+    pub(super) at: Element<'a>,
+    /// Its name.
+    pub(super) name: String,
+    /// Its inertia, and where that stands.
+    pub(super) inertia: Option<(Inertia, Element<'a>)>,
+    /// Its visual meshes.
+    pub(super) meshes: Vec<Mesh>,
+}
+
+/// A name of something else, and where it stands.
+#[derive(Clone)]
+pub(super) struct Reference<'a> {
+    /// Where it stands.
+    pub(super) at: Element<'a>,
+    /// The name.
+    pub(super) name: String,
+}
+
+/// A joint between named links. Numbers as in [`Joint`]; the axis may have any length but 0.
+pub(super) struct JointPart<'a> {
+    pub(super) at: Element<'a>,
+    pub(super) name: String,
+    pub(super) kind: JointKind,
+    pub(super) parent: Reference<'a>,
+    pub(super) child: Reference<'a>,
+    pub(super) origin: Pose,
+    pub(super) child_pose: Pose,
+    pub(super) axis: [f64; 3],
+    pub(super) reference: f64,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+    pub(super) armature: f64,
+    pub(super) stiffness: f64,
+    pub(super) rest: f64,
+    pub(super) limits: Limits,
+    pub(super) mimic: Option<MimicPart<'a>>,
+}
+
+/// `position = ratio * position of the named joint + offset`
+#[derive(Clone)]
+pub(super) struct MimicPart<'a> {
+    /// The joint that is followed.
+    pub(super) joint: Reference<'a>,
+    /// Ratio.
+    pub(super) ratio: f64,
+    /// Offset, rad or m.
+    pub(super) offset: f64,
+}
+
+/// A named frame on a named link.
+pub(super) struct FramePart<'a> {
+    /// Its name.
+    pub(super) name: String,
+    /// Its link.
+    pub(super) link: Reference<'a>,
+    /// Where it is in the link.
+    pub(super) pose: Pose,
+}
+
+impl<'a> JointPart<'a> {
+    /// A joint at the origins of its links, about x, without limits and free of forces.
+    pub(super) fn new(
+        at: Element<'a>,
+        name: &str,
+        kind: JointKind,
+        parent: Reference<'a>,
+        child: Reference<'a>,
+    ) -> Self {
+        Self {
+            at,
+            name: name.to_owned(),
+            kind,
+            parent,
+            child,
+            origin: Pose::IDENTITY,
+            child_pose: Pose::IDENTITY,
+            axis: [1.0, 0.0, 0.0],
+            reference: 0.0,
+            damping: 0.0,
+            friction: 0.0,
+            armature: 0.0,
+            stiffness: 0.0,
+            rest: 0.0,
+            limits: Limits::default(),
+            mimic: None,
+        }
+    }
+}
+
+/// A joint's links, by index in the file.
+#[derive(Clone, Copy)]
+pub(super) struct Ends {
+    pub(super) parent: usize,
+    pub(super) child: usize,
+}

@@ -1,0 +1,157 @@
+//! Numbers as text: one function for each purpose.
+//!
+//! | for | function | 0.00001234567 | 474.5439 | 12345678 |
+//! |---|---|---|---|---|
+//! | messages: all digits | [`digits`] | `0.00001234567` | `474.5439` | `12345678` |
+//! | data: all digits, for programs | [`exact`] | `1.234567e-5` | `474.5439` | `12345678` |
+//! | sentences: few digits | [`short`] of 3 | `1.23e-5` | `475` | `1.23e7` |
+//! | formulas: the same, and no fewer | [`padded`] to 3 | `1.23e-5` | `475` | `1.23e7` |
+//! | tables in terminals | [`tabular`] | `1.2346e-5` | `474.544` | `1.2346e7` |
+//! | pages | [`printed`] | `1.2346e−5` | `474.54` | `1.2346e7` |
+
+/// A number in a message, with all of its digits. It is not read by its zeros: very large and very small ones have an
+/// exponent.
+pub fn digits(number: f64) -> String {
+    let short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
+    if short { format!("{number}") } else { format!("{number:e}") }
+}
+
+/// A number for programs: a short text from which the same number is read. Whole numbers have no point.
+pub fn exact(number: f64) -> String {
+    let mut text = format!("{number:?}");
+    if text.ends_with(".0") {
+        text.truncate(text.len() - 2);
+    }
+    text
+}
+
+/// A number with at most `count` significant digits, at least 1.
+pub fn short(number: f64, count: usize) -> String {
+    let number = significant(number, count);
+    match number.abs() {
+        0.0 => "0".into(),
+        1e-3..1e6 => format!("{number}"),
+        _ => format!("{number:e}"),
+    }
+}
+
+/// A number with exactly `count` significant digits, at least 1: zeros at its end are some of them.
+pub fn padded(number: f64, count: usize) -> String {
+    let (power, after) = (exponent(number, count), count.saturating_sub(1));
+    match after as i32 - power {
+        decimals @ 0.. if power >= -3 => format!("{number:.*}", decimals as usize),
+        _ => format!("{number:.after$e}"),
+    }
+}
+
+/// A number in a table of a terminal: six significant digits at most, or five and an exponent.
+pub fn tabular(number: f64) -> String {
+    match exponent(number, 6) {
+        _ if number == 0.0 => "0".into(),
+        _ if !number.is_finite() => number.to_string(),
+        power @ -3..=5 => trimmed(&format!("{number:.*}", (5 - power) as usize)).to_owned(),
+        _ => format!("{number:.4e}"),
+    }
+}
+
+/// A number on a page, with five significant digits at most and the minus sign of mathematics; a dash where it is not
+/// finite.
+pub fn printed(number: f64) -> String {
+    if !number.is_finite() {
+        return "–".into();
+    }
+    let text = match exponent(number, 5) {
+        _ if number == 0.0 => "0".into(),
+        power @ -3..=6 => trimmed(&format!("{number:.*}", usize::try_from(4 - power).unwrap_or(0))).to_owned(),
+        power => {
+            let text = format!("{number:.4e}");
+            let mantissa = text.split_once('e').map_or("", |(mantissa, _)| mantissa);
+            format!("{}e{power}", trimmed(mantissa))
+        }
+    };
+    text.replace('-', "−")
+}
+
+/// A number rounded to `count` significant digits, at least 1.
+pub fn significant(number: f64, count: usize) -> f64 {
+    format!("{number:.*e}", count.saturating_sub(1)).parse().unwrap_or(number)
+}
+
+/// The power of ten that a number begins with once it is rounded to `count` significant digits: 999.9 counts as 1000
+/// with three of them. 0 where it is 0 or not finite.
+pub fn exponent(number: f64, count: usize) -> i32 {
+    let text = format!("{number:.*e}", count.saturating_sub(1));
+    text.split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
+}
+
+/// A text of a number without zeros at the end that say nothing.
+pub fn trimmed(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_of_functions_is_right() {
+        let [tiny, some, large] = [0.000_012_345_67, 474.543_9, 12_345_678.0];
+        let of = |function: &dyn Fn(f64) -> String| [tiny, some, large].map(function);
+        assert_eq!(of(&digits), ["0.00001234567", "474.5439", "12345678"]);
+        assert_eq!(of(&exact), ["1.234567e-5", "474.5439", "12345678"]);
+        assert_eq!(of(&|number| short(number, 3)), ["1.23e-5", "475", "1.23e7"]);
+        assert_eq!(of(&|number| padded(number, 3)), ["1.23e-5", "475", "1.23e7"]);
+        assert_eq!(of(&tabular), ["1.2346e-5", "474.544", "1.2346e7"]);
+        assert_eq!(of(&printed), ["1.2346e−5", "474.54", "1.2346e7"]);
+    }
+
+    #[test]
+    fn messages_have_all_digits() {
+        let shown = [0.1, 1e-5, 1e-6, 1e15, 1e16, 1.0 / 3.0].map(digits);
+        assert_eq!(shown, ["0.1", "0.00001", "1e-6", "1000000000000000", "1e16", "0.3333333333333333"]);
+        assert_eq!([0.0, f64::INFINITY, f64::NAN].map(digits), ["0", "inf", "NaN"]);
+    }
+
+    #[test]
+    fn data_are_exact_and_short() {
+        let shown = [60.0, 0.1, 1e-4, 1e-7, 1e15, 1e16, 1e300, -2.5, 5e-324].map(exact);
+        assert_eq!(shown, ["60", "0.1", "0.0001", "1e-7", "1000000000000000", "1e16", "1e300", "-2.5", "5e-324"]);
+    }
+
+    #[test]
+    fn sentences_have_few_digits() {
+        let shown = [0.12345, 5.0, -0.0, 1234.5, 2.5e-7, 999_999.9].map(|number| short(number, 3));
+        assert_eq!(shown, ["0.123", "5", "0", "1230", "2.5e-7", "1e6"]);
+        assert_eq!([999_999.4, 1e-3, -2.0].map(|number| short(number, 6)), ["999999", "0.001", "-2"]);
+    }
+
+    #[test]
+    fn formulas_show_zeros_that_count() {
+        let shown = [0.1, 5.0, 9.996, 123.4, 999.7, 0.001, 0.000_9].map(|number| padded(number, 3));
+        assert_eq!(shown, ["0.100", "5.00", "10.0", "123", "1.00e3", "0.00100", "9.00e-4"]);
+    }
+
+    #[test]
+    fn tables_are_short_and_keep_the_size() {
+        let shown = [0.0, 474.543_9, 99_999.97, 999_999.7, 250.0, -0.001_234_567, 1.5e-7].map(tabular);
+        assert_eq!(shown, ["0", "474.544", "100000", "1.0000e6", "250", "-0.00123457", "1.5000e-7"]);
+        assert_eq!(tabular(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn pages_are_short_and_keep_the_size() {
+        for (value, text) in [
+            (474.543_9, "474.54"),
+            (250.0, "250"),
+            (99_999.7, "100000"),
+            (1e6, "1000000"),
+            (1e7, "1e7"),
+            (-0.001_234_567, "−0.0012346"),
+            (1.5e-7, "1.5e−7"),
+            (0.0, "0"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(printed(value), text);
+        }
+    }
+}

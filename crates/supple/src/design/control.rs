@@ -1,0 +1,84 @@
+//! How long computations are watched and stopped.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What happens during a long computation.
+#[derive(Clone, Copy, Debug)]
+pub enum Event<'a> {
+    /// A start began; there are `of` of them.
+    StartBegan {
+        /// Its number, from 0.
+        start: usize,
+        /// How many there are.
+        of: usize,
+    },
+    /// A design was evaluated.
+    Evaluated {
+        /// The start's number.
+        start: usize,
+        /// All its parameters.
+        design: &'a [f64],
+        /// The information, nats.
+        information: f64,
+        /// Expected cost of each task.
+        costs: &'a [f64],
+        /// How far the worst task is above its bound, or the price above the budget, relative to it.
+        violation: f64,
+    },
+    /// The optimiser stepped to a design that it evaluated; other designs are trials of its line searches.
+    Stepped {
+        /// The start's number.
+        start: usize,
+        /// All its parameters.
+        design: &'a [f64],
+        /// Whether a step that comes next may take its place: it is the first trial of a line search.
+        is_trial: bool,
+    },
+    /// Other local minima of the plans are being searched for.
+    SearchingBranches {
+        /// The start's number.
+        start: usize,
+    },
+    /// A combination of entries of catalogues was designed.
+    Combination {
+        /// How many are done.
+        done: usize,
+        /// How many there are to be done, as far as is known.
+        of: usize,
+    },
+    /// A start ended.
+    StartEnded {
+        /// Its number.
+        start: usize,
+    },
+}
+
+/// Sees what happens during a long computation; called from several threads.
+pub trait Observer: Send + Sync {
+    /// Something happened.
+    fn observe(&self, event: Event);
+}
+
+/// Ignores all progress.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoObserver;
+
+impl Observer for NoObserver {
+    fn observe(&self, _: Event) {}
+}
+
+/// How a long computation is watched and stopped.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// Sees what happens.
+    pub observer: &'a dyn Observer,
+    /// Set to stop soon, keeping what was found.
+    pub stop: &'a AtomicBool,
+}
+
+impl Control<'_> {
+    /// Whether to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}

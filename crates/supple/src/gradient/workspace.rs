@@ -1,0 +1,88 @@
+//! Memory of gradients, and the linear-quadratic problem that is solved in it.
+
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::{
+    BeliefAdjoint, Dimensions, KnotAdjoints, Lq, Noise, Policy, Regularisation, RiccatiAdjoint, solve_limited, solve_lq,
+};
+use supple_model::system::{Constraints, System};
+
+use crate::plan::Plan;
+
+/// Memory of the gradients.
+#[derive(Clone, Debug)]
+pub struct GradientWorkspace {
+    pub(super) belief: BeliefAdjoint,
+    pub(super) adjoints: KnotAdjoints,
+    pub(super) noise: Noise,
+    /// `[H | h]`: the Hessian of the Lagrangian, and the functional's gradient by the trajectory.
+    pub(crate) hessian: Matrices,
+    /// `H` of the plan, without a linear term, where it is known: it is the same for every functional.
+    lagrangian: Matrices,
+    known: bool,
+    pub(super) riccati: RiccatiAdjoint,
+    policy: Policy,
+    pub(super) variation: Matrices,
+    pub(crate) costates: Matrices,
+}
+
+impl GradientWorkspace {
+    /// Memory for `steps` steps.
+    pub fn new(dimensions: Dimensions, steps: usize) -> Self {
+        let Dimensions { states, measurements, .. } = dimensions;
+        let joint = dimensions.joint();
+        Self {
+            belief: BeliefAdjoint::new(states, measurements),
+            adjoints: KnotAdjoints::zeros(dimensions, steps),
+            noise: Noise::zeros(states, measurements),
+            hessian: Matrices::zeros(steps + 1, joint, joint + 1),
+            lagrangian: Matrices::zeros(steps + 1, joint, joint + 1),
+            known: false,
+            riccati: RiccatiAdjoint::new(states, joint),
+            policy: Policy::zeros(dimensions, steps),
+            variation: Matrices::vectors(steps + 1, joint),
+            costates: Matrices::vectors(steps + 1, states),
+        }
+    }
+
+    /// Forgets what was known of the last plan. To be called when there is another.
+    pub fn forget(&mut self) {
+        self.known = false;
+    }
+
+    /// The variation of trajectory and costates that solves the LQ problem of `hessian` along a plan (theory, equation
+    /// G.6); controls that the plan holds at a bound stay there.
+    ///
+    /// # Errors
+    /// The step at which the problem is not convex.
+    pub(super) fn vary(&mut self, plan: &Plan) -> Result<(), usize> {
+        let (dynamics, cost, limits) = (&plan.knots.dynamics, &self.hessian, plan.policy.held());
+        let regularisation = Regularisation::default();
+        let lq = Lq { dynamics, cost, regularisation, limits, with_value: false };
+        solve_limited(lq, &mut self.policy)?;
+        solve_lq(dynamics, &self.policy, &mut self.variation, &mut self.costates);
+        Ok(())
+    }
+
+    /// The Hessian of the Lagrangian at a plan into `hessian`, with no linear term; `limits` are those that it is at.
+    pub(super) fn start_hessian(
+        &mut self,
+        (system, phi): (&dyn System, &[f64]),
+        (plan, limits): (&Plan, Option<&dyn Constraints>),
+        scratch: &mut Scratch,
+    ) {
+        if !self.known {
+            self.lagrangian.copy_from(&plan.knots.cost);
+            let (joint, stride) = (self.lagrangian.rows(), self.lagrangian.stride());
+            for row in self.lagrangian.as_mut_slice().chunks_exact_mut(stride) {
+                row[joint] = 0.0;
+            }
+            let at = plan.trajectory.points();
+            system.add_dynamics_curvature(at, phi, &plan.costates, &mut self.lagrangian, scratch);
+            if let Some(limits) = limits {
+                limits.add_excess_curvature(at, phi, &plan.multipliers, &mut self.lagrangian, scratch);
+            }
+            self.known = true;
+        }
+        self.hessian.copy_from(&self.lagrangian);
+    }
+}

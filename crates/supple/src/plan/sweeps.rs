@@ -1,0 +1,113 @@
+//! What all searches for nominal plans do with a plan: roll its first guess out, linearise it, sweep it, and finish it.
+
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::{Decrease, Limits, Lq, Regularisation, solve_limited};
+use supple_model::system::Curvature;
+
+use super::costates::{Stationarity, sweep_costates};
+use super::{CostCurvature, NominalProblem, Plan, PlanMode, PlanStatus, simulate_controls};
+use crate::Error;
+use crate::knots::Linearise;
+
+/// Regularisation of a final sweep whose curvature is indefinite: the first that is tried, and the most.
+const LEAST_MU: f64 = 1e-9;
+
+const MOST_MU: f64 = 1e12;
+
+/// Rolls the first guess out, moved inside the bounds.
+pub(crate) fn start(problem: NominalProblem, plan: &mut Plan, scratch: &mut Scratch) -> Result<(), Error> {
+    if let Some(bounds) = problem.bounds {
+        bounds.clamp_all(&mut plan.trajectory.controls);
+    }
+    plan.nominal_cost = simulate_controls(problem.system, problem.phi, &mut plan.trajectory, scratch);
+    plan.iterations = 0;
+    plan.regularised = 0;
+    plan.passed_over = None;
+    // What an earlier plan left there would change the last digits of this one.
+    plan.policy.feedback.as_mut_slice().fill(0.0);
+    let finite = plan.nominal_cost.is_finite();
+    if finite { Ok(()) } else { Err(Error::NotFinite { what: "the cost of the first guess", step: 0 }) }
+}
+
+/// Linearises dynamics and cost at the plan's trajectory, and finds its costates and stationarity.
+pub(crate) fn linearise(problem: NominalProblem, plan: &mut Plan, curvature: Curvature, scratch: &mut Scratch) {
+    let NominalProblem { system, phi, bounds } = problem;
+    plan.knots.linearise_plan(system, plan.trajectory.points(), phi, curvature, scratch);
+    let bounded = bounds.map(|bounds| (bounds, &plan.trajectory.controls));
+    let (knots, feedback) = ((&plan.knots.dynamics, &plan.knots.cost), &plan.policy.feedback);
+    let Stationarity { residual, scale, step, control } = sweep_costates(knots, feedback, bounded, &mut plan.costates);
+    plan.steepest = (step, control);
+    plan.stationarity = residual;
+    plan.relative_stationarity = residual / (1.0 + scale);
+}
+
+/// The final sweep: no second derivatives of the dynamics, no regularisation. Where it is left to the plan, the curvature
+/// of the cost is exact, and Gauss-Newton's where a plan that has converged has no control law with the exact one.
+pub(crate) fn finish(
+    (problem, curvature): (NominalProblem, CostCurvature),
+    plan: &mut Plan,
+    status: PlanStatus,
+    scratch: &mut Scratch,
+) -> Result<(), Error> {
+    linearise(problem, plan, Curvature::Exact, scratch);
+    plan.knots.linearise_measurement(problem.system, plan.trajectory.points(), problem.phi, scratch);
+    plan.knots.check_finite()?;
+    plan.status = status;
+    plan.mode = PlanMode::Nominal;
+    plan.curvature = Curvature::Exact;
+    plan.objective = plan.nominal_cost;
+    let has_law = |plan: &mut Plan| solve(problem, (Regularisation::default(), true), None, plan).is_ok();
+    let convex = match curvature {
+        CostCurvature::Exact => false,
+        CostCurvature::GaussNewton => true,
+        CostCurvature::Auto if has_law(plan) => return Ok(()),
+        CostCurvature::Auto => status.is_converged() && problem.system.has_smooth_gauss_newton(),
+    };
+    if convex {
+        set_curvature(problem, Curvature::GaussNewton, plan, scratch);
+        if has_law(plan) {
+            return Ok(());
+        }
+        set_curvature(problem, Curvature::Exact, plan, scratch);
+    }
+    let mut mu = 0.0;
+    while let Err(step) = solve(problem, (Regularisation { control: mu, state: 0.0 }, true), None, plan) {
+        // A law that is defined everywhere, for people to look at; the status says that it is no optimum.
+        plan.status = PlanStatus::Indefinite;
+        mu = (10.0 * mu).max(LEAST_MU);
+        if mu > MOST_MU {
+            return Err(Error::NotPositiveDefinite { what: "the control's curvature", step });
+        }
+    }
+    Ok(())
+}
+
+/// Linearises the cost anew, with this curvature: that of the problem, which may be another than the plan was swept for.
+pub(crate) fn set_curvature(problem: NominalProblem, curvature: Curvature, plan: &mut Plan, scratch: &mut Scratch) {
+    plan.curvature = curvature;
+    plan.knots.cost.clear();
+    let at = plan.trajectory.points();
+    problem.system.cost_quadratics(at, problem.phi, curvature, &mut plan.knots.cost, scratch);
+}
+
+/// The Riccati sweep of a search along a plan within the bounds, with the second derivatives of the cost or others; without
+/// the value of information, which only the final sweep computes.
+pub(crate) fn sweep(
+    problem: NominalProblem,
+    regularisation: Regularisation,
+    hessian: Option<&Matrices>,
+    plan: &mut Plan,
+) -> Result<Decrease, usize> {
+    solve(problem, (regularisation, false), hessian, plan)
+}
+
+fn solve(
+    problem: NominalProblem,
+    (regularisation, with_value): (Regularisation, bool),
+    hessian: Option<&Matrices>,
+    plan: &mut Plan,
+) -> Result<Decrease, usize> {
+    let limits = problem.bounds.map(|bounds| Limits::Bounds(bounds, &plan.trajectory.controls));
+    let cost = hessian.unwrap_or(&plan.knots.cost);
+    solve_limited(Lq { dynamics: &plan.knots.dynamics, cost, regularisation, limits, with_value }, &mut plan.policy)
+}

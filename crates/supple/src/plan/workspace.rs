@@ -1,0 +1,30 @@
+//! Memory of planning.
+
+use std::time::Instant;
+
+use supple_kernels::Matrices;
+use supple_lqg::Dimensions;
+use supple_model::Trajectory;
+
+/// Memory that planning reuses.
+#[derive(Clone, Debug)]
+pub struct PlanWorkspace {
+    pub(super) candidate: Trajectory,
+    pub(super) hessian: Matrices,
+    pub(super) guess: Matrices,
+    /// When searches stop where they are; none where they take the time they need.
+    pub(crate) deadline: Option<Instant>,
+}
+
+impl PlanWorkspace {
+    /// Memory for `steps` steps.
+    pub fn new(dimensions: Dimensions, steps: usize) -> Self {
+        let joint = dimensions.joint();
+        Self {
+            candidate: Trajectory::zeros(dimensions, steps),
+            hessian: Matrices::zeros(steps + 1, joint, joint + 1),
+            guess: Matrices::vectors(steps, dimensions.controls),
+            deadline: None,
+        }
+    }
+}
