@@ -10,10 +10,18 @@ pub(super) struct Symmetric<const K: usize> {
     entries: Vec<Wide<K>>,
 }
 
+/// The entries of a lower triangle by rows.
+fn lower_rows<const K: usize>(n: usize, entry: &dyn Fn(usize, usize) -> Wide<K>) -> Vec<Wide<K>> {
+    let mut entries = Vec::with_capacity(n * (n + 1) / 2);
+    for i in 0..n {
+        entries.extend((0..=i).map(|j| entry(i, j)));
+    }
+    entries
+}
+
 impl<const K: usize> Symmetric<K> {
     pub fn from_fn(n: usize, entry: impl Fn(usize, usize) -> Wide<K>) -> Self {
-        let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        Self { n, entries }
+        Self { n, entries: lower_rows(n, &entry) }
     }
 
     /// The mean of a matrix and its transpose.

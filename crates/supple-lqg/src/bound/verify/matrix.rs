@@ -19,10 +19,18 @@ pub(crate) struct Enclosure {
     pub entries: Vec<Interval>,
 }
 
+/// The entries of a matrix by rows. Proofs make dozens of matrices, so this is compiled once for all of them.
+pub(super) fn by_rows<T>(rows: usize, cols: usize, entry: &dyn Fn(usize, usize) -> T) -> Vec<T> {
+    let mut entries = Vec::with_capacity(rows * cols);
+    for i in 0..rows {
+        entries.extend((0..cols).map(|j| entry(i, j)));
+    }
+    entries
+}
+
 impl Matrix {
     pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
-        let entries = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        Self { rows, cols, entries }
+        Self { rows, cols, entries: by_rows(rows, cols, &entry) }
     }
 
     pub fn identity(n: usize) -> Self {
@@ -87,8 +95,7 @@ impl Matrix {
 
 impl Enclosure {
     pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> Interval) -> Self {
-        let entries = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        Self { rows, cols, entries }
+        Self { rows, cols, entries: by_rows(rows, cols, &entry) }
     }
 
     pub fn at(&self, i: usize, j: usize) -> Interval {

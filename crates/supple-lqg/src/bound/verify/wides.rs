@@ -1,7 +1,7 @@
 //! Matrices of numbers of many digits.
 
 use super::interval::Interval;
-use super::matrix::{Enclosure, Matrix};
+use super::matrix::{Enclosure, Matrix, by_rows};
 use super::wide::Wide;
 
 /// A matrix of wide numbers, by rows.
@@ -14,8 +14,7 @@ pub(crate) struct Wides<const K: usize> {
 
 impl<const K: usize> Wides<K> {
     pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> Wide<K>) -> Self {
-        let entries = (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        Self { rows, cols, entries }
+        Self { rows, cols, entries: by_rows(rows, cols, &entry) }
     }
 
     pub fn new(a: &Matrix) -> Self {
