@@ -474,6 +474,71 @@ def test_nothing_is_fetched_from_elsewhere(served, browsers):
     assert urls and [url for url in urls if not url.startswith(own)] == []
 
 
+def test_a_page_without_its_program_is_dimmed_until_it_is_back(served, browsers):
+    explorer = served(TASKS / "two_mass.toml")
+    driver = start(1400, 1000, prefers_reduced_motion="reduce")
+    try:
+        # Keeps the page's channel, to break it.
+        hold = """const Plain = WebSocket;
+          window.WebSocket = class extends Plain { constructor(...given) { super(...given); window.channel = this; } };"""
+        driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": hold})
+        driver.get(explorer.address)
+        settled(driver)
+        dimmed = "return Number(getComputedStyle(document.getElementById('numbers').parentElement).opacity)"
+        inert = "return [...document.querySelectorAll('.bar, #sliders, #map')].map((one) => one.inert)"
+        notice = "return document.querySelector('[data-kind=lost]')?.textContent ?? ''"
+        slide(driver, 0, 0.3)
+        settled(driver)
+        there = values(driver)
+        assert run(driver, dimmed) == 1.0 and run(driver, inert) == [False] * 3
+        run(driver, "window.channel.close()")
+        until(driver, "document.body.classList.contains('lost')")
+        assert run(driver, dimmed) < 0.6 and run(driver, inert) == [True] * 3
+        assert "what is dimmed is from before" in run(driver, notice)
+        until(driver, "!document.body.classList.contains('lost')")
+        settled(driver)
+        assert values(driver) == there and run(driver, notice) == ""
+        assert run(driver, dimmed) == 1.0 and run(driver, inert) == [False] * 3
+        slide(driver, 0, 0.6)
+        settled(driver)
+        assert run(driver, "return Explore.now.values") == values(driver) != there
+        click(driver, "design")
+        assert run(driver, "return Explore.tools.search.running")
+        explorer.process.kill()
+        until(driver, "document.body.classList.contains('lost')")
+        assert run(driver, dimmed) < 0.6 and "open the address that it prints" in run(driver, notice)
+        assert not run(driver, "return Explore.tools.search.running")
+        time.sleep(2)
+        assert run(driver, "return document.body.classList.contains('lost')")
+        keep(driver, "explore_lost")
+    finally:
+        driver.quit()
+
+
+def test_a_run_that_diverges_does_not_flatten_its_panel(served, browsers):
+    driver = browsers(served(TASKS / "two_mass.toml").address, prefers_reduced_motion="reduce")
+    key = run(driver, "return Explore.design.tasks[0].quantities.find(({ group }) => group === 'States').key")
+    panel = f"document.querySelector('.panel[data-key=\"{key}\"]')"
+    until(driver, f"{panel}?.querySelector('canvas')")
+    before = run(driver, f"return {panel}.querySelector('figcaption').textContent")
+    assert "clipped" not in before
+    # One point of the run far away, as where a closed loop loses its plan.
+    run(
+        driver,
+        """const of = Explore.now.curves.curves.find(({ key }) => key === arguments[0]).series.find(({ role }) => role === 'truth');
+           const values = new Float32Array(Explore.curves.unpack(of.y));
+           values[values.length - 3] = 1e27;
+           of.y = btoa(String.fromCharCode(...new Uint8Array(values.buffer)));
+           Explore.curves.show();""",
+        key,
+    )
+    assert "clipped: a run reaches 1e27" in run(driver, f"return {panel}.querySelector('figcaption').textContent")
+    shown = run(driver, "return Explore.curves.range(arguments[0])", key)
+    assert abs(shown[0]) < 100 and abs(shown[1]) < 100
+    keep(driver, "explore_clipped")
+    quiet(driver)
+
+
 def test_a_taken_port_and_a_missing_browser_are_told(served, tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

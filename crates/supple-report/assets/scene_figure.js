@@ -133,7 +133,8 @@
     const line = (color, width) => ({ type: "scatter3d", mode: "lines", line: { color, width }, ...common });
     switch (kind) {
       case "bodies": return mesh(design.model, { facecolor: design.facecolor, opacity: style.opacity });
-      case "walls": return mesh(design.plates, { color: style.dark ? "#9aa0aa" : "#7a7f88", opacity: 0.9 });
+      // Translucent: forces of contacts end at walls, and their arrows lie behind the surface.
+      case "walls": return mesh(design.plates, { color: style.dark ? "#9aa0aa" : "#7a7f88", opacity: 0.35 });
       case "bands": return mesh(design.plates, { color: design.colour, opacity: 0.25 });
       case "springs": return line(mix(design.colour, style.dark ? "#ffffff" : "#000000", 0.35), 3);
       case "forces": return line(FORCE, 6);
