@@ -355,8 +355,8 @@ class Split(Record):
         uncertainty_bits: Part that is due to how uncertainty propagates: ``A``, ``W`` and ``X_0`` along a plan held fixed,
             bits.
         plan_bits: Part that is due to the change of the plan, bits.
-        jumps_bits: The rest, bits: plans on the path that jump to other local minima, and the error of the integrals, which
-            is below 1e-5 of the total.
+        jumps_bits: The rest, bits: the plan of the optimum, led back to the start, ends at another local minimum than the
+            plan of the start, or jumps on the way; and the error of the integrals, which is below 1e-5 of the total.
         evaluations: Designs evaluated on the path.
     """
 

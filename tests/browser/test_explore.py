@@ -379,9 +379,35 @@ def percentile(list_, share):
     return sorted(list_)[min(len(list_) - 1, int(share * len(list_)))]
 
 
-@pytest.mark.parametrize("task, goal", [("two_mass.toml", 50), ("iiwa_door.toml", 250)])
-def test_latency_from_slider_to_picture(served, browsers, task, goal, capsys):
-    """Goals are for a machine that does nothing else; here they may be missed by a generous factor."""
+#: By how much a machine that does other things too may miss a goal.
+BUSY = 20
+
+
+def slack():
+    """1 where nine tenths of the processors are idle before the test begins, as goals are for a machine that does nothing else."""
+
+    def counters():
+        fields = [int(field) for field in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+        return sum(fields), fields[3] + fields[4]
+
+    all_before, idle_before = counters()
+    time.sleep(2)
+    all_after, idle_after = counters()
+    idle = (idle_after - idle_before) / (all_after - all_before)
+    return (1, "the machine is idle") if idle > 0.9 else (BUSY, f"the machine is {1 - idle:.0%} busy: {BUSY} times as much will do")
+
+
+def stated(goals):
+    """The goals, in the words of docs/explore.md."""
+    page = (ROOT / "docs/explore.md").read_text()
+    for goal in goals:
+        assert goal in page, goal
+
+
+@pytest.mark.parametrize("task, name, goal", [("two_mass.toml", "two masses", 50), ("iiwa_door.toml", "door", 250)])
+def test_latency_from_slider_to_picture(served, browsers, task, name, goal, capsys):
+    stated([f"| {name}: slider to picture, 95 % of moves | at most {goal} ms |"])
+    factor, why = slack()
     explorer = served(TASKS / task)
     driver = browsers(explorer.address, prefers_reduced_motion="reduce")
     # Without a map beside it, which has a test of its own.
@@ -393,16 +419,17 @@ def test_latency_from_slider_to_picture(served, browsers, task, goal, capsys):
     totals, computed = [one["total"] for one in times], [one["computed"] for one in times]
     line = (
         f"{task}: from slider to picture {statistics.median(totals):.0f} ms (median), {percentile(totals, 0.95):.0f} ms"
-        f" (p95), of which computed {statistics.median(computed):.0f} ms; goal {goal} ms"
+        f" (p95), of which computed {statistics.median(computed):.0f} ms; goal {goal} ms; {why}"
     )
     with capsys.disabled():
         print(f"\n{line}")
     assert len(totals) >= 30
-    assert percentile(totals, 0.95) < 20 * goal, line
+    assert percentile(totals, 0.95) <= factor * goal, line
 
 
 def test_the_page_stays_at_thirty_frames_a_second_while_a_map_fills(served, browsers, capsys):
-    """The goal is for a machine that does nothing else; here it may be missed by a generous factor."""
+    stated(["| door: frames while a map fills | at least 30 per second |"])
+    factor, why = slack()
     explorer = served(TASKS / "iiwa_door.toml")
     driver = browsers(explorer.address)
     filled = "Explore.map.state.grid.size"
@@ -415,10 +442,10 @@ def test_the_page_stays_at_thirty_frames_a_second_while_a_map_fills(served, brow
     assert run(driver, f"return {filled}") > before, "the map did not fill meanwhile"
     gaps = [after - before for before, after in zip(stamps, stamps[1:], strict=False)]
     rate = 1000 * len(gaps) / (stamps[-1] - stamps[0])
-    line = f"{rate:.0f} frames a second while a map fills, the longest {max(gaps):.0f} ms; goal 30 a second"
+    line = f"{rate:.0f} frames a second while a map fills, the longest {max(gaps):.0f} ms; goal 30 a second; {why}"
     with capsys.disabled():
         print(f"\n{line}")
-    assert rate > 5, line
+    assert rate >= 30 / min(factor, 6), line
 
 
 def test_ten_thousand_moves_leave_memory_bounded(served, browsers):

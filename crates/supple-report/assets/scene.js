@@ -189,6 +189,9 @@
     }
 
     style() {
+      // Scenes below one another need room each.
+      const rows = this.view.clientWidth < 640 && !this.overlaid ? this.designs.length : 1;
+      this.view.style.height = rows > 1 ? `calc(${0.6 * rows} * var(--supple-scene-height, 26rem))` : "";
       const text = getComputedStyle(this.element).color;
       const [r, g, b] = (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
       const dark = 0.299 * r + 0.587 * g + 0.114 * b > 140;

@@ -7,8 +7,9 @@ use std::sync::atomic::AtomicBool;
 use supple::aims::weighted_information;
 use supple::design::InformationWeights;
 use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, best_plan, design};
+use supple::parameters::Scale;
 use supple::pipeline::TaskState;
-use supple::{EvaluateOptions, Evaluation, TaskEvaluation, Verdict};
+use supple::{EvaluateOptions, Evaluation, Matrices, TaskEvaluation, Verdict};
 use supple_study::design::DesignReport;
 use supple_study::{LoadedTask, Silent, Watch};
 
@@ -59,17 +60,43 @@ fn assert_shown(rows: &[String]) {
     assert!(page.contains(&rows.join("\n")), "docs/paper.md lacks\n{}", rows.join("\n"));
 }
 
-/// The four parts add up to the change between the two designs as they were evaluated, and on a path without jumps the
-/// three that are integrated do so alone, within what the quadrature may leave.
-fn assert_split(report: &DesignReport) {
-    assert_eq!(report.split.len(), report.start.tasks.len());
-    for ((split, start), optimum) in report.split.iter().zip(&report.start.tasks).zip(&report.optimum.tasks) {
+fn vectors(rows: &[Vec<f64>]) -> Matrices {
+    let mut vectors = Matrices::vectors(rows.len(), rows[0].len());
+    rows.iter().enumerate().for_each(|(step, row)| vectors.vector_mut(step).copy_from_slice(row));
+    vectors
+}
+
+/// The four parts add up to the change between the two designs as they were evaluated. The fourth one is how far the plan of
+/// the optimum, led back to the start in so many steps, ends from the plan of the start.
+fn assert_split(task: &LoadedTask, report: &DesignReport, steps: usize) {
+    let problem = &task.problem;
+    assert_eq!(report.split.len(), problem.tasks.len());
+    let [from, to] = [&report.start, &report.optimum].map(|at| {
+        let value = |index| at.parameters.get(&problem.parameters.get(index).name).unwrap();
+        (0..problem.parameters.len()).map(value).collect::<Vec<f64>>()
+    });
+    let between = |share: f64| -> Vec<f64> {
+        let place = |(index, (from, to)): (usize, (&f64, &f64))| match problem.parameters.get(index).scale {
+            Scale::Log => from * (to / from).powf(share),
+            Scale::Linear => from + share * (to - from),
+        };
+        from.iter().zip(&to).enumerate().map(place).collect()
+    };
+    let mut at = report.optimum.clone();
+    for step in (0..steps).rev() {
+        let controls = at.tasks.iter().map(|task| vectors(&task.trajectory.as_ref().unwrap().controls));
+        let options = EvaluateOptions { controls: Some(controls.collect()), trajectories: true, ..Default::default() };
+        at = problem.evaluate(&between(step as f64 / steps as f64), &options).unwrap();
+    }
+    let ends = report.start.tasks.iter().zip(&report.optimum.tasks);
+    for ((split, (start, optimum)), back) in report.split.iter().zip(ends).zip(&at.tasks) {
         let change = optimum.information.total_bits - start.information.total_bits;
-        let integrated = split.sensors_bits + split.uncertainty_bits + split.plan_bits;
+        let parts = [split.sensors_bits, split.uncertainty_bits, split.plan_bits, split.jumps_bits];
+        println!("{} {parts:?} {change}", split.task);
         assert!((split.total_bits - change).abs() < 1e-6, "{}: {} {change}", split.task, split.total_bits);
-        let left = (integrated + split.jumps_bits - change).abs();
-        assert!(left < 1e-6, "{}: {left}", split.task);
-        assert!(split.jumps_bits.abs() <= 1e-5 * change.abs().max(1.0), "{split:?}");
+        assert!((parts.iter().sum::<f64>() - change).abs() < 1e-6, "{}: {parts:?} {change}", split.task);
+        let jump = back.information.total_bits - start.information.total_bits;
+        assert!((split.jumps_bits - jump).abs() <= 2e-5 * change.abs().max(1.0), "{}: {parts:?} {jump}", split.task);
     }
 }
 
@@ -81,7 +108,7 @@ fn assert_designs(name: &str, starts: usize, parameters: &[(&str, usize)]) {
     for (kind, report) in kinds.iter().zip(&reports) {
         assert_eq!(report.status, DesignStatus::Converged, "{name}, {kind}");
         assert_eq!(report.optimum.tasks[0].trust.as_ref().unwrap().verdict, Verdict::Holds, "{name}, {kind}");
-        assert_split(report);
+        assert_split(&task, report, 24);
         rows.push(row(&format!("least {kind}"), &report.optimum, parameters));
     }
     assert_shown(&rows);
@@ -129,7 +156,7 @@ fn designs_of_the_door_for_the_three_are_as_shown() {
     let task = task("iiwa_door.toml");
     let report = designed(&task, "measured", 1);
     assert_eq!(report.status, DesignStatus::Converged);
-    assert_split(&report);
+    assert_split(&task, &report, 12);
     assert!(report.split.iter().all(|split| split.sensors_bits == 0.0), "{:?}", report.split);
     let open = &report.split[0];
     let said = format!(
@@ -147,6 +174,11 @@ fn designs_of_the_door_for_the_three_are_as_shown() {
         row("least used", &used.1, &parameters),
         row("least measured", &report.optimum, &parameters),
     ]);
+    // What the page says of the two optima.
+    let bits = |at: &Evaluation, of: fn(&TaskEvaluation) -> f64| at.tasks.iter().map(of).sum::<f64>();
+    let control = |at: &Evaluation| bits(at, |task| task.information.control.as_ref().unwrap().total_bits);
+    let measured = |at: &Evaluation| bits(at, |task| task.information.total_bits);
+    assert!(control(&report.optimum) < 1.04 * control(&used.1) && measured(&used.1) < 1.01 * measured(&report.optimum));
     for at in [&report.start, &report.optimum, &used.1] {
         for task in &at.tasks {
             assert_eq!(task.information.needed.as_ref().unwrap().total_bits, 0.0);
@@ -157,8 +189,9 @@ fn designs_of_the_door_for_the_three_are_as_shown() {
 
 #[test]
 fn what_saves_the_bits_of_the_two_masses_is_as_said() {
-    let report = designed(&task("two_mass.toml"), "measured", 1);
-    assert_split(&report);
+    let task = task("two_mass.toml");
+    let report = designed(&task, "measured", 1);
+    assert_split(&task, &report, 24);
     let [split] = &report.split[..] else { panic!() };
     let said = format!(
         "Of the {:.1} bits saved by the two masses, {:.1} come from the sensors",

@@ -333,6 +333,11 @@ fn trusted(report: &DesignReport) -> Vec<String> {
     tasks.flat_map(|(start, optimum)| [says("at the start", start), says("at the end", optimum)]).flatten().collect()
 }
 
+/// A number with its sign and two decimals.
+fn hundredths(value: f64) -> String {
+    if value.abs() < 0.005 { "0.00".into() } else { format!("{value:+.2}").replace('-', "−") }
+}
+
 /// Where the change of measured information comes from.
 fn changes(split: &[Split]) -> Markup {
     let head = words([
@@ -345,7 +350,7 @@ fn changes(split: &[Split]) -> Markup {
     ]);
     let row = |of: &Split| {
         let parts = [of.total_bits, of.sensors_bits, of.uncertainty_bits, of.plan_bits, of.jumps_bits];
-        std::iter::once(of.task.clone()).chain(parts.map(|bits| format!("{bits:+.2}"))).collect::<Vec<_>>()
+        std::iter::once(of.task.clone()).chain(parts.map(hundredths)).collect::<Vec<_>>()
     };
     let rows: Vec<_> = split.iter().map(row).collect();
     if rows.is_empty() {

@@ -22,7 +22,8 @@ pub struct Split {
     pub uncertainty_bits: f64,
     /// Through how the plan moves.
     pub plan_bits: f64,
-    /// Through plans on the way that jump from one local minimum to another, and what the integrals leave.
+    /// Through jumps between local minima: of plans on the way, and from where the second design's plan ends at the first design
+    /// to the plan that design has; and what the integrals leave.
     #[serde(alias = "leaps_bits")]
     pub jumps_bits: f64,
     /// Designs evaluated on the way.
