@@ -14,16 +14,15 @@ const ROUNDING: f64 = 1e-12;
 pub fn symmetrise(rows: &mut [Vec<Value>]) -> Result<(), (usize, usize)> {
     let number = |value: &Value| if let Value::Number(number) = value { number.abs() } else { 0.0 };
     let largest = rows.iter().flatten().map(number).fold(0.0, f64::max);
-    for i in 0..rows.len() {
-        for j in 0..i {
-            match (rows[i][j], rows[j][i]) {
-                (below, above) if below == above => {}
-                (Value::Number(below), Value::Number(above)) if (below - above).abs() <= ROUNDING * largest => {
-                    let mean = Value::Number(0.5 * below + 0.5 * above);
-                    (rows[i][j], rows[j][i]) = (mean, mean);
-                }
-                _ => return Err((i, j)),
+    let below_diagonal = (0..rows.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    for (i, j) in below_diagonal {
+        match (rows[i][j], rows[j][i]) {
+            (below, above) if below == above => {}
+            (Value::Number(below), Value::Number(above)) if (below - above).abs() <= ROUNDING * largest => {
+                let mean = Value::Number(0.5 * below + 0.5 * above);
+                (rows[i][j], rows[j][i]) = (mean, mean);
             }
+            _ => return Err((i, j)),
         }
     }
     Ok(())
