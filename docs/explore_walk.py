@@ -46,7 +46,7 @@ def walk(folder: Path) -> None:
             share(0, 0.9 - 0.03 * step)
         picture("start")
         driver.execute_script("document.getElementById('pin').click(); document.getElementById('design').click()")
-        until("document.getElementById('search-load').hidden === false")
+        until("!Explore.tools.search.running")
         picture("search")
         driver.execute_script("document.getElementById('roll').click()")
         until("Explore.tools.roll.costs.length === 50")

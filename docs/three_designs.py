@@ -1,4 +1,4 @@
-"""Draws docs/images/aims/three.svg: what the robot needs and what its sensors measure, at the designs of least information.
+"""Draws docs/images/aims/three.svg: what three tasks need, use and measure at the designs of least information.
 
     python docs/three_designs.py docs/images/aims/three.svg
 
@@ -18,37 +18,66 @@ import supple
 matplotlib.use("svg")
 matplotlib.rcParams["svg.hashsalt"] = "three"
 TASKS = Path(__file__).resolve().parent.parent / "tasks"
+#: Information, colour and marker.
 KINDS = {"needed": ("#2a78b5", "s"), "used": ("#3a9b5c", "^"), "measured": ("#d1702a", "D")}
+#: Measured information is hollow, so that used information of about as many bits can be seen in it.
+SIZES = {"needed": 6, "used": 5, "measured": 9}
+#: Task, title and number of starts.
+PANELS = [
+    ("two_mass_unsure", "Two masses, uncertain wall", 4),
+    ("wiping_arm", "Arm that wipes a wall", 2),
+    ("iiwa_door", "Door: nothing is needed", 1),
+]
+#: Bits below which the axis is linear, so that 0 can be shown.
+LINEAR = 0.1
 
 
-def bits(found: supple.Evaluation | supple.Design) -> tuple[float, float]:
-    """Bits measured and needed."""
-    (task,) = found.tasks.values()
-    information = task.information
-    return information.total_bits, information.needed.total_bits if information.needed else 0.0
+def bits(found: supple.Evaluation | supple.Design) -> dict[str, float]:
+    """Bits needed, used and measured, summed over the tasks."""
+    reports = [task.information for task in found.tasks.values()]
+    return {
+        "needed": sum(report.needed.total_bits for report in reports),
+        "used": sum(report.control.total_bits for report in reports),
+        "measured": sum(report.total_bits for report in reports),
+    }
+
+
+def costs(found: supple.Evaluation | supple.Design) -> str:
+    """The sampled cost of each task."""
+    return ", ".join(f"{task.monte_carlo.cost_mean:.1f}" for task in found.tasks.values())
 
 
 def draw(axes: plt.Axes, name: str, title: str, starts: int) -> None:
-    """One task: the start and an arrow to each design."""
+    """One task: a row for the start and for each design."""
     task = supple.load(TASKS / f"{name}.toml")
-    first = bits(task.evaluate(rollouts=0))
-    axes.plot(*first, "o", color="#777777", markersize=7, label="start", zorder=3)
-    for kind, (color, marker) in KINDS.items():
-        end = bits(task.design(information=kind, starts=starts, rollouts=0))
-        arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.2, "shrinkA": 5, "shrinkB": 5}
-        axes.annotate("", end, first, arrowprops=arrow)
-        axes.plot(*end, marker, color=color, markersize=9 if kind == "used" else 6, label=f"least {kind}", zorder=3)
-    axes.set(title=title, xlabel="measured, bits", ylabel="needed, bits", yscale="log")
-    axes.margins(0.15)
-    axes.grid(visible=True, which="both", alpha=0.25, linewidth=0.5)
+    designs = {"start": task.evaluate()}
+    # Where no information is needed, a search for the least needed is one for the least used.
+    for kind in ("needed", "used", "measured"):
+        designs[f"least {kind}"] = task.design(information=kind, starts=starts)
+    for row, found in enumerate(designs.values()):
+        shown = bits(found)
+        axes.plot([shown["needed"], shown["measured"]], [row, row], color="#bbbbbb", linewidth=1, zorder=1)
+        for kind, (color, marker) in KINDS.items():
+            style = {"color": color, "markersize": SIZES[kind], "fillstyle": "none" if kind == "measured" else "full"}
+            axes.plot(shown[kind], row, marker, **style, label=kind if row == 0 else None, linestyle="none", zorder=3)
+        place = {"transform": axes.get_yaxis_transform(), "fontsize": 7, "color": "#555555"}
+        axes.text(0.02, row - 0.3, f"cost {costs(found)}", **place)
+    axes.set(title=title, xlabel="information, bits", yticks=range(len(designs)), yticklabels=list(designs))
+    axes.set_xscale("symlog", linthresh=LINEAR, linscale=0.5)
+    axes.set_xticks([0, 0.1, 1, 10, 100, 1000], ["0", "0.1", "1", "10", "100", "1000"])
+    axes.set_xlim(-0.03, 9000)
+    axes.set_ylim(len(designs) - 0.5, -0.6)
+    axes.grid(visible=True, axis="x", alpha=0.25, linewidth=0.5)
+    axes.title.set_fontsize(9)
+    axes.tick_params(labelsize=8)
 
 
 def main() -> None:
-    """Both tasks beside one another."""
-    figure, panels = plt.subplots(1, 2, figsize=(7.1, 3.0), layout="constrained")
-    draw(panels[0], "two_mass_unsure", "Two masses, uncertain wall", 4)
-    draw(panels[1], "wiping_arm", "Arm that wipes a wall", 2)
-    panels[0].legend(fontsize=8)
+    """The tasks beside one another."""
+    figure, panels = plt.subplots(1, 3, figsize=(9.4, 2.9), layout="constrained", sharey=True)
+    for axes, panel in zip(panels, PANELS, strict=True):
+        draw(axes, *panel)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8, frameon=False)
     figure.savefig(sys.argv[1], metadata={"Date": None})
 
 

@@ -50,7 +50,7 @@ def shares(loop: SampledLoop) -> str:
 
 def consistency(loop: SampledLoop) -> str:
     found = loop.consistency
-    return "diverged" if found is None else f"{found.mean:.3f} ± {found.upper - 1.0:.3f}"
+    return "diverged" if found is None else f"{found.mean:.3f} ± {found.upper_95 - 1.0:.3f}"
 
 
 def row(file: str, at: str, where: str, task: TaskValidation, loop: SampledLoop) -> str:

@@ -11,10 +11,10 @@ from ._records import Array
 from ._supple import most_steps
 from .errors import UsageError
 
-__all__ = ["Sizes", "array", "check_unmasked", "covariance", "finite_array", "symmetric"]
+__all__ = ["ROUNDING", "Sizes", "array", "check_unmasked", "covariance", "finite_array", "symmetric"]
 
-#: Asymmetry up to this, relative to the largest entry, is rounding.
-ROUNDING = 1e-9
+#: Asymmetry up to this, relative to the largest entry, is rounding; task files allow as much.
+ROUNDING = 1e-12
 
 
 @dataclass

@@ -146,7 +146,7 @@ def robustness(study: Robustness) -> Table:
             study.varied: float(study.levels[cell.level]),
             "mean": cell.mean,
             "deviation": cell.deviation,
-            "confidence": cell.confidence,
+            "half_width_95": cell.half_width_95,
             "diverged": cell.diverged,
             "expected": cell.expected,
             "error": cell.error or "",

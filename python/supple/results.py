@@ -19,7 +19,7 @@ from ._supple import Kept, NativeController
 from .controller import Controller
 from .errors import UsageError
 from .plots import Plots
-from .reports import TaskReport
+from .reports import Split, TaskReport
 from .table import Table
 
 if TYPE_CHECKING:
@@ -464,6 +464,12 @@ class Design(_OfDesign):
         """The selected entries, if parameters have catalogues."""
         found = self._data.get("catalogue")
         return None if found is None else build(CatalogueReport, found)
+
+    @cached_property
+    def split(self) -> dict[str, Split]:
+        """Where the change of each task's measured information comes from; empty if the search was stopped, and for plans that
+        have no total gradient."""
+        return {of["task"]: build(Split, of) for of in self._data.get("split", [])}
 
     @cached_property
     def starts(self) -> list[Start]:

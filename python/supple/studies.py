@@ -104,7 +104,7 @@ class RobustnessCell(Record):
         level: Index of the level.
         mean: Mean cost; NaN if a roll-out diverged.
         deviation: Standard deviation of the cost over roll-outs.
-        confidence: Half-width of the 95 % confidence interval of the mean.
+        half_width_95: Half-width of the 95 % confidence interval of the mean, in units of cost.
         quantiles: Quantiles of the cost at 5, 25, 50, 75 and 95 %, (5,).
         diverged: Number of roll-outs that diverged.
         expected: Predicted expected cost; ``None`` if the controller is not planned for the truth.
@@ -117,7 +117,7 @@ class RobustnessCell(Record):
     level: int
     mean: float
     deviation: float
-    confidence: float
+    half_width_95: float
     quantiles: Array
     diverged: int
     expected: float | None
@@ -136,7 +136,7 @@ class Comparison(Record):
         levels: Indices of the least and the greatest level.
         growths: Growth of the design's cost and of the other's, (2,).
         difference: Growth of the design's cost minus growth of the other's.
-        interval: Its 95 % confidence interval, (2,).
+        interval_95: Its 95 % confidence interval, (2,).
         p_value: p-value of the hypothesis that there is no difference.
     """
 
@@ -147,7 +147,7 @@ class Comparison(Record):
     levels: list[int]
     growths: Array
     difference: float
-    interval: Array
+    interval_95: Array
     p_value: float
 
 

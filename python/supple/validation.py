@@ -125,8 +125,8 @@ class Validation(Record):
             for where, loop in _loops(task).items():
                 words = [f"ends well {loop.ends_well:.0%}"]
                 if loop.consistency is not None:
-                    band = f"{loop.consistency.lower:.3f} to {loop.consistency.upper:.3f}"
-                    words.append(f"consistency {loop.consistency.mean:.3f} (consistent: {band})")
+                    band = f"{loop.consistency.lower_95:.3f} to {loop.consistency.upper_95:.3f}"
+                    words.append(f"consistency {loop.consistency.mean:.3f} (95 % band of a consistent filter: {band})")
                 words += [f"{contact} touched in {share:.0%}" for contact, share in loop.touched.items()]
                 if loop.diverged:
                     words.append(f"{loop.diverged} diverged")

@@ -379,9 +379,35 @@ def percentile(list_, share):
     return sorted(list_)[min(len(list_) - 1, int(share * len(list_)))]
 
 
-@pytest.mark.parametrize("task, goal", [("two_mass.toml", 50), ("iiwa_door.toml", 250)])
-def test_latency_from_slider_to_picture(served, browsers, task, goal, capsys):
-    """Goals are for a machine that does nothing else; here they may be missed by a generous factor."""
+#: By how much a machine that does other things too may miss a goal.
+BUSY = 20
+
+
+def slack():
+    """1 where nine tenths of the processors are idle before the test begins, as goals are for a machine that does nothing else."""
+
+    def counters():
+        fields = [int(field) for field in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+        return sum(fields), fields[3] + fields[4]
+
+    all_before, idle_before = counters()
+    time.sleep(2)
+    all_after, idle_after = counters()
+    idle = (idle_after - idle_before) / (all_after - all_before)
+    return (1, "the machine is idle") if idle > 0.9 else (BUSY, f"the machine is {1 - idle:.0%} busy: {BUSY} times as much will do")
+
+
+def stated(goals):
+    """The goals, in the words of docs/explore.md."""
+    page = (ROOT / "docs/explore.md").read_text()
+    for goal in goals:
+        assert goal in page, goal
+
+
+@pytest.mark.parametrize("task, name, goal", [("two_mass.toml", "two masses", 50), ("iiwa_door.toml", "door", 250)])
+def test_latency_from_slider_to_picture(served, browsers, task, name, goal, capsys):
+    stated([f"| {name}: slider to picture, 95 % of moves | at most {goal} ms |"])
+    factor, why = slack()
     explorer = served(TASKS / task)
     driver = browsers(explorer.address, prefers_reduced_motion="reduce")
     # Without a map beside it, which has a test of its own.
@@ -393,16 +419,17 @@ def test_latency_from_slider_to_picture(served, browsers, task, goal, capsys):
     totals, computed = [one["total"] for one in times], [one["computed"] for one in times]
     line = (
         f"{task}: from slider to picture {statistics.median(totals):.0f} ms (median), {percentile(totals, 0.95):.0f} ms"
-        f" (p95), of which computed {statistics.median(computed):.0f} ms; goal {goal} ms"
+        f" (p95), of which computed {statistics.median(computed):.0f} ms; goal {goal} ms; {why}"
     )
     with capsys.disabled():
         print(f"\n{line}")
     assert len(totals) >= 30
-    assert percentile(totals, 0.95) < 20 * goal, line
+    assert percentile(totals, 0.95) <= factor * goal, line
 
 
 def test_the_page_stays_at_thirty_frames_a_second_while_a_map_fills(served, browsers, capsys):
-    """The goal is for a machine that does nothing else; here it may be missed by a generous factor."""
+    stated(["| door: frames while a map fills | at least 30 per second |"])
+    factor, why = slack()
     explorer = served(TASKS / "iiwa_door.toml")
     driver = browsers(explorer.address)
     filled = "Explore.map.state.grid.size"
@@ -415,10 +442,10 @@ def test_the_page_stays_at_thirty_frames_a_second_while_a_map_fills(served, brow
     assert run(driver, f"return {filled}") > before, "the map did not fill meanwhile"
     gaps = [after - before for before, after in zip(stamps, stamps[1:], strict=False)]
     rate = 1000 * len(gaps) / (stamps[-1] - stamps[0])
-    line = f"{rate:.0f} frames a second while a map fills, the longest {max(gaps):.0f} ms; goal 30 a second"
+    line = f"{rate:.0f} frames a second while a map fills, the longest {max(gaps):.0f} ms; goal 30 a second; {why}"
     with capsys.disabled():
         print(f"\n{line}")
-    assert rate > 5, line
+    assert rate >= 30 / min(factor, 6), line
 
 
 def test_ten_thousand_moves_leave_memory_bounded(served, browsers):
@@ -472,6 +499,71 @@ def test_nothing_is_fetched_from_elsewhere(served, browsers):
     ]
     own = (explorer.base, explorer.base.replace("http", "ws"), "data:", "blob:", "about:", "chrome")
     assert urls and [url for url in urls if not url.startswith(own)] == []
+
+
+def test_a_page_without_its_program_is_dimmed_until_it_is_back(served, browsers):
+    explorer = served(TASKS / "two_mass.toml")
+    driver = start(1400, 1000, prefers_reduced_motion="reduce")
+    try:
+        # Keeps the page's channel, to break it.
+        hold = """const Plain = WebSocket;
+          window.WebSocket = class extends Plain { constructor(...given) { super(...given); window.channel = this; } };"""
+        driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": hold})
+        driver.get(explorer.address)
+        settled(driver)
+        dimmed = "return Number(getComputedStyle(document.getElementById('numbers').parentElement).opacity)"
+        inert = "return [...document.querySelectorAll('.bar, #sliders, #map')].map((one) => one.inert)"
+        notice = "return document.querySelector('[data-kind=lost]')?.textContent ?? ''"
+        slide(driver, 0, 0.3)
+        settled(driver)
+        there = values(driver)
+        assert run(driver, dimmed) == 1.0 and run(driver, inert) == [False] * 3
+        run(driver, "window.channel.close()")
+        until(driver, "document.body.classList.contains('lost')")
+        assert run(driver, dimmed) < 0.6 and run(driver, inert) == [True] * 3
+        assert "what is dimmed is from before" in run(driver, notice)
+        until(driver, "!document.body.classList.contains('lost')")
+        settled(driver)
+        assert values(driver) == there and run(driver, notice) == ""
+        assert run(driver, dimmed) == 1.0 and run(driver, inert) == [False] * 3
+        slide(driver, 0, 0.6)
+        settled(driver)
+        assert run(driver, "return Explore.now.values") == values(driver) != there
+        # Short tasks are searched in less time than a call takes.
+        assert run(driver, "document.getElementById('design').click(); return Explore.tools.search.running")
+        explorer.process.kill()
+        until(driver, "document.body.classList.contains('lost')")
+        assert run(driver, dimmed) < 0.6 and "open the address that it prints" in run(driver, notice)
+        assert not run(driver, "return Explore.tools.search.running")
+        time.sleep(2)
+        assert run(driver, "return document.body.classList.contains('lost')")
+        keep(driver, "explore_lost")
+    finally:
+        driver.quit()
+
+
+def test_a_run_that_diverges_does_not_flatten_its_panel(served, browsers):
+    driver = browsers(served(TASKS / "two_mass.toml").address, prefers_reduced_motion="reduce")
+    key = run(driver, "return Explore.design.tasks[0].quantities.find(({ group }) => group === 'States').key")
+    panel = f"document.querySelector('.panel[data-key=\"{key}\"]')"
+    until(driver, f"{panel}?.querySelector('canvas')")
+    before = run(driver, f"return {panel}.querySelector('figcaption').textContent")
+    assert "clipped" not in before
+    # One point of the run far away, as where a closed loop loses its plan.
+    run(
+        driver,
+        """const of = Explore.now.curves.curves.find(({ key }) => key === arguments[0]).series.find(({ role }) => role === 'truth');
+           const values = new Float32Array(Explore.curves.unpack(of.y));
+           values[values.length - 3] = 1e27;
+           of.y = btoa(String.fromCharCode(...new Uint8Array(values.buffer)));
+           Explore.curves.show();""",
+        key,
+    )
+    assert "clipped: a run reaches 1e27" in run(driver, f"return {panel}.querySelector('figcaption').textContent")
+    shown = run(driver, "return Explore.curves.range(arguments[0])", key)
+    assert abs(shown[0]) < 100 and abs(shown[1]) < 100
+    keep(driver, "explore_clipped")
+    quiet(driver)
 
 
 def test_a_taken_port_and_a_missing_browser_are_told(served, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import own_functions
 import pytest
 
@@ -30,8 +31,15 @@ def test_evaluations_have_all_three_and_roll_outs(task: supple.Task) -> None:
     assert at.information.needed.lower_bits <= values["needed"] and at.information.needed.cost == 240.0
     sampled = at.monte_carlo
     assert sampled.rollouts == 256 and sampled.diverged == 0 and at.trust.verdict == "holds"
-    assert sampled.consistency.lower < 1.0 < sampled.consistency.upper
+    assert sampled.consistency.lower_95 < 1.0 < sampled.consistency.upper_95
     assert abs(sampled.realised_bits.mean - values["measured"]) < 0.1 * values["measured"]
+    low, high = sampled.cost_interval_95
+    assert [low, high] == pytest.approx(sampled.cost_mean + 1.96 * sampled.cost_standard_error * np.array([-1.0, 1.0]))
+    low, high = sampled.realised_bits.interval_95
+    assert low < sampled.realised_bits.mean < high
+    assert high - low == pytest.approx(2 * 1.96 * sampled.realised_bits.standard_error)
+    alone = task.evaluate(rollouts=1).tasks["press"].monte_carlo
+    assert alone.cost_interval_95 is None and alone.realised_bits is None and alone.to_dict()["cost_interval_95"] is None
     assert sampled.touched["wall"].share > 0.9
     without = supple.load("tasks/two_mass.toml").evaluate(needed=False, rollouts=0).tasks["press"]
     assert without.information.needed is None and without.monte_carlo is None and without.trust is None

@@ -225,6 +225,7 @@ MISUSE: list[tuple[dict[str, Any], str]] = [
     ({"x0": [1.0]}, r"x0 has the shape \(1,\): it must be \(n,\) = \(2,\)"),
     ({"W": [0.1]}, "W has 1 variances: it must have 2"),
     ({"W": [[1.0, 0.5], [0.4, 1.0]]}, r"W\[0, 1\] = 0.5 differs from W\[1, 0\] = 0.4: it must be symmetric"),
+    ({"W": [[1e-10, 0.0], [1e-11, 1.0]]}, r"W\[0, 1\] = 0 differs from W\[1, 0\] = 1e-11: it must be symmetric"),
     ({"W": [[1.0, 2.0], [2.0, 1.0]]}, "W has the eigenvalue -1: it must be positive semidefinite"),
     ({"W": -np.ones((N, 2, 2))}, "W of step 0 has the eigenvalue -2: it must be positive semidefinite"),
     ({"V": [0.0]}, "V has the eigenvalue 0: it must be positive definite"),
@@ -254,6 +255,17 @@ def test_rounding_does_not_make_a_covariance_wrong() -> None:
     W = np.array(ARRAYS["W"])
     nearly = W + np.array([[0.0, 1e-17], [0.0, 0.0]])
     assert report(made(W=nearly)).cost.process == pytest.approx(report(made()).cost.process, rel=1e-14)
+    wide = {"B": np.eye(2), "C": np.eye(2), "R": np.eye(2), "V": np.eye(2)}
+    for name in ("W", "V", "X0", "Q", "R", "QN"):
+        root = np.random.default_rng(3).normal(size=(2, 7))
+        exact = 0.5 * (root @ root.T + (root @ root.T).T)
+        off = exact + np.triu(np.spacing(np.abs(exact)), 1)
+        assert off[0, 1] != off[1, 0]
+        found, expected = (report(made(**{**wide, name: given})) for given in (off, exact))
+        assert found.cost.expected == pytest.approx(expected.cost.expected, rel=1e-12), name
+        assert found.information.total_nats == pytest.approx(expected.information.total_nats, rel=1e-12), name
+        with pytest.raises(supple.UsageError, match=rf"{name}\[0, 1\] = .* differs from {name}\[1, 0\]"):
+            made(**{**wide, name: exact + np.triu(np.full((2, 2), 1e-9), 1)})
     thin = np.array([[1.0], [1.0 / 3.0]])
     assert report(made(W=thin @ thin.T)).information.total_nats > 0
 

@@ -124,6 +124,16 @@ def test_numbers_that_do_not_fit_are_refused(changed: dict[str, Any], message: s
         cart_pole("numpy", **changed)
 
 
+def test_covariances_may_differ_from_their_transposes_by_rounding() -> None:
+    V = np.array([[1.0, 0.3], [np.nextafter(0.3, 1.0), 2.0]])
+    described = supple.Noise([1.0] * 4, [1.0] * 4, V).describe()["measurement"]
+    assert described[0][1] == described[1][0]
+    assert cart_pole("numpy", noise=supple.Noise([1.0] * 4, [1.0] * 4, V)).evaluate(rollouts=0).feasible is not None
+    V[1, 0] += 1e-9
+    with pytest.raises(supple.UsageError, match=r"measurement is not symmetric: \[1, 0\] is 0.3"):
+        cart_pole("numpy", noise=supple.Noise([1.0] * 4, [1.0] * 4, V))
+
+
 @pytest.mark.parametrize(
     ("changed", "message"),
     [

@@ -12,7 +12,7 @@ pub fn of_design(split: &[Split]) -> String {
             ("sensor sensitivity", of.sensors_bits),
             ("how uncertainty propagates", of.uncertainty_bits),
             ("change of the plan", of.plan_bits),
-            ("jumps to other local minima", of.leaps_bits),
+            ("jumps to other local minima", of.jumps_bits),
         ];
         let shown = parts.iter().filter(|(_, bits)| bits.abs() > 1e-4 * of.total_bits.abs());
         let shown: Vec<String> = shown.map(|(name, bits)| format!("{bits:+.2} from {name}")).collect();

@@ -11,13 +11,21 @@ use crate::tables::number;
 pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
     let mut rows = Vec::new();
     if let Some(bits) = sampled.realised_bits {
-        rows.push(("sampled information", number(bits.mean), format!("bits, +- {}", number(bits.standard_error))));
+        let note =
+            bits.interval_95.map_or_else(|| "bits".to_owned(), |interval| format!("bits, {}", between(interval)));
+        rows.push(("sampled information", number(bits.mean), note));
     }
     if let Some(found) = sampled.consistency {
-        let band = format!("squared innovations over expected; 95 % band {:.3} to {:.3}", found.lower, found.upper);
+        let band =
+            format!("squared innovations over expected; 95 % band {:.3} to {:.3}", found.lower_95, found.upper_95);
         rows.push(("filter consistency", format!("{:.3}", found.mean), band));
     }
     rows
+}
+
+/// The 95 % confidence interval of a mean.
+pub fn between([lower, upper]: [f64; 2]) -> String {
+    format!("95 % interval {} to {}", number(lower), number(upper))
 }
 
 /// The verdict, and its reasons.

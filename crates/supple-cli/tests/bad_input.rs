@@ -323,6 +323,20 @@ fn numbers_that_are_not_valid() {
     ]);
 }
 
+/// What a product such as `G G'` leaves in the last digit is no asymmetry, and the bound is the same.
+#[test]
+fn matrices_that_are_symmetric_but_for_rounding_are_taken() {
+    let bits = |covariance: &str, weight: &str| {
+        let text = edited(LINEAR, "process = [0.0, 1e-3]", &format!("process = {covariance}"));
+        let folder = Folder::with_task(edited(&text, "Q = [[1.0, 0.0], [0.0, 0.1]]", &format!("Q = {weight}")));
+        let found = folder.run(&["bound", "task.toml", "--json"]).json(0);
+        found["tasks"][0]["minimum_bits"].as_f64().unwrap()
+    };
+    let exact = bits("[[1e-3, 3e-4], [3e-4, 1e-3]]", "[[1.0, 0.3], [0.3, 1.0]]");
+    let rounded = bits("[[1e-3, 3.0000000000000003e-4], [3e-4, 1e-3]]", "[[1.0, 0.3], [0.30000000000000004, 1.0]]");
+    assert!(exact > 0.0 && (rounded - exact).abs() < 1e-9 * exact, "{exact} {rounded}");
+}
+
 #[test]
 fn huge_numbers_end_in_an_error_and_not_in_want_of_memory() {
     const STEPS: &str = "steps = 125";

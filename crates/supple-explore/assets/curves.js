@@ -10,6 +10,9 @@
     belief: ["of estimation error", "@2", 1, []], target: ["target", "@3", 1, [8, 5]], limit: ["limit", "@4", 1, [8, 5]],
   };
   const PINS = { A: "@4", B: "@5", C: "@6" };
+  // What belongs to a run in closed loop: where it leaves the range of all else by so many times its size, it is clipped.
+  const RUN = new Set(["truth", "estimate", "low", "high"]);
+  const CLIPPED = 5;
   let panels = [];
   let threads = null;
 
@@ -34,6 +37,26 @@
     return chosen.sort((a, b) => rank[a.group] - rank[b.group]).slice(0, FIRST).map(({ key }) => key);
   }
 
+  /** The range of an axis where a run diverges, so that all else can still be read; null where none does. */
+  function clip(series) {
+    const ends = (list) => {
+      let least = Infinity, most = -Infinity;
+      for (const { y } of list) {
+        for (const value of y) {
+          if (value === null) continue;
+          if (value < least) least = value;
+          if (value > most) most = value;
+        }
+      }
+      return [least, most];
+    };
+    const [least, most] = ends(series.filter(({ role }) => !RUN.has(role)));
+    const [lowest, highest] = ends(series.filter(({ role }) => RUN.has(role)));
+    const size = Math.max(most - least, Math.abs(most), Math.abs(least)), above = highest - most, below = least - lowest;
+    if (!(size > 0) || !Number.isFinite(size) || !(Math.max(above, below) > CLIPPED * size)) return null;
+    return { range: [least - size, most + size], worst: above > below ? highest : lowest };
+  }
+
   class Panel {
     constructor(key) {
       this.quantity = D.tasks[D.task].quantities.find((one) => one.key === key);
@@ -41,7 +64,7 @@
       this.place = make("div", { class: "plot", role: "img", "aria-label": name });
       const close = make("button", { type: "button", class: "close", "aria-label": `Remove ${name}`, onclick: () => remove(this) }, "×");
       this.element = make("figure", { class: "panel", "data-key": key },
-        make("figcaption", {}, make("span", {}, name, unit ? make("span", { class: "unit" }, ` ${unit}`) : null), close), this.place);
+        make("figcaption", {}, make("span", {}, name, unit ? make("span", { class: "unit" }, ` ${unit}`) : null, this.note = make("span", { class: "unit" })), close), this.place);
       this.shape = "";
     }
 
@@ -63,6 +86,9 @@
       const tables = this.tables();
       if (!tables.length) return;
       const series = tables.flatMap((table) => table.series);
+      this.clip = clip(series);
+      const { unit } = this.quantity;
+      this.note.textContent = this.clip ? ` (clipped: a run reaches ${E.number(this.clip.worst)}${unit ? ` ${unit}` : ""})` : "";
       const same = tables.every(({ x }) => x.length === tables[0].x.length && x[x.length - 1] === tables[0].x[tables[0].x.length - 1]);
       // Runs that diverge end early.
       const filled = (y, count) => (y.length < count ? [...y, ...Array(count - y.length).fill(null)] : y.slice(0, count));
@@ -85,7 +111,11 @@
       const bands = index("high") ? [{ series: [index("high"), index("low")], fill: colour("@1/0.14") }] : [];
       return {
         width: this.width(), height: 190, bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
-        scales: { x: { time: false } }, legend: { live: true },
+        scales: {
+          x: { time: false },
+          y: { range: (_, least, most) => this.clip?.range ?? (least === null ? [0, 1] : uPlot.rangeNum(least, most, 0.1, true)) },
+        },
+        legend: { live: true },
         axes: [{ ...axis, size: 30, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : `${E.number(tick)} s`)) },
           { ...axis, size: 58, values: (_, ticks) => ticks.map((tick) => E.number(tick)) }],
         series: [{ label: "time", value: (_, value) => (value === null ? "–" : `${E.number(value)} s`) },
@@ -221,5 +251,10 @@
   E.curves = {
     build, show, add, setThreads, unpack, wanted: () => panels.map((panel) => panel.quantity.key),
     redraw: () => panels.forEach((panel) => panel.plot?.redraw(false)),
+    /** Least and greatest number of a panel's vertical axis. */
+    range: (key) => {
+      const { min, max } = panels.find((panel) => panel.quantity.key === key).plot.scales.y;
+      return [min, max];
+    },
   };
 })(window.Explore);

@@ -3,6 +3,8 @@
 (function (E) {
   const D = E.design;
   const REST = 250, MOST_TIMES = 2000;
+  const LOST = "supple has ended, or cannot be reached: what is dimmed is from before. The page continues once the same "
+    + "program answers; if you start it again, open the address that it prints.";
   const element = (id) => document.getElementById(id);
   const asked = new Map();
   let rest = 0, latest = 0, ready = false, painting = false, held = null;
@@ -41,9 +43,9 @@
     element("design").disabled = !message.designable;
     element("task").replaceChildren(...D.tasks.map((task, n) => E.make("option", { value: n, selected: n === D.task }, task.name)));
     document.querySelector(".only-several").hidden = D.tasks.length < 2;
-    E.tools.notice("lost", "");
+    lose(false);
     E.tools.notice("changed", "");
-    E.tools.notice("file", message.warnings.slice(0, 3).join(" "));
+    E.tools.notice("file", message.warnings.slice(0, 3).map((text) => text.replace(/[^.!?]$/, "$&.")).join(" "));
     E.sliders.build();
     E.curves.build();
     if (first) {
@@ -105,6 +107,14 @@
     }
   }
 
+  /** Without the program, nothing on the page follows: it is dimmed, and what would change it does nothing. */
+  function lose(is) {
+    document.body.classList.toggle("lost", is);
+    for (const part of document.querySelectorAll(".bar, #sliders, #map")) part.inert = is;
+    if (is) E.tools.endSearch("The search has ended with the connection to supple.");
+    E.tools.notice("lost", is ? LOST : "");
+  }
+
   /** Curves and motion may be those of an earlier design. */
   function stale(is) {
     element("still").hidden = !is;
@@ -156,7 +166,7 @@
     map: (message) => E.map.take(message), design: (message) => E.tools.takeSearch(message),
     rollouts: (message) => E.tools.takeRollouts(message), save: (message) => E.tools.takeSave(message),
     sensor: (message) => E.tools.takeSensor(message),
-    lost: () => E.tools.notice("lost", "The connection to supple is lost: the program may have ended. Trying again."),
+    lost: () => lose(true),
     changed: () => E.tools.notice("changed", "The task file was changed.", E.make("button", {
       type: "button",
       onclick: async () => {

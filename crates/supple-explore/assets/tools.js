@@ -30,7 +30,9 @@
     search.id = E.link.ask("design", { values: D.values, count: 1 });
   }
 
-  function endSearch() {
+  /** Nothing is searched for any more; where that needs a reason, it is said. */
+  function endSearch(why) {
+    if (why && search.running) element("search-text").textContent = why;
     search.running = false;
     element("search-progress").hidden = element("search-stop").hidden = true;
   }
@@ -230,7 +232,7 @@
   }
 
   E.tools = {
-    notice, listen, buttons, pinBar, takeSearch, takeRollouts, takeSave, takeSensor, askSensor, closeRollouts, histogram,
+    notice, listen, buttons, pinBar, endSearch, takeSearch, takeRollouts, takeSave, takeSensor, askSensor, closeRollouts, histogram,
     search, roll,
   };
 })(window.Explore);

@@ -122,6 +122,28 @@ fn a_zero_outside_the_unit_circle_does_not_raise_the_least_cost() {
     }
 }
 
+/// `G G'` of another library may differ from its transpose in the last digit; 1e-6 of an entry is no rounding.
+#[test]
+fn covariances_that_are_symmetric_but_for_rounding_are_taken() {
+    let mut system = with_zero(2.0, 0.25);
+    system.w = of(2, &[0.25, 0.1, 0.1, 0.3]);
+    let minimum = |system: &System| {
+        let (least, (horizon, spread)) = system.horizons(20);
+        minimum_information_within((&horizon, &spread), 1.5 * least, &BoundSettings::default()).unwrap()
+    };
+    let exact = minimum(&system);
+    for ulps in 1..=4 {
+        system.w[(0, 1)] = system.w[(0, 1)].next_up();
+        let found = minimum(&system);
+        assert!((found.nats - exact.nats).abs() < 1e-9, "{ulps}: {} {}", found.nats, exact.nats);
+        assert_proved(&found, 1.5 * system.horizons(20).0);
+    }
+    system.w[(0, 1)] += 1e-6;
+    let (_, (horizon, spread)) = system.horizons(20);
+    let refused = minimum_information_within((&horizon, &spread), 1e3, &BoundSettings::default());
+    assert!(refused.unwrap_err().to_string().contains("the process covariance is not symmetric"));
+}
+
 /// The same problem in double precision leads to the law that keeps all states bounded, which costs 8 and not 5.
 #[test]
 fn a_law_that_rounding_changed_proves_nothing() {

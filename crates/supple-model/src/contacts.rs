@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::lenient::or_nan;
+use crate::trajectory::time_of;
 
 /// A contact of a model.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,7 +95,7 @@ impl ContactReport {
     /// Of a contact whose states are given at every step, `time_step` s apart.
     pub fn of(name: String, states: &[ContactState], time_step: f64) -> Self {
         let touching = || states.iter().enumerate().filter(|(_, state)| state.touches());
-        let time = |(step, _): (usize, &ContactState)| step as f64 * time_step;
+        let time = |(step, _): (usize, &ContactState)| time_of(step, time_step);
         let forces = || touching().map(|(_, state)| state.force);
         let (count, all) = (touching().count(), states.len().max(1));
         let apart = states.iter().filter(|state| state.is_apart()).map(ContactState::total);

@@ -42,7 +42,7 @@ pub use parameters::{Named, Price, PriceReport};
 pub use physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, Model, OwnCost, POWER, Point, Sensed, frame_signals};
 pub use supple_kernels::{Matrices, Scalar, Scratch};
 pub use supple_lqg::Dimensions;
-pub use trajectory::Trajectory;
+pub use trajectory::{Trajectory, time_of};
 pub use value::{Names, Value, is_name};
 
 #[doc = include_str!("../README.md")]

@@ -37,6 +37,16 @@ impl Trajectory {
     }
 }
 
+/// The time of a step, s: `step` times `time_step` without the digits that rounding adds, 0.036 and not
+/// 0.036000000000000004. A product that is no short decimal stays as it is.
+pub fn time_of(step: usize, time_step: f64) -> f64 {
+    let product = step as f64 * time_step;
+    match format!("{product:.11e}").parse::<f64>() {
+        Ok(short) if (short - product).abs() <= 2.0 * f64::EPSILON * product => short,
+        _ => product,
+    }
+}
+
 /// A batch of points: `stages` pairs of state and control, and one state more where the batch has an end.
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a> {
@@ -74,6 +84,36 @@ impl Times {
         match self {
             Self::From(first) => first + i,
             Self::At(step) => step,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time_of;
+
+    #[test]
+    fn times_of_steps_print_as_short_as_the_time_step() {
+        assert_ne!((9.0 * 0.004).to_string(), "0.036");
+        assert_eq!(time_of(9, 0.004).to_string(), "0.036");
+        for (time_step, decimals) in [(0.02, 2), (2.5e-4, 5), (0.004, 3), (1e-3, 3), (1e-6, 6), (0.1, 1)] {
+            for step in 0..20_000 {
+                let time = time_of(step, time_step);
+                assert_eq!(format!("{time:.decimals$}").parse(), Ok(time), "{step} steps of {time_step}");
+                assert!((time - step as f64 * time_step).abs() <= 2.0 * f64::EPSILON * time);
+            }
+        }
+    }
+
+    #[test]
+    fn times_that_are_no_short_decimals_are_products() {
+        for step in [1, 2, 7, 240, 12_345] {
+            for time_step in [1.0 / 240.0, 1.0 / 3.0, 0.1 + 1e-14] {
+                assert_eq!(
+                    time_of(step, time_step),
+                    if step == 240 && time_step == 1.0 / 240.0 { 1.0 } else { step as f64 * time_step }
+                );
+            }
         }
     }
 }

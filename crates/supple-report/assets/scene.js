@@ -177,9 +177,9 @@
       const near = this.scales.size < 0.5;
       const per = (scale, unit) => (near ? `1 cm is ${short(scale / 100)} ${unit}` : `10 cm is ${short(scale / 10)} ${unit}`);
       const parts = [];
-      if (this.designs.length > 1) this.designs.forEach((design) => parts.push(key(design.colour), ` ${design.name}  `));
-      if (this.any("forces")) parts.push(key(F.FORCE), ` force: ${per(this.scales.force, "N")}  `);
-      if (this.any("torques")) parts.push(key(F.TORQUE), ` torque: ${per(this.scales.torque, "N m")}  `);
+      if (this.designs.length > 1) this.designs.forEach((design) => parts.push(key(design.colour), ` ${design.name}. `));
+      if (this.any("forces")) parts.push(key(F.FORCE), ` force: ${per(this.scales.force, "N")}. `);
+      if (this.any("torques")) parts.push(key(F.TORQUE), ` torque: ${per(this.scales.torque, "N m")}. `);
       if (this.any("beliefs") || this.any("bands")) {
         const factor = this.scales.belief;
         const larger = factor === 1 ? "to scale" : `drawn ${factor} times as large`;
@@ -189,10 +189,13 @@
     }
 
     style() {
+      // Scenes below one another need room each.
+      const rows = this.view.clientWidth < 640 && !this.overlaid ? this.designs.length : 1;
+      this.view.style.height = rows > 1 ? `calc(${0.6 * rows} * var(--supple-scene-height, 26rem))` : "";
       const text = getComputedStyle(this.element).color;
       const [r, g, b] = (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
       const dark = 0.299 * r + 0.587 * g + 0.114 * b > 140;
-        const faint = `rgba(${r},${g},${b},0.18)`;
+    const faint = `rgba(${r},${g},${b},0.18)`;
       const { clientWidth: width, clientHeight: height } = this.view, narrow = width < 640;
       const count = this.overlaid ? 1 : this.designs.length;
       const aspect = (narrow ? width / (height / count) : width / count / height) || 1;

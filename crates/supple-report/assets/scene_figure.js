@@ -122,6 +122,14 @@
     }
   }
 
+  /**
+   * A colour of lines that are drawn after walls, which come before them in the order of kinds, and over them: arrows of
+   * contacts lie behind the surface. What is not quite opaque is drawn last.
+   */
+  function above(colour) {
+    return `rgba(${[1, 3, 5].map((n) => parseInt(colour.slice(n, n + 2), 16)).join(",")},0.99)`;
+  }
+
   /** A trace of a kind. */
   function trace(kind, design, coordinates, style) {
     const common = { ...coordinates, scene: style.scene, hoverinfo: "skip", showlegend: false, name: design.name };
@@ -133,11 +141,11 @@
     const line = (color, width) => ({ type: "scatter3d", mode: "lines", line: { color, width }, ...common });
     switch (kind) {
       case "bodies": return mesh(design.model, { facecolor: design.facecolor, opacity: style.opacity });
-      case "walls": return mesh(design.plates, { color: style.dark ? "#9aa0aa" : "#7a7f88", opacity: 0.9 });
+      case "walls": return mesh(design.plates, { color: style.dark ? "#9aa0aa" : "#7a7f88", opacity: 0.5 });
       case "bands": return mesh(design.plates, { color: design.colour, opacity: 0.25 });
       case "springs": return line(mix(design.colour, style.dark ? "#ffffff" : "#000000", 0.35), 3);
-      case "forces": return line(FORCE, 6);
-      case "torques": return line(TORQUE, 6);
+      case "forces": return line(above(FORCE), 6);
+      case "torques": return line(above(TORQUE), 6);
       default: return mesh(design.balls, { color: design.colour, opacity: 0.3, flatshading: false });
     }
   }

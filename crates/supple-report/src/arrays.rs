@@ -12,6 +12,9 @@ const MOST_POINTS: usize = 251;
 /// Steps that the range of a curve is divided into: many more than a plot has pixels.
 const STEPS: f64 = 8191.0;
 
+/// A range is wide beyond that of four fifths of the numbers in it times this.
+const WIDE: f64 = 50.0;
+
 /// All arrays of a page. Plots refer to them by index, as `{"a": index}`.
 #[derive(Default)]
 pub struct Arrays {
@@ -27,8 +30,10 @@ impl Arrays {
         let least = finite().fold(f64::INFINITY, f64::min);
         let most = finite().fold(f64::NEG_INFINITY, f64::max);
         let step = if most > least { (most - least) / STEPS } else { 0.0 };
-        // Ranges that overflow, or are so small that their steps vanish, are kept as they are.
-        if finite().next().is_some() && (!step.is_finite() || (most > least && step < f64::MIN_POSITIVE)) {
+        // Ranges that overflow, or are so small that their steps vanish, are kept as they are; and those that a few numbers
+        // make so wide that the steps hide the others.
+        let lost = !step.is_finite() || (most > least && step < f64::MIN_POSITIVE) || few_are_far(values, most - least);
+        if finite().next().is_some() && lost {
             return self.exact(values);
         }
         let least = if least.is_finite() { least } else { 0.0 };
@@ -77,6 +82,16 @@ impl Arrays {
         }
         json!({ "a": index })
     }
+}
+
+/// Whether a range is much wider than that of most numbers, as of a run that diverges.
+fn few_are_far(values: &[f64], range: f64) -> bool {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else { return false };
+    let [low, middle, high] = [last / 10, last / 2, last - last / 10].map(|place| sorted[place]);
+    // Numbers that rest at the lower end are kept exactly by steps from there.
+    if high > low { range > WIDE * (high - low) } else { range > 0.0 && middle != sorted[0] }
 }
 
 /// Which entries of a series are drawn: all of a short one, evenly spread ones of a long one, and the last.
@@ -157,6 +172,20 @@ mod tests {
         let mut arrays = Arrays::default();
         arrays.curve(&[-1e308, 1e308]);
         assert!(arrays.packed[0]["f8"].is_string());
+    }
+
+    #[test]
+    fn one_point_that_diverges_does_not_round_the_others_away() {
+        let smooth: Vec<f64> = (0..100).map(|i| (f64::from(i) / 15.0).sin()).collect();
+        let rests = [[0.3; 99].as_slice(), &[-1.0]].concat();
+        for values in [[&smooth[..], &[1e27]].concat(), rests] {
+            let mut arrays = Arrays::default();
+            arrays.curve(&values);
+            assert!(arrays.packed[0]["f8"].is_string(), "{values:?}");
+        }
+        let mut arrays = Arrays::default();
+        arrays.curve(&[[0.0; 99].as_slice(), &[1e3]].concat());
+        assert!(arrays.packed[0]["c"].is_string(), "an impulse");
     }
 
     #[test]

@@ -333,7 +333,12 @@ fn a_run_that_ended_early_is_shown_as_far_as_it_came() {
     for rows in [&mut sample.states, &mut sample.estimates, &mut sample.deviations, &mut sample.controls] {
         rows.truncate(7);
     }
+    // Just before, as numbers grow.
+    sample.states[6][0] = -1e27;
     sample.cost = f64::INFINITY;
     *report = serde_json::from_str(&serde_json::to_string(report).unwrap()).unwrap();
-    assert!(page(&[at]).is_ok());
+    let page = page(&[at]).unwrap();
+    assert!(page.contains("(clipped: a run reaches −1e27)"), "the plan cannot be read beside that");
+    let calm = self::page(&[folder("a", &task, evaluation(&task, &task.phi))]).unwrap();
+    assert!(!calm.contains("(clipped"));
 }

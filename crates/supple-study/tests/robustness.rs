@@ -58,7 +58,7 @@ fn expected_costs_are_means_of_sampled_ones_at_small_noise() {
         let difference = cell.mean - cell.expected.unwrap();
         assert!(error > 0.0 && difference.abs() < 4.0 * error, "{difference} of {error}: {cell:?}");
         assert!(cell.quantiles.is_sorted() && cell.quantiles[0] < cell.mean && cell.mean < cell.quantiles[4]);
-        assert!((cell.confidence - 1.9612 * error).abs() < 1e-3 * error);
+        assert!((cell.half_width_95 - 1.9612 * error).abs() < 1e-3 * error);
     }
 }
 
@@ -79,7 +79,10 @@ fn all_designs_see_the_same_random_numbers() {
     // The last design is compared, between the least and the greatest level wherever they stand.
     let [first, second] = [&found.comparisons[0], &found.comparisons[1]];
     assert_eq!((first.design, first.other, second.other, first.levels), (2, 0, 1, [0, 1]));
-    assert_eq!((first.difference, first.p_value, first.interval), (second.difference, second.p_value, second.interval));
+    assert_eq!(
+        (first.difference, first.p_value, first.interval_95),
+        (second.difference, second.p_value, second.interval_95)
+    );
     let growth =
         |design| cell(&found, design, PlannedFor::Nominal, 1).mean - cell(&found, design, PlannedFor::Nominal, 0).mean;
     assert!((first.difference - (growth(2) - growth(0))).abs() < 1e-9, "{first:?}");

@@ -1,11 +1,11 @@
 //! Pictures along a plan, put together by subject.
 
 use supple_kernels::Matrices;
-use supple_model::Trajectory;
 use supple_model::scene::{
     Body, Connection, Landmark, LandmarkKind, MOST_FRAMES, PointBelief, Scene, Seen, Shape, Solid, Track, Wall,
     quaternion, round, turned_to,
 };
+use supple_model::{Trajectory, time_of};
 use supple_robot::vector::{add, dot, scale};
 
 use crate::problem::Task;
@@ -24,7 +24,7 @@ pub(crate) fn film(task: &Task, phi: &[f64], trajectory: &Trajectory, sigma: &Ma
     let mut size = first.picture.size;
     round(std::slice::from_mut(&mut size));
     let mut scene = Scene {
-        time: Track::new(steps.iter().map(|&t| [t as f64 * dt]).collect()),
+        time: Track::new(steps.iter().map(|&t| [time_of(t, dt)]).collect()),
         size,
         bodies: (0..first.picture.bodies.len()).map(|body| film_body(&seen, body)).collect(),
         connections: (0..first.picture.connections.len()).map(|index| film_connection(&seen, index)).collect(),

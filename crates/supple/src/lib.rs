@@ -53,7 +53,7 @@ pub use supple_model::{
     Instruction, Kinds, Limit, LimitViolation, Limited, Linear, Model, NEGLIGIBLE_FORCE, Named, Names, OwnCost, POWER,
     PlainFile, Point, Price, PriceReport, Recorded, RecordedParts, Sensed, Tape, TapeError, TapeParts, Trajectory,
     TwoMass, Value, WantedForce, cost, coupling, followed, frame_signals, is_name, limits_violated, noise, or_nan,
-    parameters, quantity, scene, system,
+    parameters, quantity, scene, system, time_of,
 };
 pub use supple_robot as robot;
 pub use touching::{contact_reports, contact_warnings, misses_contact};

@@ -37,6 +37,29 @@ fn linear_quadratic_prediction_is_exact() {
     assert!(sampled.cost_standard_error < 0.01 * sampled.cost_mean);
     let off = sampled.difference / sampled.cost_standard_error;
     assert!(off.abs() < 4.0, "{} standard errors off", off);
+    assert_interval(sampled.cost_interval_95, (sampled.cost_mean, sampled.cost_standard_error));
+    let bits = sampled.realised_bits.unwrap();
+    assert_interval(bits.interval_95, (bits.mean, bits.standard_error));
+    let json = serde_json::to_value(sampled).unwrap();
+    for key in ["cost_interval_95", "realised_bits/interval_95", "consistency/lower_95", "consistency/upper_95"] {
+        assert!(json.pointer(&format!("/{key}")).is_some_and(|found| !found.is_null()), "{key}");
+    }
+}
+
+fn assert_interval(interval: Option<[f64; 2]>, (mean, standard_error): (f64, f64)) {
+    let [low, high] = interval.unwrap();
+    assert!((0.5 * (low + high) - mean).abs() < 1e-9 * mean.abs());
+    assert!((0.5 * (high - low) - 1.96 * standard_error).abs() < 1e-9 * mean.abs());
+}
+
+/// A single roll-out says nothing about how far its cost is from the expected one.
+#[test]
+fn a_single_rollout_has_no_interval() {
+    let problem = shipped("two_mass.toml");
+    let at = sampled(&problem, &problem.parameters.initial(), 1);
+    let sampled = at.tasks[0].monte_carlo.as_ref().unwrap();
+    assert_eq!((sampled.cost_interval_95, sampled.realised_bits), (None, None));
+    assert!(sampled.cost_mean.is_finite() && sampled.cost_standard_error.is_nan());
 }
 
 /// At full noise the two masses cost a little less than predicted: the prediction is a quadratic in the noise, while

@@ -8,6 +8,7 @@ use crate::arguments::{AtArgument, ControllerFormatArgument, ExportOptions};
 use crate::failure::Failure;
 use crate::output::{print_text, warn};
 use crate::tables::number;
+use crate::trust;
 
 /// `supple export DIR --to FORMAT`
 pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
@@ -51,9 +52,10 @@ fn roll_out(exported: &ExportedController, rollouts: (usize, u64)) -> Result<Out
         warn(&format!("{count} of {of} closed-loop roll-outs diverged: the controller does not track the plan"));
         return Ok(Outcome::Shortfall);
     }
-    let (mean, error) = (number(found.cost_mean), number(found.cost_standard_error));
+    let interval = found.cost_interval_95.map_or_else(String::new, |of| format!(" ({})", trust::between(of)));
     print_text(&format!(
-        "cost in closed loop {mean} +- {error} over {} roll-outs; expected {expected}\n",
+        "cost in closed loop {}{interval} over {} roll-outs; expected {expected}\n",
+        number(found.cost_mean),
         found.rollouts
     ))?;
     Ok(Outcome::Success)

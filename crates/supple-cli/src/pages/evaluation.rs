@@ -50,12 +50,9 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
                 &format!("{} of {} roll-outs diverged", sampled.diverged, sampled.rollouts),
             ]);
         } else if let Some(sampled) = &task.monte_carlo {
-            let note = format!(
-                "+- {} over {} roll-outs, {:+.4} from the expected",
-                number(sampled.cost_standard_error),
-                sampled.rollouts,
-                sampled.difference
-            );
+            let interval = sampled.cost_interval_95.map_or_else(String::new, |of| format!("{}, ", trust::between(of)));
+            let note =
+                format!("{interval}{} roll-outs, {:+.4} from the expected", sampled.rollouts, sampled.difference);
             rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
         }
         for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {

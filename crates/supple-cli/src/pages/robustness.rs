@@ -102,20 +102,20 @@ fn cost(cell: &RobustCell) -> String {
     match cell {
         RobustCell { error: Some(_), .. } => "failed".to_owned(),
         RobustCell { diverged: 1.., .. } => format!("{} diverged", cell.diverged),
-        RobustCell { mean, confidence, .. } => format!("{mean:.2} +- {confidence:.2}"),
+        RobustCell { mean, half_width_95, .. } => format!("{mean:.2} +- {half_width_95:.2}"),
     }
 }
 
 /// How two designs compare, in a sentence for growth and one for the cost at the greatest level.
 fn comparison(study: &Robustness, comparison: &Comparison) -> String {
-    let Comparison { design, other, levels, growths, difference, interval, p_value, at_greatest, .. } = comparison;
+    let Comparison { design, other, levels, growths, difference, interval_95, p_value, at_greatest, .. } = comparison;
     let (design, other) = (&study.designs[*design].name, &study.designs[*other].name);
     let [least, greatest] = levels.map(|level| study.options.vary.values[level]);
     let name = &study.options.vary.parameter;
     if !difference.is_finite() {
         return format!("{design} cannot be compared with {other}: roll-outs diverged or failed.\n");
     }
-    let growth = Paired { difference: *difference, interval: *interval, p_value: *p_value };
+    let growth = Paired { difference: *difference, interval_95: *interval_95, p_value: *p_value };
     let mut text = format!(
         "From {name} = {} to {} the cost of {design} grows by {:.2}, the cost of {other} by {:.2}: {}.\n",
         number(least),
@@ -133,7 +133,7 @@ fn comparison(study: &Robustness, comparison: &Comparison) -> String {
 
 /// A difference, its interval and whether it is significant.
 fn verdict(paired: &Paired, [less, more]: [&str; 2]) -> String {
-    let Paired { difference, interval: [lower, upper], p_value } = *paired;
+    let Paired { difference, interval_95: [lower, upper], p_value } = *paired;
     let which = if difference < 0.0 { less } else { more };
     let p = match p_value {
         ..1e-12 => "p < 1e-12".to_owned(),

@@ -105,8 +105,8 @@ impl View<'_> {
         let x: Vec<f64> = cells.iter().map(|(x, _)| *x).collect();
         let bars = Shape::Bars {
             x: x.clone(),
-            low: of(&|cell| cell.mean - cell.confidence),
-            high: of(&|cell| cell.mean + cell.confidence),
+            low: of(&|cell| cell.mean - cell.half_width_95),
+            high: of(&|cell| cell.mean + cell.half_width_95),
         };
         let style = Style::of_set(design).marked(Marker::of_set(design));
         let line = Shape::Line { x, y: of(&|cell| cell.mean) };

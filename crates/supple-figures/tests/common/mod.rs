@@ -120,7 +120,7 @@ pub fn robustness() -> Folder {
             level,
             mean,
             deviation,
-            confidence,
+            half_width_95: confidence,
             quantiles,
             expected,
             diverged: 0,

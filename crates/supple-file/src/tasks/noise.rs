@@ -6,6 +6,7 @@ use supple_model::Value;
 use supple_model::document::Place;
 use supple_model::model::AnyModel;
 use supple_model::noise::{Covariance, NamedVariance, NoiseModel, VaryingVariance, semidefinite_factor};
+use supple_model::value::symmetrise;
 use supple_text::FileError;
 
 use super::Reader;
@@ -45,7 +46,16 @@ impl Reader<'_> {
         let keys = ["noise".into(), key.into()];
         match (rows, names) {
             (Rows::Flat(variances), _) => Ok(Covariance::Diagonal(variances)),
-            (Rows::Nested(rows), _) => Ok(Covariance::Full(rows)),
+            (Rows::Nested(mut rows), _) => {
+                // Matrices that are not square are refused with the order that is valid.
+                if rows.iter().all(|row| row.len() == rows.len()) {
+                    symmetrise(&mut rows).map_err(|(i, j)| {
+                        let message = "must be symmetric: it differs from its transposed entry by more than rounding";
+                        self.error(&[keys[0], keys[1], i.into(), j.into()], message)
+                    })?;
+                }
+                Ok(Covariance::Full(rows))
+            }
             (Rows::Named(given), Some(states)) => {
                 for (name, &variance) in &given {
                     self.variance((key, &[Place::Key(name)]), variance)?;
@@ -192,12 +202,6 @@ impl Reader<'_> {
                 }
                 for (i, row) in rows.iter().enumerate() {
                     self.variance((key, &[i.into(), i.into()]), row[i])?;
-                    if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
-                        return error(
-                            &[i.into(), j.into()],
-                            "must be symmetric: it differs from its transposed entry".into(),
-                        );
-                    }
                 }
             }
             Covariance::Sequence(_) => return error(&[], "must be constant over time in a task file".into()),

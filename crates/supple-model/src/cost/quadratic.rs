@@ -8,12 +8,13 @@ use crate::Value;
 use crate::noise::{Covariance, semidefinite_factor};
 use crate::parameters::Parameters;
 use crate::quantity::{Measurable, StateAndControl, Unfit, Vocabulary};
+use crate::value::symmetrise;
 
 /// Its name in files.
 pub const NAME: &str = "quadratic";
 
-/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric and
-/// positive semidefinite.
+/// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric, up to
+/// rounding, which is removed, and positive semidefinite.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
@@ -28,12 +29,12 @@ pub struct File {
 }
 
 impl File {
-    pub fn cost(self, vocabulary: &Vocabulary) -> Result<Cost, Unfit> {
+    pub fn cost(mut self, vocabulary: &Vocabulary) -> Result<Cost, Unfit> {
         let (n, m) = (vocabulary.states.len(), vocabulary.controls());
-        check_symmetric("Q", &self.Q, n)?;
-        check_symmetric("R", &self.R, m)?;
-        if let Some(last) = &self.last {
-            check_symmetric("final", last, n)?;
+        make_symmetric("Q", &mut self.Q, n)?;
+        make_symmetric("R", &mut self.R, m)?;
+        if let Some(last) = &mut self.last {
+            make_symmetric("final", last, n)?;
         }
         let zero = vec![vec![Value::Number(0.0); m]; m];
         let stage = Weights::Matrix(block_diagonal(&self.Q, &self.R));
@@ -42,18 +43,15 @@ impl File {
     }
 }
 
-fn check_symmetric(key: &'static str, rows: &[Vec<Value>], order: usize) -> Result<(), Unfit> {
+fn make_symmetric(key: &'static str, rows: &mut [Vec<Value>], order: usize) -> Result<(), Unfit> {
     let error = |message: String| Err(Unfit::new(key, message));
     if rows.len() != order || rows.iter().any(|row| row.len() != order) {
         let widths: Vec<_> = rows.iter().map(Vec::len).collect();
         return error(format!("must be {order} x {order}; it has {} rows of {widths:?} entries", rows.len()));
     }
-    for (i, row) in rows.iter().enumerate() {
-        if let Some(j) = (0..i).find(|&j| row[j] != rows[j][i]) {
-            return error(format!("must be symmetric: entries ({}, {}) and ({1}, {0}) differ", i + 1, j + 1));
-        }
-    }
-    Ok(())
+    symmetrise(rows).or_else(|(i, j)| {
+        error(format!("must be symmetric: entries ({}, {}) and ({1}, {0}) differ by more than rounding", i + 1, j + 1))
+    })
 }
 
 /// No cost is negative: diagonal entries at any parameters, the whole matrix at their initial values.

@@ -7,11 +7,13 @@ mod names;
 mod parse;
 mod range;
 mod read;
+mod symmetric;
 
 pub use expression::Expression;
 use expression::{Operator, Tree};
 pub use names::Names;
 pub use read::{OneOrList, VALUE};
+pub use symmetric::symmetrise;
 
 use serde::{Deserialize, Deserializer};
 use supple_kernels::Scalar;

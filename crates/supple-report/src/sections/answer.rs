@@ -296,7 +296,10 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         );
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
         if let (Some(a), Some(b)) = (&before.monte_carlo, &after.monte_carlo) {
-            let note = format!("+- {} over {} roll-outs", number(b.cost_standard_error), b.rollouts);
+            let interval = b
+                .cost_interval_95
+                .map_or_else(String::new, |[low, high]| format!("95 % interval {} to {}, ", number(low), number(high)));
+            let note = format!("{interval}{} roll-outs", b.rollouts);
             add(format!("sampled cost of {}", after.name), "", a.cost_mean, b.cost_mean, [String::new(), note]);
         }
     }
@@ -330,6 +333,11 @@ fn trusted(report: &DesignReport) -> Vec<String> {
     tasks.flat_map(|(start, optimum)| [says("at the start", start), says("at the end", optimum)]).flatten().collect()
 }
 
+/// A number with its sign and two decimals.
+fn hundredths(value: f64) -> String {
+    if value.abs() < 0.005 { "0.00".into() } else { format!("{value:+.2}").replace('-', "−") }
+}
+
 /// Where the change of measured information comes from.
 fn changes(split: &[Split]) -> Markup {
     let head = words([
@@ -341,8 +349,8 @@ fn changes(split: &[Split]) -> Markup {
         "jumps to other local minima",
     ]);
     let row = |of: &Split| {
-        let parts = [of.total_bits, of.sensors_bits, of.uncertainty_bits, of.plan_bits, of.leaps_bits];
-        std::iter::once(of.task.clone()).chain(parts.map(|bits| format!("{bits:+.2}"))).collect::<Vec<_>>()
+        let parts = [of.total_bits, of.sensors_bits, of.uncertainty_bits, of.plan_bits, of.jumps_bits];
+        std::iter::once(of.task.clone()).chain(parts.map(hundredths)).collect::<Vec<_>>()
     };
     let rows: Vec<_> = split.iter().map(row).collect();
     if rows.is_empty() {

@@ -7,7 +7,7 @@ use supple::TrajectoryReport;
 use supple::scene::{ConnectionKind, Scene};
 
 use super::Context;
-use super::series::{Run, curve, line, runs, time, titled};
+use super::series::{Run, curve, line, runs, time, titled, upright};
 use crate::numbers::{labelled, number};
 use crate::part::Part;
 use crate::plots::{Choice, Plot, Plots, View, axis_key, panels};
@@ -15,8 +15,6 @@ use crate::words::list;
 
 /// Terms of a cost that have lines of their own, the largest ones; all others share one.
 const MOST_TERMS: usize = 6;
-/// A run whose numbers are greater than those of plans by this factor is clipped.
-const CLIPPED: f64 = 20.0;
 
 /// Traces of a panel: plan and run over states; a quantity of pictures with a band; terms of the cost; levels.
 const PLAN: usize = 0;
@@ -181,27 +179,8 @@ fn of_lines(runs: &[Run], label: &str, of: impl Fn(&Run) -> Lines, plots: &mut P
         ranges[0].extend(plan);
         ranges[1].extend(sample);
     }
-    let (clip, note) = clipped(&ranges[0], &ranges[1]);
-    let mut layout = vertical(runs, &format!("{label}{note}"));
-    if let Some(range) = clip {
-        layout.extend((0..runs.len()).map(|index| (format!("{}.range", axis_key("yaxis", index)), json!(range))));
-    }
+    let layout = upright(runs.len(), label, (&ranges[0], &ranges[1]));
     View { name: label.to_owned(), traces, y, layout, alternative: format!("{label} over time: {}.", list(&most)) }
-}
-
-/// The range of an axis where runs leave that of plans by far, and what the axis says of that.
-fn clipped(plans: &[f64], runs: &[f64]) -> (Option<[f64; 2]>, String) {
-    let ends = |values: &[f64]| {
-        let finite = values.iter().copied().filter(|value| value.is_finite());
-        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
-    };
-    let ((least, most), (lowest, highest)) = (ends(plans), ends(runs));
-    let size = (most - least).max(most.abs()).max(least.abs());
-    if !(size > 0.0 && size.is_finite()) || (highest - most).max(least - lowest) <= CLIPPED * size {
-        return (None, String::new());
-    }
-    let worst = if highest - most > least - lowest { highest } else { lowest };
-    (Some([least - size, most + size]), format!(" (clipped: a run reaches {})", number(worst)))
 }
 
 fn scene<'a>(run: &'a Run) -> Option<&'a Scene> {

@@ -119,7 +119,7 @@ fn of_design((index, name): (usize, &str), study: &Robustness, cells: &[&RobustC
             .exact(&cells.iter().map(|cell| if cell.error.is_some() { f64::NAN } else { of(cell) }).collect::<Vec<_>>())
     };
     let (low, high) = (exact(&|cell| cell.quantiles[0]), exact(&|cell| cell.quantiles[4]));
-    let (mean, confidence) = (exact(&|cell| cell.mean), exact(&|cell| cell.confidence));
+    let (mean, confidence) = (exact(&|cell| cell.mean), exact(&|cell| cell.half_width_95));
     let expected = exact(&|cell| cell.expected.unwrap_or(f64::NAN));
     let colour = colour(index);
     let band = |y: Value| {
@@ -164,7 +164,7 @@ fn comparisons(study: &Robustness, task: usize) -> Markup {
 fn compared(study: &Robustness, found: &Comparison) -> String {
     let name = |index: usize| study.designs.get(index).map_or("?", |design| design.name.as_str());
     let (design, other) = (name(found.design), name(found.other));
-    let [low, high] = found.interval;
+    let [low, high] = found.interval_95;
     let p = if found.p_value < 1e-3 { "below 0.001".into() } else { format!("{:.3}", found.p_value) };
     let numbers = format!(
         "95 % interval {} to {}, paired t test: p {}",
@@ -206,7 +206,7 @@ fn numbers(study: &Robustness, task: usize, title: &str) -> Markup {
             Some(error) => row.extend([error.clone(), String::new(), String::new(), String::new(), String::new()]),
             None => row.extend([
                 number(cell.mean),
-                number(cell.confidence),
+                number(cell.half_width_95),
                 number(cell.quantiles[2]),
                 format!("{} to {}", number(cell.quantiles[0]), number(cell.quantiles[4])),
                 cell.expected.map_or_else(String::new, number),

@@ -1,11 +1,12 @@
 //! Time series of designs, as plots take them.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use supple::{TaskEvaluation, TrajectoryReport};
 
 use crate::arrays::{thin, thin_column};
+use crate::numbers::number;
 use crate::part::{Part, Shown};
-use crate::plots::Plots;
+use crate::plots::{Plots, axis_key};
 
 /// A design in one task, with its trajectory.
 pub struct Run<'a> {
@@ -70,4 +71,54 @@ pub fn sums(values: &[f64]) -> Vec<f64> {
 /// The sum of the numbers that there are, none where there are none.
 pub fn sum(values: &[f64]) -> f64 {
     if values.is_empty() { f64::NAN } else { values.iter().sum() }
+}
+
+/// Runs that leave the range of plans by this many times its size are clipped.
+const CLIPPED: f64 = 5.0;
+
+/// The vertical axes of panels, with a title; where a run diverges, their range is that about plans, so that these can
+/// still be read, and the title says how far the run goes.
+pub fn upright(panels: usize, label: &str, (plans, runs): (&[f64], &[f64])) -> Map<String, Value> {
+    let clip = clipped(plans, runs);
+    let note = clip.map_or_else(String::new, |(_, worst)| format!(" (clipped: a run reaches {})", number(worst)));
+    let mut layout = Map::new();
+    for panel in 0..panels {
+        let axis = axis_key("yaxis", panel);
+        layout.insert(format!("{axis}.title.text"), format!("{label}{note}").into());
+        if let Some((range, _)) = clip {
+            layout.insert(format!("{axis}.range"), json!(range));
+        }
+    }
+    layout
+}
+
+/// The range of an axis where runs leave that of plans by far, and the number farthest from it.
+fn clipped(plans: &[f64], runs: &[f64]) -> Option<([f64; 2], f64)> {
+    let ends = |values: &[f64]| {
+        let finite = values.iter().copied().filter(|value| value.is_finite());
+        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
+    };
+    let ((least, most), (lowest, highest)) = (ends(plans), ends(runs));
+    let size = (most - least).max(most.abs()).max(least.abs());
+    let (above, below) = (highest - most, least - lowest);
+    if !(size > 0.0 && size.is_finite()) || above.max(below) <= CLIPPED * size {
+        return None;
+    }
+    Some(([least - size, most + size], if above > below { highest } else { lowest }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clipped;
+
+    #[test]
+    fn one_point_that_diverges_does_not_flatten_a_plot() {
+        let plans = [0.1, 0.3, 0.2];
+        assert_eq!(clipped(&plans, &[0.15, 0.4, -0.2]), None);
+        let (range, worst) = clipped(&plans, &[0.15, f64::NAN, -1e27, 0.2]).unwrap();
+        assert_eq!(worst, -1e27);
+        assert!(range[0] <= 0.1 && range[1] >= 0.3 && range[1] - range[0] < 1.0, "{range:?}");
+        assert_eq!(clipped(&plans, &[]), None);
+        assert_eq!(clipped(&[0.0, 0.0], &[1.0]), None, "nothing to compare with");
+    }
 }

@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use maud::{Markup, html};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::Context;
-use super::series::{Run, column, line, runs, time, titled};
+use super::series::{Run, column, line, runs, time, titled, upright};
 use crate::numbers::{labelled, number};
 use crate::part::Part;
 use crate::plots::{Choice, Plot, Plots, View, axis_key, panels};
@@ -98,16 +98,25 @@ fn panel(index: usize, run: &Run, plots: &mut Plots) -> Vec<Value> {
 }
 
 fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> View {
-    let mut y = Vec::new();
-    let mut ends = Vec::new();
+    let (mut y, mut ends) = (Vec::new(), Vec::new());
+    let (mut plans, mut samples) = (Vec::new(), Vec::new());
     for run in runs {
         let sample = &run.trajectory.sample;
+        let of = |rows: &[Vec<f64>]| rows.iter().filter_map(|row| row.get(state).copied()).collect::<Vec<f64>>();
+        let (middle, spread) = (of(&sample.estimates), of(&sample.deviations));
+        plans.extend(of(&run.trajectory.states));
+        samples.extend(of(&sample.states));
+        for sign in [-2.0, 2.0] {
+            samples.extend(middle.iter().zip(&spread).map(|(middle, deviation)| middle + sign * deviation));
+        }
         let times = run.trajectory.states.len();
         let plan = column(plots, &run.trajectory.states, state);
         let estimate = column(plots, &whole(&sample.estimates, times), state);
         let deviation = column(plots, &whole(&sample.deviations, times), state);
         let band = |times: f64| json!({ "a": estimate["a"], "add": deviation["a"], "times": times });
-        let others = plots.arrays.curve(&threads(run, state).1);
+        let others = threads(run, state).1;
+        samples.extend(&others);
+        let others = plots.arrays.curve(&others);
         let truth = column(plots, &whole(&sample.states, times), state);
         y.extend([others, band(-2.0), band(2.0), plan, estimate.clone(), truth]);
         let end = |rows: &[Vec<f64>]| number(rows.last().and_then(|row| row.get(state)).copied().unwrap_or(f64::NAN));
@@ -123,18 +132,21 @@ fn state_view(runs: &[Run], state: usize, label: &str, plots: &mut Plots) -> Vie
         name: label.to_owned(),
         traces: chosen(runs, &STATES),
         y,
-        layout: vertical(runs, label),
+        layout: upright(runs.len(), label, (&plans, &samples)),
         alternative: format!("{label} over time: {}.", list(&ends)),
     }
 }
 
 fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) -> View {
-    let mut y = Vec::new();
-    let mut sizes = Vec::new();
+    let (mut y, mut sizes) = (Vec::new(), Vec::new());
+    let (mut plans, mut samples) = (Vec::new(), Vec::new());
     for run in runs {
         y.push(column(plots, &run.trajectory.controls, control));
         let steps = run.trajectory.controls.len();
         y.push(column(plots, &whole(&run.trajectory.sample.controls, steps), control));
+        let all = |rows: &[Vec<f64>]| rows.iter().filter_map(|row| row.get(control).copied()).collect::<Vec<f64>>();
+        plans.extend(all(&run.trajectory.controls));
+        samples.extend(all(&run.trajectory.sample.controls));
         let of = |row: &Vec<f64>| row.get(control).copied().unwrap_or(0.0).abs();
         let most = |rows: &[Vec<f64>]| number(rows.iter().map(of).fold(0.0, f64::max));
         let (plan, sample) = (most(&run.trajectory.controls), most(&run.trajectory.sample.controls));
@@ -144,7 +156,7 @@ fn control_view(runs: &[Run], control: usize, label: &str, plots: &mut Plots) ->
         name: label.to_owned(),
         traces: chosen(runs, &CONTROLS),
         y,
-        layout: vertical(runs, label),
+        layout: upright(runs.len(), label, (&plans, &samples)),
         alternative: format!("{label} over time, in size: {}.", list(&sizes)),
     }
 }
@@ -179,9 +191,4 @@ fn threads(run: &Run, state: usize) -> (Vec<f64>, Vec<f64>) {
         values.push(f64::NAN);
     }
     (times, values)
-}
-
-/// The title of the vertical axes.
-fn vertical(runs: &[Run], label: &str) -> Map<String, Value> {
-    (0..runs.len()).map(|index| (format!("{}.title.text", axis_key("yaxis", index)), label.into())).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple::{Channel, Controller, Dimensions, Matrices, Rows};
+use supple::{Channel, Controller, Dimensions, Matrices, Rows, time_of};
 
 use super::file::columns;
 use super::{ExportedController, names};
@@ -238,8 +238,7 @@ int {name}_step({name}_controller *controller, const double *y, double *u);
 ",
         title = names::comment(&task.name),
         version = env!("CARGO_PKG_VERSION"),
-        // Without what multiplication leaves in the last digits.
-        horizon = (*time_step * steps as f64 * 1e9).round() / 1e9,
+        horizon = time_of(steps, *time_step),
         state = 8 * (n + 1),
         operations = operations(controller.dimensions),
         measurements = places("Y", &channels.measurements),

@@ -1,6 +1,6 @@
 use serde::Serialize;
 use supple::plan::PlanStatus;
-use supple::{Channel, Matrices, Named, Rows};
+use supple::{Channel, Matrices, Named, Rows, time_of};
 
 use super::ExportedController;
 
@@ -97,7 +97,7 @@ impl ControllerFile {
             parameters: parameters.clone(),
             time_step: *time_step,
             steps,
-            time: (0..=steps).map(|t| t as f64 * time_step).collect(),
+            time: (0..=steps).map(|t| time_of(t, *time_step)).collect(),
             state_names,
             state_units,
             control_names,

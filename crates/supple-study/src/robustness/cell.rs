@@ -7,7 +7,7 @@ use supple::lqg::Noise;
 use supple::pipeline::TaskState;
 use supple::simulate::{World, sampled_costs};
 
-use super::statistics::{confidence, mean_and_deviation, quantile};
+use super::statistics::{half_width, mean_and_deviation, quantile};
 use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
 use crate::journal::Parts;
 use crate::{LoadedTask, StudyError, Watch};
@@ -157,7 +157,7 @@ impl Place {
             level: self.level,
             mean,
             deviation,
-            confidence: confidence(deviation, costs.len()),
+            half_width_95: half_width(deviation, costs.len()),
             quantiles: QUANTILES.map(|share| quantile(&sorted, share)),
             diverged: costs.iter().filter(|cost| !cost.is_finite()).count(),
             expected,

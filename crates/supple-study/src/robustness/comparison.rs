@@ -28,7 +28,7 @@ pub(super) fn compare(task: &LoadedTask, options: &RobustnessOptions, costs: &[C
                     levels: ends,
                     growths: growths.map(|growth| mean_and_deviation(&growth).0),
                     difference: between.difference,
-                    interval: between.interval,
+                    interval_95: between.interval_95,
                     p_value: between.p_value,
                     at_greatest: paired(&less(at(design, ends[1]), at(other, ends[1]))),
                 });

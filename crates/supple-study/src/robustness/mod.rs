@@ -110,9 +110,9 @@ pub struct RobustCell {
     /// Standard deviation of the cost over roll-outs.
     #[serde(deserialize_with = "supple::or_nan")]
     pub deviation: f64,
-    /// Half-width of the 95 % confidence interval of the mean.
-    #[serde(deserialize_with = "supple::or_nan")]
-    pub confidence: f64,
+    /// Half-width of the 95 % confidence interval of the mean, in units of cost.
+    #[serde(alias = "confidence", deserialize_with = "supple::or_nan")]
+    pub half_width_95: f64,
     /// Quantiles of the cost at 5, 25, 50, 75 and 95 %; what diverged costs more than all that did not.
     #[serde(deserialize_with = "lenient::array")]
     pub quantiles: [f64; 5],
@@ -146,8 +146,8 @@ pub struct Comparison {
     #[serde(deserialize_with = "supple::or_nan")]
     pub difference: f64,
     /// Its 95 % confidence interval.
-    #[serde(deserialize_with = "lenient::array")]
-    pub interval: [f64; 2],
+    #[serde(alias = "interval", deserialize_with = "lenient::array")]
+    pub interval_95: [f64; 2],
     /// Two-sided p-value of the hypothesis that there is no difference (paired t test).
     #[serde(deserialize_with = "supple::or_nan")]
     pub p_value: f64,
@@ -162,8 +162,8 @@ pub struct Paired {
     #[serde(deserialize_with = "supple::or_nan")]
     pub difference: f64,
     /// Its 95 % confidence interval.
-    #[serde(deserialize_with = "lenient::array")]
-    pub interval: [f64; 2],
+    #[serde(alias = "interval", deserialize_with = "lenient::array")]
+    pub interval_95: [f64; 2],
     /// Two-sided p-value of the hypothesis that there is no difference.
     #[serde(deserialize_with = "supple::or_nan")]
     pub p_value: f64,

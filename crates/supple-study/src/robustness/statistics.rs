@@ -19,7 +19,7 @@ pub(super) fn mean_and_deviation(sample: &[f64]) -> (f64, f64) {
 }
 
 /// Half-width of the confidence interval of a mean, by Student's t; NaN of fewer than two numbers.
-pub(super) fn confidence(deviation: f64, count: usize) -> f64 {
+pub(super) fn half_width(deviation: f64, count: usize) -> f64 {
     if count < 2 {
         return f64::NAN;
     }
@@ -42,7 +42,7 @@ pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
 /// Whether the mean of differences over pairs is 0: Student's t test.
 pub(super) fn paired(differences: &[f64]) -> Paired {
     let (difference, deviation) = mean_and_deviation(differences);
-    let half = confidence(deviation, differences.len());
+    let half = half_width(deviation, differences.len());
     let p_value = if deviation > 0.0 {
         let t = difference / (deviation / (differences.len() as f64).sqrt());
         two_sided(t, (differences.len() - 1) as f64)
@@ -52,7 +52,7 @@ pub(super) fn paired(differences: &[f64]) -> Paired {
     } else {
         f64::NAN
     };
-    Paired { difference, interval: [difference - half, difference + half], p_value }
+    Paired { difference, interval_95: [difference - half, difference + half], p_value }
 }
 
 /// The number that Student's t exceeds, on either side, with a probability of `outside`.
@@ -119,16 +119,16 @@ mod tests {
         let found = paired(&differences);
         close(found.difference, -1.58, 1e-12);
         close(found.p_value, 0.002_832_890, 1e-6);
-        close(found.interval[0], -2.459_885_8, 1e-7);
-        close(found.interval[1], -0.700_114_2, 1e-7);
+        close(found.interval_95[0], -2.459_885_8, 1e-7);
+        close(found.interval_95[1], -0.700_114_2, 1e-7);
     }
 
     #[test]
     fn certain_and_impossible_differences() {
         assert_eq!(paired(&[0.0, 0.0]).p_value, 1.0);
-        assert_eq!(paired(&[2.0, 2.0]), Paired { difference: 2.0, interval: [2.0, 2.0], p_value: 0.0 });
+        assert_eq!(paired(&[2.0, 2.0]), Paired { difference: 2.0, interval_95: [2.0, 2.0], p_value: 0.0 });
         let diverged = paired(&[1.0, f64::INFINITY, 2.0]);
-        assert!(diverged.difference.is_nan() && diverged.p_value.is_nan() && diverged.interval[0].is_nan());
+        assert!(diverged.difference.is_nan() && diverged.p_value.is_nan() && diverged.interval_95[0].is_nan());
         assert!(paired(&[]).p_value.is_nan());
     }
 

@@ -7,7 +7,7 @@ use supple_kernels::math;
 
 use supple_lqg::bound::VirtualSensor;
 
-use supple_model::Channel;
+use supple_model::{Channel, time_of};
 use supple_text::padded;
 
 /// A sensor that attains the minimum with a Kalman filter and the optimal regulator.
@@ -205,8 +205,8 @@ fn window(
     SensorWindow {
         first,
         last: end - 1,
-        from_s: first as f64 * time_step,
-        until_s: (end - 1) as f64 * time_step,
+        from_s: time_of(first, time_step),
+        until_s: time_of(end - 1, time_step),
         bits: (first..end).map(bits_at).sum(),
         rank: ranks[first..end].iter().copied().max().unwrap_or(0),
         strongest,

@@ -22,8 +22,10 @@ pub struct Split {
     pub uncertainty_bits: f64,
     /// Through how the plan moves.
     pub plan_bits: f64,
-    /// Through plans on the way that leap from one local minimum to another, and what the integrals leave.
-    pub leaps_bits: f64,
+    /// Through jumps between local minima: of plans on the way, and from where the second design's plan ends at the first design
+    /// to the plan that design has; and what the integrals leave.
+    #[serde(alias = "leaps_bits")]
+    pub jumps_bits: f64,
     /// Designs evaluated on the way.
     pub evaluations: usize,
 }
@@ -32,7 +34,7 @@ pub struct Split {
 const LEFT: f64 = 1e-5;
 /// Intervals at most.
 const MOST_INTERVALS: usize = 64;
-/// The shortest interval that is halved: what is left of one so short is a leap.
+/// The shortest interval that is halved: what is left of one so short is a jump.
 const SHORTEST: f64 = 1e-3;
 /// A change of less is none, nats.
 const NOTHING: f64 = 1e-3;
@@ -156,7 +158,7 @@ impl<'a> Path<'a> {
             sensors_bits: bits(parts[0]),
             uncertainty_bits: bits(parts[1]),
             plan_bits: bits(parts[2]),
-            leaps_bits: bits(total - parts.iter().sum::<f64>()),
+            jumps_bits: bits(total - parts.iter().sum::<f64>()),
             evaluations: self.evaluations,
         })
     }

@@ -1,7 +1,7 @@
 //! Reports from what is known of a task at a design.
 
 use supple_lqg::{control_information, entropy_form, paper_form};
-use supple_model::Channels;
+use supple_model::{Channels, time_of};
 
 use super::curves::{contact_curves, cost_curves, quantity_curves};
 use super::report::{ControlInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
@@ -107,7 +107,7 @@ pub(super) fn trajectory_report(
         state_units,
         control_names,
         control_units,
-        time: (0..=task.steps).map(|t| t as f64 * dt).collect(),
+        time: (0..=task.steps).map(|t| time_of(t, dt)).collect(),
         states: state.plan.trajectory.states.to_rows(),
         deviations: (0..=task.steps)
             .map(|t| (0..sigma.rows()).map(|i| sigma.get(t, i, i).max(0.0).sqrt()).collect())

@@ -107,7 +107,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
         ));
     }
     if let Some(consistency) = sampled.consistency {
-        let outside = consistency.mean < consistency.lower || consistency.mean > consistency.upper;
+        let outside = consistency.mean < consistency.lower_95 || consistency.mean > consistency.upper_95;
         if outside && (consistency.mean - 1.0).abs() > INCONSISTENT {
             let (way, cause) = if consistency.mean > 1.0 {
                 ("overconfident", "measurements or dynamics are nonlinear within the filter's uncertainty")

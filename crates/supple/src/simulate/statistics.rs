@@ -5,6 +5,9 @@ use supple_model::or_nan;
 
 use crate::problem::Task;
 
+/// 95 % of a normal variable are within so many standard deviations of its mean.
+const NORMAL_95: f64 = 1.96;
+
 /// What one roll-out came to.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outcome {
@@ -35,6 +38,10 @@ pub struct MonteCarlo {
     /// Standard error of the mean; NaN of a single roll-out, or where one diverged.
     #[serde(deserialize_with = "or_nan")]
     pub cost_standard_error: f64,
+    /// 95 % confidence interval of the expected cost, in its units: the mean and 1.96 standard errors to both sides; none of a
+    /// single roll-out, or where one diverged.
+    #[serde(default)]
+    pub cost_interval_95: Option<[f64; 2]>,
     /// Mean cost less the predicted expected cost.
     #[serde(deserialize_with = "or_nan")]
     pub difference: f64,
@@ -53,20 +60,22 @@ pub struct MonteCarlo {
     pub costs: Vec<f64>,
 }
 
-/// The normalised innovation squared `nu' S^-1 nu / p`, mean over measurements and roll-outs: 1 where the filter's covariance
+/// The normalised innovation squared `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the filter's covariance
 /// is that of its errors, more where it is too sure, less where it is not sure enough (theory, equation I.12).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Consistency {
     /// The mean.
     #[serde(deserialize_with = "or_nan")]
     pub mean: f64,
-    /// Where 95 % of the means of a consistent filter are.
-    pub lower: f64,
-    /// Where 95 % of the means of a consistent filter are.
-    pub upper: f64,
+    /// Lower end of the band with 95 % of the means of a consistent filter.
+    #[serde(alias = "lower")]
+    pub lower_95: f64,
+    /// Upper end of this band.
+    #[serde(alias = "upper")]
+    pub upper_95: f64,
 }
 
-/// A mean of samples.
+/// A mean of samples, in their unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean.
@@ -75,6 +84,9 @@ pub struct Estimate {
     /// Its standard error; NaN of a single sample.
     #[serde(deserialize_with = "or_nan")]
     pub standard_error: f64,
+    /// 95 % confidence interval of the expectation: the mean and 1.96 standard errors to both sides; none of a single sample.
+    #[serde(default)]
+    pub interval_95: Option<[f64; 2]>,
 }
 
 /// In how many roll-outs a contact touched.
@@ -92,7 +104,9 @@ impl Estimate {
         let mean = samples.clone().sum::<f64>() / count;
         let squares: f64 = samples.map(|sample| (sample - mean).powi(2)).sum();
         let standard_error = if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-        Self { mean, standard_error }
+        let half = NORMAL_95 * standard_error;
+        let interval_95 = half.is_finite().then_some([mean - half, mean + half]);
+        Self { mean, standard_error, interval_95 }
     }
 }
 
@@ -105,8 +119,8 @@ impl MonteCarlo {
         let measured = task.system.dimensions().measurements * (task.steps + 1);
         let squared = Estimate::of(outcomes.iter().map(|outcome| outcome.squared / measured as f64));
         // A sum of k squares of normal numbers has variance 2 k.
-        let scatter = 1.96 * (2.0 / (measured * rollouts) as f64).sqrt();
-        let consistency = Consistency { mean: squared.mean, lower: 1.0 - scatter, upper: 1.0 + scatter };
+        let scatter = NORMAL_95 * (2.0 / (measured * rollouts) as f64).sqrt();
+        let consistency = Consistency { mean: squared.mean, lower_95: 1.0 - scatter, upper_95: 1.0 + scatter };
         let bits = Estimate::of(outcomes.iter().map(|outcome| outcome.nats / LN_2));
         let touched = task.system.contacts().into_iter().enumerate().map(|(place, contact)| {
             let count = outcomes.iter().filter(|outcome| outcome.touched[place]).count();
@@ -118,6 +132,7 @@ impl MonteCarlo {
             diverged,
             cost_mean: cost.mean,
             cost_standard_error: cost.standard_error,
+            cost_interval_95: cost.interval_95,
             difference: cost.mean - predicted,
             consistency: (whole && measured > 0).then_some(consistency),
             realised_bits: (whole && rollouts > 1 && task.noise.varying.is_empty()).then_some(bits),
