@@ -12,9 +12,8 @@ pub const THEME: &str = include_str!("../assets/theme.js");
 pub const LICENCE: &str =
     "<!-- plotly.js v3.0.1, copyright 2012-2025, Plotly, Inc., all rights reserved, MIT licence -->";
 
-/// plotly.js as pages carry it: `plotly.min.js` of the npm package plotly.js-dist-min 3.0.1, by `gzip -9n`. A constant
-/// would stand in the program once for each use.
-pub(crate) static PLOTLY: &[u8] = include_bytes!("../assets/plotly/plotly.min.js.gz");
+/// plotly.js by gzip. A constant would stand in the program once for each use.
+pub(crate) static PLOTLY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// plotly.js.
 pub fn plotly() -> String {
