@@ -566,6 +566,21 @@ def test_a_run_that_diverges_does_not_flatten_its_panel(served, browsers):
     quiet(driver)
 
 
+def test_arrows_of_forces_are_drawn_over_walls(served, browsers):
+    driver = browsers(served(TASKS / "wiping_arm.toml").address, prefers_reduced_motion="reduce")
+    until(driver, "document.querySelector('#scene .supple-scene-view')?.data !== undefined")
+    traces = run(
+        driver,
+        """return document.querySelector('#scene .supple-scene-view').data.map(({ type, opacity, color, line }) =>
+             [type, opacity ?? 1, color ?? line?.color ?? ''])""",
+    )
+    walls = [place for place, (kind, opacity, _) in enumerate(traces) if kind == "mesh3d" and opacity < 1]
+    arrows = [place for place, (kind, _, color) in enumerate(traces) if kind == "scatter3d" and color.endswith(",0.99)")]
+    # What is not opaque is drawn last, in this order and without hiding what follows.
+    assert len(arrows) == 2 and walls and min(walls) < min(arrows)
+    quiet(driver)
+
+
 def test_a_taken_port_and_a_missing_browser_are_told(served, tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
