@@ -241,13 +241,14 @@ def _loop(runs: Mapping[str, Any], end: Array, spread: Array) -> SampledLoop:
     well = (np.abs(last - end) <= ENDS_WELL * spread + 1e-12).all(axis=1) & np.isfinite(costs)
     bits = runs.get("realised_bits")
     mean, interval = _mean(costs)
+    within = bits["interval_95"] if bits else None
     consistency = runs.get("consistency")
     return SampledLoop(
         cost_mean=mean,
         cost_interval_95=interval,
         cost_median=float(np.median(costs)),
         realised_bits=float(bits["mean"]) if bits else None,
-        realised_bits_interval_95=np.array(bits["interval_95"] or [] if bits else []),
+        realised_bits_interval_95=np.array([] if within is None else within, dtype=np.float64),
         consistency=build(Consistency, consistency) if consistency else None,
         touched={entry["name"]: float(entry["share"]) for entry in runs["touched"]},
         diverged=int(runs["diverged"]),
