@@ -384,7 +384,7 @@ BUSY = 20
 
 
 def slack():
-    """1 where nine tenths of the processors are idle before the test begins, as goals are for a machine that does nothing else."""
+    """2 where nine tenths of the processors are idle before the test begins, as goals are for one machine that does nothing else."""
 
     def counters():
         fields = [int(field) for field in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
@@ -394,7 +394,7 @@ def slack():
     time.sleep(2)
     all_after, idle_after = counters()
     idle = (idle_after - idle_before) / (all_after - all_before)
-    return (1, "the machine is idle") if idle > 0.9 else (BUSY, f"the machine is {1 - idle:.0%} busy: {BUSY} times as much will do")
+    return (2, "the machine is idle") if idle > 0.9 else (BUSY, f"the machine is {1 - idle:.0%} busy: {BUSY} times as much will do")
 
 
 def stated(goals):

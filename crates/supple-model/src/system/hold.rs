@@ -3,13 +3,15 @@ use supple_kernels::{Matrices, Scratch};
 
 use super::{Points, System, Times};
 
+/// Newton steps at most. What is linear in the controls takes one, and dry friction some.
+const STEPS: usize = 20;
+
 /// The controls that keep the system at the state `x` as nearly as they can, length m (theory, equation P.3b): gravity
 /// compensation, where every joint has a drive. Zeros where they cannot be found.
 pub fn holding_controls(system: &dyn System, x: &[f64], phi: &[f64]) -> Vec<f64> {
     let mut found = vec![0.0; system.dimensions().controls];
     let mut missed = miss(system, x, &found, phi);
-    // Once for what is linear in the controls, and once more for what is nearly so.
-    for _ in 0..2 {
+    for _ in 0..STEPS {
         let Some(step) = correction(system, x, &found, phi) else { break };
         let next: Vec<f64> = found.iter().zip(&step).map(|(u, step)| u + step).collect();
         let misses = miss(system, x, &next, phi);
