@@ -1,6 +1,6 @@
 //! Numbers of links and joints that cannot be, or are most likely wrong.
 
-use supple_text::{FileError, digits, significant};
+use supple_text::{FileError, digits, short};
 
 use super::moments::principal;
 use super::parts::{Ends, JointPart, LinkPart};
@@ -66,7 +66,7 @@ pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(),
 
 /// The first three digits of a number.
 fn three(number: f64) -> String {
-    digits(significant(number, 3))
+    short(number, 3)
 }
 
 /// Whether a number is one of a robot.
