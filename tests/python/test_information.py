@@ -39,7 +39,9 @@ def test_evaluations_have_all_three_and_roll_outs(task: supple.Task) -> None:
     assert low < sampled.realised_bits.mean < high
     assert high - low == pytest.approx(2 * 1.96 * sampled.realised_bits.standard_error)
     alone = task.evaluate(rollouts=1).tasks["press"].monte_carlo
-    assert alone.cost_interval_95 is None and alone.realised_bits is None and alone.to_dict()["cost_interval_95"] is None
+    assert (
+        alone.cost_interval_95 is None and alone.realised_bits is None and alone.to_dict()["cost_interval_95"] is None
+    )
     assert sampled.touched["wall"].share > 0.9
     without = supple.load("tasks/two_mass.toml").evaluate(needed=False, rollouts=0).tasks["press"]
     assert without.information.needed is None and without.monte_carlo is None and without.trust is None
