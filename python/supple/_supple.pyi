@@ -22,6 +22,7 @@ __all__ = [
     "__version__",
     "instructions",
     "most_steps",
+    "times",
     "use_instructions",
 ]
 
@@ -35,6 +36,7 @@ _Unit: TypeAlias = tuple[bytes, int, str]
 
 def instructions() -> str: ...
 def most_steps(states: int, controls: int) -> int: ...
+def times(steps: int, time_step: float) -> list[float]: ...
 def use_instructions(wanted: str) -> bool: ...
 
 @final

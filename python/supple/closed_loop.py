@@ -10,6 +10,7 @@ import numpy as np
 
 from ._arrays import check_unmasked
 from ._records import Array, Record
+from ._supple import times
 from .checks import Linearisation
 from .errors import ComputeError, UsageError
 
@@ -68,16 +69,8 @@ def roll_out(plan: Linearisation, plant: Plant, runs: int, seed: int, start: Arr
             controls[run, t] = u
             x = _next(plant, x, u, t) + noise * _drawn(random, plan.process_covariance[t])
             predicted = plan.A[t] @ estimate + plan.B[t] @ change
-    time = _times(steps, plan.time_step)
+    time = np.asarray(times(steps, plan.time_step), dtype=np.float64)
     return Rollouts(time=time, states=states, estimates=estimates, controls=controls, seed=seed)
-
-
-def _times(steps: int, time_step: float) -> Array:
-    """Times of steps 0 to N, s, without the digits that rounding adds to products: 0.036, not 0.036000000000000004."""
-    products = time_step * np.arange(steps + 1)
-    short = np.array([float(f"{product:.11e}") for product in products])
-    exact = np.abs(short - products) <= 2.0 * np.finfo(np.float64).eps * products
-    return np.where(exact, short, products)
 
 
 def _filter_gains(plan: Linearisation) -> list[Array]:

@@ -34,7 +34,7 @@ mod _supple {
     #[pymodule_export]
     use crate::task::NativeTask;
     #[pymodule_export]
-    use crate::unit::{Units, instructions, most_steps, use_instructions};
+    use crate::unit::{Units, instructions, most_steps, times, use_instructions};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -122,6 +122,12 @@ pub fn most_steps(states: usize, controls: usize) -> usize {
     supple::most_steps(Dimensions { states, controls, measurements: 1 })
 }
 
+/// Times of the steps 0 to N of a task, s, as results give them.
+#[pyfunction]
+pub fn times(steps: usize, time_step: f64) -> Vec<f64> {
+    (0..=steps).map(|step| supple::time_of(step, time_step)).collect()
+}
+
 fn name(level: Level) -> String {
     format!("{level:?}").to_lowercase()
 }

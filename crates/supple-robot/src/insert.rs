@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::{Inertia, Joint, JointKind, Limits, Link, Measured, Pose, Robot};
+use crate::{Inertia, Joint, JointKind, Link, Measured, Pose, Robot};
 
 /// What a joint that is inserted lets move: a slide along an axis of its frame, or a turn about one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,23 +74,8 @@ impl Robot {
             let (parent, origin) = if i == 0 { (insert.link, insert.pose) } else { (links + i - 1, Pose::IDENTITY) };
             let inertia = insert.inertia.filter(|_| links + i == beyond);
             robot.links.push(Link { name: link, inertia, meshes: Vec::new(), line: insert.line });
-            robot.joints.push(Joint {
-                name: joint,
-                kind: axis.kind,
-                parent,
-                origin,
-                child_pose: Pose::IDENTITY,
-                axis: axis.axis,
-                reference: 0.0,
-                damping: 0.0,
-                friction: 0.0,
-                armature: 0.0,
-                stiffness: 0.0,
-                rest: 0.0,
-                limits: Limits::default(),
-                mimic: None,
-                line: insert.line,
-            });
+            let free = Joint::free(joint, axis.kind, parent);
+            robot.joints.push(Joint { origin, axis: axis.axis, line: insert.line, ..free });
         }
         let to_mount = insert.pose.inverse();
         for &link in &insert.carries {

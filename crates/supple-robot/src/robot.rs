@@ -126,6 +126,29 @@ pub struct Joint {
     pub line: usize,
 }
 
+impl Joint {
+    /// A joint at the origins of its links, about or along x, without limits and free of forces.
+    pub fn free(name: String, kind: JointKind, parent: usize) -> Self {
+        Self {
+            name,
+            kind,
+            parent,
+            origin: Pose::IDENTITY,
+            child_pose: Pose::IDENTITY,
+            axis: [1.0, 0.0, 0.0],
+            reference: 0.0,
+            damping: 0.0,
+            friction: 0.0,
+            armature: 0.0,
+            stiffness: 0.0,
+            rest: 0.0,
+            limits: Limits::default(),
+            mimic: None,
+            line: 0,
+        }
+    }
+}
+
 /// What a joint may do; infinite where nothing is said.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {

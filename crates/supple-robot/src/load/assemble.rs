@@ -45,7 +45,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
         check_joint(joint)?;
     }
     let links = Names::new(parts.links.iter().map(|link| (link.name.as_str(), link.at)), "link")?;
-    let joints = Names::new(parts.joints.iter().map(|joint| (joint.name.as_str(), joint.at)), "joint")?;
+    let joints = Names::new(parts.joints.iter().map(|joint| (joint.own.name.as_str(), joint.at)), "joint")?;
     Names::new(parts.frames.iter().map(|frame| (frame.name.as_str(), frame.link.at)), "frame")?;
     let mimics = follow(&parts.joints, &joints, &mut parts.warnings)?;
     let ends = ends(&parts.joints, &links)?;
@@ -89,23 +89,7 @@ impl LinkPart<'_> {
 
 impl JointPart<'_> {
     fn finish(self, parent: usize, mimic: Option<Mimic>) -> Joint {
-        Joint {
-            name: self.name,
-            kind: self.kind,
-            parent,
-            origin: self.origin,
-            child_pose: self.child_pose,
-            axis: self.axis,
-            reference: self.reference,
-            damping: self.damping,
-            friction: self.friction,
-            armature: self.armature,
-            stiffness: self.stiffness,
-            rest: self.rest,
-            limits: self.limits,
-            mimic,
-            line: self.at.line(),
-        }
+        Joint { parent, mimic, ..self.own }
     }
 }
 
@@ -141,7 +125,7 @@ fn order(document: &Document, parts: &Parts, ends: &[Ends]) -> Result<Order, Fil
                 format!(
                     "link {} is already the child of joint {} ({}); closed loops are not supported",
                     shown(&child.name),
-                    shown(&first.name),
+                    shown(&first.own.name),
                     first.at.place()
                 ),
             ));

@@ -27,7 +27,7 @@ pub(super) fn follow(
     let mut direct = vec![None; joints.len()];
     for (i, joint) in joints.iter().enumerate() {
         let Some(mimic) = &joint.mimic else { continue };
-        if joint.kind == JointKind::Fixed {
+        if joint.own.kind == JointKind::Fixed {
             let followed = shown(&mimic.joint.name);
             warnings
                 .note("fixed mimic", joint.at, || format!("it is fixed; its mimic relation to {followed} is ignored"));
@@ -80,7 +80,7 @@ fn leader(joints: &[JointPart], follower: usize, mimic: &MimicPart, names: &Name
     if index == follower {
         return fail("a joint cannot follow itself".to_owned());
     }
-    if joints[index].kind == JointKind::Fixed {
+    if joints[index].own.kind == JointKind::Fixed {
         return fail(format!("joint {} is fixed and cannot be followed", shown(&joint.name)));
     }
     Ok(Mimic { joint: index, ratio: *ratio, offset: *offset })
@@ -89,7 +89,7 @@ fn leader(joints: &[JointPart], follower: usize, mimic: &MimicPart, names: &Name
 /// The error about a chain that leads back to `joint`.
 fn circle(joints: &[JointPart], chain: &[usize], joint: usize) -> FileError {
     let around = chain.iter().skip_while(|&&other| other != joint);
-    let names: Vec<_> = around.map(|&joint| joints[joint].name.as_str()).collect();
+    let names: Vec<_> = around.map(|&joint| joints[joint].own.name.as_str()).collect();
     let message = format!("mimic joints form a cycle: {}", listed(&names));
     joints[joint].mimic.as_ref().map_or(joints[joint].at, |mimic| mimic.joint.at).error(message)
 }

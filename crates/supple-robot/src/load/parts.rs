@@ -2,7 +2,7 @@
 
 use super::warnings::Warnings;
 use super::xml::Element;
-use crate::{Inertia, JointKind, Limits, Mesh, Pose};
+use crate::{Inertia, Joint, JointKind, Mesh, Pose};
 
 /// A robot in parts, as a file names them.
 pub(super) struct Parts<'a> {
@@ -41,24 +41,15 @@ pub(super) struct Reference<'a> {
     pub(super) name: String,
 }
 
-/// A joint between named links. Numbers as in [`Joint`]; the axis may have any length but 0.
+/// A joint between named links.
 pub(super) struct JointPart<'a> {
+    /// Where it stands.
     pub(super) at: Element<'a>,
-    pub(super) name: String,
-    pub(super) kind: JointKind,
     pub(super) parent: Reference<'a>,
     pub(super) child: Reference<'a>,
-    pub(super) origin: Pose,
-    pub(super) child_pose: Pose,
-    pub(super) axis: [f64; 3],
-    pub(super) reference: f64,
-    pub(super) damping: f64,
-    pub(super) friction: f64,
-    pub(super) armature: f64,
-    pub(super) stiffness: f64,
-    pub(super) rest: f64,
-    pub(super) limits: Limits,
     pub(super) mimic: Option<MimicPart<'a>>,
+    /// All else of it; the axis may have any length but 0.
+    pub(super) own: Joint,
 }
 
 /// `position = ratio * position of the named joint + offset`
@@ -83,7 +74,7 @@ pub(super) struct FramePart<'a> {
 }
 
 impl<'a> JointPart<'a> {
-    /// A joint at the origins of its links, about x, without limits and free of forces.
+    /// A [free](Joint::free) joint.
     pub(super) fn new(
         at: Element<'a>,
         name: &str,
@@ -91,24 +82,8 @@ impl<'a> JointPart<'a> {
         parent: Reference<'a>,
         child: Reference<'a>,
     ) -> Self {
-        Self {
-            at,
-            name: name.to_owned(),
-            kind,
-            parent,
-            child,
-            origin: Pose::IDENTITY,
-            child_pose: Pose::IDENTITY,
-            axis: [1.0, 0.0, 0.0],
-            reference: 0.0,
-            damping: 0.0,
-            friction: 0.0,
-            armature: 0.0,
-            stiffness: 0.0,
-            rest: 0.0,
-            limits: Limits::default(),
-            mimic: None,
-        }
+        let own = Joint { line: at.line(), ..Joint::free(name.to_owned(), kind, 0) };
+        Self { at, parent, child, mimic: None, own }
     }
 }
 

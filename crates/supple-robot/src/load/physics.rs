@@ -79,29 +79,29 @@ fn small(number: f64) -> bool {
 /// # Errors
 /// Where a number cannot be.
 pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
-    for pose in [&joint.origin, &joint.child_pose] {
+    for pose in [&joint.own.origin, &joint.own.child_pose] {
         if !pose.position.into_iter().all(small) {
             return Err(joint.at.error(format!("positions must be below {GREATEST:e} m")));
         }
     }
-    if joint.kind == JointKind::Fixed {
-        joint.axis = [1.0, 0.0, 0.0];
-        joint.limits = Limits::default();
-        (joint.damping, joint.friction, joint.armature, joint.stiffness) = (0.0, 0.0, 0.0, 0.0);
-        (joint.reference, joint.rest) = (0.0, 0.0);
+    if joint.own.kind == JointKind::Fixed {
+        joint.own.axis = [1.0, 0.0, 0.0];
+        joint.own.limits = Limits::default();
+        (joint.own.damping, joint.own.friction, joint.own.armature, joint.own.stiffness) = (0.0, 0.0, 0.0, 0.0);
+        (joint.own.reference, joint.own.rest) = (0.0, 0.0);
         return Ok(());
     }
-    joint.axis = unit(joint.axis).ok_or_else(|| {
-        let [x, y, z] = joint.axis.map(digits);
+    joint.own.axis = unit(joint.own.axis).ok_or_else(|| {
+        let [x, y, z] = joint.own.axis.map(digits);
         joint.at.error_about("axis", format!("the axis must be non-zero; found {x} {y} {z}"))
     })?;
     for (name, number, greatest) in [
-        ("damping", joint.damping, GREATEST),
-        ("friction", joint.friction, GREATEST),
-        ("armature", joint.armature, GREATEST),
-        ("stiffness", joint.stiffness, GREATEST),
-        ("velocity", joint.limits.velocity, f64::INFINITY),
-        ("effort", joint.limits.effort, f64::INFINITY),
+        ("damping", joint.own.damping, GREATEST),
+        ("friction", joint.own.friction, GREATEST),
+        ("armature", joint.own.armature, GREATEST),
+        ("stiffness", joint.own.stiffness, GREATEST),
+        ("velocity", joint.own.limits.velocity, f64::INFINITY),
+        ("effort", joint.own.limits.effort, f64::INFINITY),
     ] {
         if !(0.0..=greatest).contains(&number) {
             let most = if greatest.is_finite() { format!(" and at most {greatest:e}") } else { String::new() };
@@ -110,13 +110,13 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
         }
     }
     let (ratio, offset) = joint.mimic.as_ref().map_or((0.0, 0.0), |mimic| (mimic.ratio, mimic.offset));
-    if ![joint.reference, joint.rest, ratio, offset].into_iter().all(small) {
+    if ![joint.own.reference, joint.own.rest, ratio, offset].into_iter().all(small) {
         return Err(joint.at.error(format!("positions, ratios and offsets must be below {GREATEST:e}")));
     }
-    if joint.kind == JointKind::Continuous {
-        (joint.limits.lower, joint.limits.upper) = (f64::NEG_INFINITY, f64::INFINITY);
+    if joint.own.kind == JointKind::Continuous {
+        (joint.own.limits.lower, joint.own.limits.upper) = (f64::NEG_INFINITY, f64::INFINITY);
     }
-    let Limits { lower, upper, .. } = joint.limits;
+    let Limits { lower, upper, .. } = joint.own.limits;
     if lower > upper {
         let (lower, upper) = (digits(lower), digits(upper));
         let message = format!("the lower limit {lower} is greater than the upper limit {upper}");
@@ -153,11 +153,11 @@ pub(super) fn warn_of_massless(
     let mut from_tips: Vec<_> = (0..joints.len()).collect();
     from_tips.sort_by_key(|&joint| std::cmp::Reverse(places[joint]));
     for joint in from_tips {
-        carries[ends[joint].parent] |= carries[ends[joint].child] || joints[joint].armature > 0.0;
+        carries[ends[joint].parent] |= carries[ends[joint].child] || joints[joint].own.armature > 0.0;
     }
     for (joint, ends) in joints.iter().zip(ends) {
-        let free = joint.kind != JointKind::Fixed && joint.mimic.is_none();
-        if free && !carries[ends.child] && joint.armature == 0.0 {
+        let free = joint.own.kind != JointKind::Fixed && joint.mimic.is_none();
+        if free && !carries[ends.child] && joint.own.armature == 0.0 {
             let child = shown(&joint.child.name);
             warnings.note("massless", joint.at, || {
                 format!("it moves link {child} and what hangs from it, and none of them has inertia")

@@ -153,15 +153,15 @@ fn joint<'a>(at: Element<'a>, warnings: &mut Warnings) -> Result<JointPart<'a>, 
         Ok(Reference { at, name: at.required("link")?.to_owned() })
     };
     let mut joint = JointPart::new(at, &name, kind, end("parent")?, end("child")?);
-    joint.origin = origin(at)?;
+    joint.own.origin = origin(at)?;
     if let Some(axis) = at.child("axis")? {
-        joint.axis = axis.required_numbers("xyz")?;
+        joint.own.axis = axis.required_numbers("xyz")?;
     }
     if let Some(dynamics) = at.child("dynamics")? {
-        joint.damping = dynamics.number("damping")?.unwrap_or(0.0);
-        joint.friction = dynamics.number("friction")?.unwrap_or(0.0);
+        joint.own.damping = dynamics.number("damping")?.unwrap_or(0.0);
+        joint.own.friction = dynamics.number("friction")?.unwrap_or(0.0);
     }
-    joint.limits = limits(at, kind, warnings)?;
+    joint.own.limits = limits(at, kind, warnings)?;
     if let Some(mimic) = at.child("mimic")? {
         joint.mimic = Some(MimicPart {
             joint: Reference { at: mimic, name: mimic.required("joint")?.to_owned() },

@@ -1,7 +1,7 @@
 //! Robots at random: branches, slides and turns about any axis, fixed links in between, massless links, drives.
 
 use supple_kernels::Scalar;
-use supple_robot::{Inertia, Joint, JointKind, Limits, Link, Mimic, Numbers, Pose, Robot, Tree};
+use supple_robot::{Inertia, Joint, JointKind, Link, Mimic, Numbers, Pose, Robot, Tree};
 
 /// A stream of random numbers from a seed: splitmix64.
 pub struct Random(u64);
@@ -82,23 +82,7 @@ pub fn link(name: &str, inertia: Option<Inertia>) -> Link {
 
 /// A joint of that name without anything, which turns about z in the origin of its parent.
 pub fn joint(name: &str, parent: usize) -> Joint {
-    Joint {
-        name: name.to_owned(),
-        kind: JointKind::Revolute,
-        parent,
-        origin: Pose::IDENTITY,
-        child_pose: Pose::IDENTITY,
-        axis: [0.0, 0.0, 1.0],
-        reference: 0.0,
-        damping: 0.0,
-        friction: 0.0,
-        armature: 0.0,
-        stiffness: 0.0,
-        rest: 0.0,
-        limits: Limits::default(),
-        mimic: None,
-        line: 0,
-    }
+    Joint { axis: [0.0, 0.0, 1.0], ..Joint::free(name.to_owned(), JointKind::Revolute, parent) }
 }
 
 /// A robot at random. Links that carry nothing have inertia, and joints of those without have drives, so its mass

@@ -205,7 +205,7 @@ pub fn four_digits(value: f64) -> f64 {
     supple_text::significant(value, 4)
 }
 
-/// A number with six four_digits, without a sign where it is 0.
+/// A number with six digits, without a sign where it is 0.
 pub fn plain(value: f64) -> f64 {
     if value.abs() < 1e-9 { 0.0 } else { supple_text::significant(value, 6) }
 }

@@ -1,6 +1,6 @@
 //! Quadratic forms of states and controls in many digits, without their controls.
 
-use super::matrix::Matrix;
+use super::matrix::{Matrix, by_rows};
 use super::wide::Wide;
 
 /// A symmetric matrix: its lower triangle is kept.
@@ -10,18 +10,9 @@ pub(super) struct Symmetric<const K: usize> {
     entries: Vec<Wide<K>>,
 }
 
-/// The entries of a lower triangle by rows.
-fn lower_rows<const K: usize>(n: usize, entry: &dyn Fn(usize, usize) -> Wide<K>) -> Vec<Wide<K>> {
-    let mut entries = Vec::with_capacity(n * (n + 1) / 2);
-    for i in 0..n {
-        entries.extend((0..=i).map(|j| entry(i, j)));
-    }
-    entries
-}
-
 impl<const K: usize> Symmetric<K> {
     pub fn from_fn(n: usize, entry: impl Fn(usize, usize) -> Wide<K>) -> Self {
-        Self { n, entries: lower_rows(n, &entry) }
+        Self { n, entries: by_rows(&mut (1..=n), &entry) }
     }
 
     /// The mean of a matrix and its transpose.

@@ -1,5 +1,7 @@
 //! Matrices of intervals, and what proofs need of them.
 
+use std::iter::repeat_n;
+
 use super::interval::Interval;
 use supple_kernels::math;
 
@@ -19,18 +21,19 @@ pub(crate) struct Enclosure {
     pub entries: Vec<Interval>,
 }
 
-/// The entries of a matrix by rows. Proofs make dozens of matrices, so this is compiled once for all of them.
-pub(super) fn by_rows<T>(rows: usize, cols: usize, entry: &dyn Fn(usize, usize) -> T) -> Vec<T> {
-    let mut entries = Vec::with_capacity(rows * cols);
-    for i in 0..rows {
-        entries.extend((0..cols).map(|j| entry(i, j)));
+/// Entries by rows, each row with the length that `lengths` gives. Proofs make dozens of matrices, so this is compiled once
+/// for all of them.
+pub(super) fn by_rows<T>(lengths: &mut dyn Iterator<Item = usize>, entry: &dyn Fn(usize, usize) -> T) -> Vec<T> {
+    let mut entries = Vec::new();
+    for (i, length) in lengths.enumerate() {
+        entries.extend((0..length).map(|j| entry(i, j)));
     }
     entries
 }
 
 impl Matrix {
     pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
-        Self { rows, cols, entries: by_rows(rows, cols, &entry) }
+        Self { rows, cols, entries: by_rows(&mut repeat_n(cols, rows), &entry) }
     }
 
     pub fn identity(n: usize) -> Self {
@@ -95,7 +98,7 @@ impl Matrix {
 
 impl Enclosure {
     pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> Interval) -> Self {
-        Self { rows, cols, entries: by_rows(rows, cols, &entry) }
+        Self { rows, cols, entries: by_rows(&mut repeat_n(cols, rows), &entry) }
     }
 
     pub fn at(&self, i: usize, j: usize) -> Interval {

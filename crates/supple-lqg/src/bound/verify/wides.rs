@@ -1,5 +1,7 @@
 //! Matrices of numbers of many digits.
 
+use std::iter::repeat_n;
+
 use super::interval::Interval;
 use super::matrix::{Enclosure, Matrix, by_rows};
 use super::wide::Wide;
@@ -14,7 +16,7 @@ pub(crate) struct Wides<const K: usize> {
 
 impl<const K: usize> Wides<K> {
     pub fn from_fn(rows: usize, cols: usize, entry: impl Fn(usize, usize) -> Wide<K>) -> Self {
-        Self { rows, cols, entries: by_rows(rows, cols, &entry) }
+        Self { rows, cols, entries: by_rows(&mut repeat_n(cols, rows), &entry) }
     }
 
     pub fn new(a: &Matrix) -> Self {

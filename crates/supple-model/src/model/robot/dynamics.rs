@@ -18,9 +18,7 @@ impl Robot {
         let now = Situation::of(&self.bodies, at);
         match self.integrator {
             Integrator::SemiImplicit => now,
-            Integrator::Implicit if self.has_friction() => {
-                now.sliding_at(self.sliding_rates(at)).at_end(a, self.sees_frames())
-            }
+            Integrator::Implicit if self.has_friction() => self.sliding(now).at_end(a, self.sees_frames()),
             Integrator::Implicit => now.at_end(a, self.sees_frames()),
         }
     }
@@ -30,21 +28,24 @@ impl Robot {
         self.compliance.iter().any(|element| !element.kind.frames().is_empty())
     }
 
-    /// The rates to which friction slows each degree of freedom in an implicit step, as if it moved alone (theory,
-    /// equation R.23): friction that resists as at the rates at the beginning would hold what breaks away within the step.
-    fn sliding_rates<S: Native>(&self, at: &Point<S>) -> Vec<S> {
-        let mut now = Situation::of(&self.bodies, at);
+    /// The same, with friction that resists as at the rates to which it slows each degree of freedom in an implicit step, as
+    /// if that moved alone (theory, equation R.23): at the rates of the beginning it would hold what breaks away within the
+    /// step.
+    fn sliding<'a, S: Native>(&self, mut now: Situation<'a, S>) -> Situation<'a, S> {
+        let numbers = now.numbers.clone();
         let friction = dry_friction(&self.bodies.tree, &now.numbers);
         now.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
         let still = vec![S::zero(); self.positions().1];
-        let now = now.at_end(&still, self.sees_frames());
+        now = now.at_end(&still, self.sees_frames());
         let (inertia, needed) = (self.inertia(&now), self.unbalanced(&now, &still));
-        let (lead, smoothing) = (now.lead(), self.friction_speed(at));
+        let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let slowed = |(dof, &friction): (usize, &S)| {
             let mobility = lead / inertia[dof][dof];
             sliding_rate(now.v()[dof] - mobility * needed[dof], mobility * friction, smoothing)
         };
-        friction.iter().enumerate().map(slowed).collect()
+        let rates = friction.iter().enumerate().map(slowed).collect();
+        now.numbers = numbers;
+        now.sliding_at(rates)
     }
 
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.

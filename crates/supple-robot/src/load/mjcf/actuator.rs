@@ -22,7 +22,7 @@ impl<'a> Reader<'a, '_> {
     /// # Errors
     /// Where a number is not valid, a joint is not known, or a name is used twice.
     pub(super) fn read_actuators(&mut self, root: Element<'a>) -> Result<(), FileError> {
-        let joints = self.parts.joints.iter().enumerate().map(|(i, joint)| (joint.name.clone(), i));
+        let joints = self.parts.joints.iter().enumerate().map(|(i, joint)| (joint.own.name.clone(), i));
         let joints: HashMap<_, _> = joints.collect();
         for at in root.all("actuator").flat_map(Element::children) {
             if ACTUATORS.split_ascii_whitespace().all(|tag| tag != at.tag()) {
@@ -85,7 +85,7 @@ impl<'a> Reader<'a, '_> {
             return Err(at.error("it acts on nothing").with_help("name the joint that it drives: `joint`"));
         };
         let Some(&joint) = joints.get(target) else {
-            let known: Vec<_> = self.moving().map(|joint| joint.name.as_str()).collect();
+            let known: Vec<_> = self.moving().map(|joint| joint.own.name.as_str()).collect();
             let message = format!("there is no joint {}; known are {}", shown(target), listed(&known));
             let error = at.error_at(attribute, message);
             return Err(FileError { help: near(target, &known), ..error });
@@ -113,7 +113,7 @@ impl<'a> Reader<'a, '_> {
 
     /// Joints that move, in the order of the file.
     pub(super) fn moving(&self) -> impl Iterator<Item = &super::super::parts::JointPart<'a>> {
-        self.parts.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
+        self.parts.joints.iter().filter(|joint| joint.own.kind != JointKind::Fixed)
     }
 
     /// The range of an actuator's control, which may be that of its joint.
@@ -124,7 +124,7 @@ impl<'a> Reader<'a, '_> {
         if inherited <= 0.0 || !matches!(values.at.tag(), "position" | "general") {
             return Ok(own.unwrap_or(free));
         }
-        let limits = self.parts.joints[joint].limits;
+        let limits = self.parts.joints[joint].own.limits;
         if own.is_some() {
             return Err(values.error("inheritrange", "the range is given by `ctrlrange` or by `inheritrange`"));
         }
@@ -141,8 +141,8 @@ impl<'a> Reader<'a, '_> {
         let armature = square * values.number("armature")?.unwrap_or(0.0);
         let damping = square * super::joint::linear(values, "damping")?;
         let joint = &mut self.parts.joints[joint];
-        joint.armature += armature;
-        joint.damping += damping;
+        joint.own.armature += armature;
+        joint.own.damping += damping;
         Ok(())
     }
 
@@ -152,7 +152,7 @@ impl<'a> Reader<'a, '_> {
         let mut taken: std::collections::HashSet<String> = kept.iter().map(|actuator| actuator.name.clone()).collect();
         let numbers: Vec<_> = (0..places.len()).filter(|&number| places[number].is_some()).collect();
         for (actuator, number) in kept.iter_mut().zip(numbers).filter(|(actuator, _)| actuator.name.is_empty()) {
-            let mut name = self.parts.joints[actuator.joint].name.clone();
+            let mut name = self.parts.joints[actuator.joint].own.name.clone();
             if taken.contains(&name) {
                 name = format!("actuator{number}");
             }

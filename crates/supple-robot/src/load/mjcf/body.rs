@@ -106,7 +106,7 @@ impl<'a> Reader<'a, '_> {
             let ends = [reference(&parent), reference(&name)];
             let [parent, child] = ends;
             let mut joint = JointPart::new(at, &format!("{name}/fixed"), JointKind::Fixed, parent, child);
-            joint.origin = placed;
+            joint.own.origin = placed;
             self.parts.joints.push(joint);
         }
         let mut last = parent;
@@ -122,7 +122,7 @@ impl<'a> Reader<'a, '_> {
             };
             let mut joint = self.joint(at, &frame, class, &joint_name, [reference(&last), reference(&link)])?;
             if i == 0 {
-                joint.origin = placed.compose(&joint.origin);
+                joint.own.origin = placed.compose(&joint.own.origin);
             }
             self.parts.joints.push(joint);
             last = link;

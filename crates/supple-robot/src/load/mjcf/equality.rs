@@ -24,7 +24,7 @@ impl<'a> Reader<'a, '_> {
     /// # Errors
     /// Where a joint is not known or follows already, the relation is not linear, or it closes a loop.
     pub(super) fn equalities(&mut self, root: Element<'a>) -> Result<(), FileError> {
-        let joints = self.parts.joints.iter().enumerate().map(|(i, joint)| (joint.name.clone(), i));
+        let joints = self.parts.joints.iter().enumerate().map(|(i, joint)| (joint.own.name.clone(), i));
         let joints: HashMap<_, _> = joints.collect();
         for at in root.all("equality").flat_map(Element::children) {
             if !KINDS.contains(&at.tag()) {
@@ -55,7 +55,7 @@ impl<'a> Reader<'a, '_> {
         let find = |attribute: &str| {
             let name = at.required(attribute)?;
             joints.get(name).copied().ok_or_else(|| {
-                let known: Vec<_> = self.parts.joints.iter().map(|joint| joint.name.as_str()).collect();
+                let known: Vec<_> = self.parts.joints.iter().map(|joint| joint.own.name.as_str()).collect();
                 let message = format!("there is no joint {}; known are {}", shown(name), listed(&known));
                 let error = at.error_at(attribute, message);
                 match near(name, &known) {
@@ -87,11 +87,12 @@ impl<'a> Reader<'a, '_> {
         }
         let (led, lead) = (&self.parts.joints[follower], &self.parts.joints[leader]);
         if let Some(first) = &led.mimic {
-            let message = format!("joint {} follows another already, at {}", shown(&led.name), first.joint.at.place());
+            let message =
+                format!("joint {} follows another already, at {}", shown(&led.own.name), first.joint.at.place());
             return Err(at.error_at("joint1", message));
         }
-        let offset = led.reference + offset - ratio * lead.reference;
-        let joint = Reference { at, name: lead.name.clone() };
+        let offset = led.own.reference + offset - ratio * lead.own.reference;
+        let joint = Reference { at, name: lead.own.name.clone() };
         self.parts.joints[follower].mimic = Some(MimicPart { joint, ratio, offset });
         Ok(())
     }

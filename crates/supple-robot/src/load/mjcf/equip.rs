@@ -25,7 +25,7 @@ impl Reader<'_, '_> {
             keys: std::mem::take(&mut self.keys),
             walls: std::mem::take(&mut self.walls),
             omitted: std::mem::take(&mut self.omitted),
-            joints: self.parts.joints.iter().map(|joint| joint.name.clone()).collect(),
+            joints: self.parts.joints.iter().map(|joint| joint.own.name.clone()).collect(),
         }
     }
 }

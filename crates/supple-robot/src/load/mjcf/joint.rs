@@ -61,20 +61,20 @@ impl<'a> Reader<'a, '_> {
         let [parent, child] = ends;
         let mut joint = JointPart::new(at, name, kind, parent, child);
         let anchor = frame.apply(values.numbers("pos")?.unwrap_or([0.0; 3]));
-        (joint.origin, joint.child_pose) = (Pose::at(anchor), Pose::at(anchor.map(|entry| 0.0 - entry)));
-        joint.axis = frame.rotate(values.numbers("axis")?.unwrap_or([0.0, 0.0, 1.0]));
+        (joint.own.origin, joint.own.child_pose) = (Pose::at(anchor), Pose::at(anchor.map(|entry| 0.0 - entry)));
+        joint.own.axis = frame.rotate(values.numbers("axis")?.unwrap_or([0.0, 0.0, 1.0]));
         let number = |name| Ok(values.number(name)?.unwrap_or(0.0));
-        (joint.reference, joint.rest) = (unit * number("ref")?, unit * number("springref")?);
-        (joint.armature, joint.friction) = (number("armature")?, number("frictionloss")?);
-        (joint.damping, joint.stiffness) = (linear(&values, "damping")?, linear(&values, "stiffness")?);
+        (joint.own.reference, joint.own.rest) = (unit * number("ref")?, unit * number("springref")?);
+        (joint.own.armature, joint.own.friction) = (number("armature")?, number("frictionloss")?);
+        (joint.own.damping, joint.own.stiffness) = (linear(&values, "damping")?, linear(&values, "stiffness")?);
         if values.numbers("springdamper")?.is_some_and(|given: [f64; 2]| given != [0.0; 2]) {
             let message = "`springdamper` is not supported: it depends on the inertia of the whole robot";
             return Err(values.error("springdamper", message).with_help("give `stiffness` and `damping`"));
         }
         if let Some([lower, upper]) = range {
-            joint.limits = Limits { lower, upper, ..joint.limits };
+            joint.own.limits = Limits { lower, upper, ..joint.own.limits };
         }
-        joint.limits.effort = self.effort(&values)?;
+        joint.own.limits.effort = self.effort(&values)?;
         Ok(joint)
     }
 

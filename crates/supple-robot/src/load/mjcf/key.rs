@@ -36,10 +36,10 @@ impl<'a> Reader<'a, '_> {
                 return Err(at.error_at("name", message));
             }
             let moving: Vec<_> =
-                (0..self.parts.joints.len()).filter(|&i| self.parts.joints[i].kind != JointKind::Fixed).collect();
+                (0..self.parts.joints.len()).filter(|&i| self.parts.joints[i].own.kind != JointKind::Fixed).collect();
             let mut key = Key {
                 name,
-                positions: self.parts.joints.iter().map(|joint| joint.reference).collect(),
+                positions: self.parts.joints.iter().map(|joint| joint.own.reference).collect(),
                 velocities: vec![0.0; self.parts.joints.len()],
                 controls: vec![0.0; self.actuators.kept.len()],
                 line: at.line(),

@@ -63,14 +63,14 @@ impl<'a> Reader<'a, '_> {
     }
 
     fn known(&self) -> Known<'_> {
-        let joints = self.parts.joints.iter().enumerate().filter(|(_, joint)| joint.kind != JointKind::Fixed);
+        let joints = self.parts.joints.iter().enumerate().filter(|(_, joint)| joint.own.kind != JointKind::Fixed);
         let centered = |center: [f64; 3]| center == [0.0; 3];
         let bodies = self.parts.links.iter().map(|link| {
             let at_origin = link.inertia.as_ref().is_none_or(|(inertia, _)| centered(inertia.center));
             (link.name.as_str(), at_origin)
         });
         Known {
-            joints: joints.map(|(i, joint)| (joint.name.as_str(), i)).collect(),
+            joints: joints.map(|(i, joint)| (joint.own.name.as_str(), i)).collect(),
             bodies: bodies.collect(),
             sites: self.parts.frames.iter().map(|frame| frame.name.as_str()).collect(),
         }

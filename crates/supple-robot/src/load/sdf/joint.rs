@@ -64,8 +64,8 @@ impl Reader<'_> {
         let end = |reference: Reference<'a>, link: &str| Reference { at: reference.at, name: link.to_owned() };
         let (parent, child) = (end(parent, parent_link), end(child, frames.name(child_link)));
         let mut joint = JointPart::new(at, frames.name(node), kind, parent, child);
-        joint.origin = origin;
-        joint.child_pose = frames.between(node, child_link);
+        joint.own.origin = origin;
+        joint.own.child_pose = frames.between(node, child_link);
         match at.child("axis")? {
             Some(axis) if kind != JointKind::Fixed => self.axis(axis, node, frames, &mut joint)?,
             None if kind != JointKind::Fixed => return Err(at.error("a joint that moves must have an `axis`")),
@@ -86,7 +86,7 @@ impl Reader<'_> {
             pass_over(element, &AXIS, &AXIS_IGNORED, &mut self.warnings);
         }
         let xyz = at.required_child("xyz")?;
-        joint.axis = xyz.content_numbers()?;
+        joint.own.axis = xyz.content_numbers()?;
         let in_model = at.child("use_parent_model_frame")?.map(flag).transpose()?;
         let expressed_in = match xyz.attribute("expressed_in").filter(|name| !name.is_empty()) {
             Some(name) => Some(frames.find(&Reference { at: xyz, name: name.to_owned() })?),
@@ -94,21 +94,21 @@ impl Reader<'_> {
             None => None,
         };
         if let Some(frame) = expressed_in {
-            joint.axis = frames.between(node, frame).rotate(joint.axis);
+            joint.own.axis = frames.between(node, frame).rotate(joint.own.axis);
         }
         if let Some(dynamics) = at.child("dynamics")? {
             let value = |tag| Ok(number(dynamics, tag)?.unwrap_or(0.0));
-            (joint.damping, joint.friction) = (value("damping")?, value("friction")?);
-            (joint.stiffness, joint.rest) = (value("spring_stiffness")?, value("spring_reference")?);
+            (joint.own.damping, joint.own.friction) = (value("damping")?, value("friction")?);
+            (joint.own.stiffness, joint.own.rest) = (value("spring_stiffness")?, value("spring_reference")?);
         }
         if let Some(limit) = at.child("limit")? {
-            joint.limits = limits(limit)?;
+            joint.own.limits = limits(limit)?;
         }
-        let Limits { lower, upper, .. } = joint.limits;
+        let Limits { lower, upper, .. } = joint.own.limits;
         let limited = lower.is_finite() || upper.is_finite();
-        if joint.kind == JointKind::Revolute && !limited {
-            joint.kind = JointKind::Continuous;
-        } else if joint.kind == JointKind::Continuous && limited {
+        if joint.own.kind == JointKind::Revolute && !limited {
+            joint.own.kind = JointKind::Continuous;
+        } else if joint.own.kind == JointKind::Continuous && limited {
             self.warnings.note("continuous", at, || {
                 "a continuous joint has no `lower` and `upper`, and they are ignored".to_owned()
             });

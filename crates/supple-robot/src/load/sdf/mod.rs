@@ -232,7 +232,7 @@ impl Reader<'_> {
             let reference = |name: &str| Reference { at, name: name.to_owned() };
             let named = format!("{WORLD}/{name}");
             let mut joint = JointPart::new(at, &named, JointKind::Fixed, reference(WORLD), reference(name));
-            joint.origin = in_world(root);
+            joint.own.origin = in_world(root);
             parts.joints.push(joint);
         }
         parts.links.insert(0, LinkPart { at: model, name: WORLD.to_owned(), inertia: None, meshes: Vec::new() });
