@@ -34,55 +34,100 @@ pub fn depends(outputs: &[Node], variable: Node) -> bool {
 ///
 /// The nodes `wrt` are variables: each counts as independent of the others, even where the graph makes it of them.
 pub fn vjp(outputs: &[(Node, Node)], wrt: &[Node]) -> Vec<Node> {
-    let zero = Node::constant(0.0);
-    let active = dependents(outputs.iter().map(|&(output, _)| output), wrt);
-    let mut adjoint = vec![zero; active.len()];
-    for &(output, cotangent) in outputs {
-        adjoint[output.index()] += cotangent;
-    }
-    let leaf = marks(active.len(), wrt.iter().copied());
-    for i in (0..active.len()).rev() {
-        if active[i] && !leaf[i] && !adjoint[i].is_zero() {
-            propagate(Node(i as u32), adjoint[i], &active, &mut adjoint);
-        }
-    }
-    wrt.iter().map(|node| adjoint.get(node.index()).copied().unwrap_or(zero)).collect()
+    Reverse::new(outputs.iter().map(|&(output, _)| output), wrt).gradient(outputs)
 }
 
-/// Adds the adjoint `g` of a node to those of its operands.
-fn propagate(node: Node, g: Node, active: &[bool], adjoint: &mut [Node]) {
-    let mut give = |to: Node, share: &dyn Fn() -> Node| {
-        if active[to.index()] {
-            adjoint[to.index()] += share();
+/// The matrix whose rows are the derivatives of each of `outputs` by `wrt`, by reverse differentiation as in [`vjp`].
+pub fn jacobian(outputs: &[Node], wrt: &[Node]) -> Vec<Vec<Node>> {
+    let mut reverse = Reverse::new(outputs.iter().copied(), wrt);
+    outputs.iter().map(|&output| reverse.gradient(&[(output, Node::one())])).collect()
+}
+
+/// Reverse differentiation of some outputs by the same variables, one gradient after the other: each takes as long as what
+/// its outputs are made of, not as the whole graph.
+struct Reverse<'a> {
+    wrt: &'a [Node],
+    active: Vec<bool>,
+    leaf: Vec<bool>,
+    /// Of every node; 0 between two gradients.
+    adjoint: Vec<Node>,
+    /// A bit for every node whose adjoint is not 0.
+    reached: Vec<u64>,
+}
+
+impl<'a> Reverse<'a> {
+    fn new(outputs: impl Iterator<Item = Node>, wrt: &'a [Node]) -> Self {
+        let active = dependents(outputs, wrt);
+        let len = active.len();
+        let leaf = marks(len, wrt.iter().copied());
+        Self { wrt, active, leaf, adjoint: vec![Node::zero(); len], reached: vec![0; len.div_ceil(64)] }
+    }
+
+    fn gradient(&mut self, outputs: &[(Node, Node)]) -> Vec<Node> {
+        for &(output, cotangent) in outputs {
+            self.give(output, || cotangent);
         }
-    };
-    match node.op() {
-        Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) => {}
-        Op::Add(a, b) => {
-            give(a, &|| g);
-            give(b, &|| g);
+        let mut leaves = Vec::new();
+        // Operands come before what is made of them, so that a node is reached only from words not left yet.
+        for word in (0..self.reached.len()).rev() {
+            while let Some(bit) = self.reached[word].checked_ilog2() {
+                self.reached[word] &= !(1 << bit);
+                let i = 64 * word + bit as usize;
+                if self.leaf[i] {
+                    leaves.push(i);
+                    continue;
+                }
+                let g = std::mem::replace(&mut self.adjoint[i], Node::zero());
+                if !g.is_zero() {
+                    self.propagate(Node(i as u32), g);
+                }
+            }
         }
-        Op::Sub(a, b) => {
-            give(a, &|| g);
-            give(b, &|| -g);
+        let gradient = self.wrt.iter().map(|node| self.adjoint.get(node.index()).copied().unwrap_or(Node::zero()));
+        let gradient = gradient.collect();
+        leaves.into_iter().for_each(|i| self.adjoint[i] = Node::zero());
+        gradient
+    }
+
+    /// Adds a share to the adjoint of a node that depends on a variable.
+    fn give(&mut self, to: Node, share: impl FnOnce() -> Node) {
+        let i = to.index();
+        if self.active[i] {
+            self.adjoint[i] += share();
+            self.reached[i / 64] |= 1 << (i % 64);
         }
-        Op::Mul(a, b) => {
-            give(a, &|| g * b);
-            give(b, &|| g * a);
-        }
-        Op::Atan2(y, x) => {
-            let scaled = g / (y * y + x * x);
-            give(y, &|| scaled * x);
-            give(x, &|| -(scaled * y));
-        }
-        Op::Select(condition, positive, otherwise) => {
-            give(positive, &|| condition.select(g, Node::zero()));
-            give(otherwise, &|| condition.select(Node::zero(), g));
-        }
-        Op::Opaque(a, _) => give(a, &|| g),
-        op => {
-            if let Some((a, slope)) = slope(node, op) {
-                give(a, &|| g * slope);
+    }
+
+    /// Adds the adjoint `g` of a node to those of its operands.
+    fn propagate(&mut self, node: Node, g: Node) {
+        match node.op() {
+            Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) => {}
+            Op::Add(a, b) => {
+                self.give(a, || g);
+                self.give(b, || g);
+            }
+            Op::Sub(a, b) => {
+                self.give(a, || g);
+                self.give(b, || -g);
+            }
+            Op::Mul(a, b) => {
+                self.give(a, || g * b);
+                self.give(b, || g * a);
+            }
+            Op::Atan2(y, x) => {
+                let scaled = g / (y * y + x * x);
+                self.give(y, || scaled * x);
+                self.give(x, || -(scaled * y));
+            }
+            Op::Select(condition, positive, otherwise) => {
+                self.give(positive, || condition.select(g, Node::zero()));
+                self.give(otherwise, || condition.select(Node::zero(), g));
+            }
+            Op::Opaque(a, _) => self.give(a, || g),
+            op => {
+                if let Some((a, slope)) = slope(node, op) {
+                    self.give(a, || g * slope);
+                }
             }
         }
     }

@@ -15,7 +15,7 @@ mod program;
 mod run;
 mod schedule;
 
-pub use derive::{depends, tangent, vjp};
+pub use derive::{depends, jacobian, tangent, vjp};
 pub use function::{Function, call};
 pub use node::{Node, record};
 pub use program::{Program, Target};

@@ -289,7 +289,7 @@ impl<M: Model> System for Authored<M> {
         scratch: &mut Scratch,
     ) {
         let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
-        if unknowns > MOST_UNKNOWNS {
+        if self.has_costly_curvature() {
             let responses = self.program(&self.programs.responses, |r| r.responses());
             let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
             let affine = *self.programs.affine_in_controls.get_or_init(|| self.recorder().is_affine_in_controls());
@@ -300,6 +300,10 @@ impl<M: Model> System for Authored<M> {
         let sources = [at.states.into(), at.controls.into(), after(costates)];
         let batch = Batch { first: 0, count: at.stages };
         program.run(batch, (&sources, phi), (Some(out), &mut []), scratch);
+    }
+
+    fn has_costly_curvature(&self) -> bool {
+        self.model.unknowns() > MOST_UNKNOWNS
     }
 
     fn has_smooth_gauss_newton(&self) -> bool {

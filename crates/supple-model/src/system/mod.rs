@@ -237,6 +237,11 @@ pub trait System: Send + Sync {
         scratch: &mut Scratch,
     );
 
+    /// Whether [`System::add_dynamics_curvature`] takes as long as several linearisations.
+    fn has_costly_curvature(&self) -> bool {
+        false
+    }
+
     /// Whether [`System::contract`] takes Gauss-Newton curvature, which it then is smooth in point and parameters.
     fn has_smooth_gauss_newton(&self) -> bool {
         false

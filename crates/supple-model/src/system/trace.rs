@@ -1,4 +1,4 @@
-use supple_kernels::graph::{Node, vjp};
+use supple_kernels::graph::{Node, jacobian};
 use supple_kernels::{Ldl, Scalar};
 
 use crate::cost::Cost;
@@ -27,11 +27,6 @@ pub(super) struct Trace<'a, M> {
     /// `z = (x, u)`.
     pub z: Vec<Node>,
     pub phi: Vec<Node>,
-}
-
-/// The matrix of nodes whose rows are the derivatives of each of `outputs` by `wrt`.
-pub(super) fn jacobian(outputs: &[Node], wrt: &[Node]) -> Vec<Vec<Node>> {
-    outputs.iter().map(|&output| vjp(&[(output, Node::one())], wrt)).collect()
 }
 
 /// `sum a_i b_i`

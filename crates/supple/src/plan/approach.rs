@@ -1,6 +1,7 @@
 //! Contacts found from afar, and friction overcome (theory, section "Finding contact").
 
 use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Policy;
 use supple_model::system::System;
 use supple_model::{ContactState, Trajectory};
 
@@ -40,8 +41,9 @@ pub(crate) fn approach(
     let states = |x: &[f64]| task.system.contact_states(x, phi);
     let mut widening = Widening::of(&states(found.trajectory.states.vector(0)));
     let mut friction = Slowing::default();
-    let loose = PlanSettings { tolerance: settings.tolerance.max(TOLERANCE), ..settings.clone() };
-    let mut kept: Option<Plan> = None;
+    let newton = settings.newton && !wide.has_costly_curvature();
+    let loose = PlanSettings { tolerance: settings.tolerance.max(TOLERANCE), newton, ..settings.clone() };
+    let mut kept: Option<Kept> = None;
     let mut apart = false;
     let mut iterations = 0;
     for _ in 0..STAGES {
@@ -64,7 +66,7 @@ pub(crate) fn approach(
         if !planned {
             break;
         }
-        kept = Some(found.clone());
+        kept = Some(Kept { trajectory: found.trajectory.clone(), policy: found.policy.clone() });
         let left = clearance_left(&found.trajectory, states);
         if left > 0.0 && !apart {
             // A contact that is hardly felt pulls a search to it only if that does not end early.
@@ -80,9 +82,15 @@ pub(crate) fn approach(
     kept.map(|kept| (kept.trajectory.controls, iterations))
 }
 
+/// What is needed of a plan to follow it.
+struct Kept {
+    trajectory: Trajectory,
+    policy: Policy,
+}
+
 /// Controls for a problem that differs little from that of another plan: those that keep to its trajectory by its feedback,
 /// or its own where these lead nowhere.
-fn follow(problem: NominalProblem, kept: &Plan, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
+fn follow(problem: NominalProblem, kept: &Kept, found: &mut Plan, work: &mut PlanWorkspace, scratch: &mut Scratch) {
     let around = (problem.system, problem.phi, problem.bounds);
     let law = (&kept.policy, 0.0);
     let cost = rollout_within(around, &kept.trajectory, law, &mut work.candidate, scratch);

@@ -140,6 +140,10 @@ impl System for Augmented<'_> {
         self.system.add_dynamics_curvature(at, phi, costates, out, scratch);
     }
 
+    fn has_costly_curvature(&self) -> bool {
+        self.system.has_costly_curvature()
+    }
+
     fn has_smooth_gauss_newton(&self) -> bool {
         self.system.has_smooth_gauss_newton()
     }

@@ -11,6 +11,8 @@ use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollo
 const CURVATURE_HALVINGS: usize = 5;
 /// Halvings of a Newton step at most: more of them, and Gauss-Newton does better.
 const NEWTON_HALVINGS: usize = 3;
+/// Logarithm, base 2, of how many times as long a search waits after costly second derivatives were of no use.
+const COSTLY_WAIT: u32 = 2;
 /// Below this share of the curvature regularisation is dropped.
 const LEAST_MU: f64 = 1e-6;
 
@@ -39,7 +41,8 @@ pub(super) fn minimise(
     scratch: &mut Scratch,
 ) -> PlanStatus {
     let close = matches!(patience, Patience::Close | Patience::Continued);
-    let (deadline, newton) = (work.deadline, Readiness { close, ..Readiness::default() });
+    let (deadline, costly) = (work.deadline, problem.system.has_costly_curvature());
+    let newton = Readiness { close, costly, ..Readiness::default() };
     descend(&mut Search { problem, settings, patience, plan, work, scratch, newton }, settings, deadline)
 }
 
@@ -58,6 +61,8 @@ struct Search<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Readiness {
     close: bool,
+    /// Whether they take as long as several iterations without them.
+    costly: bool,
     failures: u32,
     wait: usize,
 }
@@ -69,7 +74,8 @@ impl Readiness {
 
     fn tried(&mut self, succeeded: bool) {
         self.failures = if succeeded { 0 } else { self.failures + 1 };
-        self.wait = if succeeded { 0 } else { (1 << self.failures.min(5)) - 1 };
+        let longer = if self.costly { COSTLY_WAIT } else { 0 };
+        self.wait = if succeeded { 0 } else { (1 << (self.failures + longer).min(5)) - 1 };
     }
 }
 
@@ -138,7 +144,9 @@ impl Descent for Search<'_> {
 
     /// A step with second derivatives, or as large a part of them as serves, where it is time for them.
     fn refine(&mut self) -> Option<Step> {
-        let ready = self.settings.newton && self.newton.is_ready();
+        let on_the_way = matches!(self.patience, Patience::Little | Patience::Continued);
+        let worth_it = self.settings.newton && !(on_the_way && self.newton.costly);
+        let ready = worth_it && self.newton.is_ready();
         self.newton.wait = self.newton.wait.saturating_sub(1);
         if !ready {
             return None;

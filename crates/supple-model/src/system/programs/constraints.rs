@@ -1,14 +1,14 @@
 //! Excesses of the limits that plans keep, and their derivatives.
 
 use supple_kernels::Scalar;
-use supple_kernels::graph::{Node, Program, record, tangent, vjp};
+use supple_kernels::graph::{Node, Program, jacobian, record, tangent, vjp};
 use supple_kernels::padded;
 
 use super::{Outputs, Recorder, add, set, sum, vector, weigh};
 use crate::Model;
 use crate::followed::{Ends, LimitEnd};
 use crate::quantity::Quantity;
-use crate::system::trace::{Trace, entries, jacobian};
+use crate::system::trace::{Trace, entries};
 
 /// Numbers of the sources that these programs read beside state and control.
 pub(in crate::system) mod excess_source {

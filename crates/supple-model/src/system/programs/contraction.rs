@@ -1,12 +1,12 @@
 //! Gradients of numbers that depend on the knots, given their adjoints.
 
-use supple_kernels::graph::{Node, Program, record, vjp};
+use supple_kernels::graph::{Node, Program, jacobian, record, vjp};
 use supple_kernels::padded;
 
 use super::{Outputs, Recorder, add, sum};
 use crate::Model;
 use crate::system::Curvature;
-use crate::system::trace::{Linearised, Trace, column, dot, jacobian, source};
+use crate::system::trace::{Linearised, Trace, column, dot, source};
 
 impl<M: Model> Recorder<'_, M> {
     /// The gradient of `<F_bar, [A B]>` (theory, equations U.6 and U.7).

@@ -1,13 +1,13 @@
 //! Second derivatives of costs and dynamics.
 
-use supple_kernels::graph::{Node, Program, Target, record, vjp};
+use supple_kernels::graph::{Node, Program, Target, jacobian, record, vjp};
 use supple_kernels::{Scalar, padded};
 
 use super::{Outputs, Recorder, add, set, weigh};
 use crate::Model;
 use crate::cost::{Cost, Weights};
 use crate::system::Curvature;
-use crate::system::trace::{Linearised, Trace, column, dot, entries, jacobian, source};
+use crate::system::trace::{Linearised, Trace, column, dot, entries, source};
 
 impl<M: Model> Recorder<'_, M> {
     /// `[l_zz | l_z]` (theory, equation P.1a): with Gauss-Newton curvature `R' nu_rr R`, `R = dr/dz`.
@@ -124,8 +124,7 @@ impl<M: Model> Recorder<'_, M> {
             let lagrangian: Vec<_> = weigh(&dynamics.next, &lambda).chain(weigh(&dynamics.residual, &mu)).collect();
             let gradient = vjp(&lagrangian, &variables);
             let moving = joint + dynamics.w.len();
-            let hessian: Vec<Vec<Node>> =
-                gradient[..moving].iter().map(|&entry| vjp(&[(entry, Node::one())], &variables)).collect();
+            let hessian = jacobian(&gradient[..moving], &variables);
             let by_unknown = |a: usize| hessian[a][joint..moving].iter().copied();
             let stride = padded(joint + 1);
             let mut outputs = Outputs::new();

@@ -1,11 +1,11 @@
 //! First derivatives of dynamics and measurement.
 
-use supple_kernels::graph::{Program, record};
+use supple_kernels::graph::{Program, jacobian, record};
 use supple_kernels::padded;
 
 use super::{Outputs, Recorder, set};
 use crate::Model;
-use crate::system::trace::{Linearised, dot, jacobian};
+use crate::system::trace::{Linearised, dot};
 
 impl<M: Model> Recorder<'_, M> {
     /// `[A B]` (theory, equation U.3)
