@@ -164,7 +164,7 @@ fn advance<D: Descent>(search: &mut D, settings: &PlanSettings, mu: &mut f64) ->
     }
     for attempt in 0..D::ATTEMPTS {
         let solved = search.solve(*mu);
-        let failure = match solved.map(|model| search_along(search, settings, model, settings.max_halvings)) {
+        let failure = match solved.map(|model| search_along(search, settings, model, (settings.max_halvings, 0))) {
             Ok(Some(step)) => {
                 *mu = search.ease(*mu, step);
                 return Ok(Some(step));
@@ -182,23 +182,26 @@ fn advance<D: Descent>(search: &mut D, settings: &PlanSettings, mu: &mut f64) ->
 }
 
 /// Accepts the longest of the halved steps that lowers the merit enough; or, where rounding hides the predicted
-/// decrease, that raises it by no more than rounding.
+/// decrease, that raises it by no more than rounding. A whole step is doubled as long as that lowers the merit further.
 pub(crate) fn search_along(
     search: &mut impl Descent,
     settings: &PlanSettings,
     model: Model,
-    halvings: usize,
+    (halvings, doublings): (usize, usize),
 ) -> Option<Step> {
     let before = search.merit();
     let resolution = 10.0 * (1e-14 * (1.0 + before.abs()));
     let mut share = 1.0;
-    for _ in 0..=halvings {
+    for tried in 0..=halvings {
         let [demanded, visible] = model.predicted(share);
         let (merit, hidden) = (search.try_share(share), visible <= resolution);
         let decrease = before - merit;
         let enough = decrease > 0.0 && decrease >= settings.sufficient_decrease * demanded;
         if merit.is_finite() && (enough || hidden && decrease >= -resolution) {
-            let step = Step { share, merit, hidden };
+            let mut step = Step { share, merit, hidden };
+            if tried == 0 {
+                lengthen(search, &mut step, (before, resolution), doublings);
+            }
             search.accept(step);
             return Some(step);
         }
@@ -207,13 +210,31 @@ pub(crate) fn search_along(
     None
 }
 
+/// Doubles a step while the merit falls, or changes by less than its resolution from what it was `before`; leaves the best
+/// as the trial.
+fn lengthen(search: &mut impl Descent, step: &mut Step, (before, resolution): (f64, f64), doublings: usize) {
+    let mut share = step.share;
+    for _ in 0..doublings {
+        share *= 2.0;
+        let merit = search.try_share(share);
+        if merit < step.merit {
+            *step = Step { share, merit, hidden: before - merit <= resolution };
+        } else if !((merit - before).abs() <= resolution) {
+            break;
+        }
+    }
+    if share != step.share {
+        search.try_share(step.share);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::time::Instant;
 
     use supple_lqg::{Decrease, Dimensions};
 
-    use super::{Descent, Model, Plan, PlanSettings, PlanStatus, Step, descend};
+    use super::{Descent, Model, Plan, PlanSettings, PlanStatus, Step, descend, search_along};
 
     /// A merit over one number, with the slope and the curvature that steps come from.
     struct Line {
@@ -319,6 +340,27 @@ mod tests {
         line = Line::new(|_| 1e9, |_| 1e-10, 1.0);
         assert_eq!(line.descend(), PlanStatus::Converged);
         assert_eq!(line.plan.iterations, 2);
+    }
+
+    #[test]
+    fn whole_steps_are_doubled_while_that_helps() {
+        let along = |line: &mut Line, slope, doublings| {
+            line.step = 1.0;
+            search_along(line, &PlanSettings::default(), Model::Slope(slope), (3, doublings))
+                .map(|step| (step.share, step.hidden))
+        };
+        let far = || Line::new(|x| (x - 9.0).powi(2), |x| 2.0 * (x - 9.0), 2.0);
+        for (doublings, share) in [(0, 1.0), (2, 4.0), (20, 8.0)] {
+            let mut line = far();
+            assert_eq!(along(&mut line, -16.0, doublings), Some((share, false)));
+            assert_eq!((line.at, line.trial), (1.0 + share, 1.0 + share));
+        }
+        // Half a step is not doubled again.
+        let mut near = Line::new(|x| (x - 1.5).powi(2), |x| 2.0 * (x - 1.5), 2.0);
+        assert_eq!(along(&mut near, -1.0, 20), Some((0.5, false)));
+        // Rounding hides what is gained at first.
+        let mut ridge = Line::new(|x| 1.0 - 1e-16 * (x - 1.0).powi(4), |_| -1e-16, 1.0);
+        assert_eq!(along(&mut ridge, -1e-16, 10), Some((1024.0, false)));
     }
 
     #[test]

@@ -13,6 +13,8 @@ const CURVATURE_HALVINGS: usize = 5;
 const NEWTON_HALVINGS: usize = 3;
 /// Logarithm, base 2, of how many times as long a search waits after costly second derivatives were of no use.
 const COSTLY_WAIT: u32 = 2;
+/// Doublings of a Newton step at most that leaves a place where the curvature is not positive.
+const NEWTON_DOUBLINGS: usize = 20;
 /// Below this share of the curvature regularisation is dropped.
 const LEAST_MU: f64 = 1e-6;
 
@@ -159,7 +161,10 @@ impl Descent for Search<'_> {
             }
             let hessian = Some(&self.work.hessian);
             let model = sweep(self.problem, settings.regularisation.of(0.0), hessian, self.plan).ok()?;
-            search_along(self, settings, Model::Quadratic(model), settings.max_halvings.min(NEWTON_HALVINGS))
+            // Where the curvature is not positive as it is, the cost falls beyond the minimum of one made positive.
+            let doublings = if halvings > 0 { NEWTON_DOUBLINGS } else { 0 };
+            let lengths = (settings.max_halvings.min(NEWTON_HALVINGS), doublings);
+            search_along(self, settings, Model::Quadratic(model), lengths)
         });
         self.newton.tried(step.is_some());
         step
