@@ -6,6 +6,7 @@
 pub mod bound;
 mod catalogue;
 mod checksums;
+mod clipped;
 mod consistent;
 pub mod controller;
 pub mod design;
@@ -30,6 +31,7 @@ mod watch;
 mod write;
 
 pub use checksums::{CHECKSUMS, changed};
+pub use clipped::clipped;
 pub use error::StudyError;
 pub use finite::{NotFinite, not_finite};
 pub use folder::{Folder, Made};

@@ -1,11 +1,13 @@
 use supple::TrajectoryReport;
 use supple::parameters::Scale;
-use supple_study::Folder;
+use supple_study::{Folder, clipped};
 
 use super::results::{Shown, designs};
 use crate::figure::{Axis, Colour, Dash, Figure, Grid, Panel, Series, Shape, Style};
 use crate::{FigureError, words};
 
+/// The label of planned states.
+const PLAN: &str = "plan";
 /// The most states that are shown.
 const MOST: usize = 6;
 
@@ -24,9 +26,8 @@ pub fn belief(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
     let mut panels = Vec::new();
     for (row, name) in chosen(&shown).into_iter().enumerate() {
         let states: Vec<_> = shown.iter().map(|design| state(design.trajectory, &name)).collect();
-        let all: Vec<f64> = states.iter().flatten().flat_map(Series::ordinates).collect();
         let unit = unit(shown[0].trajectory, &name);
-        let y = Axis::around(words::name(&name), unit, Scale::Linear, &all);
+        let y = upright(words::name(&name), unit, &states);
         for (design, series) in shown.iter().zip(states) {
             let title = if row == 0 && columns > 1 { design.design.clone() } else { String::new() };
             let x = Axis::within("time", "s", Scale::Linear, &design.trajectory.time);
@@ -44,6 +45,22 @@ pub fn belief(folders: &[Folder], task: Option<&str>) -> Result<Figure, FigureEr
         shared_x: !single,
         shared_y: !single,
     })
+}
+
+/// The vertical axis of a state; about the plans where a run diverges, which its label then says.
+fn upright(label: String, unit: String, states: &[Vec<Series>]) -> Axis {
+    let of = |is_plan: bool| -> Vec<f64> {
+        let series = states.iter().flatten().filter(|series| (series.label.as_deref() == Some(PLAN)) == is_plan);
+        series.flat_map(Series::ordinates).collect()
+    };
+    let (plans, runs) = (of(true), of(false));
+    match clipped(&plans, &runs) {
+        Some((range, worst)) => {
+            let label = format!("{label}, clipped (run to {worst:.1e})");
+            Axis::over(label, unit, Scale::Linear, range)
+        }
+        None => Axis::around(label, unit, Scale::Linear, &[plans, runs].concat()),
+    }
 }
 
 /// The names of the states to show.
@@ -94,6 +111,28 @@ fn state(trajectory: &TrajectoryReport, name: &str) -> Vec<Series> {
         Series::named("estimate ± 2 std. dev.", Style::area(Colour::Vermilion, 0.22), band),
         Series::named("true state", Style { width: 1.3, ..Style::line(Colour::Blue) }, line(of(&sample.states))),
         Series::named("estimate ± 2 std. dev.", estimated, line(estimate)),
-        Series::named("plan", plan, line(of(&trajectory.states))),
+        Series::named(PLAN, plan, line(of(&trajectory.states))),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PLAN, upright};
+    use crate::figure::{Colour, Series, Shape, Style};
+
+    #[test]
+    fn a_run_that_diverges_does_not_flatten_the_plan() {
+        let line = |label: &str, y: Vec<f64>| {
+            Series::named(label, Style::line(Colour::Black), Shape::Line { x: vec![0.0, 1.0, 2.0], y })
+        };
+        let axis = |last: f64| {
+            let states = [vec![line("true state", vec![0.0, 1.0, last]), line(PLAN, vec![0.0, 1.0, 2.0])]];
+            upright("q".into(), "rad".into(), &states)
+        };
+        let (usual, clipped) = (axis(2.5), axis(-4.2e12));
+        assert_eq!(usual.label, "q");
+        assert!(usual.range[0] < 0.0 && (2.5..3.0).contains(&usual.range[1]), "{:?}", usual.range);
+        assert_eq!(clipped.label, "q, clipped (run to -4.2e12)");
+        assert_eq!(clipped.range, [-2.0, 4.0]);
+    }
 }
