@@ -98,9 +98,15 @@ pub fn dry_friction<S: Scalar>(tree: &Tree, numbers: &Numbers<S>) -> Vec<S> {
 /// `rate` is the rate at the end of the step without friction, and `loss`, not negative, what dry friction takes from it:
 /// the step times the friction by the inertia. With `loss = 0` it is `rate`. `smoothing` is more than 0.
 pub fn sliding_rate<S: Scalar>(rate: S, loss: S, smoothing: S) -> S {
-    let above = friction_speed(rate, smoothing) - loss;
-    let speed = (above + friction_speed(above, smoothing + smoothing)) * 0.5;
-    rate * (speed / (speed + loss))
+    rate * sliding_share(friction_speed(rate, smoothing), loss, smoothing)
+}
+
+/// The share of a rate that friction leaves of it in a step: [`sliding_rate`] of what moves in several directions, whose
+/// `speed` is the root of the squares of rate and `smoothing`.
+pub fn sliding_share<S: Scalar>(speed: S, loss: S, smoothing: S) -> S {
+    let above = speed - loss;
+    let left = (above + friction_speed(above, smoothing + smoothing)) * 0.5;
+    left / (left + loss)
 }
 
 /// `sqrt(v^2 + smoothing^2)`

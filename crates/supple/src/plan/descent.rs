@@ -219,7 +219,7 @@ fn lengthen(search: &mut impl Descent, step: &mut Step, (before, resolution): (f
         let merit = search.try_share(share);
         if merit < step.merit {
             *step = Step { share, merit, hidden: before - merit <= resolution };
-        } else if !((merit - before).abs() <= resolution) {
+        } else if (merit - before).abs() > resolution || merit.is_nan() {
             break;
         }
     }

@@ -221,3 +221,36 @@ fn an_arm_with_dry_friction_moves_alike_at_long_and_short_time_steps() {
     assert!(short.iter().any(|q| q.abs() > 0.02), "{short:?}");
     assert!(relative_error(&long, &short) < 0.06, "{long:?} and {short:?}");
 }
+
+/// Where a disc that is pressed on a wall with 100 N is after 0.2 s, driven along the wall by a wave of 45 N and 0.3 s.
+fn dragged(time_step: f64, integrator: &str, radius: f64) -> f64 {
+    let wall = format!(
+        "frame = \"disc\"\nnormal = [0.0, 1.0, 0.0]\nradius = {radius:?}\nstiffness = 1e5\nsmoothing = 1e-4\n\
+         dissipation = 1.0\nfriction = 0.3\nslip = 1e-3"
+    );
+    let more = format!("integrator = \"{integrator}\"\n{}", compliance("contact", "wall", &wall));
+    let problem = disc(&more, time_step);
+    let mut x = vec![0.0, radius - 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0];
+    for k in 0..(0.2 / time_step).round() as usize {
+        let wave = (std::f64::consts::TAU * k as f64 * time_step / 0.3).sin();
+        x = step(&problem, &x, &[45.0 * wave, -100.0, 0.0], &[]);
+    }
+    x[0]
+}
+
+/// The table of docs/theory/robot.md, beside explicit steps of 10 us; a wheel of radius 0.1 m rolls and slips.
+#[test]
+fn a_body_on_a_wall_breaks_away_within_the_step_at_any_time_step() {
+    for (time_step, expected) in [(1e-2, 0.02788), (1e-3, 0.02785), (1e-4, 0.02806)] {
+        let moved = dragged(time_step, "implicit", 0.0);
+        assert!((moved - expected).abs() < 5.1e-6, "{time_step} s: {moved} m");
+    }
+    for (radius, fine) in [(0.0, 0.02798), (0.1, 0.03586)] {
+        let explicit = dragged(1e-5, "semi_implicit", radius);
+        assert!((explicit - fine).abs() < 5.1e-6, "{explicit} m");
+        for time_step in [1e-2, 1e-3, 1e-4] {
+            let moved = dragged(time_step, "implicit", radius);
+            assert!((moved - fine).abs() < 0.01 * fine, "{time_step} s, radius {radius} m: {moved} m");
+        }
+    }
+}

@@ -15,6 +15,18 @@ pub struct Situation<'a, S> {
     ahead: Option<Ahead<S>>,
     /// Rates of the degrees of freedom that decide how friction resists; none where these are the velocities.
     sliding: Option<Vec<S>>,
+    /// The same of elements of compliance.
+    surfaces: Surfaces<S>,
+}
+
+/// How surfaces resist sliding.
+enum Surfaces<S> {
+    /// As at the velocities of now.
+    Now,
+    /// Not at all.
+    Smooth,
+    /// As at these velocities along the surface of every element that has one, m/s in the world.
+    At(Vec<Option<[S; 3]>>),
 }
 
 /// The end of an implicit step, at which forces that resist motion are taken.
@@ -30,6 +42,8 @@ struct Ahead<S> {
 /// Where everything is and how it moves, as an element of compliance sees it.
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
+    /// The element's place among all.
+    number: usize,
     /// Place of the element's first coordinate among those that compliance adds.
     coordinate: usize,
     /// Place of its first constant.
@@ -66,7 +80,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         let (dofs, positions) = bodies.positions();
         let (q, v) = (&at.x[..dofs], &at.x[positions..positions + dofs]);
         let kinematics = Kinematics::of(&bodies.tree, &numbers, q, v);
-        Self { bodies, at, numbers, kinematics, ahead: None, sliding: None }
+        Self { bodies, at, numbers, kinematics, ahead: None, sliding: None, surfaces: Surfaces::Now }
     }
 
     /// The same, with forces that resist motion taken at the end of the step with accelerations `a`; `with_bodies` says
@@ -83,6 +97,16 @@ impl<'a, S: Scalar> Situation<'a, S> {
     /// The same, with friction that resists as at these rates of the degrees of freedom.
     pub fn sliding_at(self, rates: Vec<S>) -> Self {
         Self { sliding: Some(rates), ..self }
+    }
+
+    /// The same, with elements of compliance that have no dry friction.
+    pub fn on_smooth_surfaces(self) -> Self {
+        Self { surfaces: Surfaces::Smooth, ..self }
+    }
+
+    /// The same, with dry friction of every element of compliance that resists as at a velocity, m/s in the world.
+    pub fn slipping_at(self, velocities: Vec<Option<[S; 3]>>) -> Self {
+        Self { surfaces: Surfaces::At(velocities), ..self }
     }
 
     /// Positions of the degrees of freedom.
@@ -126,9 +150,9 @@ impl<'a, S: Scalar> Situation<'a, S> {
         Resisted { rates: &self.rates()[..self.bodies.positions().0], lead: self.lead() }
     }
 
-    /// The same as an element of compliance sees it whose first coordinate and constant are at these places.
-    pub fn seen_from(&'a self, coordinate: usize, constant: usize) -> Own<'a, S> {
-        Own { now: self, coordinate, constant }
+    /// The same as an element of compliance sees it that is, and whose first coordinate and constant are, at these places.
+    pub fn seen_from(&'a self, number: usize, coordinate: usize, constant: usize) -> Own<'a, S> {
+        Own { now: self, number, coordinate, constant }
     }
 
     /// The frame with this number, in the world.
@@ -208,6 +232,16 @@ impl<S: Scalar> Own<'_, S> {
     /// How far ahead such forces take positions, s: a spring's force is that at `x + lead x'`.
     pub fn lead(&self) -> S {
         self.now.lead()
+    }
+
+    /// The velocity along the element's surface that decides how its dry friction resists, m/s in the world, where `now`
+    /// is the present one; none where friction is left out.
+    pub fn slip(&self, now: [S; 3]) -> Option<[S; 3]> {
+        match &self.now.surfaces {
+            Surfaces::Now => Some(now),
+            Surfaces::Smooth => None,
+            Surfaces::At(velocities) => velocities.get(self.number).copied().flatten(),
+        }
     }
 
     /// The frame with this number, in the world.

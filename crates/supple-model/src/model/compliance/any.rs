@@ -7,7 +7,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_kernels::graph::Node;
 
-use super::{BesideJoint, Compliance, ComplianceFile, Drawn, Forces, Names, Own, Resistance, Rule, Unfit};
+use super::{BesideJoint, Compliance, ComplianceFile, Drawn, DryFriction, Forces, Names, Own, Resistance, Rule, Unfit};
 use crate::contacts::ContactState;
 use crate::document::{ReadError, Reader, Registry};
 use crate::{Point, Value};
@@ -23,6 +23,7 @@ pub(in crate::model) trait Over<S> {
     fn deflect(&self, own: &Own<S>) -> Vec<S>;
     fn apply(&self, own: &Own<S>, forces: &mut Forces<S>);
     fn resistance(&self, own: &Own<S>) -> Vec<Resistance<S>>;
+    fn dry_friction(&self, own: &Own<S>) -> Option<DryFriction<S>>;
     fn wall(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])>;
 }
 
@@ -42,6 +43,9 @@ impl<C: Compliance, S: Scalar> Over<S> for C {
     fn resistance(&self, own: &Own<S>) -> Vec<Resistance<S>> {
         Compliance::resistance(self, own)
     }
+    fn dry_friction(&self, own: &Own<S>) -> Option<DryFriction<S>> {
+        Compliance::dry_friction(self, own)
+    }
     fn wall(&self, own: &Own<S>) -> Option<([f64; 3], [S; 3])> {
         Compliance::wall(self, own)
     }
@@ -53,6 +57,7 @@ pub(in crate::model) trait Kind: Debug + Send + Sync + Over<f64> + Over<Node> {
     fn constants(&self) -> usize;
     fn signals(&self) -> Vec<&'static str>;
     fn deflections(&self) -> Vec<&'static str>;
+    fn has_dry_friction(&self) -> bool;
     fn widened(&self, length: Value, speed: Value) -> Option<Coupling>;
     fn draw(&self, own: &Own<f64>) -> Drawn;
     fn frames(&self) -> Vec<usize>;
@@ -74,6 +79,9 @@ impl<C: Compliance> Kind for C {
     }
     fn deflections(&self) -> Vec<&'static str> {
         Compliance::deflections(self)
+    }
+    fn has_dry_friction(&self) -> bool {
+        Compliance::has_dry_friction(self)
     }
     fn widened(&self, length: Value, speed: Value) -> Option<Coupling> {
         Compliance::widened(self, length, speed).map(Coupling::from)

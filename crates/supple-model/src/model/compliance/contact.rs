@@ -4,7 +4,8 @@ use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{Pose, WallShape, Wrench};
 
 use super::{
-    Compliance, ComplianceFile, ConnectionKind, Drawn, Forces, Names, Own, Resistance, Rule, Unfit, find, squares,
+    Compliance, ComplianceFile, ConnectionKind, Drawn, DryFriction, Forces, Names, Own, Resistance, Rule, Unfit, find,
+    squares,
 };
 use crate::model::bodies::widened;
 use crate::{Point, Value};
@@ -173,6 +174,10 @@ struct Load<S> {
     total: [S; 3],
     /// N s/m along the normal and along the wall.
     resistances: [S; 2],
+    /// The greatest friction, N.
+    limit: S,
+    /// Velocity along the wall, m/s, at the rates that forces are linear in; 0 without friction.
+    slide_then: [S; 3],
 }
 
 /// The range of approaching speeds, times dissipation, over which a departing body comes free.
@@ -214,17 +219,32 @@ impl Contact {
             pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
 
         let mut total = scale(force, normal);
-        let mut along = S::zero();
+        let (mut along, mut limit, mut slide_then) = (S::zero(), S::zero(), [S::zero(); 3]);
         if !self.friction.is_zero() {
             let lever = self.lever(at, &pose);
             let [touch, touch_then] = [twist, twist_then].map(|twist| pose.rotate(twist.at(lever)));
-            let slide = add(touch, scale(approach, normal));
-            let slip = self.widening.map_or(at.value(self.slip), |(_, speed)| widened(at, at.value(self.slip), speed));
-            let speed = (dot(slide, slide) + slip * slip).sqrt();
-            along = at.value(self.friction) * pressed * rise / speed;
-            total = sub(total, scale(along, add(touch_then, scale(approach_then, normal))));
+            slide_then = add(touch_then, scale(approach_then, normal));
+            limit = at.value(self.friction) * pressed * rise;
+            if let Some(slide) = own.slip(add(touch, scale(approach, normal))) {
+                let slip = self.slip_speed(at);
+                along = limit / (dot(slide, slide) + slip * slip).sqrt();
+                total = sub(total, scale(along, slide_then));
+            }
         }
-        Load { depth, force, total, resistances: [resistance, along] }
+        Load { depth, force, total, resistances: [resistance, along], limit, slide_then }
+    }
+
+    /// The speed over which friction sets in; where the contact is made wider, a higher one.
+    fn slip_speed<S: Scalar>(&self, at: &Point<S>) -> S {
+        let own = at.value(self.slip);
+        self.widening.map_or(own, |(_, speed)| widened(at, own, speed))
+    }
+
+    /// How the point that touches the wall moves for a unit of each degree of freedom's rate.
+    fn touch_motions<S: Scalar>(&self, own: &Own<S>) -> Vec<[S; 3]> {
+        let pose = own.pose(self.frame);
+        let touch = pose.apply(self.lever(own.at(), &pose));
+        own.point_motions(self.frame, touch).into_iter().map(|motion| motion.linear).collect()
     }
 }
 
@@ -284,12 +304,19 @@ impl Compliance for Contact {
             let inwards: Vec<[S; 1]> = motions.iter().map(|motion| [dot(normal, motion.linear)]).collect();
             return vec![own.spread([[inward]], &inwards)];
         }
-        let touch = pose.apply(self.lever(own.at(), &pose));
-        let motions: Vec<[S; 3]> =
-            own.point_motions(self.frame, touch).into_iter().map(|motion| motion.linear).collect();
         let mut block = squares(&[(inward - along, normal)]);
         (0..3).for_each(|axis| block[axis][axis] += along);
-        vec![own.spread(block, &motions)]
+        vec![own.spread(block, &self.touch_motions(own))]
+    }
+
+    fn has_dry_friction(&self) -> bool {
+        !self.friction.is_zero()
+    }
+
+    fn dry_friction<S: Scalar>(&self, own: &Own<S>) -> Option<DryFriction<S>> {
+        let Load { limit, slide_then: velocity, .. } = self.load(own);
+        let (smoothing, motions) = (self.slip_speed(own.at()), self.touch_motions(own));
+        self.has_dry_friction().then_some(DryFriction { limit, smoothing, velocity, motions })
     }
 
     fn widened(&self, length: Value, speed: Value) -> Option<Self> {

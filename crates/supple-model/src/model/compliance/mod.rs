@@ -34,6 +34,8 @@ pub(super) use spring::Spring;
 pub(super) struct Element {
     pub name: String,
     pub kind: Coupling,
+    /// Its place among all elements.
+    pub number: usize,
     /// Place of its first coordinate among those that compliance adds.
     pub coordinate: usize,
     /// Place of its first constant.
@@ -43,7 +45,7 @@ pub(super) struct Element {
 impl Element {
     /// What it sees of a situation.
     pub fn own<'a, S: Scalar>(&self, now: &'a Situation<'a, S>) -> Own<'a, S> {
-        now.seen_from(self.coordinate, self.constant)
+        now.seen_from(self.number, self.coordinate, self.constant)
     }
 }
 
@@ -91,6 +93,17 @@ pub trait Compliance: Debug + Send + Sync + 'static {
 
     /// How its forces fall with the [rates](Own::rates) that they are linear in.
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>>;
+
+    /// Whether it has dry friction, as [`Compliance::dry_friction`] describes.
+    fn has_dry_friction(&self) -> bool {
+        false
+    }
+
+    /// Its friction along a surface, which in implicit steps resists as at the velocity to which it slows what slides
+    /// (theory, equation R.24), so that what breaks away within a step is not held.
+    fn dry_friction<S: Scalar>(&self, _own: &Own<S>) -> Option<DryFriction<S>> {
+        None
+    }
 
     /// The same element with forces that set in over a length wider by a value, m, and friction over a speed higher by
     /// a value, m/s; none where it has no such length.
@@ -187,6 +200,19 @@ pub struct Resistance<S> {
     pub block: Vec<Vec<S>>,
     /// As many as the block has, each by position.
     pub rows: Vec<Vec<S>>,
+}
+
+/// Friction of what slides along a surface.
+#[derive(Clone, Debug)]
+pub struct DryFriction<S> {
+    /// The force at speeds far above the smoothing, N: not negative.
+    pub limit: S,
+    /// Speed over which it sets in, m/s; above 0.
+    pub smoothing: S,
+    /// The velocity along the surface at the [rates](Own::rates) of forces that resist motion, m/s in the world.
+    pub velocity: [S; 3],
+    /// How the point that slides moves for a unit of each degree of freedom's rate, in the world.
+    pub motions: Vec<[S; 3]>,
 }
 
 impl<S: Scalar> Own<'_, S> {

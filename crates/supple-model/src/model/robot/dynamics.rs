@@ -2,25 +2,31 @@
 
 use supple_kernels::{Ldl, Scalar};
 use supple_robot::{
-    dry_friction, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance, sliding_rate,
+    dry_friction, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance, sliding_rate, sliding_share,
+    vector::{dot, scale},
 };
 
 use super::drive::Drive;
 use super::integrator::Integrator;
 use super::{Point, Robot};
 use crate::model::bodies::{Forces, Override, Situation, widened};
-use crate::model::compliance::{Native, Resistance};
+use crate::model::compliance::{DryFriction, Element, Native, Resistance};
 
 impl Robot {
     /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
     /// with accelerations `a`.
     pub(super) fn stepping<'a, S: Native>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
-        let now = Situation::of(&self.bodies, at);
-        match self.integrator {
-            Integrator::SemiImplicit => now,
-            Integrator::Implicit if self.has_friction() => self.sliding(now).at_end(a, self.sees_frames()),
-            Integrator::Implicit => now.at_end(a, self.sees_frames()),
+        let mut now = Situation::of(&self.bodies, at);
+        if self.integrator == Integrator::SemiImplicit {
+            return now;
         }
+        if self.has_friction() {
+            now = self.sliding(now);
+        }
+        if self.compliance.iter().any(|element| element.kind.has_dry_friction()) {
+            now = self.slipping(now);
+        }
+        now.at_end(a, self.sees_frames())
     }
 
     /// Whether any element of compliance asks for frames.
@@ -46,6 +52,29 @@ impl Robot {
         let rates = friction.iter().enumerate().map(slowed).collect();
         now.numbers = numbers;
         now.sliding_at(rates)
+    }
+
+    /// The same, with dry friction of compliance that resists as at the velocity to which it slows what slides along each
+    /// surface in an implicit step, from the velocity that the step ends with if all surfaces are smooth (theory, equation
+    /// R.24).
+    fn slipping<'a, S: Native>(&self, now: Situation<'a, S>) -> Situation<'a, S> {
+        let still = vec![S::zero(); self.positions().1];
+        let now = now.on_smooth_surfaces().at_end(&still, self.sees_frames());
+        let inertia = Ldl::new(&self.inertia(&now));
+        let smooth: Vec<S> = inertia.solve(self.unbalanced(&now, &still)).into_iter().map(|a| -a).collect();
+        let now = now.at_end(&smooth, self.sees_frames());
+        let slowed = |DryFriction { limit, smoothing, velocity, motions }: DryFriction<S>| {
+            let mut push: Vec<S> = motions.iter().map(|&motion| dot(motion, velocity)).collect();
+            push.resize(still.len(), S::zero());
+            let gained = inertia.solve(push.clone());
+            let given = push.iter().zip(gained).fold(S::zero(), |sum, (&push, gained)| push.mul_add(gained, sum));
+            let square = dot(velocity, velocity) + smoothing * smoothing;
+            let loss = now.lead() * limit * given / square;
+            scale(sliding_share(square.sqrt(), loss, smoothing), velocity)
+        };
+        let of = |element: &Element| element.kind.over::<S>().dry_friction(&element.own(&now)).map(slowed);
+        let velocities = self.compliance.iter().map(of).collect();
+        now.slipping_at(velocities)
     }
 
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.

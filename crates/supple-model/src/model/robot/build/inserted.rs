@@ -38,9 +38,10 @@ impl Build<'_> {
             inserted.joints.iter().zip(numbers).filter_map(|(joint, (&stiffness, &damping))| {
                 let dof = self.joints.iter().position(|other| other == joint)?;
                 let kind = Spring::new(dof, stiffness, damping).into();
-                Some(Element { name: joint.clone(), kind, coordinate: 0, constant: 0 })
+                Some((joint.clone(), kind))
             })
         });
-        springs.collect()
+        let element = |(number, (name, kind))| Element { name, kind, number, coordinate: 0, constant: 0 };
+        springs.enumerate().map(element).collect()
     }
 }
