@@ -34,7 +34,7 @@
 //! # let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
 //! # let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
 //!
-//! // The result of an evaluation with trajectories; `Folder::load_all` reads those that were stored.
+//! // A study with trajectories, as the front page of `supple_study` makes one; `Folder::load_all` reads stored ones.
 //! let result = work.run(&task, None, watch)?;
 //! let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
 //! let page = supple_report::page(&[folder])?;
