@@ -2,6 +2,7 @@ use supple_study::StudyError;
 
 /// Why a figure could not be drawn.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FigureError {
     /// A folder cannot be read.
     #[error("{0}")]

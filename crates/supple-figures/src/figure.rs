@@ -201,21 +201,25 @@ pub struct Style {
 
 impl Style {
     /// A full line of 1 pt.
+    #[must_use]
     pub fn line(colour: Colour) -> Self {
         Self { colour, dash: Dash::Solid, marker: None, filled: true, width: 1.0, opacity: 1.0, rim: false }
     }
 
     /// An area that lets others through.
+    #[must_use]
     pub fn area(colour: Colour, opacity: f64) -> Self {
         Self { opacity, ..Self::line(colour) }
     }
 
     /// Markers alone.
+    #[must_use]
     pub fn points(colour: Colour, marker: Marker) -> Self {
         Self { marker: Some(marker), ..Self::line(colour) }
     }
 
     /// The `index`th of a set of lines to tell apart, by colour and by dash.
+    #[must_use]
     pub fn of_set(index: usize) -> Self {
         let colours = Colour::SET.len();
         let dash = Dash::SET[(index + index / colours) % Dash::SET.len()];
@@ -223,6 +227,7 @@ impl Style {
     }
 
     /// The same with a marker.
+    #[must_use]
     pub fn marked(self, marker: Marker) -> Self {
         Self { marker: Some(marker), ..self }
     }
@@ -305,6 +310,7 @@ pub enum Marker {
 
 impl Marker {
     /// The `index`th of a set of markers to tell apart.
+    #[must_use]
     pub fn of_set(index: usize) -> Self {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][index % 4]
     }
@@ -317,6 +323,7 @@ impl Series {
     }
 
     /// A series without one.
+    #[must_use]
     pub fn plain(style: Style, shape: Shape) -> Self {
         Self { label: None, style, shape }
     }

@@ -21,6 +21,7 @@ const PIXELS: f64 = 600.0 / 25.4;
 
 /// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Vector graphics for pages; texts are outlines, so that they look the same everywhere.
     Svg,

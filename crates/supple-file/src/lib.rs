@@ -1,7 +1,48 @@
-//! Task files: TOML in, [`Problem`] out; every error names file, line, key and what is valid.
+//! Task files: TOML in, a [`Problem`] out. Every error names the file, the line and the key, says what is valid, and suggests
+//! the nearest valid name.
 //!
-//! [`load`] reads a file, [`parse`] a text. Files that name kinds of other crates are read by [`load_with`] their
-//! [`Kinds`]. [`json_schema`] describes the files to editors.
+//! The crate stands on `supple`, which does not know that files exist, and reads the tables of a file into its values.
+//! `supple-study` builds on it: it keeps the texts that a result was computed from.
+//!
+//! | to | call |
+//! |---|---|
+//! | read a file | [`load`] |
+//! | read a text | [`parse`] |
+//! | admit models, quantities, couplings and norms of other crates, or choose sensors of a catalogue | [`load_with`], [`parse_with`] with [`ReadOptions`], [`Kinds`] or [`WithSensors`] |
+//! | describe task files to editors | [`json_schema`], [`json_schema_of`] |
+//! | write the robot of a task for other simulators | [`robot_of`] |
+//! | show where and why a file is wrong | [`FileError`] |
+//!
+//! # A task, and an error in it
+//!
+//! ```
+//! let cart = r#"
+//!     [model]
+//!     kind = "linear"
+//!     A = [[1.0, 0.1], [0.0, 0.9]]
+//!     B = [[0.0], ["gain"]]
+//!     C = [[1.0, 0.0]]
+//!
+//!     [parameters.gain]
+//!     initial = 0.2
+//!     bounds = [0.1, 0.5]
+//!
+//!     [[tasks]]
+//!     name = "hold"
+//!     steps = 20
+//!     time_step = 0.1                 # s
+//!     initial_state = [1.0, 0.0]
+//!     noise = { initial = [1e-2, 1e-2], process = [0.0, 1e-4], measurement = [1e-3] }
+//!     costs = [{ kind = "state", select = ["x1"], weight = 1.0 }, { kind = "control", weight = 0.01 }]
+//! "#;
+//! let problem = supple_file::parse(cart, "cart.toml")?;
+//! assert_eq!((problem.parameters.names(), problem.tasks[0].steps), (vec!["gain".to_owned()], 20));
+//!
+//! let error = supple_file::parse(&cart.replace("steps", "stepps"), "cart.toml").err().ok_or("an unknown key is an error")?;
+//! assert_eq!((error.line, error.key.as_str()), (14, "tasks[0].stepps"));
+//! assert_eq!(error.help.as_deref(), Some("did you mean `steps`?"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod candidates;
 mod catalogue;

@@ -11,11 +11,13 @@ use crate::parameters::ParameterFile;
 use crate::tasks::TaskFile;
 
 /// The JSON schema of task files that name the kinds of the library.
+#[must_use]
 pub fn json_schema() -> Json {
     json_schema_of(&Kinds::default())
 }
 
 /// The JSON schema of task files that name these kinds.
+#[must_use]
 pub fn json_schema_of(kinds: &Kinds) -> Json {
     let mut generator = SchemaGenerator::default();
     let models = one_of(kinds.model_schemas(&mut generator));

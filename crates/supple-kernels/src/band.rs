@@ -28,6 +28,7 @@ pub struct BandRow<'a> {
 
 impl Band {
     /// A matrix of zeros with blocks of these orders.
+    #[must_use]
     pub fn zeros(orders: &[usize]) -> Self {
         let width = |t: usize| orders.get(t).map_or(0, |n| n.next_multiple_of(LANES));
         let blocks =

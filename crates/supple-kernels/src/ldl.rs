@@ -13,6 +13,7 @@ pub struct Ldl<S> {
 
 impl<S: Scalar> Ldl<S> {
     /// Factors a matrix given by rows, of which only the lower triangle is read.
+    #[must_use]
     pub fn new(matrix: &[Vec<S>]) -> Self {
         let mut rows: Vec<Vec<S>> = matrix.iter().enumerate().map(|(i, row)| row[..=i].to_vec()).collect();
         for k in (0..rows.len()).rev() {
@@ -34,6 +35,7 @@ impl<S: Scalar> Ldl<S> {
     }
 
     /// Solves `M x = b`.
+    #[must_use]
     pub fn solve(&self, mut b: Vec<S>) -> Vec<S> {
         for (k, row) in self.rows.iter().enumerate().rev() {
             for i in 0..k {

@@ -1,19 +1,48 @@
-//! Numbers, SIMD lanes and small dense kernels of supple.
+//! Numbers, SIMD lanes and small dense kernels, independent of control and robotics. Functions are written once over any
+//! [`Scalar`]; recorded as a graph, they are differentiated exactly and run for eight points at once, with the same bits
+//! whatever the number of threads.
 //!
-//! Everything here is independent of control and robotics:
+//! The crate is the lowest of supple and depends on none of the others: `supple-lqg` sweeps over its [`Matrices`], and
+//! `supple-model` records physics with its [`graph`].
 //!
-//! - [`Scalar`]: what the physics of a model is written over, once;
-//! - [`Dual`]: forward derivatives with several tangents at once, nested for higher orders;
-//! - [`graph`]: physics recorded once, differentiated, and compiled to programs for the lanes;
-//! - [`halt`]: a request to stop long computations;
-//! - [`math`]: elementary functions with the same bits on every machine;
-//! - [`Lanes`]: eight numbers at once, and [`dispatch`] which picks the machine's best instructions at run time;
-//! - [`Matrices`]: a sequence of equal matrices in one padded, aligned buffer, and the [`rows`] kernels on it;
-//! - [`Band`]: symmetric block tridiagonal matrices, factored and solved;
-//! - [`Scratch`]: memory that kernels reuse, so that sweeps allocate nothing.
+//! | what | main items |
+//! |---|---|
+//! | the number type over which functions are written | [`Scalar`], [`math`] with the same bits on every machine |
+//! | expressions, recorded, differentiated and compiled | [`graph`]: [`Node`](graph::Node), [`jacobian`](graph::jacobian), [`Program`](graph::Program) |
+//! | forward derivatives along several directions, nested for higher orders | [`Dual`] |
+//! | eight numbers at once, with the best instructions of the machine | [`Lanes`], [`dispatch`](dispatch()), [`Job`] |
+//! | a sequence of equal-sized matrices in one padded, aligned buffer | [`Matrices`], [`rows`] |
+//! | symmetric block tridiagonal matrices; solves over any scalar | [`Band`], [`Ldl`] |
+//! | memory that sweeps reuse; the request to stop | [`Scratch`], [`halt`] |
 //!
-//! Operations and kernels are `#[inline(always)]`: a function that is not inlined under run-time dispatch falls back
-//! to baseline instructions and runs tens of times slower. What is large and called from many places is a [`Job`] that
+//! # Record, differentiate, run
+//!
+//! ```
+//! use supple_kernels::graph::{Node, Program, Target, jacobian, record};
+//! use supple_kernels::{LANES, Scalar};
+//!
+//! /// The torque of a pendulum with a spring at its joint, N m: written once, for numbers, duals and nodes.
+//! fn torque<S: Scalar>(angle: S, stiffness: S) -> S {
+//!     angle.sin() * 9.81 + stiffness * angle
+//! }
+//!
+//! // The angle, rad, is entry 0 of source 0; the stiffness, N m/rad, is parameter 0. Sink 0 receives torque and slope.
+//! let program = record(|| {
+//!     let angle = Node::entry(0, 0);
+//!     let value = torque(angle, Node::parameter(0));
+//!     let slope = jacobian(&[value], &[angle])[0][0];
+//!     Program::compile(&[(value, Target::Set { sink: 0, offset: 0 }), (slope, Target::Set { sink: 0, offset: 1 })])
+//! });
+//! let mut found = [0.0; LANES];
+//! program.run_single(&[&[0.3; LANES]], &[20.0], &mut [&mut found]);
+//! assert!((found[0] - torque(0.3, 20.0)).abs() < 1e-12);
+//! assert!((found[1] - (9.81 * 0.3_f64.cos() + 20.0)).abs() < 1e-12);
+//! ```
+//!
+//! # Inlining
+//!
+//! Operations and kernels are `#[inline(always)]`: a function that is not inlined under run-time dispatch falls back to
+//! baseline instructions and runs tens of times slower. What is large and called from many places is a [`Job`] that
 //! [`Lanes::apart`] runs: a function of its own that keeps the instructions.
 
 mod band;

@@ -1,6 +1,7 @@
 use crate::LANES;
 
 /// The next multiple of [`LANES`] at or above `len`: the stride of a padded row.
+#[must_use]
 pub const fn padded(len: usize) -> usize {
     len.next_multiple_of(LANES)
 }
@@ -27,6 +28,7 @@ struct Line([f64; LANES]);
 
 impl Matrices {
     /// `count` matrices of `rows` x `cols` zeros.
+    #[must_use]
     pub fn zeros(count: usize, rows: usize, cols: usize) -> Self {
         let stride = padded(cols);
         let data = vec![Line([0.0; LANES]); count * rows * stride / LANES];
@@ -34,11 +36,13 @@ impl Matrices {
     }
 
     /// One matrix of `rows` x `cols` zeros that stands at every index.
+    #[must_use]
     pub fn constant(rows: usize, cols: usize) -> Self {
         Self { constant: true, ..Self::zeros(1, rows, cols) }
     }
 
     /// `count` vectors of length `len`, as matrices of one row.
+    #[must_use]
     pub fn vectors(count: usize, len: usize) -> Self {
         Self::zeros(count, 1, len)
     }
@@ -146,6 +150,7 @@ impl Matrices {
 
     /// Entry (`row`, `col`) of matrix `index`.
     #[inline(always)]
+    #[must_use]
     pub fn get(&self, index: usize, row: usize, col: usize) -> f64 {
         self.at(index)[row * self.stride + col]
     }

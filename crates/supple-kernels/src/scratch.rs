@@ -14,6 +14,7 @@ struct Line([u8; 64]);
 
 impl Scratch {
     /// A scratch that has allocated nothing yet.
+    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }

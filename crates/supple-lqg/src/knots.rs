@@ -43,6 +43,7 @@ pub struct Knots {
 
 impl Knots {
     /// Zero knots for `steps` steps.
+    #[must_use]
     pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
         let (n, joint) = (dimensions.states, dimensions.joint());
         Self {
@@ -141,6 +142,7 @@ pub struct KnotAdjoints {
 
 impl KnotAdjoints {
     /// Zero adjoints for `stages` stages and an end.
+    #[must_use]
     pub fn zeros(dimensions: Dimensions, stages: usize) -> Self {
         let (n, joint) = (dimensions.states, dimensions.joint());
         Self {

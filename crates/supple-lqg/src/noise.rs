@@ -15,6 +15,7 @@ pub struct Noise {
 
 impl Noise {
     /// Zeros of the right shapes that hold at every step.
+    #[must_use]
     pub fn zeros(states: usize, measurements: usize) -> Self {
         Self {
             initial: Matrices::constant(states, states),

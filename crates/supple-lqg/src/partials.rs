@@ -34,6 +34,7 @@ pub struct Partials {
 
 impl Partials {
     /// Zeros for `steps` steps.
+    #[must_use]
     pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
         let Dimensions { states: n, controls: m, measurements: p, .. } = dimensions;
         let square = |count| Matrices::zeros(count, n, n);
@@ -71,6 +72,7 @@ impl Partials {
     /// ```text
     /// Qb_ux = -Y / 2      Qb_uu = -(Y K' + K Y') / 2
     /// ```
+    #[must_use]
     pub fn through_feedback(&self, knots: &Knots, policy: &Policy, t: usize) -> Option<Dense> {
         let by_feedback = dense(&self.feedback, t);
         if by_feedback.iter().all(|&entry| entry == 0.0) {

@@ -8,6 +8,7 @@ use crate::knots::Knots;
 /// recursion for the precision's derivative is stable where it is below 1.
 ///
 /// `None` where a predicted covariance is singular, so that N does not exist.
+#[must_use]
 pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
     let n = knots.dimensions.states;
     let mut largest: f64 = 0.0;
@@ -25,6 +26,7 @@ pub fn recursion_radius(knots: &Knots, belief: &Belief) -> Option<f64> {
 /// The largest modulus of the eigenvalues, by Gelfand's formula `lim |M^k|^(1/k)` with k = 2^40.
 ///
 /// Forty products, whatever the matrix: iterations for eigenvalues need not end where some are equal.
+#[must_use]
 pub fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     let (mut logarithm, mut share) = (0.0, 1.0);
     for _ in 0..40 {

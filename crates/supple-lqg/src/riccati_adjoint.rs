@@ -42,6 +42,7 @@ pub struct RiccatiAdjoint {
 
 impl RiccatiAdjoint {
     /// For states and `z = (x, u)` of these lengths.
+    #[must_use]
     pub fn new(states: usize, joint: usize) -> Self {
         let controls = joint - states;
         Self {

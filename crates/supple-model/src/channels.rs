@@ -39,6 +39,7 @@ pub struct Channels {
 
 impl Channels {
     /// Named states without units; controls `u1`, `u2`...; measurements `y1`, `y2`...
+    #[must_use]
     pub fn plain(states: Vec<String>, dimensions: Dimensions) -> Self {
         Self {
             states: states.into_iter().map(|name| Channel::new(name, "")).collect(),
@@ -72,11 +73,13 @@ pub enum Limited {
 
 impl Limit {
     /// Of a state.
+    #[must_use]
     pub fn state(name: String, index: usize, lower: f64, upper: f64) -> Self {
         Self { name, of: Limited::State(index), lower, upper }
     }
 
     /// Of a control.
+    #[must_use]
     pub fn control(name: String, index: usize, lower: f64, upper: f64) -> Self {
         Self { name, of: Limited::Control(index), lower, upper }
     }

@@ -61,6 +61,7 @@ pub struct Ends {
 
 impl Ends {
     /// Those among what is followed; none where no limit is kept.
+    #[must_use]
     pub fn of(followed: &[Followed]) -> Option<Self> {
         let followed: Vec<Followed> = followed.iter().filter(|followed| followed.enforced).cloned().collect();
         let mut list = Vec::new();
@@ -77,6 +78,7 @@ impl Ends {
     }
 
     /// The bound of an end.
+    #[must_use]
     pub fn bound(&self, end: &LimitEnd) -> Value {
         let [lower, upper] = self.followed[end.limit].limits.as_ref().map_or([&[][..]; 2], |[l, u]| [&l[..], &u[..]]);
         let side = if end.upper { upper } else { lower };
@@ -106,11 +108,13 @@ pub struct FollowedNumber {
 const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// Whether the quantity of a cost is followed: states and controls are shown anyway.
+#[must_use]
 pub fn shows(cost: &Cost) -> bool {
     cost.quantity.needs_signals() || cost.quantity.needs_next()
 }
 
 /// The numbers that are followed, in order: of costs, then of others.
+#[must_use]
 pub fn numbers(costs: &[Cost], followed: &[Followed], vocabulary: &Vocabulary, phi: &[f64]) -> Vec<FollowedNumber> {
     let mut numbers = Vec::new();
     for (index, cost) in costs.iter().enumerate().filter(|(_, cost)| shows(cost)) {

@@ -1,18 +1,49 @@
-//! Models of robots with named parameters.
+//! Models of robots with named parameters: physics, quantities, costs and noise are written once, over any [`Scalar`], and
+//! recorded; solvers receive values and exact derivatives of every order they need. Models are written as one `impl`, or
+//! read from task files, where any number can be a parameter or an expression of parameters.
 //!
-//! [`Model`] is what an author writes: sizes, the next state and the measurement, over any scalar.
-//! [`Authored`](system::Authored) records that once, with its costs, and gives solvers a [`System`](system::System): values
-//! and exact derivatives over batches of points.
+//! The crate stands on `supple-kernels` (recorded graphs), [`supple-lqg`](supple_lqg) (arrays along a trajectory) and
+//! `supple-robot` (rigid bodies from URDF, SDF and MJCF). Plans, gradients and designs of its models are in the crate
+//! `supple`, task files in `supple-file`.
 //!
-//! A [*quantity*](quantity) is something of the robot that has a name, a unit and a value at a state and control. With
-//! noise it is a sensor, with targets, a [norm](cost::Norm) and weights a [`Cost`](cost::Cost), with bounds a limit, and
-//! over time a curve: see [`followed`]. Every number of these is a [`Value`]: written out, a parameter, or an expression of
-//! [`parameters`].
+//! | what | main items |
+//! |---|---|
+//! | the physics that an author writes: sizes, next state, measurement | [`Model`], [`Point`] |
+//! | what solvers call: values and derivatives over batches of points | [`System`](system::System), [`Authored`](system::Authored), [`Arrays`](system::Arrays) |
+//! | a number, a parameter or an expression in its place | [`Value`], [`Names`], [`Parameters`](parameters::Parameters) |
+//! | quantities: with noise a sensor, with a target a cost, with bounds a limit, over time a curve | [`quantity`], [`cost::Cost`], [`followed`] |
+//! | covariances of initial state, process and measurement | [`NoiseModel`](noise::NoiseModel), [`Covariance`](noise::Covariance) |
+//! | built-in models, and the couplings of robots | [`TwoMass`], [`Linear`], [`Robot`](model::Robot), [`coupling`] |
+//! | all kinds that task files may name, those of other crates too | [`Kinds`] |
+//! | TOML with errors that name file, line and key | [`Document`](document::Document), [`FileError`] |
 //!
-//! [`Kinds`] holds all kinds of models, couplings, quantities and norms that task files may name, those of other crates too;
-//! [`document`] reads their keys with errors that name file, line and key.
+//! # A model and its parameters
 //!
-//! Plans, gradients and designs are in the crate `supple`, task files in `supple-file`.
+//! ```
+//! use std::rc::Rc;
+//! use supple_model::document::Document;
+//! use supple_model::system::{Authored, System};
+//! use supple_model::{Names, TwoMass, Value};
+//!
+//! // Masses of 1 kg and 2 kg; the spring between them, N/m, is a parameter, and the wall is half as stiff.
+//! let text = r#"
+//!     mass = [1.0, 2.0]
+//!     damping = [0.0, 0.0]
+//!     stiffness = ["k", "k / 2"]
+//! "#;
+//! let names = Rc::new(Names::new(vec!["k".to_owned()]));
+//! let model: TwoMass = Document::parse(text, "press.toml")?.naming(names).read(&[])?;
+//! assert_eq!(model.stiffness[1].resolve(&[300.0]), 150.0);
+//!
+//! // One explicit step of 0.1 s with k = 10 N/m from x = [x1, v1, x2, v2, wall], under a force u of 3 N.
+//! let system = Authored::new(model, Vec::new(), Value::Number(0.1), 1);
+//! let (x, u, phi) = ([0.5, 0.0, 0.0, 0.0, 1.0], [3.0], [10.0]);
+//! let mut next = [0.0; 5];
+//! system.step(0, &x, &u, &phi, &mut next);
+//! assert_eq!(next, [0.5, -0.2, 0.0, 0.25, 1.0]);
+//! # Ok::<(), supple_model::FileError>(())
+//! ```
+
 mod channels;
 mod contacts;
 pub mod cost;

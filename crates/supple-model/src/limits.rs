@@ -24,6 +24,7 @@ pub struct LimitViolation {
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// The limits that a trajectory violates, in their order; the upper and the lower side of one limit count as two.
+#[must_use]
 pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitViolation> {
     let of_limit = |limit: &Limit| {
         let (values, index) = match limit.of {
@@ -37,6 +38,7 @@ pub fn limits_violated(limits: &[Limit], trajectory: &Trajectory) -> Vec<LimitVi
 }
 
 /// How numbers over time leave the range between two limits, either of which may be infinite: above, then below.
+#[must_use]
 pub fn violations(name: &str, [lower, upper]: [f64; 2], values: &[f64]) -> Vec<LimitViolation> {
     let side = |(bound, sign): (f64, f64)| {
         let tolerance = LIMIT_TOLERANCE * (1.0 + bound.abs());

@@ -46,6 +46,7 @@ pub const FRAME_SIGNALS: [&str; 18] =
     ["x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "vx", "vy", "vz", "wx", "wy", "wz"];
 
 /// How many signals so many frames have.
+#[must_use]
 pub const fn frame_signals(frames: usize) -> usize {
     frames * FRAME_SIGNALS.len()
 }
@@ -258,6 +259,7 @@ pub trait Model: Send + Sync + 'static {
 }
 
 /// Error message and advice for the name of a locked joint where a moving joint is required.
+#[must_use]
 pub fn locked_message(name: &str, locked: &[String]) -> Option<(String, String)> {
     let own = |prefix: &str| name.strip_prefix(prefix).filter(|rest| locked.iter().any(|other| other == rest));
     let joint = own("").or_else(|| own("q.")).or_else(|| own("v."))?;

@@ -13,6 +13,7 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// Zeros over `steps` steps.
+    #[must_use]
     pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
         Self {
             states: Matrices::vectors(steps + 1, dimensions.states),
@@ -39,6 +40,7 @@ impl Trajectory {
 
 /// The time of a step, s: `step` times `time_step` without the digits that rounding adds, 0.036 and not
 /// 0.036000000000000004. A product that is no short decimal stays as it is.
+#[must_use]
 pub fn time_of(step: usize, time_step: f64) -> f64 {
     let product = step as f64 * time_step;
     match format!("{product:.11e}").parse::<f64>() {
@@ -80,6 +82,7 @@ pub enum Times {
 
 impl Times {
     /// The step that point `i` is at.
+    #[must_use]
     pub fn of(self, i: usize) -> usize {
         match self {
             Self::From(first) => first + i,

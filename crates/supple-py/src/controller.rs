@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
+use supple::simulate::Rollouts;
 use supple::{ControllerRun, Error};
 use supple_study::controller::{At, ControllerFile, ControllerFormat, ExportedController};
 
@@ -99,7 +100,8 @@ impl NativeController {
 
     /// What it costs in closed loop with the model, as a dict.
     fn monte_carlo(&self, py: Python<'_>, rollouts: usize, seed: u64) -> PyResult<Py<PyAny>> {
-        let found = long(py, None, &self.failures, |_| self.exported.monte_carlo((rollouts, seed)))?;
+        let rollouts = Rollouts { count: rollouts, seed };
+        let found = long(py, None, &self.failures, |_| self.exported.monte_carlo(rollouts))?;
         to_python(py, &found.map_err(|error| errors::of_study(py, &error))?)
     }
 

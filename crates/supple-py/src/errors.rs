@@ -26,10 +26,11 @@ pub fn of_study(py: Python<'_>, error: &StudyError) -> PyErr {
         StudyError::File(error) => of_file(py, error),
         StudyError::Usage(_) => plain("UsageError"),
         StudyError::Compute(error) => of_compute(py, error),
-        StudyError::ComputeOf { .. } => plain("ComputeError"),
         StudyError::Io { .. } => plain("StorageError"),
         StudyError::Kept { .. } => plain("KeptError"),
         StudyError::Stopped => plain("Interrupted"),
+        // `ComputeOf`, and errors that are added to the library.
+        _ => plain("ComputeError"),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use supple::simulate::Rollouts;
 use supple::{Channels, Error, Matrices};
 use supple::{Elsewhere, Other};
 use supple_study::{LoadedTask, Source};
@@ -35,14 +36,14 @@ pub fn roll_out(
     (task, failures): (&LoadedTask, &Failures),
     (name, truth): (&str, &LoadedTask),
     plant: &Py<PyAny>,
-    sizes: (usize, u64),
+    rollouts: Rollouts,
 ) -> Result<Elsewhere, Error> {
     let step = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
         let found = call(plant, failures, t, (states, controls));
         fill(next, found.as_deref(), states.count(), (1, states.cols()));
     };
     let other = Other { task: truth.problem.task(name)?, phi: &truth.phi, plant: &step };
-    task.problem.roll_out_elsewhere(&task.phi, name, other, sizes)
+    task.problem.roll_out_elsewhere(&task.phi, name, other, rollouts)
 }
 
 /// The next states of all samples; none where anything went wrong, now or before.

@@ -6,6 +6,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::design::DesignSettings;
+use supple::simulate::Rollouts;
 use supple::{Kinds, Matrices, Named};
 use supple_study::study::{Work, on_threads};
 use supple_study::{About, Folder, LoadedTask, Made, OWN_MODEL, Source, StudyError, StudyResult, Watch};
@@ -206,7 +207,8 @@ impl NativeTask {
         sizes: (usize, u64),
     ) -> PyResult<Py<PyAny>> {
         let given = ((&self.task, &self.failures), (task, &truth.get().task));
-        let found = long(py, None, &self.failures, |_| plant::roll_out(given.0, given.1, &plant, sizes))?;
+        let rollouts = Rollouts { count: sizes.0, seed: sizes.1 };
+        let found = long(py, None, &self.failures, |_| plant::roll_out(given.0, given.1, &plant, rollouts))?;
         to_python(py, &found.map_err(|error| errors::of_compute(py, &error))?)
     }
 

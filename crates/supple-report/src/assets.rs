@@ -16,6 +16,7 @@ pub const LICENCE: &str =
 pub(crate) static PLOTLY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// plotly.js.
+#[must_use]
 pub fn plotly() -> String {
     unpacked(PLOTLY)
 }

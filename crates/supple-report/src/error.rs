@@ -2,6 +2,7 @@ use supple_study::StudyError;
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A folder could not be read.
     #[error("{0}")]

@@ -64,6 +64,7 @@ pub enum Law {
 
 impl Law {
     /// The law with these numbers of `force = gain u + offset - kp l - kv l'`: the simplest one that has them.
+    #[must_use]
     pub fn new(gain: f64, offset: f64, kp: f64, kv: f64) -> Self {
         match (offset, kp, kv) {
             (0.0, 0.0, 0.0) => Self::Motor { gain },
@@ -179,6 +180,7 @@ impl Wall {
     /// The outward normal of a face in the world, and a point of the face, m. `axis` is 0, 1 or 2 for x, y or z of the
     /// wall, and `negative` means the face on the other side. A plane has the face +z only; none where there is no such
     /// face.
+    #[must_use]
     pub fn face(&self, axis: usize, negative: bool) -> Option<([f64; 3], [f64; 3])> {
         let half = match self.shape {
             WallShape::Plane if axis == 2 && !negative => 0.0,

@@ -66,6 +66,7 @@ impl Insert {
 impl Robot {
     /// The robot with joints inserted: without drives and limits, at 0 where they change nothing. Other links, joints and
     /// frames keep their names and numbers; those that are carried from now on follow after the new joints.
+    #[must_use]
     pub fn with_insert(&self, insert: &Insert) -> Self {
         let (links, joints) = (self.links.len(), self.joints.len());
         let mut robot = self.clone();

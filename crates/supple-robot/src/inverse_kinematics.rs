@@ -79,6 +79,7 @@ impl Reached {
 ///
 /// # Panics
 /// Where a list has not one entry by degree of freedom, or there is no such link.
+#[must_use]
 pub fn inverse_kinematics(tree: &Tree, numbers: &Numbers<f64>, goal: &PoseGoal, reach: &Reach) -> Reached {
     let search = Search { tree, numbers, goal, reach };
     let mut best = search.descend(search.within(reach.start.to_vec()));

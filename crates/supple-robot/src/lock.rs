@@ -23,6 +23,7 @@ impl Robot {
     /// The robot without some of its joints: each of `joints` is fixed at its position, rad or m, and so are those that
     /// follow it, where they then are. Links, joints and frames keep their numbers. Actuators and sensors of joints that
     /// are fixed are [`Robot::omitted`]. Indices that no joint has do nothing.
+    #[must_use]
     pub fn locked(&self, joints: &[(usize, f64)]) -> Self {
         let mut held = vec![None; self.joints.len()];
         for &(joint, position) in joints {

@@ -52,6 +52,7 @@ pub(crate) fn constants<S: Scalar>(a: [f64; 3]) -> [S; 3] {
 impl<S: Scalar> Pose<S> {
     /// Where a frame is that coincides with the other.
     #[inline(always)]
+    #[must_use]
     pub fn identity() -> Self {
         Pose::<f64>::IDENTITY.cast()
     }
@@ -64,6 +65,7 @@ impl<S: Scalar> Pose<S> {
 
     /// `self` after `inner`: from the inner frame's inner frame to the outer one.
     #[inline(always)]
+    #[must_use]
     pub fn compose(&self, inner: &Self) -> Self {
         let mut rotation = [[S::zero(); 3]; 3];
         for i in 0..3 {
@@ -78,6 +80,7 @@ impl<S: Scalar> Pose<S> {
 
     /// The outer frame seen from the inner one.
     #[inline(always)]
+    #[must_use]
     pub fn inverse(&self) -> Self {
         let mut inverse = Self { rotation: [[S::zero(); 3]; 3], position: [S::zero(); 3] };
         for i in 0..3 {
@@ -144,6 +147,7 @@ impl Pose {
 
     /// At `position`, turned by the quaternion `w + xi + yj + zk` of any length; `None` where its length is 0 or not
     /// finite.
+    #[must_use]
     pub fn from_quaternion(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Option<Self> {
         let norm = (w * w + x * x + y * y + z * z).sqrt();
         if !(norm > 0.0 && norm.is_finite()) {

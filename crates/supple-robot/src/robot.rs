@@ -128,6 +128,7 @@ pub struct Joint {
 
 impl Joint {
     /// A joint at the origins of its links, about or along x, without limits and free of forces.
+    #[must_use]
     pub fn free(name: String, kind: JointKind, parent: usize) -> Self {
         Self {
             name,
@@ -192,16 +193,19 @@ pub struct Frame {
 
 impl Robot {
     /// The link `name`.
+    #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|link| link.name == name)
     }
 
     /// The joint `name`.
+    #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
     }
 
     /// The frame `name`: a link's own, or another named one. Link and place in it.
+    #[must_use]
     pub fn frame(&self, name: &str) -> Option<(usize, Pose)> {
         let own = self.link(name).map(|link| (link, Pose::IDENTITY));
         own.or_else(|| self.frames.iter().find(|frame| frame.name == name).map(|frame| (frame.link, frame.pose)))
@@ -210,21 +214,25 @@ impl Robot {
 
 impl Robot {
     /// The actuator `name`.
+    #[must_use]
     pub fn actuator(&self, name: &str) -> Option<&Actuator> {
         self.actuators.iter().find(|actuator| actuator.name == name)
     }
 
     /// The keyframe `name`.
+    #[must_use]
     pub fn key(&self, name: &str) -> Option<&Key> {
         self.keys.iter().find(|key| key.name == name)
     }
 
     /// The wall `name`.
+    #[must_use]
     pub fn wall(&self, name: &str) -> Option<&Wall> {
         self.walls.iter().find(|wall| wall.name == name)
     }
 
     /// Whether the joint of an actuator slides: its force is then in N, and not in N m.
+    #[must_use]
     pub fn slides(&self, actuator: &Actuator) -> bool {
         self.joints.get(actuator.joint).is_some_and(|joint| joint.kind == JointKind::Prismatic)
     }

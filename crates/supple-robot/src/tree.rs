@@ -65,6 +65,7 @@ impl Tree {
     /// carrying link `i + 1`, and every joint that follows another leading to a joint that moves and follows none. A
     /// joint that does not lead to one, for example because joints follow one another in a circle, is taken to follow
     /// none.
+    #[must_use]
     pub fn new(robot: &Robot) -> Self {
         let mut dofs = vec![None; robot.joints.len()];
         let (mut names, mut masters) = (Vec::new(), Vec::new());
@@ -114,6 +115,7 @@ impl Tree {
     }
 
     /// The body that a link belongs to; none where that is the world, or there is no such link.
+    #[must_use]
     pub fn body_of(&self, link: usize) -> Option<usize> {
         self.links.get(link)?.body
     }
@@ -176,11 +178,13 @@ fn axes_about(axis: [f64; 3]) -> [[f64; 3]; 3] {
 
 impl Key {
     /// Positions of the degrees of freedom of a tree, in their order, rad or m.
+    #[must_use]
     pub fn q(&self, tree: &Tree) -> Vec<f64> {
         tree.joint_indices().iter().map(|&joint| self.positions[joint]).collect()
     }
 
     /// Velocities of the degrees of freedom of a tree, in their order, rad/s or m/s.
+    #[must_use]
     pub fn v(&self, tree: &Tree) -> Vec<f64> {
         tree.joint_indices().iter().map(|&joint| self.velocities[joint]).collect()
     }

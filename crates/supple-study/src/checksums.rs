@@ -37,6 +37,7 @@ pub(crate) fn save(folder: &Path) -> Result<(), StudyError> {
 
 /// The files of a result that are no longer those that were saved; none where the folder has no checksums. Whoever
 /// changes a file on purpose can change its checksum too: this detects corruption, not tampering.
+#[must_use]
 pub fn changed(folder: &Path) -> Vec<&'static str> {
     let Ok(text) = supple_file::read_text(folder.join(CHECKSUMS)) else { return Vec::new() };
     let saved =

@@ -3,6 +3,7 @@ const CLIPPED: f64 = 5.0;
 
 /// The range of an axis where runs leave that of plans by far, so that plans can still be read, and the number of the runs
 /// that is farthest from it.
+#[must_use]
 pub fn clipped(plans: &[f64], runs: &[f64]) -> Option<([f64; 2], f64)> {
     let ends = |values: &[f64]| {
         let finite = values.iter().copied().filter(|value| value.is_finite());

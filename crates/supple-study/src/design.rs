@@ -286,22 +286,11 @@ fn report(
         }
         full => full?,
     };
-    let nats: Vec<f64> = start.tasks.iter().map(|task| task.information.total_nats).collect();
     let split = match settings.gradient {
-        GradientKind::Total if !cut_short => {
-            progress.begin("causes of the change of information", 0, problem.tasks.len() as u64);
-            match problem.split((phi, &nats), (&best.to, &best.controls)) {
-                Err(supple::Error::Stopped) => {
-                    cut_short = true;
-                    Vec::new()
-                }
-                // Plans on the way may be missing where both ends have them.
-                split => {
-                    progress.advance(problem.tasks.len() as u64);
-                    split.unwrap_or_default()
-                }
-            }
-        }
+        GradientKind::Total if !cut_short => ends.split(&start).unwrap_or_else(|| {
+            cut_short = true;
+            Vec::new()
+        }),
         GradientKind::Total | GradientKind::Frozen => Vec::new(),
     };
     let active = |(task, price): (&Task, &f64)| (*price > 0.0).then(|| task.name.clone());
@@ -337,6 +326,22 @@ struct Ends<'a> {
 }
 
 impl Ends<'_> {
+    /// The causes of the change of information between both ends, by task; none where it is stopped.
+    fn split(&self, start: &Evaluation) -> Option<Vec<Split>> {
+        let Self { phi, best, progress, .. } = self;
+        let problem = self.searcher.problem;
+        let nats: Vec<f64> = start.tasks.iter().map(|task| task.information.total_nats).collect();
+        progress.begin("causes of the change of information", 0, problem.tasks.len() as u64);
+        match problem.split((phi, &nats), (&best.to, &best.controls)) {
+            Err(supple::Error::Stopped) => None,
+            // Plans on the way may be missing where both ends have them.
+            split => {
+                progress.advance(problem.tasks.len() as u64);
+                Some(split.unwrap_or_default())
+            }
+        }
+    }
+
     /// Both designs, evaluated with trajectories; in brief without roll-outs and without the least information, where that is not
     /// minimised.
     fn evaluate(&self, brief: bool) -> Result<(Evaluation, Evaluation), supple::Error> {

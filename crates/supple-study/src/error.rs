@@ -5,6 +5,7 @@ use supple::parameters::ParameterError;
 
 /// Why a study could not be made, kept or read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// Something is wrong in a file.
     #[error("{0}")]
@@ -69,6 +70,7 @@ impl StudyError {
     }
 
     /// A file that could not be read or written.
+    #[must_use]
     pub fn io(path: &Path, error: std::io::Error) -> Self {
         Self::Io { what: path.display().to_string(), error }
     }

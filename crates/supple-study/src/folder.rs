@@ -36,12 +36,14 @@ pub struct Made {
 
 impl Made {
     /// By this version: work on a task.
+    #[must_use]
     pub fn of(task: &LoadedTask, work: Work) -> Self {
         let study = Some(Study::of(task, work));
         Self { study, about: About::of(&task.problem), ..Self::of_files(task.sources.clone()) }
     }
 
     /// By this version: all steps of a study file.
+    #[must_use]
     pub fn of_study_file(file: &StudyFile) -> Self {
         Self {
             about: About { title: file.title.clone(), ..About::default() },
@@ -129,6 +131,7 @@ impl Folder {
 
     /// The result that a folder already holds of a study: of the same files, by this version, not changed since, and
     /// not stopped halfway.
+    #[must_use]
     pub fn load_made(path: &Path, study: &Study) -> Option<Self> {
         let folder = Self::load(path).ok()?;
         let Self { made, result, .. } = &folder;

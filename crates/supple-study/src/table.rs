@@ -33,6 +33,7 @@ pub enum Cell {
 
 impl Cell {
     /// A number, or nothing where it is not finite, which neither CSV nor JSON can tell.
+    #[must_use]
     pub fn number(number: f64) -> Self {
         if number.is_finite() { Self::Number(number) } else { Self::Missing }
     }
@@ -79,11 +80,13 @@ pub struct Table {
 
 impl Table {
     /// The index of a column.
+    #[must_use]
     pub fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
     }
 
     /// The numbers of a column, NaN where there is none; none where there is no such column.
+    #[must_use]
     pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
         let column = self.column(name)?;
         let number = |row: &Vec<Cell>| match row[column] {
@@ -107,6 +110,7 @@ impl Table {
     }
 
     /// A row as one line of JSON, an object with the columns in their order; without a line break.
+    #[must_use]
     pub fn json_line(&self, row: &[Cell]) -> String {
         let mut line = String::from("{");
         for (index, (column, cell)) in self.columns.iter().zip(row).enumerate() {

@@ -47,6 +47,7 @@ pub struct AboutTask {
 
 impl About {
     /// What a problem is.
+    #[must_use]
     pub fn of(problem: &Problem) -> Self {
         let phi = problem.parameters.initial();
         let task = |task: &Task| AboutTask {
@@ -79,6 +80,7 @@ pub struct LoadedTask {
 
 impl LoadedTask {
     /// An error of a computation with the file that the task is in, where it does not say so yet and there is one.
+    #[must_use]
     pub fn blame(&self, error: StudyError) -> StudyError {
         match (error, self.sources.first()) {
             (StudyError::Compute(error), Some(source)) if source.path != OWN_MODEL && !error.is_of_request() => {

@@ -1,5 +1,33 @@
-//! Text files as people write them: read within limits, with errors that name file, line, key and what is valid; and
-//! numbers as text.
+//! Text files as people write them: read within limits against malicious input, with errors that name file, line, key and
+//! what is valid; and numbers as text.
+//!
+//! The crate depends on no other crate of supple. `supple-robot` reads robot files with it, `supple-model` and
+//! `supple-file` task files; all crates that print use its numbers.
+//!
+//! | what | main items |
+//! |---|---|
+//! | a file of at most 64 MiB; texts in place of files | [`read_text`], [`read_given`], [`with_texts`] |
+//! | something wrong in a file, and where | [`FileError`] |
+//! | names in messages, and the valid name nearest to a wrong one | [`nearest`], [`quoted`], [`owned`] |
+//! | text of others without control characters | [`plain`] |
+//! | numbers as text, short or exact | [`short`], [`digits`], [`exact`], [`significant`] |
+//!
+//! # An error with its place and advice
+//!
+//! ```
+//! use supple_text::{FileError, nearest, short};
+//!
+//! let text = "mass = 2.0\nstifness = 500.0\n";
+//! let key = "stifness";
+//! let start = text.find(key).ok_or("the key is in the text")?;
+//! let mut error = FileError::at("spring.toml", text, start..start + key.len(), key.to_owned(), "unknown key");
+//! if let Some(help) = nearest(key, &["mass", "stiffness"]) {
+//!     error = error.with_help(help);
+//! }
+//! assert_eq!(error.to_string(), "spring.toml:2:1: stifness: unknown key (did you mean `stiffness`?)");
+//! assert_eq!(short(1.0 / 3.0, 3), "0.333");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -17,6 +45,7 @@ const LARGEST: u64 = 64 << 20;
 
 /// Text without what a terminal or a reader would take for commands: titles, names and messages may come from files of others.
 /// Control characters but for line breaks and tabs, and those that change the direction of text, become `\u{fffd}`.
+#[must_use]
 pub fn plain(text: &str) -> Cow<'_, str> {
     let is_command = |c: char| {
         c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -98,6 +127,7 @@ impl FileError {
     }
 
     /// The same error with advice.
+    #[must_use]
     pub fn with_help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
     }

@@ -11,12 +11,14 @@
 
 /// A number in a message, with all of its digits. It is not read by its zeros: very large and very small ones have an
 /// exponent.
+#[must_use]
 pub fn digits(number: f64) -> String {
     let short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
     if short { format!("{number}") } else { format!("{number:e}") }
 }
 
 /// A number for programs: a short text from which the same number is read. Whole numbers have no point.
+#[must_use]
 pub fn exact(number: f64) -> String {
     let mut text = format!("{number:?}");
     if text.ends_with(".0") {
@@ -26,6 +28,7 @@ pub fn exact(number: f64) -> String {
 }
 
 /// A number with at most `count` significant digits, at least 1.
+#[must_use]
 pub fn short(number: f64, count: usize) -> String {
     let number = significant(number, count);
     match number.abs() {
@@ -36,6 +39,7 @@ pub fn short(number: f64, count: usize) -> String {
 }
 
 /// A number with exactly `count` significant digits, at least 1: zeros at its end are some of them.
+#[must_use]
 pub fn padded(number: f64, count: usize) -> String {
     let (power, after) = (exponent(number, count), count.saturating_sub(1));
     match after as i32 - power {
@@ -45,6 +49,7 @@ pub fn padded(number: f64, count: usize) -> String {
 }
 
 /// A number in a table of a terminal: six significant digits at most, or five and an exponent.
+#[must_use]
 pub fn tabular(number: f64) -> String {
     match exponent(number, 6) {
         _ if number == 0.0 => "0".into(),
@@ -56,6 +61,7 @@ pub fn tabular(number: f64) -> String {
 
 /// A number on a page, with five significant digits at most and the minus sign of mathematics; a dash where it is not
 /// finite.
+#[must_use]
 pub fn printed(number: f64) -> String {
     if !number.is_finite() {
         return "–".into();
@@ -73,18 +79,21 @@ pub fn printed(number: f64) -> String {
 }
 
 /// A number rounded to `count` significant digits, at least 1.
+#[must_use]
 pub fn significant(number: f64, count: usize) -> f64 {
     format!("{number:.*e}", count.saturating_sub(1)).parse().unwrap_or(number)
 }
 
 /// The power of ten that a number begins with once it is rounded to `count` significant digits: 999.9 counts as 1000
 /// with three of them. 0 where it is 0 or not finite.
+#[must_use]
 pub fn exponent(number: f64, count: usize) -> i32 {
     let text = format!("{number:.*e}", count.saturating_sub(1));
     text.split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
 }
 
 /// A text of a number without zeros at the end that say nothing.
+#[must_use]
 pub fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }

@@ -33,6 +33,7 @@ impl CostParts {
 }
 
 /// The expected cost of a plan under a belief and its noise.
+#[must_use]
 pub fn cost_parts(plan: &Plan, belief: &Belief, noise: &Noise) -> CostParts {
     let steps = plan.trajectory.steps();
     let (xi, s) = (&plan.policy.value_of_information, &plan.policy.curvature);

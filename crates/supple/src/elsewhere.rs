@@ -8,7 +8,9 @@ use crate::linearisation::Rows;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::{Problem, Task, check_rollouts};
-use crate::simulate::{BATCH, ClosedLoop, LoopSetting, MonteCarlo, NoiseFactors, Plant, Truth, World, in_batches};
+use crate::simulate::{
+    BATCH, ClosedLoop, LoopSetting, MonteCarlo, NoiseFactors, Plant, Rollouts, Truth, World, in_batches,
+};
 use crate::{Error, contact_reports};
 
 /// Roll-outs of one plan, with what each of them came to.
@@ -64,10 +66,10 @@ impl Problem {
         phi: &[f64],
         name: &str,
         other: Other,
-        (rollouts, seed): (usize, u64),
+        rollouts: Rollouts,
     ) -> Result<Elsewhere, Error> {
         self.check_design(phi)?;
-        check_rollouts(rollouts)?;
+        check_rollouts(rollouts.count)?;
         let task = self.task(name)?;
         let (found, expected) = (other.task.system.dimensions().states, task.system.dimensions().states);
         if found != expected {
@@ -83,11 +85,11 @@ impl Problem {
         let predicted = state.cost.expected();
         let runs = |truth: Truth, batch: usize| {
             let setting = LoopSetting { task, plan: &state.plan, believed, truth, factors: &factors, along: None };
-            Runs::of(setting, predicted, (rollouts, seed), batch)
+            Runs::of(setting, predicted, rollouts, batch)
         };
         Ok(Elsewhere {
             own: runs(own, BATCH)?,
-            plant: runs(there, rollouts.max(1))?,
+            plant: runs(there, rollouts.count.max(1))?,
             status: state.plan.status,
             predicted_cost: predicted,
             predicted_bits: state.information.total / std::f64::consts::LN_2,
@@ -97,11 +99,10 @@ impl Problem {
 }
 
 impl Runs {
-    fn of(setting: LoopSetting, predicted: f64, (rollouts, seed): (usize, u64), batch: usize) -> Result<Self, Error> {
+    fn of(setting: LoopSetting, predicted: f64, rollouts: Rollouts, batch: usize) -> Result<Self, Error> {
         let kept = |closed: ClosedLoop| (closed.outcomes, closed.states.to_rows());
-        let (outcomes, last_states): (Vec<_>, Vec<_>) =
-            in_batches(setting, (rollouts, seed), batch, kept)?.into_iter().unzip();
-        let mut together = MonteCarlo::of(setting.task, outcomes.concat(), predicted, seed);
+        let (outcomes, last_states): (Vec<_>, Vec<_>) = in_batches(setting, rollouts, batch, kept)?.into_iter().unzip();
+        let mut together = MonteCarlo::of(setting.task, outcomes.concat(), predicted, rollouts.seed);
         let costs = std::mem::take(&mut together.costs);
         Ok(Self { together, costs, last_states: last_states.concat() })
     }

@@ -5,6 +5,7 @@ use crate::stability::Stability;
 
 /// Why something could not be computed.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A matrix that must be positive definite is not.
     #[error("{what} is not positive definite at step {step}")]

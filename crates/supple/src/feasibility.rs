@@ -6,6 +6,7 @@
 pub const FEASIBILITY: f64 = 1e-6;
 
 /// `(J - D) / |D|`: how far a number is above its bound, relative to it; infinite where it is not a number.
+#[must_use]
 pub fn violation(value: f64, bound: f64) -> f64 {
     if bound == f64::INFINITY && value < f64::INFINITY {
         return f64::NEG_INFINITY;
@@ -16,6 +17,7 @@ pub fn violation(value: f64, bound: f64) -> f64 {
 
 /// Whether a number is at most its bound, but for a share `feasibility` of it. A number that is not finite meets no bound, not
 /// even where there is none.
+#[must_use]
 pub fn meets(value: f64, bound: Option<f64>, feasibility: f64) -> bool {
     value.is_finite() && bound.is_none_or(|bound| violation(value, bound) <= feasibility)
 }

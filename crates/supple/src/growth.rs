@@ -32,6 +32,7 @@ const MARGIN: f64 = 0.95;
 const MOST_SUBSTEPS: usize = 1000;
 
 /// Whether the time step is short enough for a plan, by its knots.
+#[must_use]
 pub fn stability(task: &Task, phi: &[f64], trajectory: &Trajectory, knots: &Knots) -> Stability {
     Looker { task, phi }.look(trajectory, &knots.dynamics, &spread(trajectory.steps(), knots.dynamics.rows()))
 }

@@ -50,6 +50,7 @@ pub struct TaskState {
 
 impl TaskState {
     /// Memory for a task.
+    #[must_use]
     pub fn new(task: &Task) -> Self {
         let size = task.system.dimensions();
         let steps = task.steps;

@@ -49,6 +49,7 @@ const MOST_STEPS: usize = 1_000_000;
 const MOST_ENTRIES: usize = 40_000_000;
 
 /// Steps that a task of a system of these sizes has at most.
+#[must_use]
 pub fn most_steps(size: Dimensions) -> usize {
     MOST_STEPS.min(MOST_ENTRIES / size.joint().pow(2).max(1)).max(1)
 }
@@ -126,6 +127,7 @@ impl Problem {
 
     /// Closed-loop roll-outs with which results end: those asked for, or else those of the design settings, or else as
     /// many as take about as long whatever the number of states, from [`ROLLOUTS`] down to 32.
+    #[must_use]
     pub fn rollouts(&self, asked: Option<usize>) -> usize {
         asked.or(self.design.rollouts).unwrap_or_else(|| {
             let states = self.tasks.iter().map(|task| task.system.dimensions().states).max().unwrap_or(0);
@@ -200,11 +202,13 @@ pub struct Task {
 
 impl Task {
     /// What its plan is searched for at `phi`.
+    #[must_use]
     pub fn nominal<'a>(&'a self, phi: &'a [f64]) -> NominalProblem<'a> {
         NominalProblem { system: &*self.system, phi, bounds: self.control_bounds.as_ref() }
     }
 
     /// The first guess of the controls at `phi`, times a factor.
+    #[must_use]
     pub fn guess(&self, phi: &[f64], factor: f64) -> Matrices {
         let resolve = |row: &Vec<Value>| row.iter().map(|value| value.resolve(phi)).collect();
         let mut rows: Vec<Vec<f64>> = self.initial_control.iter().map(resolve).collect();

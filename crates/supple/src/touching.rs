@@ -22,6 +22,7 @@ pub fn contacts_along<'a>(
 }
 
 /// The contacts of a task along a trajectory at `phi`, in the order of the model.
+#[must_use]
 pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec<ContactReport> {
     let states = (0..trajectory.states.count()).map(|step| trajectory.states.vector(step));
     let time_step = task.time_step.resolve::<f64>(phi);
@@ -31,6 +32,7 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
 
 /// A warning for each cost that wants a force from a contact that the plan never touches, given the reports of all
 /// contacts.
+#[must_use]
 pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
     let missed = |wanted: WantedForce| {
         let report = reports.get(wanted.contact).filter(|report| !report.touches)?;
@@ -49,6 +51,7 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
 }
 
 /// Whether a trajectory never touches a contact from which a cost wants a force.
+#[must_use]
 pub fn misses_contact(task: &Task, phi: &[f64], trajectory: &Trajectory) -> bool {
     let mut missing: Vec<usize> = task.system.wanted_forces(phi).into_iter().map(|wanted| wanted.contact).collect();
     for step in 0..trajectory.states.count() {

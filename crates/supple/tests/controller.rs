@@ -6,7 +6,7 @@ mod common;
 use common::shipped;
 use supple::design::plan_at;
 use supple::pipeline::TaskState;
-use supple::simulate::monte_carlo;
+use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Controller, Error, EvaluateOptions, Problem};
 
 /// The controller of a problem's first task at its initial parameters, and what made it.
@@ -74,8 +74,9 @@ fn closed_loops_of_a_linear_system_are_the_same() {
     let problem = shipped("tanaka_plant.toml");
     let (controller, state) = planned(&problem);
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
-    let along = controller.monte_carlo(task, &phi, 0.0, (100, 7)).unwrap();
-    let extended = monte_carlo(task, &phi, (&state.plan, &state.noise), 0.0, (100, 7)).unwrap();
+    let rollouts = Rollouts { count: 100, seed: 7 };
+    let along = controller.monte_carlo(task, &phi, 0.0, rollouts).unwrap();
+    let extended = monte_carlo(task, &phi, (&state.plan, &state.noise), 0.0, rollouts).unwrap();
     for (cost, expected) in along.costs.iter().zip(&extended.costs) {
         assert!((cost - expected).abs() <= 1e-10 * expected, "{cost} for {expected}");
     }

@@ -14,7 +14,7 @@ use supple::lqg::{Belief, kalman};
 use supple::lqg::{Regularisation, solve_riccati};
 use supple::pipeline::TaskState;
 use supple::plan::{Plan, PlanMode, PlanSettings, PlanStatus, simulate_controls};
-use supple::simulate::{World, sampled_costs};
+use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
 use supple::system::Curvature;
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, cost_parts};
 
@@ -163,7 +163,7 @@ fn the_light_is_sought_and_pays() {
     // In closed loop the same noise befalls both.
     let sampled = |state: &TaskState| {
         let world = World { phi: &phi, noise: &state.noise };
-        sampled_costs(task, &state.plan, (world, world), (4000, 1)).unwrap()
+        sampled_costs(task, &state.plan, Worlds::same(world), Rollouts { count: 4000, seed: 1 }).unwrap()
     };
     let (costs, others) = (sampled(&belief), sampled(&nominal));
     let saved: Vec<f64> = others.iter().zip(&costs).map(|(other, cost)| other - cost).collect();
@@ -185,7 +185,7 @@ fn the_expected_cost_of_the_light_is_that_of_the_closed_loop_where_noise_is_smal
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let state = planned(&problem, PlanMode::Belief);
     let world = World { phi: &phi, noise: &state.noise };
-    let costs = sampled_costs(task, &state.plan, (world, world), (20_000, 3)).unwrap();
+    let costs = sampled_costs(task, &state.plan, Worlds::same(world), Rollouts { count: 20_000, seed: 3 }).unwrap();
     let mean = costs.iter().sum::<f64>() / costs.len() as f64;
     let variance = costs.iter().map(|cost| (cost - mean).powi(2)).sum::<f64>() / costs.len() as f64;
     let error = (variance / costs.len() as f64).sqrt();

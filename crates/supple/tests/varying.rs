@@ -6,7 +6,7 @@ mod common;
 use supple::check::check;
 use supple::lqg::Noise;
 use supple::pipeline::TaskState;
-use supple::simulate::{World, sampled_costs};
+use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
 use supple::{EvaluateOptions, Matrices, Problem};
 
 /// A point in the plane that is seen best at x1 = `center`; `seen` is the matrix C.
@@ -206,7 +206,8 @@ fn wrong_beliefs_about_the_law_cost_more() {
     let mean = |believed: &[f64], truth: &[f64]| {
         let world = |phi| World { phi, noise: &state.noise };
         // Values of the noise along the plan are not what roll-outs use: each world has its own parameters.
-        let costs = sampled_costs(task, &state.plan, (world(believed), world(truth)), (4000, 5)).unwrap();
+        let worlds = Worlds { believed: world(believed), truth: world(truth) };
+        let costs = sampled_costs(task, &state.plan, worlds, Rollouts { count: 4000, seed: 5 }).unwrap();
         costs.iter().sum::<f64>() / costs.len() as f64
     };
     let (both, deceived, dark) = (mean(&known, &known), mean(&wrong, &known), mean(&wrong, &wrong));

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use supple::simulate::Rollouts;
 use supple_study::Folder;
 use supple_study::controller::{At, ControllerFormat, ExportedController, check_out};
 
@@ -33,7 +34,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
     }
     let mut outcome = Outcome::Success;
     if options.rollouts > 0 {
-        outcome = outcome.and(roll_out(&exported, (options.rollouts, options.seed))?);
+        outcome = outcome.and(roll_out(&exported, Rollouts { count: options.rollouts, seed: options.seed })?);
     }
     if !exported.status.is_converged() {
         let (task, status) = (&exported.task.name, exported.status);
@@ -44,7 +45,7 @@ pub fn export(options: &ExportOptions) -> Result<Outcome, Failure> {
 }
 
 /// What the controller costs in closed loop with the model.
-fn roll_out(exported: &ExportedController, rollouts: (usize, u64)) -> Result<Outcome, Failure> {
+fn roll_out(exported: &ExportedController, rollouts: Rollouts) -> Result<Outcome, Failure> {
     let found = exported.monte_carlo(rollouts)?;
     let expected = number(exported.expected_cost);
     if found.diverged > 0 {

@@ -10,7 +10,7 @@ use supple_study::{About, AboutTask};
 
 use super::evaluation::{excess, limit_lines, minima, prices, reached_lines};
 use super::next;
-use crate::tables::{align_right, heading, number, percent, table};
+use crate::tables::{Rows, align_right, heading, number, percent, table};
 use crate::{catalogue, contacts, informations, split, trust};
 
 /// How far a search is that was stopped; none where it was not, or no start had ended.
@@ -25,19 +25,54 @@ pub fn stopped_design(report: &DesignReport) -> Option<String> {
 pub fn design_page(about: &About, report: &DesignReport) -> String {
     let (start, optimum) = (&report.start, &report.optimum);
     let mut page = heading(about);
-    let mut parameters =
+    let _ = writeln!(page, "{}\n", parameters(about, report));
+    let _ = writeln!(page, "{}\n", results(about, report));
+    page.push_str(&split::of_design(&report.split));
+    page.push_str(&trust::of_design(start, optimum));
+    if let Some(chosen) = &report.catalogue {
+        let _ = writeln!(page, "{}", catalogue::page(chosen));
+    }
+
+    page.push_str(&prices(optimum, Some(report)));
+
+    let at_box = at_bounds(about, optimum);
+    if !at_box.is_empty() {
+        let _ = writeln!(page, "{}.\n", at_box.join("; "));
+    }
+    for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
+        let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
+    }
+    for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
+        let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
+    }
+    for task in optimum.tasks.iter().filter(|task| !task.limits_reached.is_empty()) {
+        let _ = writeln!(page, "The plan of {} is held at limits:\n{}", task.name, reached_lines(task));
+    }
+    page.push_str(&contacts::warnings(optimum));
+    let _ = writeln!(page, "{}", verdict(about, report));
+    page + &next::after_design(about, report)
+}
+
+/// The parameters from start to optimum, with what a change of each changes.
+fn parameters(about: &About, report: &DesignReport) -> Rows {
+    let (start, optimum) = (&report.start, &report.optimum);
+    let mut rows =
         table(&["parameter", "from", "to", "unit", "change in information per +1 %", "change in cost per +1 %"]);
     for (index, parameter) in about.parameters.iter().enumerate() {
         let (from, to) = (start.parameters.0[index].1, optimum.parameters.0[index].1);
         let to_shown = if parameter.role == Role::Design { number(to) } else { String::new() };
         let mut row = vec![parameter.name.clone(), number(from), to_shown, parameter.unit.clone()];
         row.extend(sensitivities(about, optimum, index, to));
-        parameters.add_row(row);
+        rows.add_row(row);
     }
-    align_right(&mut parameters, 1..3);
-    align_right(&mut parameters, 4..6);
-    let _ = writeln!(page, "{parameters}\n");
+    align_right(&mut rows, 1..3);
+    align_right(&mut rows, 4..6);
+    rows
+}
 
+/// Information and costs from start to optimum.
+fn results(about: &About, report: &DesignReport) -> Rows {
+    let (start, optimum) = (&report.start, &report.optimum);
     let mut results = table(&["", "from", "to", "change", "bound", ""]);
     informations::add_rows(&mut results, (about, report));
     for (index, (before, after)) in start.tasks.iter().zip(&optimum.tasks).enumerate() {
@@ -62,16 +97,12 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
         }
     }
     align_right(&mut results, 1..5);
-    let _ = writeln!(page, "{results}\n");
-    page.push_str(&split::of_design(&report.split));
-    page.push_str(&trust::of_design(start, optimum));
-    if let Some(chosen) = &report.catalogue {
-        let _ = writeln!(page, "{}", catalogue::page(chosen));
-    }
+    results
+}
 
-    page.push_str(&prices(optimum, Some(report)));
-
-    let at_box: Vec<String> = about
+/// The parameters of the search that end at a bound.
+fn at_bounds(about: &About, optimum: &Evaluation) -> Vec<String> {
+    about
         .parameters
         .iter()
         .enumerate()
@@ -87,22 +118,7 @@ pub fn design_page(about: &About, report: &DesignReport) -> String {
             };
             about.parameters.design().contains(&index).then(|| format!("{} is at its {side} bound", parameter.name))
         })
-        .collect();
-    if !at_box.is_empty() {
-        let _ = writeln!(page, "{}.\n", at_box.join("; "));
-    }
-    for task in optimum.tasks.iter().filter(|task| !task.contacts.is_empty()) {
-        let _ = writeln!(page, "Contacts of {}:\n{}\n", task.name, contacts::table_of(task));
-    }
-    for task in optimum.tasks.iter().filter(|task| !task.limits_violated.is_empty()) {
-        let _ = writeln!(page, "The plan of {} violates limits:\n{}", task.name, limit_lines(task));
-    }
-    for task in optimum.tasks.iter().filter(|task| !task.limits_reached.is_empty()) {
-        let _ = writeln!(page, "The plan of {} is held at limits:\n{}", task.name, reached_lines(task));
-    }
-    page.push_str(&contacts::warnings(optimum));
-    let _ = writeln!(page, "{}", verdict(about, report));
-    page + &next::after_design(about, report)
+        .collect()
 }
 
 fn sensitivities(about: &About, at: &Evaluation, index: usize, value: f64) -> [String; 2] {

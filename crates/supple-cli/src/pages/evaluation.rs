@@ -8,7 +8,7 @@ use supple_study::About;
 use supple_study::design::DesignReport;
 
 use super::next;
-use crate::tables::{align_right, heading, number, table};
+use crate::tables::{Rows, align_right, heading, number, table};
 use crate::{contacts, informations, trust};
 
 /// The page of `supple evaluate`.
@@ -19,71 +19,71 @@ pub fn evaluation_page(about: &About, at: &Evaluation) -> String {
     if !values.is_empty() {
         let _ = writeln!(page, "{}\n", values.join("   ").trim_end());
     }
-    for task in &at.tasks {
-        let information = &task.information;
-        let _ = writeln!(
-            page,
-            "{}: {} after {} iterations, stationarity {:.1e}",
-            task.name, task.status, task.iterations, task.stationarity
-        );
-        if task.cost_curvature == Curvature::GaussNewton {
-            page.push_str("  curvature of the cost: Gauss-Newton's\n");
-        }
-        if let Some(branches) = task.branches {
-            let which = if branches == 1 { "" } else { "; this is the cheapest" };
-            let _ = writeln!(page, "  {} encountered{which}", minima(branches));
-        }
-        let mut rows = table(&["", "", ""]);
-        for (name, value, note) in informations::of_task(information) {
-            rows.add_row([name, &value, &note]);
-        }
-        rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(at, task)]);
-        let parts = task.cost.parts;
-        let names = ["  nominal", "  estimation error", "  process noise", "  initial uncertainty"];
-        for (name, part) in names.into_iter().zip([parts.nominal, parts.belief, parts.process, parts.initial]) {
-            rows.add_row([name, &number(part), ""]);
-        }
-        if let Some(sampled) = task.monte_carlo.as_ref().filter(|sampled| sampled.diverged > 0) {
-            rows.add_row([
-                "sampled cost",
-                "none",
-                &format!("{} of {} roll-outs diverged", sampled.diverged, sampled.rollouts),
-            ]);
-        } else if let Some(sampled) = &task.monte_carlo {
-            let interval = sampled.cost_interval_95.map_or_else(String::new, |of| format!("{}, ", trust::between(of)));
-            let note =
-                format!("{interval}{} roll-outs, {:+.4} from the expected", sampled.rollouts, sampled.difference);
-            rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
-        }
-        for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
-            rows.add_row([name, &value, &note]);
-        }
-        align_right(&mut rows, 1..2);
-        let body = rows.to_string();
-        let _ = writeln!(page, "{}\n", body.trim_start_matches(|c: char| c.is_whitespace() && c != ' ').trim_end());
-        if let Some(trust) = &task.trust {
-            let _ = writeln!(page, "  {}\n", trust::line(trust));
-        }
-        if !task.limits_violated.is_empty() {
-            let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
-        }
-        if !task.limits_reached.is_empty() {
-            let _ = writeln!(page, "  is held at limits:\n{}", reached_lines(task));
-        }
-        if task.stability.numerically_unstable {
-            let _ = writeln!(page, "  {}\n", task.stability);
-        }
-        if !task.contacts.is_empty() {
-            let _ = writeln!(page, "{}\n", contacts::table_of(task));
-        }
-        page.push_str(&gradient_tables(task));
-    }
+    at.tasks.iter().for_each(|task| page.push_str(&task_section(at, task)));
     page.push_str(&prices(at, None));
     page.push_str(&contacts::warnings(at));
     if at.tasks.len() > 1 {
         let _ = writeln!(page, "all tasks: {} bits minimised", number(at.objective.information_bits));
     }
     page + &next::after_evaluation(about, at)
+}
+
+/// One task: how its plan ended, its numbers, limits, contacts and gradients.
+fn task_section(at: &Evaluation, task: &TaskEvaluation) -> String {
+    let TaskEvaluation { name, status, iterations, stationarity, .. } = task;
+    let mut page = format!("{name}: {status} after {iterations} iterations, stationarity {stationarity:.1e}\n");
+    if task.cost_curvature == Curvature::GaussNewton {
+        page.push_str("  curvature of the cost: Gauss-Newton's\n");
+    }
+    if let Some(branches) = task.branches {
+        let which = if branches == 1 { "" } else { "; this is the cheapest" };
+        let _ = writeln!(page, "  {} encountered{which}", minima(branches));
+    }
+    let numbers = number_rows(at, task).to_string();
+    let _ = writeln!(page, "{}\n", numbers.trim_start_matches(|c: char| c.is_whitespace() && c != ' ').trim_end());
+    if let Some(trust) = &task.trust {
+        let _ = writeln!(page, "  {}\n", trust::line(trust));
+    }
+    if !task.limits_violated.is_empty() {
+        let _ = writeln!(page, "  violates limits:\n{}", limit_lines(task));
+    }
+    if !task.limits_reached.is_empty() {
+        let _ = writeln!(page, "  is held at limits:\n{}", reached_lines(task));
+    }
+    if task.stability.numerically_unstable {
+        let _ = writeln!(page, "  {}\n", task.stability);
+    }
+    if !task.contacts.is_empty() {
+        let _ = writeln!(page, "{}\n", contacts::table_of(task));
+    }
+    page + &gradient_tables(task)
+}
+
+/// Information and costs of a task, expected and sampled.
+fn number_rows(at: &Evaluation, task: &TaskEvaluation) -> Rows {
+    let mut rows = table(&["", "", ""]);
+    for (name, value, note) in informations::of_task(&task.information) {
+        rows.add_row([name, &value, &note]);
+    }
+    rows.add_row(["expected cost", &number(task.cost.expected), &bound_note(at, task)]);
+    let parts = task.cost.parts;
+    let names = ["  nominal", "  estimation error", "  process noise", "  initial uncertainty"];
+    for (name, part) in names.into_iter().zip([parts.nominal, parts.belief, parts.process, parts.initial]) {
+        rows.add_row([name, &number(part), ""]);
+    }
+    if let Some(sampled) = task.monte_carlo.as_ref().filter(|sampled| sampled.diverged > 0) {
+        let note = format!("{} of {} roll-outs diverged", sampled.diverged, sampled.rollouts);
+        rows.add_row(["sampled cost", "none", &note]);
+    } else if let Some(sampled) = &task.monte_carlo {
+        let interval = sampled.cost_interval_95.map_or_else(String::new, |of| format!("{}, ", trust::between(of)));
+        let note = format!("{interval}{} roll-outs, {:+.4} from the expected", sampled.rollouts, sampled.difference);
+        rows.add_row(["sampled cost", &number(sampled.cost_mean), &note]);
+    }
+    for (name, value, note) in task.monte_carlo.as_ref().map(trust::rows).unwrap_or_default() {
+        rows.add_row([name, &value, &note]);
+    }
+    align_right(&mut rows, 1..2);
+    rows
 }
 
 /// The price of a design: a line for all prices, with the budget and what an increase of it saves.

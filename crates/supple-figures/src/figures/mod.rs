@@ -28,6 +28,7 @@ use crate::{Figure, FigureError};
 
 /// A kind of figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kind {
     /// Information and cost over parameters, with the paths of searches.
     Landscape,

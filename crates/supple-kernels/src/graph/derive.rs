@@ -24,6 +24,7 @@ fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node]) -> Vec<bool> {
 }
 
 /// Whether any of `outputs` depends on `variable`.
+#[must_use]
 pub fn depends(outputs: &[Node], variable: Node) -> bool {
     let active = dependents(outputs.iter().copied(), &[variable]);
     outputs.iter().any(|output| active[output.index()])
@@ -33,11 +34,13 @@ pub fn depends(outputs: &[Node], variable: Node) -> bool {
 /// fixed: reverse differentiation.
 ///
 /// The nodes `wrt` are variables: each counts as independent of the others, even where the graph makes it of them.
+#[must_use]
 pub fn vjp(outputs: &[(Node, Node)], wrt: &[Node]) -> Vec<Node> {
     Reverse::new(outputs.iter().map(|&(output, _)| output), wrt).gradient(outputs)
 }
 
 /// The matrix whose rows are the derivatives of each of `outputs` by `wrt`, by reverse differentiation as in [`vjp`].
+#[must_use]
 pub fn jacobian(outputs: &[Node], wrt: &[Node]) -> Vec<Vec<Node>> {
     let mut reverse = Reverse::new(outputs.iter().copied(), wrt);
     outputs.iter().map(|&output| reverse.gradient(&[(output, Node::one())])).collect()
@@ -152,6 +155,7 @@ fn slope(node: Node, op: Op) -> Option<(Node, Node)> {
 
 /// The derivatives of `outputs` along the direction that moves each variable of `seeds` at its rate: forward
 /// differentiation. Variables count as independent, as in [`vjp`].
+#[must_use]
 pub fn tangent(outputs: &[Node], seeds: &[(Node, Node)]) -> Vec<Node> {
     let zero = Node::constant(0.0);
     let variables: Vec<Node> = seeds.iter().map(|&(variable, _)| variable).collect();

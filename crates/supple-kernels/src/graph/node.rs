@@ -177,16 +177,19 @@ impl Node {
     }
 
     /// Entry `offset` of the matrix of source number `source`, at the knot that the program is run for.
+    #[must_use]
     pub fn entry(source: usize, offset: usize) -> Self {
         intern(Op::Entry { source: source as u32, offset: offset as u32 })
     }
 
     /// Parameter `index`: the same at every knot.
+    #[must_use]
     pub fn parameter(index: usize) -> Self {
         intern(Op::Parameter(index as u32))
     }
 
     /// The node itself, as a variable of its own: nothing is folded through it, and it is unlike any other node.
+    #[must_use]
     pub fn opaque(self) -> Self {
         let number = GRAPH.with_borrow_mut(|graph| {
             graph.opaque += 1;
@@ -209,6 +212,7 @@ impl Node {
     }
 
     /// The place of the entry that this node is, if it is one of source number `source`.
+    #[must_use]
     pub fn entry_of(self, source: usize) -> Option<usize> {
         match self.op() {
             Op::Entry { source: other, offset } if other as usize == source => Some(offset as usize),

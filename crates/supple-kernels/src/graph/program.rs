@@ -58,6 +58,7 @@ pub struct Program {
 
 impl Program {
     /// The program that computes these nodes, and nothing else, of the graph being recorded.
+    #[must_use]
     pub fn compile(outputs: &[(Node, Target)]) -> Self {
         let nodes = outputs.iter().map(|&(node, _)| node);
         let ends = operations(|ops| results(ops, nodes));

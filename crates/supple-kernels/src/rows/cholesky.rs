@@ -58,6 +58,7 @@ pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
 
 /// `log |a|` from the factor that [`factor`] or [`cholesky`] left.
 #[inline(always)]
+#[must_use]
 pub fn log_determinant(factor: &[f64], n: usize, stride: usize) -> f64 {
     2.0 * (0..n).map(|i| math::ln(factor[i * stride + i])).sum::<f64>()
 }

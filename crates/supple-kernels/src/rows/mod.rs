@@ -91,6 +91,7 @@ pub struct View<'a> {
 impl<'a> View<'a> {
     /// Rows that are `stride` apart.
     #[inline(always)]
+    #[must_use]
     pub fn new(numbers: &'a [f64], stride: usize) -> Self {
         Self { numbers, stride }
     }

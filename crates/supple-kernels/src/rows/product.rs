@@ -13,12 +13,14 @@ pub struct Left<'a> {
 impl<'a> Left<'a> {
     /// The matrix itself.
     #[inline(always)]
+    #[must_use]
     pub fn plain(data: &'a [f64], stride: usize) -> Self {
         Self { data, stride, transposed: false }
     }
 
     /// Its transpose.
     #[inline(always)]
+    #[must_use]
     pub fn transposed(data: &'a [f64], stride: usize) -> Self {
         Self { data, stride, transposed: true }
     }

@@ -45,6 +45,7 @@ pub fn clear_beyond<L: Lanes>(row: &mut [f64], count: usize) {
 
 /// The dot product of two vectors of equal length, in eight running sums, the same at every level.
 #[inline(always)]
+#[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, rest), (b, other)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let last: f64 = rest.iter().zip(other).map(|(x, y)| x * y).sum();

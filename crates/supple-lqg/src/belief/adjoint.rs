@@ -40,6 +40,7 @@ pub struct BeliefAdjoint {
 
 impl BeliefAdjoint {
     /// Memory for given sizes.
+    #[must_use]
     pub fn new(states: usize, measurements: usize) -> Self {
         let (n, p) = (states, measurements);
         Self {

@@ -52,6 +52,7 @@ pub(super) struct Work {
 
 impl Belief {
     /// Zeros for `steps` steps.
+    #[must_use]
     pub fn zeros(states: usize, measurements: usize, steps: usize) -> Self {
         let (n, p) = (states, measurements);
         Self {

@@ -10,6 +10,7 @@ use crate::riccati::Policy;
 
 impl Horizon {
     /// That along knots, with the prices of a law and the cost of the plan itself.
+    #[must_use]
     pub fn along(knots: &Knots, policy: &Policy, noise: &Noise, nominal_cost: f64) -> Self {
         let (n, steps) = (knots.dimensions.states, knots.steps());
         let mut dynamics = Matrices::zeros(steps, n, n);

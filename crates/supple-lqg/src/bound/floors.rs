@@ -91,6 +91,7 @@ pub struct KostinaHassibi {
 /// Why the bound of Kostina and Hassibi says nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Vacuous {
     /// The process noise does not drive every state, so that its entropy power is 0.
     SingularProcess,
@@ -118,6 +119,7 @@ impl std::fmt::Display for Vacuous {
 ///
 /// It is `log |det A| + n/2 log(1 + N(W) |det M|^(1/n) / ((D - D_min)/n))` with `Theta = A' M A`, written so that it
 /// holds for singular `A` too; half of its `M` and of its costs are ours, which have the factor 1/2.
+#[must_use]
 pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> KostinaHassibi {
     let n = stationary.dynamics.rows() as f64;
     let own = 2.0 / n * log_determinant(&dense(&stationary.dynamics, 0));
@@ -137,6 +139,7 @@ pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> Kostin
 /// `bits + sum_t (r_t/2 log2(4 pi e / 12) + 1)` over the steps at which anything is sent, `ranks` being how many
 /// numbers the virtual sensor measures at each step (theory, equation L.23; Tanaka, Johansson, Oechtering, Sandberg,
 /// Skoglund 2016).
+#[must_use]
 pub fn quantiser_bound(bits: f64, ranks: &[usize]) -> f64 {
     let loss = 0.5 * math::log2(4.0 * std::f64::consts::PI * std::f64::consts::E / 12.0);
     let sent = ranks.iter().filter(|&&rank| rank > 0);

@@ -17,6 +17,7 @@ impl Default for BoundSettings {
 
 /// How a search for the minimum ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BoundStatus {
     /// The gap asked for is reached.
     Converged,

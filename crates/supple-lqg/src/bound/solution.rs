@@ -70,6 +70,7 @@ pub struct StationaryMinimum {
 
 impl MinimumInformation {
     /// How the minimum changes with the numbers of its horizon (theory, equation L.32).
+    #[must_use]
     pub fn sensitivity(&self, horizon: &Horizon) -> Sensitivity {
         Sensitivity::over_horizon(horizon, &self.worth, &self.posterior, self.slope)
     }
@@ -82,12 +83,14 @@ impl StationaryMinimum {
     }
 
     /// How the minimum per step changes with the numbers of its system (theory, equation L.32).
+    #[must_use]
     pub fn sensitivity(&self, system: &Stationary) -> Sensitivity {
         Sensitivity::per_step(system, &self.worth, &self.posterior, self.slope)
     }
 }
 
 /// The sensor of each decision: what it measures, its noise and its gain (theory, equation L.13).
+#[must_use]
 pub fn virtual_sensors(minimum: &MinimumInformation) -> Vec<VirtualSensor> {
     minimum.sensors.clone()
 }

@@ -61,6 +61,7 @@ pub fn invariant_hull(a: &Dense, first: Dense) -> Dense {
 }
 
 /// An orthonormal basis of the states that `price` sees over time: `x' A^k' price A^k x` of the others is 0 for all k.
+#[must_use]
 pub fn observed(a: &Dense, price: &Dense) -> Dense {
     invariant_hull(&a.transpose(), price.clone())
 }

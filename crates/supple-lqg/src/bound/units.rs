@@ -18,6 +18,7 @@ pub struct InUnits {
 
 impl InUnits {
     /// Those of a system.
+    #[must_use]
     pub fn of(system: &Stationary) -> Self {
         let (a, price) = (dense(&system.dynamics, 0), dense(&system.price, 0));
         let d = scales(&a, &dense(&system.process, 0));

@@ -50,6 +50,7 @@ pub fn information(belief: &Belief, noise: &Noise, out: &mut Information) -> Res
 /// The same by entropies: `sum 1/2 log |P_t| / |Sigma_t|` (theory, equation I.2), for comparison.
 ///
 /// `None` where a covariance is singular, as it is when a state is known exactly.
+#[must_use]
 pub fn entropy_form(belief: &Belief) -> Option<f64> {
     let logs =
         |matrices: &Matrices| (0..matrices.count()).map(|t| log_determinant_at(matrices, t)).sum::<Option<f64>>();
@@ -58,6 +59,7 @@ pub fn entropy_form(belief: &Belief) -> Option<f64> {
 
 /// The paper's form, `sum_{t<N} 1/2 log |P_{t+1}| - 1/2 log |Sigma_t|`, for comparison only: it pairs a step's
 /// prior with the posterior of the step before (theory, section I). `None` where a covariance is singular.
+#[must_use]
 pub fn paper_form(belief: &Belief) -> Option<f64> {
     let steps = belief.predicted.count() - 1;
     let term = |t| Some(log_determinant_at(&belief.predicted, t + 1)? - log_determinant_at(&belief.corrected, t)?);

@@ -9,6 +9,7 @@ pub struct ControlBounds {
 
 impl ControlBounds {
     /// Bounds of each control, `(lower, upper)` with `lower <= upper`; infinite where there is none.
+    #[must_use]
     pub fn new(bounds: &[(f64, f64)]) -> Self {
         let (lower, upper) = bounds.iter().copied().unzip();
         Self { lower, upper }
@@ -39,11 +40,13 @@ impl ControlBounds {
     }
 
     /// Whether controls are all inside or at the bounds.
+    #[must_use]
     pub fn hold(&self, controls: &Matrices) -> bool {
         self.all(controls, |u, lower, upper| u >= lower && u <= upper)
     }
 
     /// Whether any control is at a bound, where it could move.
+    #[must_use]
     pub fn are_met(&self, controls: &Matrices) -> bool {
         !self.all(controls, |u, lower, upper| lower == upper || u != lower && u != upper)
     }
@@ -55,6 +58,7 @@ impl ControlBounds {
 
     /// The part of a cost's slope by control `a` that a move could follow: 0 where the control is at a bound and going
     /// downhill leads out.
+    #[must_use]
     pub fn project(&self, a: usize, u: f64, slope: f64) -> f64 {
         let held = u <= self.lower[a] && slope > 0.0 || u >= self.upper[a] && slope < 0.0;
         if held { 0.0 } else { slope }

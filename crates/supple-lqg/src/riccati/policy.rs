@@ -34,6 +34,7 @@ pub struct Policy {
 
 impl Policy {
     /// Zeros for `steps` steps.
+    #[must_use]
     pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
         let (n, m, joint) = (dimensions.states, dimensions.controls, dimensions.joint());
         Self {

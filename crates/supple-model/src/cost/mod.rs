@@ -49,6 +49,7 @@ impl Weights {
     }
 
     /// Whether every weight is 0 at `phi`.
+    #[must_use]
     pub fn are_zero_at(&self, phi: &[f64]) -> bool {
         let is_zero = |weight: &Value| weight.resolve::<f64>(phi) == 0.0;
         match self {
@@ -133,11 +134,13 @@ impl Cost {
     }
 
     /// Whether any of its weights is non-zero at `phi`.
+    #[must_use]
     pub fn counts(&self, phi: &[f64]) -> bool {
         !(self.stage.are_zero_at(phi) && self.last.are_zero_at(phi))
     }
 
     /// The signals with a non-zero target, by index, and their targets.
+    #[must_use]
     pub fn wanted(&self, phi: &[f64]) -> Vec<(usize, f64)> {
         let targets = self.targets.iter().enumerate();
         let wanted = targets.filter_map(|(entry, target)| Some((self.quantity.signal_of(entry)?, target.resolve(phi))));
@@ -240,6 +243,7 @@ impl File {
 }
 
 /// The names of all kinds of cost, as files write them: all quantities, and `quadratic`.
+#[must_use]
 pub fn kinds(quantities: &Kinds) -> Vec<&'static str> {
     let mut kinds: Vec<_> = quantities.names().into_iter().chain([quadratic::NAME]).collect();
     kinds.sort_unstable();

@@ -136,6 +136,7 @@ impl Norm {
     }
 
     /// The second derivative of the norm of one entry.
+    #[must_use]
     pub fn curvature(&self, r: Node, phi: &[Node]) -> Node {
         self.0.curvature(r, phi)
     }

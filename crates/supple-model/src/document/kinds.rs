@@ -7,6 +7,7 @@ use crate::Value;
 use crate::parameters::Parameters;
 
 /// One of several tables, told apart by `kind`.
+#[must_use]
 pub fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
     let tables = kinds.into_iter().map(|(kind, mut table)| {
         table["properties"]["kind"] = json!({ "const": kind });
@@ -20,11 +21,13 @@ pub fn one_of(kinds: Vec<(&'static str, Json)>) -> Json {
 }
 
 /// Schemas as JSON.
+#[must_use]
 pub fn plain(kinds: Vec<(&'static str, schemars::Schema)>) -> Vec<(&'static str, Json)> {
     kinds.into_iter().map(|(kind, schema)| (kind, schema.to_value())).collect()
 }
 
 /// The schema of a table that has the keys of two.
+#[must_use]
 pub fn merged(mut own: schemars::Schema, common: &schemars::Schema) -> schemars::Schema {
     let object = own.ensure_object();
     let list = |key: &str| common.get(key).cloned().unwrap_or_default();

@@ -83,6 +83,7 @@ impl<'a> Document<'a> {
 
     /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number,
     /// or a list with `;` between its entries.
+    #[must_use]
     pub fn of_cells(name: &'a str, text: &'a str, root: DeTable<'a>) -> Self {
         Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true, names: None }
     }
@@ -99,6 +100,7 @@ impl<'a> Document<'a> {
     }
 
     /// Reads a value of this document.
+    #[must_use]
     pub fn reader<'b>(&'b self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
         let mut reader = Reader::new(value);
         if self.of_cells {
@@ -111,6 +113,7 @@ impl<'a> Document<'a> {
     }
 
     /// The value at a place.
+    #[must_use]
     pub fn get(&self, at: &[Place]) -> Option<&Spanned<DeValue<'a>>> {
         at.iter().try_fold(&self.root, |value, place| match (place, value.get_ref()) {
             (Place::Key(key), DeValue::Table(table)) => table.get(*key),
@@ -163,6 +166,7 @@ impl<'a> Document<'a> {
     }
 
     /// The kind of the table at a place is not one of `kinds`.
+    #[must_use]
     pub fn unknown_kind(&self, at: &[Place], kind: &str, kinds: &[&str]) -> FileError {
         let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
         let error = self.error(&at_kind, format!("must be one of {}; found `{kind}`", quoted(kinds)));
@@ -176,6 +180,7 @@ impl<'a> Document<'a> {
     }
 
     /// The error of a file that the value at a place names: of a file that cannot be read, at that value.
+    #[must_use]
     pub fn error_of_file(&self, at: &[Place], error: FileError) -> FileError {
         if error.line == 0 { self.error(at, error.to_string()) } else { error }
     }
@@ -192,6 +197,7 @@ impl<'a> Document<'a> {
     }
 
     /// An error of reading the value at a place.
+    #[must_use]
     pub fn read_error(&self, at: &[Place], error: ReadError) -> FileError {
         let here = self.error(at, error.message);
         let span = error.span.unwrap_or(here.span);

@@ -1,6 +1,7 @@
 //! Patterns of names.
 
 /// Whether a name fits a pattern in which `*` stands for any letters.
+#[must_use]
 pub fn matches(pattern: &str, name: &str) -> bool {
     let Some((head, tail)) = pattern.split_once('*') else { return pattern == name };
     let Some(rest) = name.strip_prefix(head) else { return false };

@@ -33,6 +33,7 @@ impl<R> Registry<R> {
     }
 
     /// How a kind is read; none where there is no such kind.
+    #[must_use]
     pub fn get(&self, name: &str) -> Option<&R> {
         self.kinds.iter().find(|kind| kind.name == name).map(|kind| &kind.read)
     }

@@ -78,6 +78,7 @@ pub struct VaryingNoise {
 
 impl VaryingNoise {
     /// Its numbers at `phi`.
+    #[must_use]
     pub fn of(varying: &VaryingVariance, phi: &[f64]) -> Self {
         let &VaryingVariance { measurement, state, center, coefficient } = varying;
         Self { measurement, state, center: center.resolve(phi), coefficient: coefficient.resolve(phi) }
@@ -85,6 +86,7 @@ impl VaryingNoise {
 
     /// What is added to the variance at a state.
     #[inline]
+    #[must_use]
     pub fn at(&self, state: &[f64]) -> f64 {
         self.coefficient * (state[self.state] - self.center).powi(2)
     }

@@ -122,6 +122,7 @@ impl Parameter {
     }
 
     /// The entry of its catalogue with this value, where there is one.
+    #[must_use]
     pub fn entry(&self, value: f64) -> Option<&CatalogueEntry> {
         self.catalogue.iter().find(|entry| entry.value == value)
     }
@@ -140,6 +141,7 @@ pub enum Scale {
 
 impl Scale {
     /// The share of its range that a parameter has covered, from 0 at its lower bound to 1 at its upper one.
+    #[must_use]
     pub fn share(self, [lower, upper]: [f64; 2], value: f64) -> f64 {
         match self {
             Self::Linear => (value - lower) / (upper - lower),
@@ -148,6 +150,7 @@ impl Scale {
     }
 
     /// The value of a parameter at a share of its range, cut to its bounds.
+    #[must_use]
     pub fn value(self, [lower, upper]: [f64; 2], share: f64) -> f64 {
         let value = match self {
             Self::Linear => lower + share * (upper - lower),
@@ -157,6 +160,7 @@ impl Scale {
     }
 
     /// A slope by the share of its range, from one by a parameter at a value.
+    #[must_use]
     pub fn slope(self, [lower, upper]: [f64; 2], value: f64, slope: f64) -> f64 {
         match self {
             Self::Linear => slope * (upper - lower),
@@ -182,6 +186,7 @@ pub struct Parameters(Vec<Parameter>);
 
 impl Parameters {
     /// The given parameters, their catalogues put in order.
+    #[must_use]
     pub fn new(mut list: Vec<Parameter>) -> Self {
         for parameter in &mut list {
             parameter.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -241,6 +246,7 @@ impl Parameters {
     }
 
     /// The same, with those of these indices no longer the design search's to change.
+    #[must_use]
     pub fn held(&self, indices: &[usize]) -> Self {
         let mut held = self.clone();
         for &index in indices {
@@ -251,6 +257,7 @@ impl Parameters {
 
     /// The least a value can be within the bounds of its parameters, or less where a parameter stands in it more than
     /// once. `None` for a parameter that is not of these.
+    #[must_use]
     pub fn least(&self, value: Value) -> Option<f64> {
         match value {
             Value::Number(number) => Some(number),

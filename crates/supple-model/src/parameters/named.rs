@@ -12,11 +12,13 @@ pub struct Named(pub Vec<(String, f64)>);
 
 impl Named {
     /// Names with their values.
+    #[must_use]
     pub fn new(parameters: &Parameters, values: &[f64]) -> Self {
         Self(parameters.iter().map(|p| p.name.clone()).zip(values.iter().copied()).collect())
     }
 
     /// The value of `name`.
+    #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
         self.0.iter().find(|(other, _)| other == name).map(|&(_, value)| value)
     }

@@ -34,6 +34,7 @@ pub enum Price {
 
 impl Price {
     /// The price of a value.
+    #[must_use]
     pub fn at(self, phi: f64) -> f64 {
         match self {
             Self::Inverse(c) => c / phi,
@@ -44,6 +45,7 @@ impl Price {
     }
 
     /// Its derivative by the value.
+    #[must_use]
     pub fn slope(self, phi: f64) -> f64 {
         match self {
             Self::Inverse(c) => -c / (phi * phi),
@@ -123,11 +125,13 @@ impl Parameters {
     }
 
     /// The sum of all prices at the values `phi`; 0 where no parameter has one.
+    #[must_use]
     pub fn price(&self, phi: &[f64]) -> f64 {
         self.prices(phi).0.iter().map(|(_, price)| price).sum()
     }
 
     /// The price of each parameter that has one.
+    #[must_use]
     pub fn prices(&self, phi: &[f64]) -> Named {
         let priced = self.iter().zip(phi).filter(|(parameter, _)| parameter.has_price());
         Named(priced.map(|(parameter, &value)| (parameter.name.clone(), parameter.price_at(value))).collect())
@@ -135,6 +139,7 @@ impl Parameters {
 
     /// The sum of all prices as a search meets them that moves through the values `phi`: of parameters that it moves,
     /// the prices of their forms, smooth; those of entries count where the search holds the parameter at one.
+    #[must_use]
     pub fn price_in_search(&self, phi: &[f64]) -> f64 {
         let price = |(parameter, &value): (&Parameter, &f64)| match parameter.role {
             Role::Design => parameter.price.map_or(0.0, |price| price.at(value)),
@@ -144,6 +149,7 @@ impl Parameters {
     }
 
     /// The derivatives of the sum by all parameters.
+    #[must_use]
     pub fn price_gradient(&self, phi: &[f64]) -> Vec<f64> {
         let slope = |(parameter, &value): (&Parameter, &f64)| parameter.price.map_or(0.0, |price| price.slope(value));
         self.iter().zip(phi).map(slope).collect()

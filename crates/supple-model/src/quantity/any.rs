@@ -122,6 +122,7 @@ impl Quantity {
     }
 
     /// Names and units of its numbers, for people.
+    #[must_use]
     pub fn channels(&self, vocabulary: &Vocabulary) -> Vec<Channel> {
         self.0.channels(vocabulary)
     }
@@ -165,6 +166,7 @@ impl Quantity {
     }
 
     /// The place among the model's signals of a number that follows one signal.
+    #[must_use]
     pub fn signal_of(&self, entry: usize) -> Option<usize> {
         self.0.signal_of(entry)
     }

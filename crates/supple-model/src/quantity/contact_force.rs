@@ -26,6 +26,7 @@ pub struct File {
 
 impl ContactForce {
     /// The force that is the model's signal at a place.
+    #[must_use]
     pub fn new(signal: usize) -> Self {
         Self { signal, smoothing: None }
     }

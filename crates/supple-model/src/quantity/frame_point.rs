@@ -50,6 +50,7 @@ impl std::fmt::Display for Axis {
 
 impl FramePoint {
     /// All coordinates of a frame, given the place of its first signal.
+    #[must_use]
     pub fn of(first: usize) -> Self {
         Self { selected: (first..first + 3).collect(), axes: Axis::ALL.to_vec() }
     }

@@ -29,6 +29,7 @@ pub struct File {
 
 impl FrameTurn {
     /// The turn of a frame, given the place of its first signal, from an orientation, a rotation matrix by rows.
+    #[must_use]
     pub fn new(first: usize, reference: [[f64; 3]; 3]) -> Self {
         Self { first, reference }
     }

@@ -28,6 +28,7 @@ impl File {
 
 impl Penetration {
     /// The depth that is the model's signal at a place.
+    #[must_use]
     pub fn new(signal: usize) -> Self {
         Self { signal }
     }

@@ -13,6 +13,7 @@ pub struct StateAndControl {
 
 impl StateAndControl {
     /// Of so many states and controls.
+    #[must_use]
     pub fn new(states: usize, controls: usize) -> Self {
         Self { states, controls }
     }

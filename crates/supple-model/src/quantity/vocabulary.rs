@@ -56,6 +56,7 @@ impl Unfit {
     }
 
     /// The error of a file that has the table at a place.
+    #[must_use]
     pub fn at(self, document: &Document, at: &[Place]) -> FileError {
         let at: Vec<Place> = at.iter().copied().chain([self.key.into()]).collect();
         FileError { help: self.help, ..document.error(&at, self.message) }
@@ -102,6 +103,7 @@ impl Vocabulary {
     }
 
     /// The channel of a state; without a unit where the model gives none.
+    #[must_use]
     pub fn state_channel(&self, place: usize) -> Channel {
         let named = || Channel::new(self.states.get(place).map_or("", String::as_str), "");
         self.channels.states.get(place).cloned().unwrap_or_else(named)
@@ -136,6 +138,7 @@ impl Vocabulary {
     }
 
     /// The element of compliance that makes a joint elastic.
+    #[must_use]
     pub fn motor_of(&self, joint: &str) -> Option<&str> {
         self.motors.iter().find(|(own, _)| own == joint).map(|(_, element)| element.as_str())
     }
@@ -232,6 +235,7 @@ impl Vocabulary {
     }
 
     /// What a signal of a contact is, for people: with the contact's name where it has one.
+    #[must_use]
     pub fn contact_channel(&self, signal: usize, what: &str, unit: &str) -> Channel {
         match self.signal_name(signal).rsplit_once('.') {
             Some((contact, _)) => Channel::new(format!("{what} of {contact}"), unit),
@@ -240,6 +244,7 @@ impl Vocabulary {
     }
 
     /// The channel of an element's force or deflection, `NAME.SIGNAL`.
+    #[must_use]
     pub fn coupling_channel(&self, place: usize) -> Channel {
         let name = self.signal_name(place);
         let (element, signal) = name.rsplit_once('.').unwrap_or(("", name));

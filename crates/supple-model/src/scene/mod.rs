@@ -162,17 +162,20 @@ pub struct Wall {
 
 impl Shape {
     /// A shape at a point of its body, not turned.
+    #[must_use]
     pub fn at(position: [f64; 3], solid: Solid) -> Self {
         Self { solid, position, rotation: [1.0, 0.0, 0.0, 0.0] }
     }
 
     /// A shape at a pose in its body.
+    #[must_use]
     pub fn placed(pose: &Pose, solid: Solid) -> Self {
         Self { solid, position: pose.position, rotation: quaternion(&pose.rotation) }
     }
 }
 
 /// The unit quaternion `w, x, y, z` of a rotation matrix by rows, with `w` at least 0 (Shepperd's method).
+#[must_use]
 pub fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
     // Four times the products of each entry with the largest one.
     let squares = [
@@ -196,6 +199,7 @@ pub fn quaternion(r: &[[f64; 3]; 3]) -> [f64; 4] {
 }
 
 /// The rotation, by rows, whose third column is the direction `axis`, of any length above 0; z where it has none.
+#[must_use]
 pub fn turned_to(axis: [f64; 3]) -> [[f64; 3]; 3] {
     use supple_robot::vector::{cross, dot, scale, sub};
     let length = dot(axis, axis).sqrt();

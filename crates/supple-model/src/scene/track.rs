@@ -11,6 +11,7 @@ pub struct Track<const N: usize>(pub Vec<[f64; N]>);
 
 impl<const N: usize> Track<N> {
     /// Rows, rounded; a single one where all are equal.
+    #[must_use]
     pub fn new(mut rows: Vec<[f64; N]>) -> Self {
         round(rows.as_flattened_mut());
         if rows.windows(2).all(|pair| pair[0] == pair[1]) {
@@ -20,6 +21,7 @@ impl<const N: usize> Track<N> {
     }
 
     /// The row of a frame; none where there are no rows.
+    #[must_use]
     pub fn at(&self, frame: usize) -> Option<&[f64; N]> {
         self.0.get(frame).or(self.0.last())
     }

@@ -79,6 +79,7 @@ fn check(array: &Matrices, named: Named, count: usize, (rows, cols): (usize, usi
 impl Arrays {
     /// `A`, `B`, `C`, `Q` and `R`, with all else left out.
     #[allow(non_snake_case)]
+    #[must_use]
     pub fn new([A, B, C, Q, R]: [Matrices; 5]) -> Self {
         Self { A, B, C, c: None, d: None, Q, S: None, R, q: None, r: None, QN: None, qN: None }
     }

@@ -100,6 +100,7 @@ impl Expression {
     }
 
     /// The derivative by each of its parameters.
+    #[must_use]
     pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
         let mut all: Vec<Dual<f64, 1>> = phi.iter().map(|&value| Dual::fixed(value)).collect();
         let slope = |index: usize| {

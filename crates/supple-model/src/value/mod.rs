@@ -43,6 +43,7 @@ impl Value {
     }
 
     /// The derivative by each parameter that it depends on: the parameter's index, and the slope at `phi`.
+    #[must_use]
     pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
         match self {
             Self::Number(_) => Vec::new(),
@@ -91,6 +92,7 @@ impl Value {
     }
 
     /// This times another value.
+    #[must_use]
     pub fn times(self, other: Self) -> Self {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => Self::Number(a * b),
@@ -100,6 +102,7 @@ impl Value {
     }
 
     /// This divided by another value.
+    #[must_use]
     pub fn over(self, other: Self) -> Self {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => Self::Number(a / b),
@@ -109,6 +112,7 @@ impl Value {
     }
 
     /// Its square.
+    #[must_use]
     pub fn squared(self) -> Self {
         match self {
             Self::Number(number) => Self::Number(number * number),
@@ -129,6 +133,7 @@ impl Value {
     }
 
     /// What to say of a value that can be as low as `least`, where that is too low.
+    #[must_use]
     pub fn found(self, least: f64) -> String {
         let least = digits(least);
         match self {
@@ -166,11 +171,13 @@ fn undeclared(name: &str, declared: &[String]) -> String {
 }
 
 /// Whether parameters may have this name: letters, digits, `_`, `-` and `.`.
+#[must_use]
 pub fn is_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
 }
 
 /// A name as files write it in keys: quoted where it must be.
+#[must_use]
 pub fn as_key(name: &str) -> Cow<'_, str> {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     if bare { name.into() } else { format!("{name:?}").into() }

@@ -11,6 +11,7 @@ pub struct Names {
 
 impl Names {
     /// The names of all parameters, in their order; none is used yet.
+    #[must_use]
     pub fn new(declared: Vec<String>) -> Self {
         let used = RefCell::new(vec![false; declared.len()]);
         Self { declared, used }

@@ -40,12 +40,14 @@ pub const MOST_TRIANGLES: usize = 20_000;
 /// faces (`u4`) in base64, little-endian; the scenes, whose bodies name their surface by number; and what to tell the
 /// reader. Meshes that cannot be read are shown as the lines and marks that the scene has for each body, with a
 /// warning.
+#[must_use]
 pub fn data(scenes: &[(&str, &Scene)]) -> Value {
     Stage::default().all(scenes)
 }
 
 /// As [`data`], of a result that others may have made: meshes are read from the folders of its `sources` only, as far
 /// as these are still what they were, and from the package roots of its task file.
+#[must_use]
 pub fn data_of_result(scenes: &[(&str, &Scene)], sources: &[Source]) -> Value {
     Stage { files: Files::within(&folders(sources)), ..Stage::default() }.all(scenes)
 }

@@ -283,17 +283,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         }
         add(format!("information measured for {}", after.name), "bits", a.total_bits, b.total_bits, none());
         add(format!("information measured for {}", after.name), "bits/s", a.bits_per_second, b.bits_per_second, none());
-        let remark = after.cost.bound.map_or_else(
-            || ["none".into(), String::new()],
-            |bound| {
-                let note = match Standing::of_cost(report, index) {
-                    Standing::Missed => "missed".into(),
-                    Standing::Active(saved) => format!("limit active; +1 in cost saves {} bits", number(saved)),
-                    Standing::Met => "met".into(),
-                };
-                [number(bound), note]
-            },
-        );
+        let remark = cost_remark(report, index, after.cost.bound);
         add(format!("expected cost of {}", after.name), "", before.cost.expected, after.cost.expected, remark);
         if let (Some(a), Some(b)) = (&before.monte_carlo, &after.monte_carlo) {
             let interval = b
@@ -304,24 +294,35 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         }
     }
     if let (Some(before), Some(after)) = (&start.price, &optimum.price) {
-        let remark = after.budget.map_or_else(
-            || ["none".into(), String::new()],
-            |budget| {
-                let note = match Standing::of_price(report) {
-                    Standing::Missed => "exceeded".into(),
-                    Standing::Active(saved) => format!("budget exhausted; +1 in budget saves {} bits", number(saved)),
-                    Standing::Met => "met".into(),
-                };
-                [number(budget), note]
-            },
-        );
-        add("price".into(), "", before.total, after.total, remark);
+        add("price".into(), "", before.total, after.total, budget_remark(report, after.budget));
     }
     html! {
         (table("Information and cost", &words(["quantity", "start", end, "change", "bound", "remark"]), &rows))
         @for text in trusted(report) { p { (text) } }
         (changes(&report.split))
     }
+}
+
+/// The limit of the expected cost of a task, and how the design stands to it.
+fn cost_remark(report: &DesignReport, task: usize, bound: Option<f64>) -> [String; 2] {
+    let Some(bound) = bound else { return ["none".into(), String::new()] };
+    let note = match Standing::of_cost(report, task) {
+        Standing::Missed => "missed".into(),
+        Standing::Active(saved) => format!("limit active; +1 in cost saves {} bits", number(saved)),
+        Standing::Met => "met".into(),
+    };
+    [number(bound), note]
+}
+
+/// The budget, and how the price of the design stands to it.
+fn budget_remark(report: &DesignReport, budget: Option<f64>) -> [String; 2] {
+    let Some(budget) = budget else { return ["none".into(), String::new()] };
+    let note = match Standing::of_price(report) {
+        Standing::Missed => "exceeded".into(),
+        Standing::Active(saved) => format!("budget exhausted; +1 in budget saves {} bits", number(saved)),
+        Standing::Met => "met".into(),
+    };
+    [number(budget), note]
 }
 
 /// Comparison of roll-outs with predictions.

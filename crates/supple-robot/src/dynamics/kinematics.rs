@@ -43,6 +43,7 @@ pub(crate) struct Moved<S> {
 
 impl<S: Scalar> Twist<S> {
     /// At rest.
+    #[must_use]
     pub fn zero() -> Self {
         Self { angular: [S::zero(); 3], linear: [S::zero(); 3] }
     }
@@ -88,6 +89,7 @@ impl<S: Scalar> Kinematics<S> {
     ///
     /// # Panics
     /// Where `v` has not one entry by degree of freedom.
+    #[must_use]
     pub fn moving(&self, tree: &Tree, v: &[S]) -> Self {
         assert_eq!(v.len(), tree.dofs(), "velocities of other dofs");
         let mut other = self.clone();
@@ -109,6 +111,7 @@ impl<S: Scalar> Kinematics<S> {
     ///
     /// # Panics
     /// Where there is no such link.
+    #[must_use]
     pub fn velocity(&self, link: usize) -> Twist<S> {
         let Some(body) = self.of_link[link] else { return Twist::zero() };
         let (place, twist) = (&self.bodies.links[link], &self.moved[body].twist);

@@ -60,6 +60,7 @@ pub fn check_inertia(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Result<(
 ///
 /// # Panics
 /// As [`Kinematics::of`].
+#[must_use]
 pub fn massless_joints(tree: &Tree, numbers: &Numbers<f64>, q: &[f64]) -> Vec<usize> {
     // A joint whose drive has inertia moves some: no acceleration of that joint is left that moves none.
     let mut numbers = numbers.clone();

@@ -16,6 +16,7 @@ pub struct Wrench<S> {
 
 impl<S: Scalar> Wrench<S> {
     /// Nothing.
+    #[must_use]
     pub fn zero() -> Self {
         Self { torque: [S::zero(); 3], force: [S::zero(); 3] }
     }

@@ -17,6 +17,7 @@ pub struct Written {
 ///
 /// A link without inertia and frames between two joints becomes a body with both joints, as MuJoCo refuses bodies without
 /// inertia. What is only seen is left out.
+#[must_use]
 pub fn mjcf(robot: &Robot) -> Written {
     let mut text = Text::default();
     text.open("mujoco", Attributes::default().text("model", &robot.name));

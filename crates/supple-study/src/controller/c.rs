@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use supple::lqg::ControlBounds;
 use supple::{Channel, Controller, Dimensions, Matrices, Rows, time_of};
 
 use super::file::columns;
@@ -74,42 +75,13 @@ fn step(controller: &Controller, name: &str, tables: &mut Tables) -> String {
     let upper = name.to_ascii_uppercase();
     let steps = controller.steps();
     let whole = |matrices: &Matrices| columns(matrices, steps, 0..matrices.cols());
-    let mut correction = String::new();
-    if p > 0 {
-        let expected = tables.add("expected", &whole(&controller.expected));
-        let measurement = tables.add("measurement", &whole(&controller.measurement));
-        let filter_gain = tables.add("filter_gain", &whole(&controller.filter_gain));
-        correction = format!(
-            "    for (i = 0; i < {p}; i++) {{
-        sum = 0.0;
-        for (j = 0; j < {n}; j++) sum += {measurement}[i * {n} + j] * d[j];
-        innovation[i] = y[i] - {expected}[i] - sum;
-    }}
-    for (i = 0; i < {n}; i++) {{
-        sum = 0.0;
-        for (j = 0; j < {p}; j++) sum += {filter_gain}[i * {p} + j] * innovation[j];
-        d[i] += sum;
-    }}
-"
-        );
-    }
+    let correction = if p > 0 { correction(controller, tables) } else { String::new() };
     let controls = tables.add("controls", &whole(&controller.trajectory.controls));
     let feedforward = tables.add("feedforward", &whole(&controller.feedforward));
     let feedback = tables.add("feedback", &whole(&controller.feedback));
     let dynamics = tables.add("dynamics", &columns(&controller.dynamics, steps, 0..n));
     let input = tables.add("input", &columns(&controller.dynamics, steps, n..n + m));
-    let (mut clip, mut limits) = (String::new(), String::new());
-    if let Some(bounds) = &controller.bounds {
-        for (what, bounds) in [("lower", bounds.lower()), ("upper", bounds.upper())] {
-            let numbers = bounds.iter().map(|&bound| number_of_bound(bound)).collect::<Vec<_>>().join(", ");
-            let _ = writeln!(limits, "static const double {what}[{m}] = {{{numbers}}};");
-            tables.bytes += size_of::<f64>() * m;
-        }
-        clip =
-            "        if (u[i] < lower[i]) u[i] = lower[i];\n        if (u[i] > upper[i]) u[i] = upper[i];\n".to_owned();
-        limits.push('\n');
-    }
-    tables.text.push_str(&limits);
+    let clip = controller.bounds.as_ref().map_or("", |bounds| clip(bounds, tables));
     let (local, check, unused) = if p > 0 {
         let check = format!(
             "    for (i = 0; i < {p}; i++) {{\n        if (!isfinite(y[i])) return {upper}_NOT_FINITE;\n    }}\n"
@@ -153,6 +125,39 @@ int {name}_step({name}_controller *controller, const double *y, double *u)
 }}
 "
     )
+}
+
+/// The code that corrects the expected deviation by a measurement; its tables are added to `tables`.
+fn correction(controller: &Controller, tables: &mut Tables) -> String {
+    let Dimensions { states: n, measurements: p, .. } = controller.dimensions;
+    let whole = |matrices: &Matrices| columns(matrices, controller.steps(), 0..matrices.cols());
+    let expected = tables.add("expected", &whole(&controller.expected));
+    let measurement = tables.add("measurement", &whole(&controller.measurement));
+    let filter_gain = tables.add("filter_gain", &whole(&controller.filter_gain));
+    format!(
+        "    for (i = 0; i < {p}; i++) {{
+        sum = 0.0;
+        for (j = 0; j < {n}; j++) sum += {measurement}[i * {n} + j] * d[j];
+        innovation[i] = y[i] - {expected}[i] - sum;
+    }}
+    for (i = 0; i < {n}; i++) {{
+        sum = 0.0;
+        for (j = 0; j < {p}; j++) sum += {filter_gain}[i * {p} + j] * innovation[j];
+        d[i] += sum;
+    }}
+"
+    )
+}
+
+/// The code that keeps a control within its bounds, which are added to `tables`.
+fn clip(bounds: &ControlBounds, tables: &mut Tables) -> &'static str {
+    for (what, bounds) in [("lower", bounds.lower()), ("upper", bounds.upper())] {
+        let numbers = bounds.iter().map(|&bound| number_of_bound(bound)).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(tables.text, "static const double {what}[{}] = {{{numbers}}};", bounds.len());
+        tables.bytes += size_of_val(bounds);
+    }
+    tables.text.push('\n');
+    "        if (u[i] < lower[i]) u[i] = lower[i];\n        if (u[i] > upper[i]) u[i] = upper[i];\n"
 }
 
 /// A bound as C writes it.

@@ -79,6 +79,7 @@ pub struct ControllerFile {
 
 impl ControllerFile {
     /// Of a controller.
+    #[must_use]
     pub fn of(exported: &ExportedController) -> Self {
         let ExportedController { controller, task, status, parameters, time_step, channels, .. } = exported;
         let steps = controller.steps();

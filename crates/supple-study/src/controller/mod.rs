@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use supple::plan::PlanStatus;
-use supple::simulate::MonteCarlo;
+use supple::simulate::{MonteCarlo, Rollouts};
 use supple::{Channels, Controller, Evaluation, Matrices, Named, Task, Trajectory, TrajectoryReport};
 
 use crate::{Folder, LoadedTask, OWN_MODEL, StudyError, StudyResult, check_writable, write_text};
@@ -27,6 +27,7 @@ pub enum At {
 
 /// How a controller is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ControllerFormat {
     /// A header and a source of C99.
     C,
@@ -127,11 +128,11 @@ impl ExportedController {
         })
     }
 
-    /// Its cost in closed loop with the model, over `rollouts` runs of its own filter.
+    /// Its cost in closed loop with the model, over runs of its own filter.
     ///
     /// # Errors
     /// Where a covariance is indefinite.
-    pub fn monte_carlo(&self, rollouts: (usize, u64)) -> Result<MonteCarlo, StudyError> {
+    pub fn monte_carlo(&self, rollouts: Rollouts) -> Result<MonteCarlo, StudyError> {
         Ok(self.controller.monte_carlo(&self.task, &self.phi, self.expected_cost, rollouts)?)
     }
 

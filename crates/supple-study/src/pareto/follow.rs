@@ -30,24 +30,7 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Po
     let watch = front.watch;
     let factors = factors(ends, count);
     let last = factors.len() - 1;
-    // Until it is told to stop.
-    let searches = |up: bool| -> Result<Vec<Point>, StudyError> {
-        let mut found: Vec<Point> = Vec::new();
-        for step in 1..last {
-            let index = if up { step } else { last - step };
-            let before = found.last().map_or(if up { &ends.tight } else { &ends.loose }, |point| &point.summary);
-            let number = if up { index } else { factors.len() + index };
-            let name = format!("{} to point {index}", if up { "up" } else { "down" });
-            let searched = search(front, &name, before, (factors[index], number));
-            match searched.and_then(|found| point(front, factors[index], found)) {
-                Err(StudyError::Stopped) => break,
-                other => found.push(other?),
-            }
-            watch.progress.advance(1);
-        }
-        Ok(found)
-    };
-    let (up, down) = rayon::join(|| searches(true), || searches(false));
+    let (up, down) = rayon::join(|| searches(front, ends, &factors, true), || searches(front, ends, &factors, false));
     let (mut up, mut down) = (up?.into_iter(), down?.into_iter().rev());
     let missing = last.saturating_sub(1) - down.len().min(last.saturating_sub(1));
     let mut points: Vec<Point> = vec![end(front, factors[0], || tight_end(front, ends))?];
@@ -86,6 +69,26 @@ pub(super) fn follow(front: &Front, ends: &Ends, count: usize) -> Result<(Vec<Po
         other => other.map(|()| false)?,
     };
     Ok((points, stopped))
+}
+
+/// Follows the front between its ends, `up` from the tight one or down from the loose one, each point from the one before,
+/// until it is stopped.
+fn searches(front: &Front, ends: &Ends, factors: &[f64], up: bool) -> Result<Vec<Point>, StudyError> {
+    let last = factors.len() - 1;
+    let mut found: Vec<Point> = Vec::new();
+    for step in 1..last {
+        let index = if up { step } else { last - step };
+        let before = found.last().map_or(if up { &ends.tight } else { &ends.loose }, |point| &point.summary);
+        let number = if up { index } else { factors.len() + index };
+        let name = format!("{} to point {index}", if up { "up" } else { "down" });
+        let searched = search(front, &name, before, (factors[index], number));
+        match searched.and_then(|found| point(front, factors[index], found)) {
+            Err(StudyError::Stopped) => break,
+            other => found.push(other?),
+        }
+        front.watch.progress.advance(1);
+    }
+    Ok(found)
 }
 
 /// Factors from the tight end to the loose one; their distances to the tight end have evenly spread roots.

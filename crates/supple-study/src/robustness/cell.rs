@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use supple::design::plan_at;
 use supple::lqg::Noise;
 use supple::pipeline::TaskState;
-use supple::simulate::{World, sampled_costs};
+use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
 
 use super::statistics::{half_width, mean_and_deviation, quantile};
 use super::{Planned, PlannedFor, RobustCell, RobustnessOptions};
@@ -112,14 +112,14 @@ impl Place {
         let nominal = &design.states[self.task];
         let mut phi = design.phi.clone();
         phi[varied] = self.value;
-        let rollouts = (options.rollouts, options.seed);
+        let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
         match self.planned_for {
             PlannedFor::Nominal => {
                 let mut noise: Noise = nominal.noise.clone();
                 task.noise.resolve(&phi, &mut noise)?;
                 let believed = World { phi: &design.phi, noise: &nominal.noise };
                 let truth = World { phi: &phi, noise: &noise };
-                Ok((sampled_costs(task, &nominal.plan, (believed, truth), rollouts)?, None))
+                Ok((sampled_costs(task, &nominal.plan, Worlds { believed, truth }, rollouts)?, None))
             }
             PlannedFor::Truth => {
                 let mut state = TaskState::new(task);
@@ -131,7 +131,7 @@ impl Place {
                     plan_at((problem, task), &phi, None, search, &mut state)?;
                 }
                 let world = World { phi: &phi, noise: &state.noise };
-                let costs = sampled_costs(task, &state.plan, (world, world), rollouts)?;
+                let costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;
                 Ok((costs, Some(state.cost.expected())))
             }
         }

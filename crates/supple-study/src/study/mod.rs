@@ -64,6 +64,7 @@ pub enum Work {
 
 impl Study {
     /// This work on a task, as its parameters are.
+    #[must_use]
     pub fn of(task: &LoadedTask, work: Work) -> Self {
         let path = task.sources.first().map_or(OWN_MODEL, |source| &source.path).to_owned();
         let parameters = &task.problem.parameters;

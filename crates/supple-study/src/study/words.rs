@@ -7,8 +7,9 @@ use supple::design::DesignSettings;
 use supple::parameters::Scale;
 
 use super::{Study, Work};
+use crate::evaluate::EvaluateOptions;
 use crate::robustness::DesignChoice;
-use crate::sensors::{SensorGoal, SensorMethod};
+use crate::sensors::{SensorGoal, SensorMethod, SensorsOptions};
 use crate::sweep::Axis;
 
 impl Study {
@@ -20,17 +21,7 @@ impl Study {
         }
         match &self.work {
             Work::Design(settings) => words.search(settings),
-            Work::Evaluate(options) => {
-                match (options.total_gradient, options.frozen_gradient) {
-                    (true, true) => words.give("gradient", "both"),
-                    (true, false) => words.give("gradient", "total"),
-                    (false, true) => words.give("gradient", "frozen"),
-                    (false, false) => {}
-                }
-                words.give("rollouts", options.rollouts);
-                words.unless_zero("branches", options.branches);
-                words.unless_zero("seed", options.seed);
-            }
+            Work::Evaluate(options) => words.evaluation(options),
             Work::Sweep(options) => {
                 options.axes.iter().for_each(|axis| words.give("grid", axis));
                 words.unless_zero("rollouts", options.rollouts);
@@ -55,18 +46,7 @@ impl Study {
                 words.give("gradient", names(&options.gradients));
                 words.unless_zero("seed", options.seed);
             }
-            Work::Sensors(options) => {
-                words.if_given("budget", options.budget);
-                words.if_given("count", options.count);
-                words.if_given("cost", options.cost);
-                if options.goal != SensorGoal::default() {
-                    words.give("for", name(&options.goal));
-                }
-                if options.method != SensorMethod::default() {
-                    words.give("method", name(&options.method));
-                }
-                words.if_given("task", options.task.as_ref());
-            }
+            Work::Sensors(options) => words.sensors(options),
             Work::Bound(options) => {
                 words.if_given("task", options.task.as_ref());
                 words.if_given("cost", options.cost);
@@ -94,6 +74,31 @@ impl fmt::Display for Study {
 struct Words(Vec<String>);
 
 impl Words {
+    fn evaluation(&mut self, options: &EvaluateOptions) {
+        match (options.total_gradient, options.frozen_gradient) {
+            (true, true) => self.give("gradient", "both"),
+            (true, false) => self.give("gradient", "total"),
+            (false, true) => self.give("gradient", "frozen"),
+            (false, false) => {}
+        }
+        self.give("rollouts", options.rollouts);
+        self.unless_zero("branches", options.branches);
+        self.unless_zero("seed", options.seed);
+    }
+
+    fn sensors(&mut self, options: &SensorsOptions) {
+        self.if_given("budget", options.budget);
+        self.if_given("count", options.count);
+        self.if_given("cost", options.cost);
+        if options.goal != SensorGoal::default() {
+            self.give("for", name(&options.goal));
+        }
+        if options.method != SensorMethod::default() {
+            self.give("method", name(&options.method));
+        }
+        self.if_given("task", options.task.as_ref());
+    }
+
     fn give(&mut self, option: &str, value: impl ToString) {
         self.0.extend([format!("--{option}"), value.to_string()]);
     }

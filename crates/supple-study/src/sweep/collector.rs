@@ -115,6 +115,7 @@ impl Collector {
     }
 
     /// The points of a unit in words: their numbers, and where the first one is.
+    #[must_use]
     pub fn describe(&self, unit: &SweepUnit) -> String {
         let points = self.points_of(unit);
         let (Some((_, first)), Some((_, last))) = (points.first(), points.last()) else {

@@ -92,6 +92,7 @@ fn of_contacts(task: &Task) -> Vec<Column> {
 const MISSES_CONTACT: &str = "misses_contact";
 
 /// The task that a column is of that says whether its plan misses a contact.
+#[must_use]
 pub fn misses_contact(column: &Column) -> Option<&str> {
     column.name.strip_suffix(MISSES_CONTACT)?.strip_suffix('.')
 }
@@ -111,6 +112,7 @@ pub enum Holds {
 
 impl Holds {
     /// What a column holds. It is told by its description, since a parameter may have any name.
+    #[must_use]
     pub fn of(column: &Column) -> Self {
         match &*column.description {
             PLAN_ENDED | DESIGN_ENDED | NO_RESULT => Self::Texts,

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use supple::aims::weighted_information;
 use supple::design::{Control, InformationWeights, NoObserver, best_plan, design};
 use supple::pipeline::TaskState;
-use supple::simulate::monte_carlo;
+use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
 
 use super::SweepOptions;
@@ -200,7 +200,8 @@ fn evaluate_task(
     let mut trouble = None;
     cells.extend(numbers.map(Cell::number));
     if options.rollouts > 0 {
-        let sampled = monte_carlo(task, phi, (&state.plan, &state.noise), cost, (options.rollouts, options.seed))?;
+        let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
+        let sampled = monte_carlo(task, phi, (&state.plan, &state.noise), cost, rollouts)?;
         cells.extend([sampled.cost_mean, sampled.cost_standard_error].map(Cell::number));
         trouble = number_warnings(task, state, Some(&sampled)).into_iter().next();
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
+use supple::simulate::Rollouts;
 use supple::{EvaluateOptions, Named};
 use supple_study::controller::{At, CSource, ControllerFile, ControllerFormat, ExportedController};
 use supple_study::{OWN_MODEL, Source, StudyResult};
@@ -75,7 +76,9 @@ fn the_documentation_has_the_right_numbers() {
         {
             assert!(header.contains(&said), "{}: {said}", row[0]);
         }
-        for (said, found) in [(row[4], extended), (row[5], exported.monte_carlo((256, 0)).unwrap().cost_mean)] {
+        for (said, found) in
+            [(row[4], extended), (row[5], exported.monte_carlo(Rollouts { count: 256, seed: 0 }).unwrap().cost_mean)]
+        {
             let number: f64 = said.parse().unwrap();
             assert!((number - found).abs() <= 1e-3 * number, "{}: {said} for {found}", row[0]);
         }

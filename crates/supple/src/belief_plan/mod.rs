@@ -39,13 +39,7 @@ pub(crate) fn plan_belief(
     memory: &mut Memory,
     scratch: &mut Scratch,
 ) -> Result<(), Error> {
-    if task.control_bounds.is_some() {
-        return Err(Error::Planning {
-            plan: "belief",
-            problem: "does not support control limits".to_owned(),
-            advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
-        });
-    }
+    check_controls(task)?;
     let mut iterations = plan.iterations;
     let mut best: Option<Plan> = None;
     let mut consider = |memory: &mut Memory, scratch: &mut Scratch| {
@@ -91,6 +85,19 @@ pub(crate) fn plan_belief(
         }
     }
     Ok(())
+}
+
+/// # Errors
+/// Where controls have bounds that must be kept.
+fn check_controls(task: &Task) -> Result<(), Error> {
+    match task.control_bounds {
+        None => Ok(()),
+        Some(_) => Err(Error::Planning {
+            plan: "belief",
+            problem: "does not support control limits".to_owned(),
+            advice: "set `enforce_effort_limits = false`, or use plan = \"nominal\"",
+        }),
+    }
 }
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {

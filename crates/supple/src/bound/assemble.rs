@@ -25,6 +25,26 @@ impl Problem {
     }
 }
 
+/// The information of a design's own filter and controller, bits per step.
+struct OwnInformation {
+    control: Option<f64>,
+    measurement: Option<f64>,
+    /// What is below a proved lower bound, because of rounding; the others are left out then.
+    mistaken: Option<f64>,
+}
+
+/// # Errors
+/// Where a number of the report is not finite.
+fn finite(report: TaskBound) -> Result<TaskBound, Error> {
+    if report.is_finite() {
+        return Ok(report);
+    }
+    Err(Error::NoBound {
+        what: "a result is not a finite number".into(),
+        advice: "scale the states to similar sizes, or shorten the horizon",
+    })
+}
+
 impl Bounding {
     /// All bounds at a cost, or at the design's own.
     ///
@@ -32,25 +52,14 @@ impl Bounding {
     /// As of [`point`](Self::point), or where the design has no cost of its own and none is given.
     pub fn report(&self, cost: Option<f64>) -> Result<TaskBound, Error> {
         let own_price = if cost.is_none() { self.own.price } else { None };
-        let cost = cost.or(self.own.cost).ok_or_else(|| Error::NoBound {
-            what: format!(
-                "the filter of task `{}` has no steady state, so its expected cost per step is undefined",
-                self.name
-            ),
-            advice: "give the cost limit with --cost, or sensors that detect every unstable state",
-        })?;
+        let cost = cost.map_or_else(|| self.required_own_cost(), Ok)?;
         let minimum = self.minimum(cost, own_price)?;
         let steps = self.steps();
         let (total, bits) = (|nats: f64| nats / LN_2, |nats: f64| nats / LN_2 / steps as f64);
         let list = |nats: &[f64]| nats.iter().map(|nats| nats / LN_2).collect::<Vec<f64>>();
-        let sum = |nats: &Option<Vec<f64>>| nats.as_ref().map(|nats| bits(nats.iter().sum()));
-        let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
         let at_own = self.own.cost.is_some_and(|own| (cost - own).abs() <= 1e-9 * own.abs());
+        let OwnInformation { control, measurement, mistaken } = self.own_information(minimum.lower_nats, at_own);
         let share = |of: Option<f64>| of.filter(|&of| at_own && of > 0.0).map(|of| bits(minimum.nats) / of);
-        // What is proved is right: then rounding has got into the design's own filter.
-        let contradicted = |own: &f64| at_own && bits(minimum.lower_nats) > own * (1.0 + 1e-6) + 1e-9;
-        let mistaken = control.filter(contradicted).or(measurement.filter(contradicted));
-        let (control, measurement) = if mistaken.is_some() { (None, None) } else { (control, measurement) };
         let sensor = sensor_report(&minimum.sensors, &minimum.predicted, &self.channels, self.time_step);
         let (kh, vacuous) = self.kostina_hassibi(cost);
         let mut report = TaskBound {
@@ -105,13 +114,33 @@ impl Bounding {
                 "the information of this design, {own:.6} bits per step, is below the proved lower bound because of rounding in its filter; it is omitted"
             ));
         }
-        if report.is_finite() {
-            return Ok(report);
-        }
-        Err(Error::NoBound {
-            what: "a result is not a finite number".into(),
-            advice: "scale the states to similar sizes, or shorten the horizon",
+        finite(report)
+    }
+
+    /// The expected cost of the design's own filter and controller.
+    fn required_own_cost(&self) -> Result<f64, Error> {
+        self.own.cost.ok_or_else(|| Error::NoBound {
+            what: format!(
+                "the filter of task `{}` has no steady state, so its expected cost per step is undefined",
+                self.name
+            ),
+            advice: "give the cost limit with --cost, or sensors that detect every unstable state",
         })
+    }
+
+    /// What the design's own filter and controller use and measure, checked against a proved lower bound, nats, where the bound
+    /// is at its own cost.
+    fn own_information(&self, lower_nats: f64, at_own: bool) -> OwnInformation {
+        let steps = self.steps();
+        let bits = |nats: f64| nats / LN_2 / steps as f64;
+        let sum = |nats: &Option<Vec<f64>>| nats.as_ref().map(|nats| bits(nats.iter().sum()));
+        let (control, measurement) = (sum(&self.own.control), sum(&self.own.measurement));
+        // What is proved is right: then rounding has got into the design's own filter.
+        let contradicted = |own: &f64| at_own && bits(lower_nats) > own * (1.0 + 1e-6) + 1e-9;
+        match control.filter(contradicted).or(measurement.filter(contradicted)) {
+            None => OwnInformation { control, measurement, mistaken: None },
+            mistaken => OwnInformation { control: None, measurement: None, mistaken },
+        }
     }
 
     fn kostina_hassibi(&self, cost: f64) -> (Option<f64>, Option<super::Vacuous>) {

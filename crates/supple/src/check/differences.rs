@@ -14,11 +14,13 @@ impl Difference {
     pub const ZERO: Self = Self { value: 0.0, uncertainty: 0.0 };
 
     /// The derivative of a sum.
+    #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self { value: self.value + other.value, uncertainty: self.uncertainty + other.uncertainty }
     }
 
     /// The derivative by a number that moves `size` times as fast.
+    #[must_use]
     pub fn over(self, size: f64) -> Self {
         Self { value: self.value / size, uncertainty: self.uncertainty / size.abs() }
     }

@@ -45,6 +45,7 @@ pub struct ComparedGradient {
 
 impl ComparedGradient {
     /// The verdict, in which every parameter has a scale of its own.
+    #[must_use]
     pub fn row(&self, parameters: &Parameters) -> Row {
         parameter_row((&self.name, TOLERANCE), parameters, &self.analytic, &self.numeric)
     }

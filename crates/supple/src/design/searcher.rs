@@ -37,6 +37,7 @@ pub(super) fn own_optimiser(settings: &DesignSettings) -> Box<dyn Optimiser> {
 
 impl<'a> Searcher<'a> {
     /// A search with the optimiser of the settings.
+    #[must_use]
     pub fn new(problem: &'a Problem, settings: &'a DesignSettings, aim: Aim, control: Control<'a>) -> Self {
         Self { problem, settings, aim, control, goes_on: true, optimiser: None }
     }
@@ -56,6 +57,7 @@ impl<'a> Searcher<'a> {
 
     /// How good an end of a search is: first whether it is of no use, then how few kinds of information it has left behind, of
     /// which it needs none, then what is minimised. The lesser is the better.
+    #[must_use]
     pub fn rank(&self, summary: &StartSummary) -> (bool, Reverse<usize>, f64) {
         let met = summary.status != DesignStatus::BoundViolated;
         let excess = summary.violation.max(summary.overspent);

@@ -2,9 +2,9 @@
 
 use supple_kernels::Matrices;
 use supple_lqg::recursion_radius;
-use supple_model::PriceReport;
-use supple_model::limits::limits_violated;
+use supple_model::limits::{LimitViolation, limits_violated};
 use supple_model::parameters::Named;
+use supple_model::{ContactReport, PriceReport};
 
 use crate::Error;
 use crate::branches::plan_at;
@@ -14,7 +14,7 @@ use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
 use crate::problem::{Problem, Task, check_count, check_rollouts};
 use crate::settings::InformationWeights;
-use crate::simulate::monte_carlo;
+use crate::simulate::{MonteCarlo, Rollouts, monte_carlo};
 use crate::touching::{contact_reports, contact_warnings};
 
 mod assemble;
@@ -130,13 +130,7 @@ fn evaluate_task(
     Error::check_stop()?;
     let gradient = gradients(problem, task, phi, options, state)?;
     Error::check_stop()?;
-    let monte_carlo = match options.rollouts {
-        0 => None,
-        rollouts => {
-            let (plan, predicted) = ((&state.plan, &state.noise), state.cost.expected());
-            Some(monte_carlo(task, phi, plan, predicted, (rollouts, options.seed))?)
-        }
-    };
+    let monte_carlo = sampled((task, phi), options, state)?;
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let mut information = information_report(task, phi, state)?;
     let counts = options.weights(problem).needed != 0.0;
@@ -161,18 +155,9 @@ fn evaluate_task(
         cost_curvature: state.plan.curvature,
         belief_repairs: state.belief.repairs,
         branches,
-        limits_violated: [
-            limits_violated(&task.system.limits(), &state.plan.trajectory),
-            quantity_violations(task, phi, &state.plan.trajectory),
-        ]
-        .concat(),
+        limits_violated: violations((task, phi), state),
         limits_reached: limits_reached(task, phi, &state.plan),
-        warnings: [
-            plan_warnings(task, phi, &state.plan),
-            contact_warnings(task, phi, &contacts),
-            number_warnings(task, state, monte_carlo.as_ref()),
-        ]
-        .concat(),
+        warnings: warnings((task, phi), state, &contacts, monte_carlo.as_ref()),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
@@ -186,6 +171,40 @@ fn evaluate_task(
             false => None,
         },
     })
+}
+
+/// Closed-loop roll-outs, where they are asked for.
+fn sampled(
+    (task, phi): (&Task, &[f64]),
+    options: &EvaluateOptions,
+    state: &TaskState,
+) -> Result<Option<MonteCarlo>, Error> {
+    if options.rollouts == 0 {
+        return Ok(None);
+    }
+    let (plan, predicted) = ((&state.plan, &state.noise), state.cost.expected());
+    monte_carlo(task, phi, plan, predicted, Rollouts { count: options.rollouts, seed: options.seed }).map(Some)
+}
+
+/// Limits of states, controls and quantities that a plan violates.
+fn violations((task, phi): (&Task, &[f64]), state: &TaskState) -> Vec<LimitViolation> {
+    let trajectory = &state.plan.trajectory;
+    [limits_violated(&task.system.limits(), trajectory), quantity_violations(task, phi, trajectory)].concat()
+}
+
+/// Why the numbers of a task cannot be trusted.
+fn warnings(
+    (task, phi): (&Task, &[f64]),
+    state: &TaskState,
+    contacts: &[ContactReport],
+    sampled: Option<&MonteCarlo>,
+) -> Vec<String> {
+    [
+        plan_warnings(task, phi, &state.plan),
+        contact_warnings(task, phi, contacts),
+        number_warnings(task, state, sampled),
+    ]
+    .concat()
 }
 
 fn gradients(

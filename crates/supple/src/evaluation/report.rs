@@ -20,6 +20,7 @@ use crate::{CostParts, FEASIBILITY, meets};
 
 /// One design, evaluated.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Evaluation {
     /// All parameters.
     pub parameters: Named,
@@ -44,6 +45,7 @@ fn default_feasibility() -> f64 {
 
 impl Evaluation {
     /// The bound of one of its tasks, where the expected cost does not meet it.
+    #[must_use]
     pub fn missed_bound(&self, task: &TaskEvaluation) -> Option<f64> {
         task.cost.bound.filter(|&bound| !meets(task.cost.expected, Some(bound), self.feasibility))
     }
@@ -80,6 +82,7 @@ pub struct Objective {
 
 /// One task at one design.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TaskEvaluation {
     /// Its name.
     pub name: String,
@@ -136,6 +139,7 @@ pub struct TaskEvaluation {
 
 /// The expected cost of a task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CostReport {
     /// The sum of the four parts.
     pub expected: f64,
@@ -152,6 +156,7 @@ pub struct CostReport {
 
 /// The directed information of a task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct InformationReport {
     /// Over the whole task, nats.
     pub total_nats: f64,
@@ -182,6 +187,7 @@ pub struct InformationReport {
 
 impl InformationReport {
     /// A sum by weights, nats; what was not found counts 0.
+    #[must_use]
     pub fn weighted_nats(&self, weights: InformationWeights) -> f64 {
         let part = |weight: f64, nats: Option<f64>| if weight == 0.0 { 0.0 } else { weight * nats.unwrap_or(0.0) };
         part(weights.needed, self.needed.as_ref().map(|needed| needed.total_nats))
@@ -193,6 +199,7 @@ impl InformationReport {
 /// The least directed information over all sensors and controllers that keep an expected cost, along the plan's
 /// linearisation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct NeededInformation {
     /// Over the whole task, nats.
     pub total_nats: f64,
@@ -208,6 +215,7 @@ pub struct NeededInformation {
 
 /// The directed information from the state to the controls, exact for the linearised closed loop.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ControlInformation {
     /// Over the whole task, nats.
     pub total_nats: f64,
@@ -232,6 +240,7 @@ pub struct GradientReport {
 
 /// Gradients with everything moving.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TotalReport {
     /// Whether the plan is stationary enough for the gradient to hold.
     pub valid: bool,
@@ -251,6 +260,7 @@ pub struct TotalReport {
 
 /// Gradients with the trajectory frozen.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FrozenReport {
     /// Of the directed information, nats.
     pub information_nats: Named,
@@ -262,6 +272,7 @@ pub struct FrozenReport {
 
 /// A plan's trajectory.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TrajectoryReport {
     /// Names of the states.
     pub state_names: Vec<String>,

@@ -19,6 +19,7 @@ const TOUCHING: f64 = 0.9;
 
 /// Whether predictions hold in roll-outs, and why not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Trust {
     /// In a word.
     pub verdict: Verdict,
@@ -29,6 +30,7 @@ pub struct Trust {
 /// Whether the linearisation holds that information and expected cost are computed with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// Roll-outs do what is predicted.
     Holds,

@@ -27,6 +27,7 @@ pub struct GradientWorkspace {
 
 impl GradientWorkspace {
     /// Memory for `steps` steps.
+    #[must_use]
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let Dimensions { states, measurements, .. } = dimensions;
         let joint = dimensions.joint();

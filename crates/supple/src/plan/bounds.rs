@@ -5,6 +5,7 @@ use supple_model::{Limit, Limited};
 /// The bounds of `controls` controls among the limits of a system; `None` where it limits no control.
 ///
 /// Of several limits of one control the tightest count.
+#[must_use]
 pub fn bounds_of(limits: &[Limit], controls: usize) -> Option<ControlBounds> {
     let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); controls];
     for limit in limits {

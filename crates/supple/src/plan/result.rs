@@ -51,6 +51,7 @@ pub struct Plan {
 
 impl Plan {
     /// An empty plan over `steps` steps.
+    #[must_use]
     pub fn zeros(dimensions: Dimensions, steps: usize) -> Self {
         Self {
             trajectory: Trajectory::zeros(dimensions, steps),

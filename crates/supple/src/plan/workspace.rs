@@ -18,6 +18,7 @@ pub struct PlanWorkspace {
 
 impl PlanWorkspace {
     /// Memory for `steps` steps.
+    #[must_use]
     pub fn new(dimensions: Dimensions, steps: usize) -> Self {
         let joint = dimensions.joint();
         Self {

@@ -84,6 +84,7 @@ impl Selection {
     /// Takes one sensor after the other, by gain and by gain per unit of price, and keeps the better of the two sets.
     /// Sensors without which the set is as good are left out. `None` where neither set reaches the bound of
     /// [`Goal::LeastPrice`], which does not prove that none does.
+    #[must_use]
     pub fn greedy(&self, goal: Goal, limits: Limits) -> Option<Chosen> {
         let both = [Rule::Gain, Rule::GainPerPrice].map(|rule| self.greedy_by(goal, limits, rule));
         let tried = both.iter().flatten().map(|chosen| chosen.tried).sum();
@@ -225,6 +226,7 @@ impl Selection {
     }
 
     /// That none was found, which proves nothing unless all candidates together are not good enough either.
+    #[must_use]
     pub fn not_found(&self, goal: Goal) -> Error {
         match goal {
             Goal::LeastPrice { cost } if self.worth(&vec![true; self.candidates.len()]).cost <= cost => {
@@ -235,6 +237,7 @@ impl Selection {
     }
 
     /// How many rounds [`exhaustive`](Self::exhaustive) has at most.
+    #[must_use]
     pub fn exhaustive_rounds(&self, goal: Goal, limits: Limits) -> usize {
         self.sets(goal, limits).len().div_ceil(ROUND)
     }

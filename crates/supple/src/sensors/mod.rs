@@ -104,6 +104,7 @@ impl Selection {
 
     /// What a set of candidates is worth, beside the sensors that are always there: the sum of the tasks' expected
     /// costs, and the weighted sum of their information. `chosen` has one entry per candidate.
+    #[must_use]
     pub fn worth(&self, chosen: &[bool]) -> Worth {
         let z: Vec<f64> = chosen.iter().map(|&one| f64::from(u8::from(one))).collect();
         self.worth_with(&z, &mut self.memory(false))
@@ -111,6 +112,7 @@ impl Selection {
 
     /// The same with weights from 0 to 1, and its derivatives by them: a candidate with the weight `z` has `1 / z` times
     /// its noise. Both expected cost and information are returned, the derivatives in this order.
+    #[must_use]
     pub fn relaxed(&self, z: &[f64]) -> (Worth, [Vec<f64>; 2]) {
         let mut memory = self.memory(true);
         let mut worth = Worth::default();
@@ -150,6 +152,7 @@ impl Selection {
     }
 
     /// Prices of all candidates together that a set has.
+    #[must_use]
     pub fn price(&self, sensors: &[usize]) -> f64 {
         sensors.iter().fold(0.0, |sum, &one| sum + self.candidates[one].price)
     }

@@ -169,6 +169,7 @@ impl Selection {
     /// so that every linearisation of it lies below it, and the least of a linearisation over all weights within the
     /// limits lies below all sets (theory, equation N.6). The linearisations are those that SLSQP makes on its way to the
     /// least merit.
+    #[must_use]
     pub fn bound(&self, goal: Goal, limits: Limits) -> Relaxation {
         let found = self.relax(goal, &Region::whole(&self.candidates, limits));
         match goal {

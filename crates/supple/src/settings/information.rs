@@ -63,6 +63,7 @@ impl InformationWeights {
     }
 
     /// The kind of a name.
+    #[must_use]
     pub fn of_kind(name: &str) -> Option<Self> {
         KINDS.iter().find(|(other, _)| *other == name).map(|&(_, weights)| weights)
     }

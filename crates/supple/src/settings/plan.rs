@@ -99,6 +99,7 @@ impl std::fmt::Display for PlanMode {
 /// Which second derivatives of the cost the final control law and the expected cost use (theory, equation P.1a).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CostCurvature {
     /// All of them; Gauss-Newton's where with all of them the control law does not exist.
     #[default]
@@ -112,6 +113,7 @@ pub enum CostCurvature {
 /// What the regularisation acts on (theory, equation P.2d).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RegularisationKind {
     /// The control's curvature: steps stay close to the last controls.
     #[default]

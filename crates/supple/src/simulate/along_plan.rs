@@ -1,12 +1,12 @@
 use super::sample::sample_of;
-use super::{MonteCarlo, Sample, World, sampled};
+use super::{MonteCarlo, Rollouts, Sample, World, Worlds, sampled};
 use crate::Error;
 use crate::controller::Controller;
 use crate::plan::Plan;
 use crate::problem::Task;
 
 impl Controller {
-    /// Rolls it out `rollouts` times in closed loop with its task at the parameters `phi`, its own filter in the loop, on all
+    /// Rolls it out in closed loop with its task at the parameters `phi`, its own filter in the loop, on all
     /// threads. The noise is that of roll-outs with the extended filter for the same seed; `predicted` is the expected cost.
     ///
     /// # Errors
@@ -16,11 +16,11 @@ impl Controller {
         task: &Task,
         phi: &[f64],
         predicted: f64,
-        (rollouts, seed): (usize, u64),
+        rollouts: Rollouts,
     ) -> Result<MonteCarlo, Error> {
         let world = World { phi, noise: &self.noise };
-        let outcomes = sampled(task, (&self.as_plan(), Some(self)), (world, world), (rollouts, seed))?;
-        Ok(MonteCarlo::of(task, outcomes, predicted, seed))
+        let outcomes = sampled(task, (&self.as_plan(), Some(self)), Worlds::same(world), rollouts)?;
+        Ok(MonteCarlo::of(task, outcomes, predicted, rollouts.seed))
     }
 
     /// The first sample of those of [`monte_carlo`](Self::monte_carlo), as it runs.

@@ -42,6 +42,7 @@ pub struct ExtendedKalman<'a> {
 
 impl FilterBatch {
     /// Room for `count` samples.
+    #[must_use]
     pub fn new(dimensions: Dimensions, count: usize) -> Self {
         Self {
             means: Matrices::vectors(count, dimensions.states),

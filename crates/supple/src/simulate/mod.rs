@@ -315,7 +315,33 @@ const LOOKED_AT: usize = 25;
 /// Samples that share a batch.
 pub(crate) const BATCH: usize = 32;
 
-/// Rolls a plan out `rollouts` times in closed loop with an extended Kalman filter, on all threads.
+/// How many closed-loop roll-outs, and the seed of their noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rollouts {
+    /// Their number.
+    pub count: usize,
+    /// The seed: sample i draws from stream i.
+    pub seed: u64,
+}
+
+/// What the filter of a closed loop assumes, and what its plant is.
+#[derive(Clone, Copy)]
+pub struct Worlds<'a> {
+    /// Parameters and noise that the filter assumes.
+    pub believed: World<'a>,
+    /// Those of the plant.
+    pub truth: World<'a>,
+}
+
+impl<'a> Worlds<'a> {
+    /// A filter that assumes what is true.
+    #[must_use]
+    pub fn same(world: World<'a>) -> Self {
+        Self { believed: world, truth: world }
+    }
+}
+
+/// Rolls a plan out in closed loop with an extended Kalman filter, on all threads.
 ///
 /// Sample i draws from stream i of the seed: the same seed gives the same bits on any number of threads.
 ///
@@ -326,11 +352,10 @@ pub fn monte_carlo(
     phi: &[f64],
     (plan, noise): (&Plan, &Noise),
     predicted: f64,
-    (rollouts, seed): (usize, u64),
+    rollouts: Rollouts,
 ) -> Result<MonteCarlo, Error> {
-    let world = World { phi, noise };
-    let outcomes = sampled(task, (plan, None), (world, world), (rollouts, seed))?;
-    Ok(MonteCarlo::of(task, outcomes, predicted, seed))
+    let outcomes = sampled(task, (plan, None), Worlds::same(World { phi, noise }), rollouts)?;
+    Ok(MonteCarlo::of(task, outcomes, predicted, rollouts.seed))
 }
 
 /// Costs of roll-outs of a plan whose filter believes in one world while another one is true; infinite where they
@@ -338,43 +363,38 @@ pub fn monte_carlo(
 ///
 /// # Errors
 /// Where a covariance is indefinite.
-pub fn sampled_costs(
-    task: &Task,
-    plan: &Plan,
-    worlds: (World, World),
-    rollouts: (usize, u64),
-) -> Result<Vec<f64>, Error> {
+pub fn sampled_costs(task: &Task, plan: &Plan, worlds: Worlds, rollouts: Rollouts) -> Result<Vec<f64>, Error> {
     Ok(sampled(task, (plan, None), worlds, rollouts)?.into_iter().map(|outcome| outcome.cost).collect())
 }
 
 fn sampled(
     task: &Task,
     (plan, along): (&Plan, Option<&Controller>),
-    (believed, truth): (World, World),
-    (rollouts, seed): (usize, u64),
+    Worlds { believed, truth }: Worlds,
+    rollouts: Rollouts,
 ) -> Result<Vec<Outcome>, Error> {
     let factors = NoiseFactors::of(&*truth.fixed_noise(task)?)?;
     let noise = believed.fixed_noise(task)?;
     let believed = World { phi: believed.phi, noise: &noise };
     let truth = Truth::of(task, truth.phi);
     let setting = LoopSetting { task, plan, believed, truth, factors: &factors, along };
-    let batches = in_batches(setting, (rollouts, seed), BATCH, |closed| closed.outcomes)?;
+    let batches = in_batches(setting, rollouts, BATCH, |closed| closed.outcomes)?;
     Ok(batches.concat())
 }
 
 /// Runs all roll-outs in batches on all threads; of each batch only what `keep` keeps.
 pub(crate) fn in_batches<T: Send>(
     setting: LoopSetting,
-    (rollouts, seed): (usize, u64),
+    Rollouts { count, seed }: Rollouts,
     batch: usize,
     keep: impl Fn(ClosedLoop) -> T + Sync + Send,
 ) -> Result<Vec<T>, Error> {
     let size = setting.task.system.dimensions();
     let run = |number: usize| {
         let first = number * batch;
-        let mut closed = ClosedLoop::new(size, batch.min(rollouts - first));
+        let mut closed = ClosedLoop::new(size, batch.min(count - first));
         closed.run(setting, (seed, first as u64), None)?;
         Ok(keep(closed))
     };
-    (0..rollouts.div_ceil(batch)).into_par_iter().map(run).collect()
+    (0..count.div_ceil(batch)).into_par_iter().map(run).collect()
 }

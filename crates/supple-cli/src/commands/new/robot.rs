@@ -93,23 +93,24 @@ fn driven(planning: &Planning) -> Vec<usize> {
     if some.is_empty() || !planning.robot.actuators.is_empty() { all } else { some }
 }
 
+/// Positions to reach: each joint as far from the start as its limits allow, and no farther than [`TURN`] or [`SLIDE`].
+fn goal(Planning { robot, tree, start, .. }: &Planning) -> Vec<f64> {
+    let joints = tree.joint_indices().iter().map(|&joint| &robot.joints[joint]);
+    let positions = joints.zip(start).map(|(joint, &start)| {
+        let by = if joint.kind == JointKind::Prismatic { SLIDE } else { TURN };
+        let (up, down) = ((start + by).min(joint.limits.upper), (start - by).max(joint.limits.lower));
+        if up - start >= start - down { up } else { down }
+    });
+    positions.collect()
+}
+
 /// Sensors, task and costs.
 fn write_rest(planning: &Planning, end: &str, gravity: [f64; 3], text: &mut String) {
     let (robot, tree, start) = (&planning.robot, &planning.tree, &planning.start);
     let numbers = Numbers::of(robot, gravity);
     let names: Vec<_> = tree.joints().iter().map(|name| format!("{name:?}")).collect();
     let select = names.join(", ");
-    let goal: Vec<f64> = tree
-        .joint_indices()
-        .iter()
-        .zip(start)
-        .map(|(&joint, &start)| {
-            let (joint, limits) = (&robot.joints[joint], robot.joints[joint].limits);
-            let by = if joint.kind == JointKind::Prismatic { SLIDE } else { TURN };
-            let (up, down) = ((start + by).min(limits.upper), (start - by).max(limits.lower));
-            if up - start >= start - down { up } else { down }
-        })
-        .collect();
+    let goal = goal(planning);
     let link = robot.link(end).unwrap_or(0);
     let place = |q: &[f64]| Kinematics::at_rest(tree, &numbers, q).poses()[link].position;
     let (from, to) = (place(start), place(&goal));

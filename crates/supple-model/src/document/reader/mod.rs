@@ -45,16 +45,19 @@ impl<'a> Reader<'a> {
     }
 
     /// A reader of all of a value.
+    #[must_use]
     pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
         Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false, names: None }
     }
 
     /// The same with texts that are cells of a table, which may stand for numbers and lists.
+    #[must_use]
     pub fn of_cells(self) -> Self {
         Self { of_cells: true, ..self }
     }
 
     /// The same, whose values may use names.
+    #[must_use]
     pub fn naming(self, names: &'a Names) -> Self {
         Self { names: Some(names), ..self }
     }
@@ -74,16 +77,19 @@ impl<'a> Reader<'a> {
 
     /// Leaves out keys of the table that are read apart, up to three times; errors about unknown keys list these among the
     /// valid ones, but for the key `kind`.
+    #[must_use]
     pub fn beside(self, keys: &'static [&'static str]) -> Self {
         Self { apart: [self.apart[1], self.apart[2], keys], ..self }
     }
 
     /// Leaves out all but some keys of the table.
+    #[must_use]
     pub fn only(self, keys: &'static [&'static str]) -> Self {
         Self { only: Some(keys), ..self }
     }
 
     /// Reads a key of the table as if it were another one.
+    #[must_use]
     pub fn renamed(self, key: &'static str, as_key: &'static str) -> Self {
         Self { renamed: Some((key, as_key)), ..self }
     }

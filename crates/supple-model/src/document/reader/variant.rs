@@ -46,6 +46,7 @@ impl<'a> Variant<'a> {
     }
 
     /// The name is none of `valid`.
+    #[must_use]
     pub fn unknown(self, valid: &[&str]) -> ReadError {
         let found = self.name;
         let error = ReadError::custom(format_args!("must be one of {}; found `{found}`", quoted(valid)));

@@ -214,6 +214,7 @@ impl<S: Scalar> Own<'_, S> {
     }
 
     /// A value of the task file at these parameters.
+    #[must_use]
     pub fn value(&self, value: Value) -> S {
         self.now.at.value(value)
     }
@@ -245,16 +246,19 @@ impl<S: Scalar> Own<'_, S> {
     }
 
     /// The frame with this number, in the world.
+    #[must_use]
     pub fn pose(&self, frame: usize) -> Pose<S> {
         self.now.pose(frame)
     }
 
     /// The velocity of a frame in its own axes.
+    #[must_use]
     pub fn velocity(&self, frame: usize) -> Twist<S> {
         self.now.frame(frame).2
     }
 
     /// The velocity of a frame in its own axes at the [rates](Self::rates) of forces that resist motion.
+    #[must_use]
     pub fn frame_rates(&self, frame: usize) -> Twist<S> {
         self.now.frame_rates(frame)
     }

@@ -170,11 +170,13 @@ pub struct Rule {
 
 impl Rule {
     /// The value of a key must be at least this.
+    #[must_use]
     pub fn at_least(key: &'static str, value: Value, least: f64) -> Self {
         Self { key, value, least, more: false }
     }
 
     /// The value of a key must be above this.
+    #[must_use]
     pub fn above(key: &'static str, value: Value, least: f64) -> Self {
         Self { key, value, least, more: true }
     }
@@ -217,6 +219,7 @@ pub struct DryFriction<S> {
 
 impl<S: Scalar> Own<'_, S> {
     /// That of a spring and damper on a sum of positions, each with its factor.
+    #[must_use]
     pub fn resistance(&self, stiffness: Value, damping: Value, sum: &[(usize, f64)]) -> Resistance<S> {
         let mut row = vec![S::zero(); self.positions().len()];
         for &(place, factor) in sum {
@@ -285,6 +288,7 @@ pub struct Drawn {
 
 impl Drawn {
     /// A spring beside a joint, that pushes or turns what the joint carries by `effort`.
+    #[must_use]
     pub fn beside_joint(own: &Own<f64>, dof: usize, effort: f64) -> Self {
         let (from, to, axis) = own.joint(dof);
         let (along, none) = (axis.map(|entry| effort * entry), [0.0; 3]);

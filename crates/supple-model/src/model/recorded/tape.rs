@@ -134,6 +134,7 @@ pub struct TapeParts {
 
 /// What is wrong with a [`Tape`], or with several that do not fit one another.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TapeError {
     /// An instruction reads a value that is not there yet.
     #[error("instruction {instruction} reads value {value}, but there are {available} values before it")]

@@ -9,6 +9,7 @@ impl Robot {
     /// The robot at parameters `phi`, with everything that a robot file can say: numbers that the task overrides,
     /// position and velocity drives, inserted joints, locked joints, frames of the task, gravity, and springs beside
     /// joints. What else the task adds is among [`omitted`](supple_robot::Robot::omitted).
+    #[must_use]
     pub fn described(&self, phi: &[f64]) -> supple_robot::Robot {
         let at = Point { x: &[], u: &[], phi, time_step: 0.0, w: &[] };
         let numbers = self.bodies.numbers(&at);

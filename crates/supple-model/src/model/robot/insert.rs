@@ -124,25 +124,12 @@ impl InsertFile {
         if self.name.is_empty() {
             return Err(error(&["name".into()], "must not be empty".into()));
         }
-        let axes: Vec<InsertedAxis> = self.axes.iter().map(|&axis| InsertedAxis::ALL[axis as usize]).collect();
-        if axes.is_empty() {
-            let all = InsertedAxis::ALL.map(|axis| axis.name);
-            return Err(error(&["axes".into()], format!("name at least one of {}", quoted(&all))));
-        }
-        if let Some(twice) = (1..axes.len()).find(|&place| axes[..place].contains(&axes[place])) {
-            return Err(error(&["axes".into(), twice.into()], format!("`{}` occurs twice", axes[twice].name)));
-        }
+        let axes = self.distinct_axes(error)?;
         let (link, place) = robot.frame(&self.frame).ok_or_else(|| {
             let message = format!("the robot has no link or frame `{}`: {}", self.frame, owned(&frames));
             unfit(&["frame".into()], message, nearest(&self.frame, &frames))
         })?;
-        for (key, numbers) in [("position", self.position), ("rpy", self.rpy), ("inertia", self.inertia)] {
-            let least = if key == "inertia" { 0.0 } else { f64::NEG_INFINITY };
-            if let Some(entry) = (0..3).find(|&entry| !(numbers[entry].is_finite() && numbers[entry] >= least)) {
-                let valid = if key == "inertia" { "must be at least 0" } else { "must be finite" };
-                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", digits(numbers[entry]))));
-            }
-        }
+        self.check_numbers(error)?;
         let carried = |(place, name): (usize, &String)| {
             let keys = ["carries".into(), place.into()];
             let children = (0..links.len()).filter(|&child| child > 0 && robot.joints[child - 1].parent == link);
@@ -156,20 +143,12 @@ impl InsertFile {
                 unfit(&keys, message, nearest(name, &names))
             })
         };
-        let mass_is_zero = self.mass.is_zero() && self.inertia == [0.0; 3];
-        let [ixx, iyy, izz] = self.inertia;
-        let number = |value: Value| if let Value::Number(number) = value { number } else { 0.0 };
-        let inertia = Inertia {
-            mass: number(self.mass),
-            center: self.center.map(number),
-            moment: [[ixx, 0.0, 0.0], [0.0, iyy, 0.0], [0.0, 0.0, izz]],
-        };
         let insert = supple_robot::Insert {
             name: self.name.clone(),
             link,
             pose: place.compose(&Pose::from_rpy(self.position, self.rpy)),
             axes,
-            inertia: (!mass_is_zero).then_some(inertia),
+            inertia: self.own_inertia(),
             carries: self.carries.iter().enumerate().map(carried).collect::<Result<_, _>>()?,
             line: error(&[], String::new()).line,
         };
@@ -180,5 +159,42 @@ impl InsertFile {
             Some(message) => Err(error(&["name".into()], message)),
             None => Ok(insert),
         }
+    }
+
+    /// The axes about and along which it moves: at least one, and each once.
+    fn distinct_axes(&self, error: &dyn Fn(&[Place], String) -> FileError) -> Result<Vec<InsertedAxis>, FileError> {
+        let axes: Vec<InsertedAxis> = self.axes.iter().map(|&axis| InsertedAxis::ALL[axis as usize]).collect();
+        if axes.is_empty() {
+            let all = InsertedAxis::ALL.map(|axis| axis.name);
+            return Err(error(&["axes".into()], format!("name at least one of {}", quoted(&all))));
+        }
+        match (1..axes.len()).find(|&place| axes[..place].contains(&axes[place])) {
+            Some(twice) => Err(error(&["axes".into(), twice.into()], format!("`{}` occurs twice", axes[twice].name))),
+            None => Ok(axes),
+        }
+    }
+
+    /// Checks that its pose is finite and its moments of inertia are not negative.
+    fn check_numbers(&self, error: &dyn Fn(&[Place], String) -> FileError) -> Result<(), FileError> {
+        for (key, numbers) in [("position", self.position), ("rpy", self.rpy), ("inertia", self.inertia)] {
+            let least = if key == "inertia" { 0.0 } else { f64::NEG_INFINITY };
+            if let Some(entry) = (0..3).find(|&entry| !(numbers[entry].is_finite() && numbers[entry] >= least)) {
+                let valid = if key == "inertia" { "must be at least 0" } else { "must be finite" };
+                return Err(error(&[key.into(), entry.into()], format!("{valid}; found {}", digits(numbers[entry]))));
+            }
+        }
+        Ok(())
+    }
+
+    /// Its inertia where it has any; numbers that are parameters are 0 in it.
+    fn own_inertia(&self) -> Option<Inertia> {
+        let [ixx, iyy, izz] = self.inertia;
+        let number = |value: Value| if let Value::Number(number) = value { number } else { 0.0 };
+        let has_mass = !self.mass.is_zero() || self.inertia != [0.0; 3];
+        has_mass.then(|| Inertia {
+            mass: number(self.mass),
+            center: self.center.map(number),
+            moment: [[ixx, 0.0, 0.0], [0.0, iyy, 0.0], [0.0, 0.0, izz]],
+        })
     }
 }

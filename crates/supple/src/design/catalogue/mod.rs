@@ -12,6 +12,7 @@ use choosing::Choosing;
 impl CatalogueDesign {
     /// How many nats more the chosen design needs than that without catalogues, prices with their weight included, where both
     /// meet every bound. None where entries have prices and prices count: that without catalogues does not pay them.
+    #[must_use]
     pub fn gap(&self, searcher: &Searcher) -> Option<f64> {
         let (chosen, free) = (&self.chosen().summary, &self.continuous);
         let met = [chosen, free].iter().all(|summary| !searcher.rank(summary).0);
@@ -23,6 +24,7 @@ impl CatalogueDesign {
     }
 
     /// How many of the designed combinations meet every bound.
+    #[must_use]
     pub fn feasible(&self, searcher: &Searcher) -> usize {
         self.designed.iter().filter(|combination| !searcher.rank(&combination.summary).0).count()
     }
