@@ -154,8 +154,10 @@ pub fn likeliest(whole: &Planning) -> String {
     let robot = &whole.robot;
     let depth = |name: &str| robot.frame(name).map_or(0, |(link, _)| joints_to(whole, link).len());
     let most = (0..robot.links.len()).map(|link| joints_to(whole, link).len()).max().unwrap_or(0);
-    let palm = palm(&whole.tree);
-    let palm = palm.and_then(|palm| (0..robot.links.len()).rfind(|&link| whole.tree.body_of(link) == Some(palm)));
+    // The link that carries the first joint of a finger.
+    let bodies = whole.tree.bodies();
+    let palm = palm(&whole.tree).and_then(|palm| bodies.iter().find(|body| body.parent == Some(palm)));
+    let palm = palm.map(|finger| robot.joints[finger.joint].parent);
     // Fingers beyond the tool's mount do not count against it.
     let most = palm.map_or(most, |link| joints_to(whole, link).len());
     let usual = TOOLS.iter().copied().filter(|name| depth(name) >= 3.max(most.saturating_sub(2)));
