@@ -98,6 +98,7 @@ fn numbers_can_be_set_and_wrong_ones_are_refused() {
         (vec!["--frame", "base"], "--frame base: no joint moves it"),
         (vec!["--wall", "up"], "--wall up: write +x, -x, +y, -y, +z, -z or three numbers"),
         (vec!["--at", "1,2"], "--at 1,2: write three numbers, x,y,z"),
+        (vec!["--at", "1,two,3,4"], "--at 1,two,3,4: write three numbers, x,y,z"),
         (vec!["--at", "9,9,9"], "--at: the tool cannot reach this point"),
     ] {
         let run = folder.run(&[&["new", "wrong"][..], &base, &words].concat());
@@ -226,4 +227,120 @@ fn a_tool_that_cannot_reach_its_wall_is_told() {
     let words = ["new", "task", "--robot", &robot, "--template", "press", "--frame", "fingertip", "--wall", "+z"];
     let run = folder.run(&words);
     assert!(run.error().contains("cannot move the tool towards this wall: omit --wall"), "{}", run.stderr);
+}
+
+#[test]
+fn a_task_in_a_missing_folder_is_refused() {
+    let folder = Folder::new();
+    let run = folder.run(&["new", "missing/task"]);
+    let message = "missing/task.toml: there is no folder missing; create it first, or choose another NAME";
+    assert!(run.error().contains(message), "{}", run.stderr);
+}
+
+/// A planar arm: links of 0.3 m whose joints turn about z, on a lift; fingers at its end.
+fn planar(lift: f64, speed: f64) -> String {
+    let link = |name: &str, mass: f64| {
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.15 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"0.01\" \
+             iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\n"
+        )
+    };
+    let joint = |kind: &str, [parent, child]: [&str; 2], [at, axis]: [&str; 2], limit: String| {
+        format!(
+            "<joint name=\"to_{child}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin \
+             xyz=\"{at}\"/><axis xyz=\"{axis}\"/><limit {limit}/></joint>\n"
+        )
+    };
+    let turns = || format!("lower=\"-2.5\" upper=\"2.5\" effort=\"60\" velocity=\"{speed}\"");
+    let slides = |upper: f64, speed: f64| format!("lower=\"0\" upper=\"{upper}\" effort=\"500\" velocity=\"{speed}\"");
+    let mut text = String::from("<robot name=\"planar\"><link name=\"base\"/>\n");
+    for (name, mass) in
+        [("post", 2.0), ("a", 2.0), ("b", 1.5), ("c", 1.0), ("d", 0.5), ("e", 0.3), ("f", 0.2), ("palm", 0.1)]
+    {
+        text += &link(name, mass);
+    }
+    text += &link("left", 0.02);
+    text += &link("right", 0.02);
+    text += &joint("prismatic", ["base", "post"], ["0 0 0.5", "0 0 1"], slides(0.4, lift));
+    text += &joint("revolute", ["post", "a"], ["0 0 0", "0 0 1"], turns());
+    let axes = ["0 1 0", "0 0 1", "0 1 0", "1 0 0", "0 1 0", "1 0 0"];
+    for (pair, axis) in
+        [["a", "b"], ["b", "c"], ["c", "d"], ["d", "e"], ["e", "f"], ["f", "palm"]].into_iter().zip(axes)
+    {
+        text += &joint("revolute", pair, ["0.2 0 0", axis], turns());
+    }
+    text += &joint("prismatic", ["palm", "left"], ["0.1 0.02 0", "0 1 0"], slides(0.03, 0.1));
+    text += &joint("prismatic", ["palm", "right"], ["0.1 -0.02 0", "0 -1 0"], slides(0.03, 0.1));
+    text + "</robot>"
+}
+
+/// The tool is mounted on the palm and not on a finger; the lift, which exceeds the number of joints of a limb, is locked.
+#[test]
+fn tools_are_mounted_before_fingers() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("planar.urdf"), planar(0.05, 2.0)).unwrap();
+    let (text, found) = written(&folder, "task", &["--robot", "planar.urdf", "--template", "press"]);
+    assert_good(&text, &found);
+    assert!(
+        text.contains("frame = \"palm\"") && text.contains("locked = [\"to_left\", \"to_right\", \"to_post\"]")
+            || text.contains("locked = [\"to_post\", \"to_left\", \"to_right\"]"),
+        "{text}"
+    );
+}
+
+/// Speeds of joints that slide, m/s, do not limit those of joints that turn, rad/s.
+#[test]
+fn a_slow_lift_does_not_slow_an_arm() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("planar.urdf"), planar(0.02, 3.0)).unwrap();
+    let (text, found) = written(&folder, "task", &["--robot", "planar.urdf", "--template", "wipe", "--frame", "f"]);
+    assert_good(&text, &found);
+    assert!(text.contains("# tolerance 0.01 m/s") && !text.contains("tolerance 0.01 rad/s"), "{text}");
+}
+
+/// Where a slower task does not keep the speeds of the robot file, the plan is made to.
+#[test]
+fn plans_keep_the_speeds_of_the_robot() {
+    let folder = Folder::new();
+    std::fs::write(
+        folder.path("slow.urdf"),
+        ARM.replace("velocity=\"3\"", "velocity=\"0.25\"").replace("velocity=\"4\"", "velocity=\"0.25\""),
+    )
+    .unwrap();
+    let (text, found) = written(&folder, "task", &["--robot", "slow.urdf", "--template", "insert"]);
+    assert_good(&text, &found);
+    assert_eq!(found["tasks"][0]["limits_violated"], serde_json::json!([]), "{text}");
+}
+
+/// A finger that turns in a plane presses on a wall that no axis of the world is normal to: the cost of its position does not
+/// pull it off the wall.
+#[test]
+fn oblique_walls_are_pressed_without_a_conflict() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+    let words = ["--robot", "arm.urdf", "--template", "press", "--wall=-1,0.3,0.2"];
+    let (text, found) = written(&folder, "task", &words);
+    assert_good(&text, &found);
+    let cost = found["tasks"][0]["cost"]["nominal"].as_f64().unwrap();
+    assert!(cost < 2.0, "{cost}\n{text}");
+}
+
+/// A robot that falls is refused, with the joints that let it.
+#[test]
+fn robots_that_fall_are_refused() {
+    let folder = Folder::new();
+    let robot = r#"<mujoco><worldbody><body name="torso" pos="0 0 1"><joint name="lift" type="slide" axis="0 0 1"/>
+        <geom type="sphere" size="0.1" mass="3"/><body name="thigh"><joint name="hip" axis="0 1 0" range="-2 2"/>
+        <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.03" mass="1"/><body name="shin" pos="0.2 0 0">
+        <joint name="knee" axis="0 1 0" range="-2 2"/><geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.03" mass="1"/>
+        </body></body></body></worldbody><actuator><motor joint="hip"/><motor joint="knee"/></actuator></mujoco>"#;
+    std::fs::write(folder.path("hopper.xml"), robot.replace("<mujoco>", "<mujoco><compiler angle=\"radian\"/>"))
+        .unwrap();
+    let run = folder.run(&["new", "task", "--robot", "hopper.xml", "--template", "press"]);
+    assert!(
+        run.error().contains("gravity moves joints `lift`, for which the robot file has no drive"),
+        "{}",
+        run.stderr
+    );
+    assert!(!folder.path("task.toml").exists());
 }

@@ -11,7 +11,7 @@ use supple_model::parameters::Parameters;
 use supple_model::physics::locked_message;
 use supple_model::quantity::Unfit;
 use supple_model::{Limit, Limited, Value};
-use supple_text::{FileError, quoted};
+use supple_text::{FileError, degrees, quoted};
 
 use crate::rows::{Rows, given_by_name};
 
@@ -175,13 +175,17 @@ impl FirstState<'_> {
 
 /// What to say of limits that a task does not keep at its start, at `phi`.
 pub(super) fn outside_limits(task: &Task, phi: &[f64]) -> Vec<String> {
+    let states = task.system.channels().states;
     let outside = |limit: Limit| {
         let Limited::State(state) = limit.of else { return None };
         let at = task.initial_state.get(state)?.resolve(phi);
         let Limit { name, lower, upper, .. } = limit;
         let within = at >= lower - ROUNDING * lower.abs() && at <= upper + ROUNDING * upper.abs();
         (!within).then(|| {
-            format!("task `{}`: the initial value of {name}, {at}, is outside its range [{lower}, {upper}]", task.name)
+            let is_angle = states.get(state).is_some_and(|channel| channel.unit == "rad");
+            let advice = degrees(at).filter(|_| is_angle).map_or_else(String::new, |advice| format!(" ({advice})"));
+            let task = &task.name;
+            format!("task `{task}`: the initial value of {name}, {at}, is outside its range [{lower}, {upper}]{advice}")
         })
     };
     task.system.limits().into_iter().filter_map(outside).collect()

@@ -44,6 +44,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod angles;
 mod candidates;
 mod catalogue;
 mod csv_table;
@@ -160,8 +161,9 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
     let (model, (catalogue, tables)) = candidates::equip(&source, source.read()?, sensors)?;
     let (tasks, of_tasks) = tasks::read(&document, &*model, &parameters, &kinds)?;
     let files = model.files().into_iter().chain(tables).chain(catalogues).collect();
-    let warnings = [model.warnings(), of_tasks.clone()].concat();
-    let every_warning = [model.every_warning(), of_tasks].concat();
+    let of_file = [angles::in_degrees(&document), of_tasks].concat();
+    let warnings = [model.warnings(), of_file.clone()].concat();
+    let every_warning = [model.every_warning(), of_file].concat();
     if let Some(name) = names.unused() {
         let place = ["parameters".into(), Place::Key(name)];
         let message = format!("parameter `{name}` is declared but never used");

@@ -4,6 +4,9 @@ use crate::pose::{dot, scale};
 use crate::{Joint, JointKind, Limits, Measured, Omitted, Pose, Robot};
 use supple_kernels::math;
 
+/// By how much limits may be missed, relative to them: rounding of a file's digits.
+const ROUNDING: f64 = 1e-9;
+
 impl Limits {
     /// The position at which a joint starts where nothing is said: 0 where the limits allow it, else the middle of the
     /// range, and the one limit where the other is infinite. Rad or m.
@@ -16,6 +19,12 @@ impl Limits {
             (false, true) => upper,
             (false, false) => 0.0,
         }
+    }
+
+    /// Whether a position, rad or m, lies between the limits, but for rounding of a file's digits.
+    pub fn allow(&self, position: f64) -> bool {
+        let Self { lower, upper, .. } = *self;
+        position >= lower - ROUNDING * lower.abs() && position <= upper + ROUNDING * upper.abs()
     }
 }
 

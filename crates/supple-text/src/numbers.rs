@@ -98,9 +98,22 @@ pub fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
+/// Advice about an angle that is more than a full turn, and therefore probably in degrees.
+pub fn degrees(angle: f64) -> Option<String> {
+    // A full turn with rounded digits is one.
+    let is_angle = angle.is_finite() && angle.abs() > std::f64::consts::TAU + 0.01;
+    is_angle.then(|| format!("angles are in rad: {} degrees are {} rad", digits(angle), short(angle.to_radians(), 5)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn angles_in_degrees_get_advice() {
+        assert_eq!(degrees(-90.0).as_deref(), Some("angles are in rad: -90 degrees are -1.5708 rad"));
+        assert_eq!([0.0, -6.29, 3.0, f64::NAN, f64::INFINITY].map(degrees), [const { None }; 5]);
+    }
 
     #[test]
     fn the_table_of_functions_is_right() {

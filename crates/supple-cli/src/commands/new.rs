@@ -34,6 +34,12 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     }
     let title = title.replace(['\\', '"'], "'").replace(char::is_control, " ");
     let folder = Path::new(&path).parent().unwrap_or(Path::new(""));
+    if !folder.as_os_str().is_empty() && !folder.is_dir() {
+        let folder = folder.display();
+        return Err(Failure::usage(format!(
+            "{path}: there is no folder {folder}; create it first, or choose another NAME"
+        )));
+    }
     let asked = Asked::of(options)?;
     let mut wrote = path.clone();
     let text = match (&asked.robot, asked.model) {

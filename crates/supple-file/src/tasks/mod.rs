@@ -13,7 +13,7 @@ use supple_model::document::{Document, Place};
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
-use supple_text::{FileError, quoted};
+use supple_text::{FileError, digits, quoted, significant};
 use toml::de::DeValue;
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
@@ -85,6 +85,9 @@ enum Per {
     Second,
 }
 
+/// Time step of a robot from which it is probably in milliseconds, s.
+const SLOW: f64 = 1.0;
+
 /// Keys of costs by which weights of the end are given.
 const FINAL_WEIGHTS: [&str; 2] = ["final_weight", "final"];
 
@@ -115,7 +118,16 @@ pub(super) fn read(
         }
         tasks.push(task);
     }
-    let warnings = tasks.iter().flat_map(|task| outside_limits(task, &parameters.initial())).collect();
+    let mut warnings: Vec<String> = tasks.iter().flat_map(|task| outside_limits(task, &parameters.initial())).collect();
+    if model.starts_by_itself() {
+        let steps = tasks.iter().map(|task| (&task.name, task.time_step.resolve::<f64>(&parameters.initial())));
+        warnings.extend(steps.filter(|(_, time_step)| *time_step >= SLOW).map(|(name, time_step)| {
+            let (found, right) = (digits(time_step), digits(significant(1e-3 * time_step, 6)));
+            format!(
+                "task `{name}`: `time_step` is {found} s, which is long for a robot (times are in s: {found} ms are {right})"
+            )
+        }));
+    }
     Ok((tasks, warnings))
 }
 

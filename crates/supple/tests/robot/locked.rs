@@ -90,6 +90,35 @@ fn lists_that_cannot_be() {
 }
 
 #[test]
+fn positions_out_of_range_are_warned_of() {
+    for (list, warning) in [
+        (
+            "{ elbow = 2.6 }",
+            Some("task.toml:4:20: model.locked.elbow: joint `elbow` is locked at 2.6, outside its range [-2.5, 2.5]"),
+        ),
+        (
+            "{ elbow = 90 }",
+            Some(
+                "task.toml:4:20: model.locked.elbow: joint `elbow` is locked at 90, outside its range [-2.5, 2.5] (angles \
+                 are in rad: 90 degrees are 1.5708 rad)",
+            ),
+        ),
+        (
+            "{ slide = 50 }",
+            Some("task.toml:4:20: model.locked.slide: joint `slide` is locked at 50, outside its range [-0.2, 0.3]"),
+        ),
+        ("{ elbow = 2.5 }", None),
+        ("[\"elbow\"]", None),
+    ] {
+        let problem = locked(list).problem();
+        let found: Vec<_> =
+            problem.warnings.iter().filter(|text| text.contains("locked")).map(String::as_str).collect();
+        let found: Vec<_> = found.iter().map(|text| text.trim_start_matches("tests/robot/data/")).collect();
+        assert_eq!(found, warning.into_iter().collect::<Vec<_>>(), "{list}");
+    }
+}
+
+#[test]
 fn uses_of_a_locked_joint() {
     let said = |place: &str| {
         format!(

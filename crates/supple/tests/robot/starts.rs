@@ -209,6 +209,33 @@ fn starts_outside_limits_are_warned_of() {
 }
 
 #[test]
+fn angles_in_degrees_are_warned_of() {
+    let problem =
+        start(arm(), "\"q.elbow\" = -90\n").with("[model.frames.probe]\non = \"tool\"\nrpy = [0, 0.0, 180.0]\n");
+    let warnings = problem.problem().warnings;
+    for said in [
+        "model.frames.probe.rpy: an angle is more than a full turn (angles are in rad: 180 degrees are 3.1416 rad)",
+        "-90, is outside its range [-2.5, 2.5] (angles are in rad: -90 degrees are -1.5708 rad)",
+    ] {
+        assert!(warnings.iter().any(|warning| warning.contains(said)), "{warnings:?}");
+    }
+    let error = error_of(&start(arm(), &pose("position = [0.0, 0.0, 0.5], rpy = [0.0, 90.0, 0.0]")).text());
+    assert!(error.ends_with("(angles are in rad: 90 degrees are 1.5708 rad)"), "{error}");
+}
+
+#[test]
+fn time_steps_in_milliseconds_are_warned_of() {
+    let text = arm().text();
+    let said =
+        |text: &str| supple_file::parse(text, "tests/robot/data/task.toml").map(|problem| problem.warnings.join("\n"));
+    let step = text.lines().find(|line| line.starts_with("time_step")).unwrap().to_owned();
+    let slow = said(&text.replace(&step, "time_step = 10.0")).unwrap_or_else(|error| error.to_string());
+    let warning = "task `task`: `time_step` is 10 s, which is long for a robot (times are in s: 10 ms are 0.01)";
+    assert!(slow.contains(warning), "{slow}");
+    assert!(!said(&text).unwrap_or_default().contains("long for a robot"));
+}
+
+#[test]
 fn other_models_have_neither_keys_nor_poses() {
     let text = |start: &str| {
         format!(

@@ -103,8 +103,8 @@ fn wrong(option: &str, text: &str, why: &str) -> Failure {
 
 /// Three finite numbers.
 fn place(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|entry| entry.trim().parse().ok()).collect();
-    let three: Option<[f64; 3]> = numbers.try_into().ok();
+    let numbers: Option<Vec<f64>> = text.split(',').map(|entry| entry.trim().parse().ok()).collect();
+    let three: Option<[f64; 3]> = numbers.and_then(|numbers| numbers.try_into().ok());
     three.filter(|three| three.iter().all(|entry| entry.is_finite())).ok_or_else(|| "write three numbers, x,y,z".into())
 }
 

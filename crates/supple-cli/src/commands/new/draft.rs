@@ -4,11 +4,12 @@ use std::path::Path;
 
 use supple::{EvaluateOptions, Verdict};
 use supple_robot::{LoadOptions, load};
+use supple_text::{quoted, short};
 
 use super::ask::Asked;
 use super::costs::{Costs, limit};
 use super::limb::Limb;
-use super::place::{FEW, starts};
+use super::place::{FEW, Start, starts};
 use super::robot::relative;
 use super::rules::Rules;
 use super::templates::Draft;
@@ -24,6 +25,8 @@ const SLOWEST: f64 = 2.0;
 /// Greatest factor on the smoothing length of the contact, where roll-outs find the linearisation doubtful, and its step.
 const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
+/// Share of the torque by the weight of the limb above which gravity moves a joint without a drive.
+const FALLING: f64 = 0.01;
 /// By which share of the cost a sensor that is of use lowers it.
 const LEAST_USE: f64 = 0.05;
 
@@ -40,21 +43,26 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     let template = asked.template.unwrap_or(Template::Press);
     let limb = limb(&whole, template, file, asked)?;
-    let found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
+    let mut found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
+    held_up(&limb, &mut found)?;
     if found.is_empty() {
         let what = match asked.at {
-            Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot",
+            Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot".into(),
             None if limb.joints().len() < FEW => {
                 "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
+                    .into()
             }
-            None => "no posture was found in which the tool faces a wall; give --at, or another --wall",
+            None => format!(
+                "no posture was found in which a tool at `{}` faces a wall; give --at, another --wall, or another --frame",
+                limb.frame
+            ),
         };
-        return Err(Failure::usage(what.to_owned()));
+        return Err(Failure::usage(what));
     }
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
     for start in found.iter().take(TRIES) {
-        let draft = |rules: &Rules| {
+        let draft = |rules: &Rules, enforced: bool| {
             let draft = Draft {
                 template,
                 title,
@@ -64,6 +72,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
                 start,
                 rules,
                 limit: None,
+                enforced,
                 first: None,
             };
             Tried::of(&draft, path)
@@ -84,8 +93,39 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         );
         return Err(Failure::usage(message));
     }
+    let stuck = limb.stuck();
+    if !stuck.is_empty() {
+        let joints = quoted(&stuck);
+        warn(&format!(
+            "the robot file gives joints {joints} a range of a single position: correct `lower` and `upper` there"
+        ));
+    }
     best.faults.iter().for_each(|fault| warn(fault));
     Ok(best.text)
+}
+
+/// Leaves postures in which gravity moves no joint without a drive.
+///
+/// # Errors
+/// Where there are postures, but none of these.
+fn held_up(limb: &Limb, found: &mut Vec<Start>) -> Result<(), Failure> {
+    let driven = limb.driven();
+    let gravity = limb.gravity.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+    let least = FALLING * gravity * limb.mass * limb.lever();
+    let falls = |start: &Start, dof: usize| !driven.contains(&dof) && start.held[dof].abs() > least;
+    let falling: Vec<&str> = match found.first() {
+        Some(start) => (0..start.held.len()).filter(|&dof| falls(start, dof)).map(|dof| &*limb.joints()[dof]).collect(),
+        None => return Ok(()),
+    };
+    found.retain(|start| (0..start.held.len()).all(|dof| !falls(start, dof)));
+    if found.is_empty() {
+        let joints = quoted(&falling);
+        return Err(Failure::usage(format!(
+            "gravity moves joints {joints}, for which the robot file has no drive: floating bases and robots that fall are \
+             not supported; remove these joints from the file, give them actuators, or choose another --frame"
+        )));
+    }
+    Ok(())
 }
 
 /// The limb that the tool is mounted on, with joints enough for the template.
@@ -103,21 +143,24 @@ fn limb(whole: &Planning, template: Template, file: &Path, asked: &Asked) -> Res
     Ok(limb)
 }
 
-/// The best draft at a posture: by the rules; slower where the plan exceeds limits of the robot; with a longer smoothing of
+/// The best draft at a posture: by the rules; slower where the plan exceeds limits of the robot, and with these limits
+/// enforced where it still does; with a longer smoothing of
 /// the contact where the linearisation is doubtful.
 fn best_at(
     rules: impl Fn(f64) -> Result<Rules, Failure>,
-    draft: impl Fn(&Rules) -> Result<Tried, Failure>,
+    draft: impl Fn(&Rules, bool) -> Result<Tried, Failure>,
     template: Template,
 ) -> Result<Tried, Failure> {
-    let (mut slower, mut longer) = (1.0, 1.0);
+    let (mut slower, mut longer, mut enforced) = (1.0, 1.0, false);
     let mut best: Option<Tried> = None;
     loop {
         let mut rules = rules(longer)?;
         rules.time *= slower;
-        let tried = draft(&rules)?;
+        let tried = draft(&rules, enforced)?;
         if tried.is_limited && slower < SLOWEST {
             slower = SLOWEST;
+        } else if tried.is_limited && !enforced {
+            enforced = true;
         } else if tried.is_doubtful() && template.touches() && longer * LONGER <= LONGEST {
             longer *= LONGER;
         } else {
@@ -177,10 +220,20 @@ impl Tried {
         }
         // Limits of the file by its own names; the task repeats them by those of its channels.
         let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
-        faults.extend(limits.map(|limit| format!("the plan exceeds the {}", limit.name)));
+        faults.extend(limits.map(|limit| {
+            let (name, [worst, limit]) = (&limit.name, [limit.worst, limit.limit].map(|number| short(number, 3)));
+            format!(
+                "the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at"
+            )
+        }));
         let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds);
         if let Some(trust) = trust {
-            faults.push(format!("roll-outs of the first design: {trust}; try --set smoothing or --set wall_sd"));
+            let numbers = match draft.template {
+                Template::Reach => "--set disturbance, with less of it, or --set travel",
+                Template::Handle => "a smaller --set wall_sd or --set travel",
+                _ => "a larger --set smoothing or a smaller --set wall_sd",
+            };
+            faults.push(format!("roll-outs of the first design: {trust}; try {numbers}"));
         }
         if coarse < precise * (1.0 + LEAST_USE) {
             faults.push(of_little_use(draft.template, precise, coarse));

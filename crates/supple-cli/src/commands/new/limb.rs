@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple_robot::{JointKind, Numbers, Pose};
+use supple_robot::{JointKind, Numbers, Pose, Tree};
 use supple_text::{nearest, owned};
 
 use crate::commands::robot::Planning;
@@ -10,6 +10,9 @@ use crate::failure::Failure;
 
 /// Joints that a task moves at most: those next to the frame.
 pub const MOST_JOINTS: usize = 7;
+/// Joints that an arm with fingers has at least, and joints that a finger has at most.
+const ARM: usize = 5;
+const FINGER: usize = 7;
 /// Names of the frames that tools are mounted on, the likeliest first.
 const TOOLS: [&str; 9] =
     ["tool0", "tcp", "ee_link", "flange", "end_effector", "attachment_site", "link_ee", "gripper", "hand"];
@@ -100,11 +103,36 @@ impl Limb {
         self.planning.tree.joint_indices().iter().map(of).collect()
     }
 
-    /// The least speed limit of its joints, rad/s or m/s; infinite where the file has none.
-    pub fn slowest(&self) -> f64 {
-        let speeds =
-            self.planning.tree.joint_indices().iter().map(|&joint| self.planning.robot.joints[joint].limits.velocity);
-        speeds.filter(|speed| *speed > 0.0).fold(f64::INFINITY, f64::min)
+    /// The least speed limit of its joints that slide, m/s, or of those that turn, rad/s; infinite where the file has none.
+    pub fn slowest(&self, slides: bool) -> f64 {
+        let joints = self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint]);
+        let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
+        of_kind.map(|joint| joint.limits.velocity).filter(|speed| *speed > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Names of its joints that slide, or of those that turn.
+    pub fn joints_that(&self, slides: bool) -> Vec<&str> {
+        let joints = self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint]);
+        let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
+        of_kind.map(|joint| joint.name.as_str()).collect()
+    }
+
+    /// The joints with drives: those that actuators of the file drive, or else those with an effort, or else all.
+    pub fn driven(&self) -> Vec<usize> {
+        let (robot, tree) = (&self.planning.robot, &self.planning.tree);
+        let joint = |dof: &usize| tree.joint_indices()[*dof];
+        let all = || 0..tree.dofs();
+        let with_actuator: Vec<_> =
+            all().filter(|dof| robot.actuators.iter().any(|actuator| actuator.joint == joint(dof))).collect();
+        let with_effort: Vec<_> = all().filter(|dof| robot.joints[joint(dof)].limits.effort > 0.0).collect();
+        [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
+    }
+
+    /// Joints whose range in the file is a single position.
+    pub fn stuck(&self) -> Vec<&str> {
+        let joints = self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint]);
+        let stuck = joints.filter(|joint| joint.limits.lower == joint.limits.upper);
+        stuck.map(|joint| joint.name.as_str()).collect()
     }
 
     /// A name that the robot has not taken.
@@ -120,19 +148,43 @@ impl Limb {
     }
 }
 
-/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move, or else the last
-/// link that most joints move.
+/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; or else the last
+/// link before fingers; or else the last link that most joints move.
 pub fn likeliest(whole: &Planning) -> String {
     let robot = &whole.robot;
     let depth = |name: &str| robot.frame(name).map_or(0, |(link, _)| joints_to(whole, link).len());
     let most = (0..robot.links.len()).map(|link| joints_to(whole, link).len()).max().unwrap_or(0);
+    // The link that carries the first joint of a finger.
+    let bodies = whole.tree.bodies();
+    let palm = palm(&whole.tree).and_then(|palm| bodies.iter().find(|body| body.parent == Some(palm)));
+    let palm = palm.map(|finger| robot.joints[finger.joint].parent);
     // Fingers beyond the tool's mount do not count against it.
+    let most = palm.map_or(most, |link| joints_to(whole, link).len());
     let usual = TOOLS.iter().copied().filter(|name| depth(name) >= 3.max(most.saturating_sub(2)));
     if let Some(name) = usual.into_iter().next() {
         return name.to_owned();
     }
-    let last = (0..robot.links.len()).rfind(|&link| joints_to(whole, link).len() == most.min(MOST_JOINTS));
+    let last = palm.or_else(|| (0..robot.links.len()).rfind(|&link| joints_to(whole, link).len() == most));
     robot.links[last.unwrap_or(robot.links.len() - 1)].name.clone()
+}
+
+/// The body from which fingers start: that at the end of an arm which carries at least two limbs, each of few joints. None
+/// where there is no such body. Fingers may branch as well: it is the body next to the world.
+fn palm(tree: &Tree) -> Option<usize> {
+    let bodies = tree.bodies();
+    // How many bodies carry each, how many limbs it carries, and how many joints the longest of them has.
+    let (mut depths, mut limbs, mut beyond) = (vec![0; bodies.len()], vec![0; bodies.len()], vec![0; bodies.len()]);
+    for (body, found) in bodies.iter().enumerate() {
+        depths[body] = found.parent.map_or(1, |parent| depths[parent] + 1);
+    }
+    for (body, found) in bodies.iter().enumerate().rev() {
+        if let Some(parent) = found.parent {
+            limbs[parent] += 1;
+            beyond[parent] = beyond[parent].max(beyond[body] + 1);
+        }
+    }
+    let is_palm = |body: &usize| depths[*body] >= ARM && limbs[*body] > 1 && beyond[*body] <= FINGER;
+    (0..bodies.len()).filter(is_palm).min_by_key(|&body| depths[body])
 }
 
 /// The degrees of freedom that move a link, the nearest first.

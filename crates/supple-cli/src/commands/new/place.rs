@@ -11,9 +11,10 @@ use supple_robot::{
 use super::limb::Limb;
 use crate::commands::robot::SMOOTHING;
 
-/// Postures that are looked at, those from which inverse kinematics are tried, and those that are kept.
+/// Postures that are looked at, those from which inverse kinematics are tried, and the most of them while none is found.
 const SAMPLES: usize = 400;
 const TRIED: usize = 24;
+const MOST_TRIED: usize = 120;
 /// How far joints without limits are searched, rad or m.
 const FAR: f64 = 0.5 * PI;
 /// Share of an effort limit that holding a posture may take.
@@ -73,8 +74,13 @@ pub fn starts(limb: &Limb, wall: Option<[f64; 3]>, at: Option<[f64; 3]>, upright
         }
     }
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let tried = samples.into_iter().take(TRIED);
-    let mut found: Vec<Start> = tried.filter_map(|(_, q, normal)| search.start(&q, normal, at)).collect();
+    let mut found: Vec<Start> = Vec::new();
+    for (tried, (_, q, normal)) in samples.into_iter().take(MOST_TRIED).enumerate() {
+        if tried >= TRIED && !found.is_empty() {
+            break;
+        }
+        found.extend(search.start(&q, normal, at));
+    }
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     found
 }

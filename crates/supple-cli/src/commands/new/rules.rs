@@ -1,5 +1,6 @@
 //! Rules of thumb for the numbers of a task. docs/choosing.md explains them.
 
+use supple_robot::JointKind;
 use supple_text::{nearest, quoted};
 
 use super::limb::Limb;
@@ -161,16 +162,17 @@ impl Rules {
         four_digits(1.0 / (tolerance * tolerance))
     }
 
-    /// Speed of joints that matters, rad/s, or m/s where all slide: ten times that of the travel within the time, and at most
-    /// half of the least speed limit of the joints.
-    pub fn joint_speed(&self, limb: &Limb) -> f64 {
-        round(10.0 * self.travel / (self.time * limb.lever())).min(four_digits(0.5 * limb.slowest()))
+    /// Speed that matters of joints that slide, m/s, or of those that turn, rad/s: ten times that of the travel within the
+    /// time, and at most half of the least speed limit of these joints.
+    pub fn joint_speed(&self, limb: &Limb, slides: bool) -> f64 {
+        let lever = if slides { 1.0 } else { limb.lever() };
+        round(10.0 * self.travel / (self.time * lever)).min(four_digits(0.5 * limb.slowest(slides)))
     }
 
     /// Speed over which Coulomb friction builds up, rad/s, or m/s where all joints slide: half of the speed that matters, so
     /// that the linearisation sees the friction of motions and not a brake at rest.
     pub fn friction_smoothing(&self, limb: &Limb) -> f64 {
-        four_digits(0.5 * self.joint_speed(limb))
+        four_digits(0.5 * self.joint_speed(limb, limb.slides()))
     }
 
     /// Deviation of a commanded position from the one that holds the start that matters, rad, or m where all slide: three
@@ -182,9 +184,11 @@ impl Rules {
     /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force, or
     /// that which friction and damping take at the speed that matters.
     pub fn load(&self, limb: &Limb) -> f64 {
-        let (robot, speed) = (&limb.planning.robot, self.joint_speed(limb));
+        let (robot, slides) = (&limb.planning.robot, limb.slides());
         let joints = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]);
-        let resistance = joints.map(|joint| joint.friction + joint.damping * speed).fold(0.0, f64::max);
+        let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
+        let speed = self.joint_speed(limb, slides);
+        let resistance = of_kind.map(|joint| joint.friction + joint.damping * speed).fold(0.0, f64::max);
         round(resistance.max(self.force * limb.lever()))
     }
 }

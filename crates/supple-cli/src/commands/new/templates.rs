@@ -27,6 +27,8 @@ pub struct Draft<'a> {
     pub rules: &'a Rules,
     /// The limit of the cost, and what it was found from.
     pub limit: Option<Limit>,
+    /// Whether plans keep the limits of the robot.
+    pub enforced: bool,
     /// The stiffness at which searches begin, where the stiff mount exceeds the limit, N/m.
     pub first: Option<f64>,
 }

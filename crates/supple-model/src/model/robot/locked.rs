@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
-use supple_robot::{JointKind, Tree};
-use supple_text::FileError;
+use supple_robot::{Joint, JointKind, Limits, Tree};
+use supple_text::{FileError, degrees, digits};
 
 use crate::document::{Document, Place};
 use crate::model::compliance::find;
@@ -90,7 +90,7 @@ impl Locked {
         }
     }
 
-    /// The robot without these joints.
+    /// The robot without these joints; a position that a joint cannot have is one of its warnings.
     ///
     /// # Errors
     /// Where one of them is none that moves on its own, is named twice, or is at no finite position; and where none is
@@ -103,6 +103,7 @@ impl Locked {
         let at = ["model".into(), "locked".into()];
         let tree = Tree::new(&robot);
         let mut positions: Vec<(usize, f64)> = Vec::new();
+        let mut warnings = Vec::new();
         for (index, (name, position)) in listed.into_iter().enumerate() {
             let own = if matches!(self, Self::At(_)) { Place::Key(name) } else { index.into() };
             let error = |message: String| document.error(&[at[0], at[1], own], message);
@@ -115,14 +116,33 @@ impl Locked {
             if !position.is_finite() {
                 return Err(error(format!("must be a finite position, rad or m; found {position}")));
             }
+            if let Some((message, help)) = doubt(&robot.joints[joint], position) {
+                warnings.push(FileError { help, ..error(message) }.to_string());
+            }
             positions.push((joint, position));
         }
         if positions.len() == tree.dofs() {
             let error = document.error(&at, "all moving joints are locked; there is nothing to control");
             return Err(error.with_help(format!("leave out one of {}", supple_text::quoted(tree.joints()))));
         }
-        Ok(robot.locked(&positions))
+        let mut robot = robot.locked(&positions);
+        robot.warnings.extend_from_slice(&warnings);
+        robot.every_warning.extend(warnings);
+        Ok(robot)
     }
+}
+
+/// What is doubtful about the position at which a joint is locked, and advice.
+fn doubt(joint: &Joint, position: f64) -> Option<(String, Option<String>)> {
+    let Limits { lower, upper, .. } = joint.limits;
+    let help = if joint.kind == JointKind::Prismatic { None } else { degrees(position) };
+    let (name, at) = (&joint.name, digits(position));
+    if joint.limits.allow(position) {
+        let is_bounded = lower.is_finite() && upper.is_finite();
+        return (help.is_some() && !is_bounded).then(|| (format!("joint `{name}` is locked at {at} rad"), help));
+    }
+    let range = format!("[{}, {}]", digits(lower), digits(upper));
+    Some((format!("joint `{name}` is locked at {at}, outside its range {range}"), help))
 }
 
 /// The joint of a degree of freedom, by name, or what is wrong and advice.

@@ -87,10 +87,11 @@ impl Robot {
             "frame `{}` cannot reach this pose; the closest pose found is {:.4} m{turned} away, with {at_limits}",
             pose.frame, reached.distance
         );
-        let help = match pose.rpy {
-            Some(_) => "move the pose closer, or omit `rpy` if the orientation is free",
-            None => "move the position nearer to the robot",
-        };
+        let in_degrees = pose.rpy.and_then(|rpy| rpy.into_iter().find_map(supple_text::degrees));
+        let help = in_degrees.unwrap_or_else(|| match pose.rpy {
+            Some(_) => "move the pose closer, or omit `rpy` if the orientation is free".into(),
+            None => "move the position nearer to the robot".into(),
+        });
         Unfit::new("", message).with_help(help)
     }
 

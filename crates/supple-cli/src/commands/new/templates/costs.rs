@@ -13,21 +13,26 @@ impl Draft<'_> {
         text.push_str("\n# Weights (Bryson's rule): a constant error equal to the tolerance adds 1 to the cost.\n");
         let along = self.free_axes(start.normal);
         let [x, _, z] = self.axes();
+        // Where the tool is while it presses: on a wall that is oblique to the world, the cost counts that direction too.
+        let pressed = |normal: [f64; 3], at: [f64; 3]| add(at, scale(-rules.smoothing, normal));
         match self.template {
             Template::Press | Template::Hold => {
+                let at = start.position;
+                let at = if self.template == Template::Press { pressed(start.normal, at) } else { at };
                 self.force(text);
-                self.point(text, start.position, &along, false);
+                self.point(text, at, &along, false);
                 self.deflection(text, &z);
             }
             Template::Wipe => {
                 self.force(text);
-                self.point(text, add(start.position, scale(rules.travel, start.along[0])), &along, true);
+                let end = pressed(start.normal, add(start.position, scale(rules.travel, start.along[0])));
+                self.point(text, end, &along, true);
                 self.deflection(text, &z);
             }
             Template::Insert => {
-                let into = scale(-rules.travel, start.normal);
+                let end = add(start.position, scale(-rules.travel, start.normal));
                 self.force(text);
-                self.point(text, add(start.position, into), &self.free_axes(self.side()), true);
+                self.point(text, pressed(scale(-1.0, self.side()), end), &self.free_axes(self.side()), true);
                 self.deflection(text, &x);
             }
             Template::Reach => self.point(text, start.moved(limb, rules.travel), &[0, 1, 2], true),
@@ -94,14 +99,17 @@ impl Draft<'_> {
     /// The costs of joint speeds and of controls.
     fn motion(&self, text: &mut String) {
         let Self { rules, limb, .. } = self;
-        let speed = rules.joint_speed(limb);
-        let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(limb.joints()));
-        said(
-            text,
-            &format!("weight = {:?}", rules.weight(speed)),
-            &format!("tolerance {speed:?} {}", limb.speed_unit()),
-        );
-        text.push_str("\n[[tasks.costs]]\nkind = \"control\"\n");
+        for (slides, unit) in [(false, "rad/s"), (true, "m/s")] {
+            let joints = limb.joints_that(slides);
+            if joints.is_empty() {
+                continue;
+            }
+            let speed = rules.joint_speed(limb, slides);
+            let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(&joints));
+            said(text, &format!("weight = {:?}", rules.weight(speed)), &format!("tolerance {speed:?} {unit}"));
+            text.push('\n');
+        }
+        text.push_str("[[tasks.costs]]\nkind = \"control\"\n");
         let (tolerance, [turn, slide]) =
             if self.is_by_torque() { (rules.load(limb), ["N m", "N"]) } else { (rules.command(limb), ["rad", "m"]) };
         let unit = if limb.slides() { slide } else { turn };

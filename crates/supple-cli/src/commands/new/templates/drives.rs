@@ -24,17 +24,6 @@ impl Draft<'_> {
         self.template == Template::Reach
     }
 
-    /// The joints with drives: those that actuators of the file drive, or else those with an effort, or else all.
-    fn driven(&self) -> Vec<usize> {
-        let (robot, tree) = (&self.limb.planning.robot, &self.limb.planning.tree);
-        let joint = |dof: &usize| tree.joint_indices()[*dof];
-        let all = || 0..tree.dofs();
-        let with_actuator: Vec<_> =
-            all().filter(|dof| robot.actuators.iter().any(|actuator| actuator.joint == joint(dof))).collect();
-        let with_effort: Vec<_> = all().filter(|dof| robot.joints[joint(dof)].limits.effort > 0.0).collect();
-        [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
-    }
-
     fn servos(&self) -> Vec<Servo<'_>> {
         let Self { limb, start, rules, .. } = self;
         let of = |dof: usize| {
@@ -45,13 +34,13 @@ impl Draft<'_> {
             let command = plain(start.q[dof] + start.held[dof] / kp);
             Servo { joint: &limb.joints()[dof], kp, kv, command }
         };
-        self.driven().into_iter().map(of).collect()
+        self.limb.driven().into_iter().map(of).collect()
     }
 
     /// Controls that hold the start: commands of position control, or torques.
     pub(super) fn holding(&self) -> Vec<f64> {
         if self.is_by_torque() {
-            self.driven().into_iter().map(|dof| plain(self.start.held[dof])).collect()
+            self.limb.driven().into_iter().map(|dof| plain(self.start.held[dof])).collect()
         } else {
             self.servos().into_iter().map(|servo| servo.command).collect()
         }
@@ -63,7 +52,7 @@ impl Draft<'_> {
         if !robot.actuators.is_empty() {
             let _ = writeln!(text, "file_actuators = false           # true: the actuators of the robot file");
         }
-        let driven: Vec<&String> = self.driven().into_iter().map(|dof| &self.limb.joints()[dof]).collect();
+        let driven: Vec<&String> = self.limb.driven().into_iter().map(|dof| &self.limb.joints()[dof]).collect();
         if driven.len() < self.limb.joints().len() {
             let _ =
                 writeln!(text, "actuated = {}   # the robot file has no drive for the other joints", names(&driven));

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use supple_robot::{Joint, JointKind};
 
 use super::{Draft, list, names, said};
+use crate::commands::new::rules::plain;
 
 impl Draft<'_> {
     pub(super) fn followed(&self, text: &mut String) {
@@ -55,7 +56,7 @@ impl Draft<'_> {
             let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
             let given = of_kind.map(|joint| (select(&joint.name), most(joint)));
             let (names, most): (Vec<_>, Vec<_>) = given.filter(|(_, most)| most.is_finite() && *most > 0.0).unzip();
-            limit(text, kind, &names, &most, unit);
+            limit(text, kind, &names, &most, unit, self.enforced);
         }
     }
 
@@ -81,12 +82,19 @@ impl Draft<'_> {
 }
 
 /// A limit on both sides of 0, where there is anything to limit.
-fn limit(text: &mut String, kind: &str, select: &[String], most: &[f64], unit: &str) {
+fn limit(text: &mut String, kind: &str, select: &[String], most: &[f64], unit: &str, enforced: bool) {
     if select.is_empty() {
         return;
     }
+    // Rounding must not exceed the limits of the file.
+    let below = |most: f64| if plain(most) > most { plain(most * (1.0 - 5e-6)) } else { most };
+    let most: Vec<f64> = most.iter().copied().map(below).collect();
     let least: Vec<f64> = most.iter().map(|most| -most).collect();
     let _ = writeln!(text, "[[tasks.limits]]\nkind = {kind:?}\nselect = {}", names(select));
     said(text, &format!("lower = {}", list(&least)), &format!("{unit}, of the robot file"));
-    let _ = writeln!(text, "upper = {}\n", list(most));
+    let _ = writeln!(text, "upper = {}", list(&most));
+    if enforced {
+        said(text, "enforce = true", "without it, the plan exceeds these limits");
+    }
+    text.push('\n');
 }
