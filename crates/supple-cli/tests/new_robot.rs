@@ -286,6 +286,12 @@ fn tools_are_mounted_before_fingers() {
             || text.contains("locked = [\"to_post\", \"to_left\", \"to_right\"]"),
         "{text}"
     );
+    // The point of a tool on it, named after the arm, is likelier.
+    let point = "<link name=\"arm_tcp\"/><joint name=\"to_tcp\" type=\"fixed\"><parent link=\"palm\"/>\
+                 <child link=\"arm_tcp\"/><origin xyz=\"0 0 0.05\"/></joint></robot>";
+    std::fs::write(folder.path("tcp.urdf"), planar(0.05, 2.0).replace("</robot>", point)).unwrap();
+    let (text, _) = written(&folder, "tcp", &["--robot", "tcp.urdf", "--template", "press"]);
+    assert!(text.contains("frame = \"arm_tcp\""), "{text}");
 }
 
 /// Speeds of joints that slide, m/s, do not limit those of joints that turn, rad/s.

@@ -13,9 +13,10 @@ pub const MOST_JOINTS: usize = 7;
 /// Joints that an arm with fingers has at least, and joints that a finger has at most.
 const ARM: usize = 5;
 const FINGER: usize = 7;
-/// Names of the frames that tools are mounted on, the likeliest first.
-const TOOLS: [&str; 9] =
-    ["tool0", "tcp", "ee_link", "flange", "end_effector", "attachment_site", "link_ee", "gripper", "hand"];
+/// Names of the points of tools, perhaps with that of the arm before them: `panda_hand_tcp`.
+const POINTS: [&str; 2] = ["tool0", "tcp"];
+/// Names of the other frames that tools are mounted on, the likeliest first.
+const TOOLS: [&str; 7] = ["ee_link", "flange", "end_effector", "attachment_site", "link_ee", "gripper", "hand"];
 
 /// A limb.
 pub struct Limb {
@@ -148,8 +149,8 @@ impl Limb {
     }
 }
 
-/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; or else the last
-/// link before fingers; or else the last link that most joints move.
+/// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; or else the link
+/// that carries fingers; or else the last link that most joints move.
 pub fn likeliest(whole: &Planning) -> String {
     let robot = &whole.robot;
     let depth = |name: &str| robot.frame(name).map_or(0, |(link, _)| joints_to(whole, link).len());
@@ -160,8 +161,13 @@ pub fn likeliest(whole: &Planning) -> String {
     let palm = palm.map(|finger| robot.joints[finger.joint].parent);
     // Fingers beyond the tool's mount do not count against it.
     let most = palm.map_or(most, |link| joints_to(whole, link).len());
-    let usual = TOOLS.iter().copied().filter(|name| depth(name) >= 3.max(most.saturating_sub(2)));
-    if let Some(name) = usual.into_iter().next() {
+    let links = robot.links.iter().map(|link| link.name.as_str());
+    let names: Vec<&str> = links.chain(robot.frames.iter().map(|frame| frame.name.as_str())).collect();
+    let is_called =
+        |name: &str, tool: &str| name == tool || name.strip_suffix(tool).is_some_and(|arm| arm.ends_with('_'));
+    let points = POINTS.iter().filter_map(|tool| names.iter().copied().find(|name| is_called(name, tool)));
+    let usual = points.chain(TOOLS).find(|name| depth(name) >= 3.max(most.saturating_sub(2)));
+    if let Some(name) = usual {
         return name.to_owned();
     }
     let last = palm.or_else(|| (0..robot.links.len()).rfind(|&link| joints_to(whole, link).len() == most));
