@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple_robot::{JointKind, Numbers, Pose, Tree};
+use supple_robot::{Joint, JointKind, Numbers, Pose, Tree};
 use supple_text::{nearest, owned};
 
 use crate::commands::robot::Planning;
@@ -70,8 +70,7 @@ impl Limb {
 
     /// Whether all of its joints slide.
     pub fn slides(&self) -> bool {
-        let joints = self.planning.tree.joint_indices();
-        joints.iter().all(|&joint| self.planning.robot.joints[joint].kind == JointKind::Prismatic)
+        self.of_kind(false).next().is_none()
     }
 
     /// How far the tool moves at most for joints that move by 1, m: the reach, or 1 where all joints slide.
@@ -106,16 +105,25 @@ impl Limb {
 
     /// The least speed limit of its joints that slide, m/s, or of those that turn, rad/s; infinite where the file has none.
     pub fn slowest(&self, slides: bool) -> f64 {
-        let joints = self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint]);
-        let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
-        of_kind.map(|joint| joint.limits.velocity).filter(|speed| *speed > 0.0).fold(f64::INFINITY, f64::min)
+        self.of_kind(slides)
+            .map(|joint| joint.limits.velocity)
+            .filter(|speed| *speed > 0.0)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Names of its joints that slide, or of those that turn.
     pub fn joints_that(&self, slides: bool) -> Vec<&str> {
-        let joints = self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint]);
-        let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
-        of_kind.map(|joint| joint.name.as_str()).collect()
+        self.of_kind(slides).map(|joint| joint.name.as_str()).collect()
+    }
+
+    /// Its joints that move.
+    fn moving(&self) -> impl Iterator<Item = &Joint> {
+        self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint])
+    }
+
+    /// Its joints that slide, or those that turn.
+    pub fn of_kind(&self, slides: bool) -> impl Iterator<Item = &Joint> {
+        self.moving().filter(move |joint| (joint.kind == JointKind::Prismatic) == slides)
     }
 
     /// The joints with drives: those that actuators of the file drive, or else those with an effort, or else all.
@@ -131,8 +139,7 @@ impl Limb {
 
     /// Joints whose range in the file is a single position.
     pub fn stuck(&self) -> Vec<&str> {
-        let joints = self.planning.tree.joint_indices().iter().map(|&joint| &self.planning.robot.joints[joint]);
-        let stuck = joints.filter(|joint| joint.limits.lower == joint.limits.upper);
+        let stuck = self.moving().filter(|joint| joint.limits.lower == joint.limits.upper);
         stuck.map(|joint| joint.name.as_str()).collect()
     }
 

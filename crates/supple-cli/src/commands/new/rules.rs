@@ -1,6 +1,5 @@
 //! Rules of thumb for the numbers of a task. docs/choosing.md explains them.
 
-use supple_robot::JointKind;
 use supple_text::{nearest, quoted};
 
 use super::limb::Limb;
@@ -184,11 +183,9 @@ impl Rules {
     /// Torque beside that which holds the robot up that matters, N m, or N where all joints slide: that of the force, or
     /// that which friction and damping take at the speed that matters.
     pub fn load(&self, limb: &Limb) -> f64 {
-        let (robot, slides) = (&limb.planning.robot, limb.slides());
-        let joints = limb.planning.tree.joint_indices().iter().map(|&joint| &robot.joints[joint]);
-        let of_kind = joints.filter(|joint| (joint.kind == JointKind::Prismatic) == slides);
+        let slides = limb.slides();
         let speed = self.joint_speed(limb, slides);
-        let resistance = of_kind.map(|joint| joint.friction + joint.damping * speed).fold(0.0, f64::max);
+        let resistance = limb.of_kind(slides).map(|joint| joint.friction + joint.damping * speed).fold(0.0, f64::max);
         round(resistance.max(self.force * limb.lever()))
     }
 }
