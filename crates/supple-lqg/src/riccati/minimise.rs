@@ -25,10 +25,27 @@ pub(super) fn minimise<L: Lanes, R: Rows>(
     let Shape { n, m, .. } = shape;
     let (narrow, wide, (first, stride)) = (shape.narrow(), shape.wide(), shape.gains());
     take_gains::<L, R>(shape, policy);
-    let Policy { feedback, feedforward, curvature, slope, value_of_information, q, q_slope, gain, reciprocals, .. } =
-        policy;
+    let Policy {
+        feedback,
+        feedforward,
+        curvature,
+        slope,
+        value_of_information,
+        q,
+        q_slope,
+        gain,
+        reciprocals,
+        roots,
+        ..
+    } = policy;
     let (q, gain, reciprocals) = (q.at(0), gain.at_mut(0), reciprocals.at_mut(0));
     factor::<L, R>(ViewMut::new(gain, stride), m, stride, reciprocals).map_err(drop)?;
+    if let Some(roots) = roots {
+        let small = roots.stride();
+        for (to, from) in roots.at_mut(t).chunks_exact_mut(small).zip(gain.chunks_exact(stride)) {
+            to[..m].copy_from_slice(&from[..m]);
+        }
+    }
     let k = &mut feedforward.at_mut(t)[..m];
     k.iter_mut().enumerate().for_each(|(a, k)| *k = gain[a * stride + first + n]);
     let square = dot(k, k);

@@ -10,6 +10,7 @@ mod minimise;
 mod policy;
 mod products;
 mod quadratic;
+mod rooted;
 
 use supple_kernels::rows::{Rows, fetch, fetch_lower};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
@@ -22,6 +23,7 @@ pub use self::lq::{Decrease, Lq, Regularisation};
 use self::minimise::minimise;
 pub use self::policy::Policy;
 use self::quadratic::{Knot, form};
+pub use self::rooted::Rooted;
 use crate::carried::Carried;
 use crate::shape::{Shape, by_length};
 

@@ -30,6 +30,9 @@ pub struct Policy {
     /// Reciprocals of the diagonal of the factor of `Q_uu`.
     pub(super) reciprocals: Matrices,
     pub(super) products: Products,
+    /// `U`, m x m, of `Q_uu = U' U`, N of them, where they are kept: of the last sweep without limits or regularisation. What
+    /// is below the diagonal does not count.
+    pub(super) roots: Option<Matrices>,
 }
 
 impl Policy {
@@ -50,7 +53,14 @@ impl Policy {
             gain: Matrices::zeros(1, m, padded(m) + n + 1),
             reciprocals: Matrices::vectors(1, m),
             products: Products::new(n, m),
+            roots: None,
         }
+    }
+
+    /// Sweeps keep the roots of their curvature by the controls from now on, which [`Rooted`](crate::Rooted) reads.
+    pub fn keep_roots(&mut self) {
+        let (steps, m) = (self.feedback.count(), self.feedback.rows());
+        self.roots.get_or_insert_with(|| Matrices::zeros(steps, m, m));
     }
 
     /// The sizes of the sweep.

@@ -6,7 +6,8 @@ use supple_lqg::KnotAdjoints;
 
 use super::batch::{after, at_points, parts};
 use super::kept::Kept;
-use super::programs::Recorder;
+use super::products::CurvatureProducts;
+use super::programs::{Recorder, TOGETHER};
 use super::trace::{residuals, values};
 use super::wide::Along;
 use super::{Adjoints, Constraints, Curvature, Points, System, Variation, make_convex};
@@ -53,7 +54,8 @@ struct Programs {
     cost_quadratic: [[OnceLock<Program>; 2]; 2],
     dynamics_curvature: OnceLock<Program>,
     responses: OnceLock<Program>,
-    curvature_along: OnceLock<Program>,
+    /// Along several directions, and along one.
+    curvature_along: [OnceLock<Program>; 2],
     affine_in_controls: OnceLock<bool>,
     /// How landmarks move with the states.
     landmarks: OnceLock<Program>,
@@ -291,7 +293,7 @@ impl<M: Model> System for Authored<M> {
         let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
         if self.has_costly_curvature() {
             let responses = self.program(&self.programs.responses, |r| r.responses());
-            let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
+            let curvature = self.program(&self.programs.curvature_along[0], |r| r.curvature_along(TOGETHER));
             let affine = *self.programs.affine_in_controls.get_or_init(|| self.recorder().is_affine_in_controls());
             let curved = if affine { self.size.states } else { joint };
             return Along { responses, curvature, joint, curved, unknowns }.add(at, phi, costates, out, scratch);
@@ -304,6 +306,22 @@ impl<M: Model> System for Authored<M> {
 
     fn has_costly_curvature(&self) -> bool {
         self.model.unknowns() > MOST_UNKNOWNS
+    }
+
+    fn curvature_products<'a>(
+        &'a self,
+        at: Points<'a>,
+        phi: &'a [f64],
+        costates: &'a Matrices,
+        scratch: &mut Scratch,
+    ) -> Option<CurvatureProducts<'a>> {
+        if !self.has_costly_curvature() {
+            return None;
+        }
+        let responses = self.program(&self.programs.responses, |r| r.responses());
+        let curvature = self.program(&self.programs.curvature_along[1], |r| r.curvature_along(1));
+        let sizes = [self.size.joint(), self.model.unknowns()];
+        Some(CurvatureProducts::new([responses, curvature], sizes, (at, phi, costates), scratch))
     }
 
     fn has_smooth_gauss_newton(&self) -> bool {

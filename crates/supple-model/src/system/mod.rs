@@ -20,6 +20,7 @@ mod constraints;
 mod convex;
 mod hold;
 mod kept;
+mod products;
 mod programs;
 mod roll_out;
 mod sequence;
@@ -34,6 +35,7 @@ pub use constraints::add_excess;
 pub use constraints::{Constraints, ExcessVariation, KeptEnd};
 pub use convex::make_convex;
 pub use hold::holding_controls;
+pub use products::CurvatureProducts;
 pub use roll_out::RollOut;
 pub use sequence::Sequence;
 
@@ -240,6 +242,17 @@ pub trait System: Send + Sync {
     /// Whether [`System::add_dynamics_curvature`] takes as long as several linearisations.
     fn has_costly_curvature(&self) -> bool {
         false
+    }
+
+    /// What multiplies the second derivatives of `lambda_{t+1}' f` by `z` with vectors, where finding all of them is costly.
+    fn curvature_products<'a>(
+        &'a self,
+        _at: Points<'a>,
+        _phi: &'a [f64],
+        _costates: &'a Matrices,
+        _scratch: &mut Scratch,
+    ) -> Option<CurvatureProducts<'a>> {
+        None
     }
 
     /// Whether [`System::contract`] takes Gauss-Newton curvature, which it then is smooth in point and parameters.

@@ -1,4 +1,4 @@
-use supple_kernels::graph::{Batch, Program};
+use supple_kernels::graph::{Batch, Program, Source};
 use supple_kernels::rows::{Left, Long, Product, View, ViewMut, mirror};
 use supple_kernels::{Job, LANES, Lanes, Matrices, Scratch, dispatch, padded};
 
@@ -25,9 +25,8 @@ impl Along<'_> {
         let stages = at.stages;
         let batch = Batch { first: 0, count: stages };
         let after = after(costates);
-        let mut responses = Matrices::zeros(stages, joint + 2, unknowns);
         let sources = [at.states.into(), at.controls.into(), after];
-        self.responses.run(batch, (&sources, phi), (Some(&mut responses), &mut []), scratch);
+        let responses = respond(self.responses, [joint, unknowns], (batch, &sources, phi), scratch);
         let by_unknown = transposed(&responses, joint);
         let mut directions = Matrices::zeros(stages, TOGETHER, joint + unknowns);
         let mut rates = Matrices::zeros(stages, TOGETHER, joint + unknowns);
@@ -56,6 +55,18 @@ impl Along<'_> {
             }
         }
     }
+}
+
+/// The [responses](super::programs::Recorder::responses) at some stages: (n + m + 2) x k.
+pub(super) fn respond(
+    program: &Program,
+    [joint, unknowns]: [usize; 2],
+    (batch, sources, phi): (Batch, &[Source], &[f64]),
+    scratch: &mut Scratch,
+) -> Matrices {
+    let mut responses = Matrices::zeros(batch.count, joint + 2, unknowns);
+    program.run(batch, (sources, phi), (Some(&mut responses), &mut []), scratch);
+    responses
 }
 
 /// The first `rows` rows of each matrix as columns.

@@ -1,10 +1,10 @@
 use supple_kernels::{Matrices, Scratch, rows};
 
 use super::Memory;
-use super::hessian::{Around, Solved};
+use super::hessian::Around;
 use crate::Error;
 use crate::gradient::{Quantity, slope_by_controls};
-use crate::plan::Plan;
+use crate::plan::{Found, Goal, Plan, Solved};
 use crate::problem::Task;
 
 /// The residual of the linear solve, relative; and products with the Hessian at most.
@@ -47,13 +47,13 @@ pub(crate) fn belief_plan_gradient(
         return Ok(());
     }
     let mut around = Around { task, phi, centre, trial, gradient, scratch };
-    let mut w = Vec::new();
-    match hessian.solve(&slope, (RESIDUAL, PRODUCTS), &mut around, &mut w)? {
-        Solved::Converged => {}
+    let mut found = Found::default();
+    match hessian.solve(&slope, Goal::free(RESIDUAL, PRODUCTS), &mut around, &mut found)? {
+        Solved::Converged | Solved::Border => {}
         Solved::NegativeCurvature => {
             return Err(Error::NotPositiveDefinite { what: "the Hessian of the expected cost", step: 0 });
         }
-        Solved::MaxIterations => {
+        Solved::MaxProducts => {
             return Err(Error::Planning {
                 plan: "belief",
                 problem: format!("has no gradient here: its linear solve did not converge in {PRODUCTS} products"),
@@ -61,6 +61,7 @@ pub(crate) fn belief_plan_gradient(
             });
         }
     }
+    let w = found.x;
     if rows::dot(&w, &w) == 0.0 {
         return Ok(());
     }

@@ -7,6 +7,7 @@ use supple_model::system::Curvature;
 use super::point::Point;
 use crate::Error;
 use crate::gradient::{GradientWorkspace, Quantity, slope_by_controls};
+use crate::plan::{Found, Goal, Operator, Solved, conjugate_gradients};
 use crate::problem::Task;
 
 /// Steps of finite differences, relative to the size of the controls.
@@ -40,15 +41,6 @@ pub(crate) struct Around<'a> {
     pub trial: &'a mut Point,
     pub gradient: &'a mut GradientWorkspace,
     pub scratch: &'a mut Scratch,
-}
-
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Solved {
-    Converged,
-    /// A direction of curvature at most 0 was met; the solution is of the directions before, or the first one.
-    NegativeCurvature,
-    MaxIterations,
 }
 
 impl Hessian {
@@ -175,51 +167,29 @@ impl Hessian {
         Ok(product)
     }
 
-    /// Solves `H x = b` by preconditioned conjugate gradients, to a residual `relative` to that of 0, in at most `most`
-    /// products. Where curvature at most 0 is met, `x` is what was found before; if nothing was, the first direction.
+    /// Solves `H x = b` by conjugate gradients, as closely as the goal asks for.
     ///
     /// # Errors
     /// Where a trajectory beside the centre has no expected cost.
-    pub fn solve(
-        &mut self,
-        b: &[f64],
-        (relative, most): (f64, usize),
-        around: &mut Around,
-        x: &mut Vec<f64>,
-    ) -> Result<Solved, Error> {
-        x.clear();
-        x.resize(b.len(), 0.0);
-        let mut residual = b.to_vec();
-        let mut z = residual.clone();
-        self.precondition(&mut z);
-        let mut direction = z.clone();
-        let mut size = rows::dot(&residual, &z);
-        let goal = relative * relative * size;
-        if size <= 0.0 {
-            return Ok(Solved::Converged);
-        }
-        for iteration in 0..most {
-            let product = self.times(&direction, around)?;
-            let curvature = rows::dot(&direction, &product);
-            if curvature.is_nan() || curvature <= 0.0 {
-                if iteration == 0 {
-                    x.copy_from_slice(&direction);
-                }
-                return Ok(Solved::NegativeCurvature);
-            }
-            let step = size / curvature;
-            x.iter_mut().zip(&direction).for_each(|(x, d)| *x += step * d);
-            residual.iter_mut().zip(&product).for_each(|(r, p)| *r -= step * p);
-            z.copy_from_slice(&residual);
-            self.precondition(&mut z);
-            let next = rows::dot(&residual, &z);
-            if next <= goal {
-                return Ok(Solved::Converged);
-            }
-            let share = next / size;
-            size = next;
-            direction.iter_mut().zip(&z).for_each(|(d, z)| *d = z + share * *d);
-        }
-        Ok(Solved::MaxIterations)
+    pub fn solve(&mut self, b: &[f64], goal: Goal, around: &mut Around, found: &mut Found) -> Result<Solved, Error> {
+        conjugate_gradients(&mut Products { hessian: self, around }, b, goal, found)
+    }
+}
+
+/// The Hessian where products are taken.
+struct Products<'a, 'b> {
+    hessian: &'a mut Hessian,
+    around: &'a mut Around<'b>,
+}
+
+impl Operator for Products<'_, '_> {
+    type Error = Error;
+
+    fn times(&mut self, v: &[f64]) -> Result<Vec<f64>, Error> {
+        self.hessian.times(v, self.around)
+    }
+
+    fn precondition(&self, v: &mut [f64]) {
+        self.hessian.precondition(v);
     }
 }

@@ -5,7 +5,7 @@ use supple_lqg::{Regularisation, solve_riccati};
 use super::hessian::{Around, Hessian};
 use super::point::Point;
 use crate::gradient::{GradientWorkspace, Quantity, Steepness, slope_by_controls};
-use crate::plan::{Descent, Model, Plan, PlanSettings, PlanStatus, Step, descend};
+use crate::plan::{Descent, Found, Goal, Model, Plan, PlanSettings, PlanStatus, Step, descend};
 use crate::problem::Task;
 
 /// Products with the Hessian in one iteration at most.
@@ -98,11 +98,11 @@ impl Descent for Search<'_> {
         let downhill: Vec<f64> = slope.iter().map(|g| -g).collect();
         // The closer, the more exactly: convergence is quadratic but for rounding.
         let relative = centre.plan.relative_stationarity.sqrt().clamp(1e-6, 0.1);
-        let mut step = Vec::new();
+        let mut found = Found::default();
         let mut around = Around { task, phi, centre, trial, gradient, scratch };
-        hessian.solve(&downhill, (relative, PRODUCTS), &mut around, &mut step).map_err(failed)?;
-        hessian.set(&step, 1.0);
-        let along = rows::dot(&slope, &step);
+        hessian.solve(&downhill, Goal::free(relative, PRODUCTS), &mut around, &mut found).map_err(failed)?;
+        hessian.set(&found.x, 1.0);
+        let along = rows::dot(&slope, &found.x);
         if along < 0.0 { Ok(Model::Slope(along)) } else { Err(PlanStatus::LineSearchStalled) }
     }
 

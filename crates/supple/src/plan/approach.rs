@@ -25,7 +25,7 @@ const REFINEMENTS: usize = 5;
 /// Searches on the way end early, but for those of contacts that are not made yet.
 const TOLERANCE: f64 = 5e-2;
 
-/// The controls of a plan whose contacts were first wider and softer than they are, and whose friction set in over higher
+/// The controls that follow a plan whose contacts were first wider and softer than they are, and whose friction set in over higher
 /// speeds, starting from the controls in `found.trajectory`. The width begins at twice the greatest clearance of the first
 /// state and is then halved, but kept above 5/4 of the clearance that the plan still leaves, until it is below half of the
 /// least smoothing. A speed from which no plan is found goes half of the way back, by its logarithm. None where there is
@@ -41,7 +41,7 @@ pub(crate) fn approach(
     let states = |x: &[f64]| task.system.contact_states(x, phi);
     let mut widening = Widening::of(&states(found.trajectory.states.vector(0)));
     let mut friction = Slowing::default();
-    let newton = settings.newton && !wide.has_costly_curvature();
+    let newton = settings.newton && !(wide.has_costly_curvature() && task.control_bounds.is_some());
     let loose = PlanSettings { tolerance: settings.tolerance.max(TOLERANCE), newton, ..settings.clone() };
     let mut kept: Option<Kept> = None;
     let mut apart = false;
@@ -79,7 +79,12 @@ pub(crate) fn approach(
             break;
         }
     }
-    kept.map(|kept| (kept.trajectory.controls, iterations))
+    // Along a trajectory that is unstable, the same controls lead elsewhere by rounding alone.
+    let problem = NominalProblem { system: &*task.system, phi, bounds: task.control_bounds.as_ref() };
+    kept.map(|kept| {
+        follow(problem, &kept, found, work, scratch);
+        (found.trajectory.controls.clone(), iterations)
+    })
 }
 
 /// What is needed of a plan to follow it.

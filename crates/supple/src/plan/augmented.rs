@@ -1,7 +1,9 @@
 use supple_kernels::{Matrices, Scratch};
 use supple_lqg::Dimensions;
 use supple_model::Trajectory;
-use supple_model::system::{Adjoints, Constraints, Curvature, Points, RollOut, System, Variation, add_excess};
+use supple_model::system::{
+    Adjoints, Constraints, Curvature, CurvatureProducts, Points, RollOut, System, Variation, add_excess,
+};
 
 /// A system whose cost has what limits add to it (theory, equations P.20 to P.22).
 pub(super) struct Augmented<'a> {
@@ -142,6 +144,16 @@ impl System for Augmented<'_> {
 
     fn has_costly_curvature(&self) -> bool {
         self.system.has_costly_curvature()
+    }
+
+    fn curvature_products<'a>(
+        &'a self,
+        at: Points<'a>,
+        phi: &'a [f64],
+        costates: &'a Matrices,
+        scratch: &mut Scratch,
+    ) -> Option<CurvatureProducts<'a>> {
+        self.system.curvature_products(at, phi, costates, scratch)
     }
 
     fn has_smooth_gauss_newton(&self) -> bool {

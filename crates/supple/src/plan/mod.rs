@@ -3,6 +3,7 @@
 mod approach;
 mod augmented;
 mod bounds;
+mod conjugate_gradients;
 mod costates;
 mod descent;
 mod nominal;
@@ -11,6 +12,7 @@ mod risk;
 mod rollout;
 mod search;
 mod sweeps;
+mod truncated;
 mod within_limits;
 mod workspace;
 
@@ -20,6 +22,7 @@ pub use crate::settings::{
 };
 pub(crate) use approach::{approach, has_to_approach};
 pub use bounds::bounds_of;
+pub(crate) use conjugate_gradients::{Found, Goal, Operator, Solved, conjugate_gradients};
 pub(crate) use descent::{Descent, Model, Step, descend, is_over};
 pub use result::{Plan, VALID_STATIONARITY};
 pub(crate) use risk::plan_risk;

@@ -1,10 +1,12 @@
 //! The search for nominal plans: Gauss-Newton steps, or Newton steps where second derivatives are of use.
 
 use supple_kernels::Scratch;
+use supple_lqg::{Regularisation, Rooted};
 use supple_model::system::Curvature;
 
 use super::descent::{Descent, Model, Step, descend, search_along};
 use super::sweeps::{linearise, sweep};
+use super::truncated::{Truncated, truncated_newton};
 use super::{NominalProblem, Plan, PlanSettings, PlanStatus, PlanWorkspace, rollout_within};
 
 /// How often what second derivatives add to Gauss-Newton's is halved, where they are not positive or lead nowhere.
@@ -13,6 +15,12 @@ const CURVATURE_HALVINGS: usize = 5;
 const NEWTON_HALVINGS: usize = 3;
 /// Logarithm, base 2, of how many times as long a search waits after costly second derivatives were of no use.
 const COSTLY_WAIT: u32 = 2;
+/// Below this share of a Gauss-Newton step second derivatives matter, however far the optimum is.
+const SHORT: f64 = 0.25;
+/// How often trust in Newton's model is lowered in one iteration.
+const ATTEMPTS_BY_PRODUCTS: usize = 2;
+/// What remains of the trust in Newton's model where no step along it serves.
+const LEAST_TRUST: f64 = 1.0 / 16.0;
 /// Doublings of a Newton step at most that leaves a place where the curvature is not positive.
 const NEWTON_DOUBLINGS: usize = 20;
 /// Below this share of the curvature regularisation is dropped.
@@ -43,8 +51,9 @@ pub(super) fn minimise(
     scratch: &mut Scratch,
 ) -> PlanStatus {
     let close = matches!(patience, Patience::Close | Patience::Continued);
-    let (deadline, costly) = (work.deadline, problem.system.has_costly_curvature());
-    let newton = Readiness { close, costly, ..Readiness::default() };
+    let by_products = problem.bounds.is_none() && problem.system.has_costly_curvature();
+    let costly = !by_products && problem.system.has_costly_curvature();
+    let (deadline, newton) = (work.deadline, Readiness { close, costly, by_products, ..Readiness::default() });
     descend(&mut Search { problem, settings, patience, plan, work, scratch, newton }, settings, deadline)
 }
 
@@ -65,8 +74,12 @@ struct Readiness {
     close: bool,
     /// Whether they take as long as several iterations without them.
     costly: bool,
+    /// Whether they are only multiplied with vectors, which costs little.
+    by_products: bool,
     failures: u32,
     wait: usize,
+    /// How long the next step by products is at most; none before the first.
+    radius: Option<f64>,
 }
 
 impl Readiness {
@@ -128,7 +141,8 @@ impl Descent for Search<'_> {
     }
 
     fn accept(&mut self, step: Step) {
-        self.newton.close = self.plan.nominal_cost - step.merit <= 0.05 * (1.0 + step.merit.abs());
+        let little = self.plan.nominal_cost - step.merit <= 0.05 * (1.0 + step.merit.abs());
+        self.newton.close = little || self.newton.by_products && step.share < SHORT;
         std::mem::swap(&mut self.plan.trajectory, &mut self.work.candidate);
         self.plan.nominal_cost = step.merit;
     }
@@ -153,9 +167,23 @@ impl Descent for Search<'_> {
         if !ready {
             return None;
         }
+        let step = if self.newton.by_products { self.step_by_products() } else { self.step_by_curvature() };
+        self.newton.tried(step.is_some());
+        step
+    }
+
+    fn gives_up(&self, mu: f64) -> bool {
+        let few = matches!(self.patience, Patience::Little | Patience::Continued);
+        few && self.plan.iterations > FEW_ITERATIONS || self.patience == Patience::Little && mu > 0.0
+    }
+}
+
+impl Search<'_> {
+    /// A Newton step, or one with as large a part of the second derivatives as serves.
+    fn step_by_curvature(&mut self) -> Option<Step> {
         self.find_curvature();
         let settings = self.settings;
-        let step = (0..=CURVATURE_HALVINGS).find_map(|halvings| {
+        (0..=CURVATURE_HALVINGS).find_map(|halvings| {
             if halvings > 0 {
                 self.halve_curvature();
             }
@@ -165,13 +193,26 @@ impl Descent for Search<'_> {
             let doublings = if halvings > 0 { NEWTON_DOUBLINGS } else { 0 };
             let lengths = (settings.max_halvings.min(NEWTON_HALVINGS), doublings);
             search_along(self, settings, Model::Quadratic(model), lengths)
-        });
-        self.newton.tried(step.is_some());
-        step
+        })
     }
 
-    fn gives_up(&self, mu: f64) -> bool {
-        let few = matches!(self.patience, Patience::Little | Patience::Continued);
-        few && self.plan.iterations > FEW_ITERATIONS || self.patience == Patience::Little && mu > 0.0
+    /// A step towards the minimum of Newton's model, as far as it is trusted: less far where no step along it serves.
+    fn step_by_products(&mut self) -> Option<Step> {
+        self.plan.policy.keep_roots();
+        sweep(self.problem, Regularisation::default(), None, self.plan).ok()?;
+        let slope = Rooted::of(&self.plan.knots.dynamics, &self.plan.policy)?.slope();
+        (0..ATTEMPTS_BY_PRODUCTS).find_map(|_| {
+            let Self { problem, plan, work, scratch, newton, settings, .. } = self;
+            let Truncated { feedforward, decrease, length, ends } =
+                truncated_newton((*problem, plan), (&slope, newton.radius), &mut work.hessian, scratch)?;
+            plan.policy.feedforward.copy_from(&feedforward);
+            let lengths = (settings.max_halvings.min(NEWTON_HALVINGS), if ends { NEWTON_DOUBLINGS } else { 0 });
+            let settings = *settings;
+            let step = search_along(self, settings, Model::Quadratic(decrease), lengths);
+            let made = step.map_or(LEAST_TRUST, |step| step.share);
+            // A whole step may be longer next time.
+            self.newton.radius = Some(if made < 1.0 { made * length } else { 2.0 * made * length });
+            step
+        })
     }
 }

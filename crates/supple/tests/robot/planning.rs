@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use supple::plan::PlanStatus;
-use supple::system::{Points, Times};
+use supple::system::{Points, System, Times};
 use supple::{EvaluateOptions, Matrices, Problem, Scratch, TaskEvaluation};
 
 use crate::arm::{Description, arm, compliance, cost, sensor};
@@ -130,6 +130,27 @@ fn chain(links: usize) -> (Problem, std::path::PathBuf) {
     (supple_file::parse(text, &folder.join("task.toml").display().to_string()).unwrap(), folder)
 }
 
+/// Where products with second derivatives are offered, they are those of all of them.
+fn compare_products(system: &dyn System, at: Points, costates: &Matrices, all: &Matrices) {
+    let mut scratch = Scratch::new();
+    let Some(mut products) = system.curvature_products(at, &[], costates, &mut scratch) else {
+        return assert!(!system.has_costly_curvature());
+    };
+    assert!(system.has_costly_curvature());
+    let joint = system.dimensions().joint();
+    let (mut variation, mut out) = (Matrices::vectors(2, joint), Matrices::vectors(2, joint));
+    (0..joint).for_each(|i| variation.vector_mut(0)[i] = (0.7 * i as f64).cos());
+    out.vector_mut(0).fill(1.0);
+    products.add(&variation, &mut out, &mut scratch);
+    for a in 0..joint {
+        let row = (0..joint).map(|b| all.get(0, a, b) * variation.vector(0)[b]);
+        let (expected, size) = (row.clone().sum::<f64>(), row.map(f64::abs).sum::<f64>());
+        let error = (out.vector(0)[a] - 1.0 - expected).abs();
+        assert!(error < 1e-12 * (1.0 + size), "{a}: {} for {expected}", out.vector(0)[a] - 1.0);
+    }
+    assert!(out.vector(1).iter().all(|&end| end == 0.0));
+}
+
 /// Second derivatives of dynamics with few and with many unknowns, which are found in two ways, against differences of the
 /// first ones.
 #[test]
@@ -159,6 +180,7 @@ fn second_derivatives_of_chains_of_any_length() {
         let at = Points { states: &states, controls: &controls, stages: 1, has_end: true, times: Times::From(0) };
         let mut found = Matrices::zeros(2, joint, joint + 1);
         system.add_dynamics_curvature(at, &[], &costates, &mut found, &mut Scratch::new());
+        compare_products(&**system, at, &costates, &found);
         let largest = (0..joint).flat_map(|a| (0..joint).map(move |b| (a, b)));
         let largest = largest.fold(0.0, |most: f64, (a, b)| most.max(found.get(0, a, b).abs()));
         for b in 0..joint {

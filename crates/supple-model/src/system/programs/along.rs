@@ -8,7 +8,7 @@ use super::{Recorder, weigh};
 use crate::Model;
 use crate::system::trace::{Linearised, entries, source};
 
-/// Directions that one run of [`Recorder::curvature_along`] takes together.
+/// Directions that one run of [`Recorder::curvature_along`] takes together where all are asked for.
 pub(in crate::system) const TOGETHER: usize = 8;
 
 impl<M: Model> Recorder<'_, M> {
@@ -47,9 +47,9 @@ impl<M: Model> Recorder<'_, M> {
         })
     }
 
-    /// `(lambda' F + mu' r)'' d` by `(z, w)` for [`TOGETHER`] directions `d`, which are rows of the source `VARIATION`, given
-    /// the [responses](Self::responses) as the source `DYNAMICS`.
-    pub fn curvature_along(&self) -> Program {
+    /// `(lambda' F + mu' r)'' d` by `(z, w)` for some directions `d`, which are rows of the source `VARIATION`, given the
+    /// [responses](Self::responses) as the source `DYNAMICS`.
+    pub fn curvature_along(&self, directions: usize) -> Program {
         record(|| {
             let trace = self.trace(false);
             let (joint, k) = (trace.z.len(), self.model.unknowns());
@@ -62,7 +62,7 @@ impl<M: Model> Recorder<'_, M> {
             let gradient = vjp(&lagrangian, &variables);
             let stride = padded(joint + k);
             let mut outputs = Vec::new();
-            for direction in 0..TOGETHER {
+            for direction in 0..directions {
                 let entry = |i: usize| Node::entry(source::VARIATION, direction * stride + i);
                 let seeds: Vec<_> = variables.iter().enumerate().map(|(i, &node)| (node, entry(i))).collect();
                 for (i, &rate) in tangent(&gradient, &seeds).iter().enumerate() {
