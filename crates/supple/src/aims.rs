@@ -46,7 +46,8 @@ enum Budget {
 /// # Errors
 /// Where the minimum was not found, or the plan is no strict local optimum.
 pub fn weighted_information(
-    (task, phi): (&Task, &[f64]),
+    task: &Task,
+    phi: &[f64],
     weights: InformationWeights,
     state: &mut TaskState,
     out: &mut Vec<f64>,

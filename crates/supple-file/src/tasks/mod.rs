@@ -9,12 +9,11 @@ use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-use supple_model::document::{Document, Place};
+use supple_model::document::{Content, Document, Place};
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
 use supple_text::{FileError, digits, quoted, significant};
-use toml::de::DeValue;
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
 use crate::followed;
@@ -106,7 +105,7 @@ pub(super) fn read(
 ) -> Result<(Vec<Task>, Vec<String>), FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
-        Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
+        Some(Content::List(list)) if !list.is_empty() => list.len(),
         _ => return Err(document.error(&at, "must be a list of one or more tables: [[tasks]]")),
     };
     let mut tasks: Vec<Task> = Vec::with_capacity(count);
@@ -231,7 +230,7 @@ impl Reader<'_> {
     fn costs(&self, context: &Context) -> Result<Vec<Cost>, FileError> {
         let at = ["tasks".into(), self.index.into(), "costs".into()];
         let count = match self.document.get(&at).map(|value| value.get_ref()) {
-            Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
+            Some(Content::List(list)) if !list.is_empty() => list.len(),
             _ => return Err(self.error(&["costs".into()], "must be a list of one or more tables: [[tasks.costs]]")),
         };
         let kinds = cost::kinds(context.kinds);
