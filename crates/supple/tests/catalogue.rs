@@ -7,7 +7,8 @@ use std::sync::atomic::AtomicBool;
 
 use supple::Problem;
 use supple::design::{
-    Aim, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, Observer, Searcher, design, plan_at,
+    Aim, Attempts, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, Observer, Searcher, design,
+    plan_at,
 };
 use supple::pipeline::TaskState;
 
