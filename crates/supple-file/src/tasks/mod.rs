@@ -2,8 +2,8 @@ mod noise;
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 use supple::plan::bounds_of;
 use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
@@ -20,6 +20,24 @@ use crate::followed;
 use crate::rows::{Guess, Rows, by_name};
 use noise::NoiseFile;
 
+/// Reads a count of which 1 is the least. 0 is refused later, where the greatest is known.
+fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    struct Count;
+
+    impl Visitor<'_> for Count {
+        type Value = usize;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("a whole number of at least 1")
+        }
+        fn visit_i64<E: Error>(self, number: i64) -> Result<usize, E> {
+            usize::try_from(number).map_err(|_| E::invalid_value(Unexpected::Signed(number), &self))
+        }
+    }
+
+    deserializer.deserialize_i64(Count)
+}
+
 /// One of `[[tasks]]`. Its costs are read by kind.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -28,6 +46,7 @@ pub(super) struct TaskFile {
     name: String,
     /// Number of steps, from 1 to 1,000,000; fewer for models with many states.
     #[schemars(range(min = 1, max = 1_000_000))]
+    #[serde(deserialize_with = "count")]
     steps: usize,
     /// Time step, s.
     time_step: Value,
