@@ -74,7 +74,7 @@ fn iteration(c: &mut Criterion) {
             kalman(&knots, &state.noise, &mut belief).unwrap();
             information(&belief, &state.noise, &mut found).unwrap();
             noise.clear();
-            reverse_kalman((&knots, &state.noise, &belief), seeds, &mut work, &mut adjoints, &mut noise);
+            reverse_kalman(&knots, &state.noise, &belief, seeds, &mut work, &mut adjoints, &mut noise);
             gradient.fill(0.0);
             system.contract(
                 at,
