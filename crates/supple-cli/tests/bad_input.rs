@@ -527,11 +527,11 @@ fn bad_arguments() {
         (&["design", "task.toml", "--set", "k1=0"], "is outside [20, 120]"),
         (
             &["design", "task.toml", "--out", "task.toml"],
-            "task.toml/result.json: `task.toml` is a file and no folder; choose another folder, or",
+            "task.toml/result.json: `task.toml` is a file, not a folder; choose another folder, or",
         ),
         (
             &["design", "task.toml", "--out", "task.toml/in"],
-            "task.toml/in/result.json: `task.toml` is a file and no folder",
+            "task.toml/in/result.json: `task.toml` is a file, not a folder",
         ),
         (&["check", "task.toml", "--set", "k9=1"], "no parameter `k9`"),
         (&["completions", "ksh"], "[possible values: bash, elvish, fish, powershell, zsh]"),

@@ -26,7 +26,7 @@ pub(crate) fn not_written(path: &Path, error: std::io::Error) -> StudyError {
     let existing = existing.unwrap_or(Path::new(".")).display();
     let message = match error.kind() {
         ErrorKind::NotADirectory => {
-            format!("`{existing}` is a file and no folder; choose another folder, or move the file")
+            format!("`{existing}` is a file, not a folder; choose another folder, or rename the file")
         }
         ErrorKind::IsADirectory => "is a folder; choose another place, or remove it".to_owned(),
         ErrorKind::PermissionDenied => {

@@ -113,7 +113,7 @@ fn folders_that_cannot_be_written_are_named() {
     std::fs::write(folder.path("file"), "").unwrap();
     std::fs::create_dir_all(folder.path("taken/journal.redb")).unwrap();
     let mut cases = vec![
-        ("file/out", "`file` is a file and no folder; choose another folder, or move the file"),
+        ("file/out", "`file` is a file, not a folder; choose another folder, or rename the file"),
         ("taken", "is not a regular file"),
     ];
     if cfg!(target_os = "linux") {
