@@ -64,7 +64,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="a"><inertial><mass value="1e300"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 </robot>"#,
-        "robot.urdf:2:38: mass of link `a`: the mass must be below 1e30 kg; found 1e300 (numbers of robot files are in kg, m and s; check the unit and the exponent)",
+        "robot.urdf:2:26: mass of link `a`: the mass must be below 1e30 kg; found 1e300 (numbers of robot files are in kg, m and s; check the unit and the exponent)",
     ),
     (
         "a word for a mass",
