@@ -18,8 +18,6 @@ mod trust;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use arguments::{Arguments, Command};
 use failure::Failure;
 
@@ -41,7 +39,7 @@ impl Outcome {
 
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    match conduct(Arguments::parse()) {
+    match conduct(Arguments::of_process()) {
         Ok(Outcome::Success) => ExitCode::SUCCESS,
         Ok(Outcome::Shortfall) => ExitCode::from(1),
         Err(failure) => {

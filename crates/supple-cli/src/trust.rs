@@ -24,8 +24,8 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
 }
 
 /// The 95 % confidence interval of a mean.
-pub fn between([lower, upper]: [f64; 2]) -> String {
-    format!("95 % interval {} to {}", number(lower), number(upper))
+pub fn between(interval: [f64; 2]) -> String {
+    supple_text::interval_95(interval, number)
 }
 
 /// The verdict, and its reasons.

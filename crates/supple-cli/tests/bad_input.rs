@@ -148,7 +148,7 @@ fn missing_keys() {
 fn wrong_types() {
     meet_all(&[
         two_mass(["title = \"", "title = 3 # \""], "3 #", "title", "must be text in quotes; found 3"),
-        two_mass(["steps = 125", "steps = 12.5"], "12.5", "tasks[0].steps", "a whole number of at least 0; found 12.5"),
+        two_mass(["steps = 125", "steps = 12.5"], "12.5", "tasks[0].steps", "a whole number of at least 1; found 12.5"),
         two_mass(["steps = 125", "steps = \"k1\""], "\"k1\"\ntime", "tasks[0].steps", "a whole number"),
         two_mass(["= 0.02 ", "= 1979-05-27 "], "1979", "tasks[0].time_step", "found a date or a time"),
         two_mass(
@@ -215,7 +215,9 @@ fn numbers_that_are_not_valid() {
     const V: &str = "tasks[0].noise.measurement";
     meet_all(&[
         two_mass(["steps = 125", "steps = 0"], "0\ntime", "tasks[0].steps", "must be from 1 to 1000000"),
-        two_mass(["steps = 125", "steps = -1"], "-1\n", "tasks[0].steps", "a whole number of at least 0; found -1"),
+        two_mass(["steps = 125", "steps = -1"], "-1\n", "tasks[0].steps", "a whole number of at least 1; found -1"),
+        two_mass(["title =", "design.starts = -1\ntitle ="], "-1\n", "design.starts", "must not be negative; found -1"),
+        two_mass(["title =", "design.starts = 1.5\ntitle ="], "1.5\n", "design.starts", "a whole number; found 1.5"),
         two_mass(["= 0.02 ", "= 0.0 "], "0.0 ", "tasks[0].time_step", "must be above 0; found 0"),
         two_mass(["= 0.02 ", "= nan "], "nan ", "tasks[0].time_step", "NaN is not a finite number"),
         two_mass(["0.11]", "inf]"], "inf]", "model.mass[1]", "inf is not a finite number"),
@@ -489,7 +491,7 @@ fn every_command_refuses_a_bad_file() {
 #[test]
 fn bad_arguments() {
     let folder = Folder::with_task(TWO_MASS);
-    let cases: [(&[&str], &str); 29] = [
+    let cases: [(&[&str], &str); 36] = [
         (&["evaluate"], "<TASK>"),
         (&["frobnicate"], "unrecognized subcommand 'frobnicate'"),
         (&["evaluate", "task.toml", "more"], "unexpected argument 'more'"),
@@ -501,20 +503,36 @@ fn bad_arguments() {
         (&["evaluate", "task.toml", "--set", "k1=nan"], "`k1` = NaN is outside [20, 120]"),
         (&["evaluate", "task.toml", "--set", "k3=30"], "no parameter `k3`; valid: `k1`, `k2`"),
         (&["evaluate", "task.toml", "--set", "=30"], "no parameter ``"),
-        (&["evaluate", "task.toml", "--rollouts", "-1"], "unexpected argument '-1'"),
-        (&["evaluate", "task.toml", "--rollouts", "1000000000000000000"], "is not in 0..=10000000"),
-        (&["evaluate", "task.toml", "--branches", "1000000000000000000"], "is not in 0..=10000"),
+        (&["evaluate", "task.toml", "--rollouts", "-1"], "must be a whole number from 0 to 10000000; found -1"),
+        (&["evaluate", "task.toml", "--rollouts", "1000000000000000000"], "must be a whole number from 0 to 10000000"),
+        (&["evaluate", "task.toml", "--branches", "1000000000000000000"], "must be a whole number from 0 to 10000"),
         (&["evaluate", "task.toml", "--seed", "x"], "invalid value 'x' for '--seed <S>'"),
-        (&["evaluate", "task.toml", "--threads", "0"], "0 is not in 1..=1024"),
-        (&["evaluate", "task.toml", "--threads", "1000000"], "is not in 1..=1024"),
+        (&["evaluate", "task.toml", "--threads", "0"], "must be a whole number from 1 to 1024; found 0"),
+        (&["evaluate", "task.toml", "--threads", "1000000"], "must be a whole number from 1 to 1024"),
         (&["evaluate", "task.toml", "--instructions", "sse"], "[possible values: baseline, avx2, avx512]"),
-        (&["design", "task.toml", "--starts", "0"], "0 is not in 1..=10000"),
-        (&["design", "task.toml", "--starts", "1000000000000000000"], "is not in 1..=10000"),
+        (&["design", "task.toml", "--starts", "0"], "must be a whole number from 1 to 10000; found 0"),
+        (&["design", "task.toml", "--starts", "1000000000000000000"], "must be a whole number from 1 to 10000"),
+        (&["design", "task.toml", "--starts", "-1"], "must be a whole number from 1 to 10000; found -1"),
+        (&["design", "task.toml", "--starts", "1.5"], "must be a whole number from 1 to 10000; found 1.5"),
+        (
+            &["evaluate", "task.toml", "--seed", "-1"],
+            "invalid value '-1' for '--seed <S>': must be a whole number from 0",
+        ),
+        (&["--threads", "-1", "evaluate", "task.toml"], "must be a whole number from 1 to 1024; found -1"),
+        (&["sensors", "task.toml", "--count", "-1"], "must be a whole number from 0 to 1000000; found -1"),
+        (&["explore", "task.toml", "--port", "-1"], "must be a port from 1 to 65535; found -1"),
+        (&["evaluate", "task.toml", "--set", "-1"], "--set -1: write NAME=VALUE"),
         (&["design", "task.toml", "--method", "slsqp"], "[possible values: sqp, cobyla, barrier]"),
         (&["design", "task.toml", "--gradient", "both"], "[possible values: total, frozen]"),
         (&["design", "task.toml", "--set", "k1=0"], "is outside [20, 120]"),
-        (&["design", "task.toml", "--out", "task.toml"], "task.toml/result.json: "),
-        (&["design", "task.toml", "--out", "task.toml/in"], "task.toml/in/result.json: "),
+        (
+            &["design", "task.toml", "--out", "task.toml"],
+            "task.toml/result.json: `task.toml` is a file, not a folder; choose another folder, or",
+        ),
+        (
+            &["design", "task.toml", "--out", "task.toml/in"],
+            "task.toml/in/result.json: `task.toml` is a file, not a folder",
+        ),
         (&["check", "task.toml", "--set", "k9=1"], "no parameter `k9`"),
         (&["completions", "ksh"], "[possible values: bash, elvish, fish, powershell, zsh]"),
         (&["new"], "<NAME>"),
@@ -537,7 +555,8 @@ fn a_result_that_cannot_be_written_is_known_before_the_search() {
     std::fs::create_dir_all(folder.path("out/result.json")).ok();
     // The search alone would take minutes.
     let run = folder.run(&["design", "task.toml", "--starts", "10000", "--out", "out"]);
-    assert!(run.error().contains("out/result.json: "), "{run:?}");
+    let error = run.error();
+    assert!(error.contains("out/result.json: is a folder; choose another place, or remove it"), "{error}");
 }
 
 #[test]

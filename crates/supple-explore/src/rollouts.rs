@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use supple::design::plan_at;
+use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;
 use supple::simulate::{Sample, sample};
 use supple::{Matrices, Problem};
@@ -24,7 +24,7 @@ pub fn roll_out(
 ) -> Result<(), supple::Error> {
     let Some(task) = problem.tasks.get(task) else { return Ok(()) };
     let mut state = TaskState::new(task);
-    plan_at((problem, task), phi, controls, (0, 0), &mut state)?;
+    plan_at(problem, task, phi, controls, Attempts::default(), &mut state)?;
     let step = task.time_step.resolve::<f64>(phi);
     let time: Vec<f64> = (0..=task.steps).map(|t| t as f64 * step).collect();
     let mut batch = Vec::new();
@@ -32,7 +32,7 @@ pub fn roll_out(
         if stop.load(Ordering::Relaxed) {
             return Ok(());
         }
-        batch.push(sample(task, phi, (&state.plan, &state.noise), seed as u64)?);
+        batch.push(sample(task, phi, &state.plan, &state.noise, seed as u64)?);
         if batch.len() == BATCH || seed + 1 == count {
             if !tell(&time, &batch) {
                 return Ok(());

@@ -1,13 +1,12 @@
 //! What is kept of the design on screen: a result, a report, or a task file that begins with it.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use supple::Matrices;
-use supple_file::{Document, Place};
+use supple_file::{Document, Place, parse_document};
 use supple_study::evaluate::EvaluateOptions;
 use supple_study::study::Work;
-use supple_study::{Folder, LoadedTask, Made, OWN_MODEL, Silent, Source, Watch, write_text};
+use supple_study::{Folder, LoadedTask, Made, OWN_MODEL, Source, Watch, write_text};
 
 use crate::knobs::{Kind, Knob, changes, covariance, turned};
 use crate::noise_text::{Edit, noise_edits, plain_number};
@@ -61,7 +60,7 @@ impl OnScreen<'_> {
         let changes = changes(&self.loaded.problem, self.knobs, self.values);
         let text = self.loaded.sources.first().map_or("", |source| &source.text);
         let name = self.path().display().to_string();
-        let document = Document::parse(text, &name).map_err(|error| error.to_string())?;
+        let document = parse_document(text, &name).map_err(|error| error.to_string())?;
         let mut edits = Vec::new();
         for (parameter, value) in changes.parameters {
             edits.push(edit(&document, &["parameters".into(), parameter.into(), "initial".into()], value)?);
@@ -165,7 +164,7 @@ impl OnScreen<'_> {
             ..Default::default()
         });
         let task = LoadedTask { problem, phi, sources: self.sources(text), kinds: self.loaded.kinds.clone() };
-        let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+        let watch = Watch::default();
         let result = work.run(&task, None, watch).map_err(|error| error.to_string())?;
         Ok(Folder { path, made: Made::of(&task, work), result })
     }

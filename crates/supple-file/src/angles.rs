@@ -1,9 +1,7 @@
 //! Angles of a task file that are probably in degrees.
 
-use supple_model::document::{Document, Place};
+use supple_model::document::{Content, Document, Place, Spanned};
 use supple_text::{FileError, degrees};
-use toml::Spanned;
-use toml::de::DeValue;
 
 /// Keys of roll, pitch and yaw.
 const KEYS: [&str; 2] = ["rpy", "reference"];
@@ -20,14 +18,14 @@ pub(super) fn in_degrees(document: &Document) -> Vec<String> {
 /// Searches a value at a place of the file.
 fn search<'a>(
     document: &Document,
-    value: &'a Spanned<DeValue<'a>>,
+    value: &'a Spanned<Content<'a>>,
     at: &mut Vec<Place<'a>>,
     warnings: &mut Vec<String>,
 ) {
     let (mut tables, mut lists) = (Vec::new(), Vec::new());
     match value.get_ref() {
-        DeValue::Table(table) => tables.extend(table.iter().map(|(key, value)| (Place::Key(key.get_ref()), value))),
-        DeValue::Array(list) => {
+        Content::Table(table) => tables.extend(table.iter().map(|(key, value)| (Place::Key(key.get_ref()), value))),
+        Content::List(list) => {
             if let Some(advice) = is_turn(at).then(|| list.iter().find_map(|entry| degrees(number(entry)?))).flatten() {
                 let message = "an angle is more than a full turn";
                 warnings.push(FileError { help: Some(advice), ..document.error(at, message) }.to_string());
@@ -49,10 +47,9 @@ fn is_turn(at: &[Place]) -> bool {
 }
 
 /// A number that is not an expression.
-fn number(value: &Spanned<DeValue>) -> Option<f64> {
+fn number(value: &Spanned<Content>) -> Option<f64> {
     match value.get_ref() {
-        DeValue::Integer(number) => number.as_str().parse().ok(),
-        DeValue::Float(number) => number.as_str().parse().ok(),
+        Content::Whole { digits: number, .. } | Content::Decimal(number) => number.parse().ok(),
         _ => None,
     }
 }

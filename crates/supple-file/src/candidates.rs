@@ -9,14 +9,12 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use supple::CatalogueSensor;
 use supple_model::Channel;
-use supple_model::document::{Document, Place, with_deviation};
+use supple_model::document::{Content, Document, Place, Spanned, Table, with_deviation};
 use supple_model::model::{AnyModel, Entry, Equipment, Source};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::{Context, Kinds, Noise, Vocabulary, read_sensor, sensor_schemas};
 use supple_model::value::{Names, OneOrMore, Value};
 use supple_text::{FileError, digits, nearest, quoted, read_text};
-use toml::Spanned;
-use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::csv_table::{CsvRow, CsvTable};
 
@@ -109,7 +107,7 @@ pub(super) fn equip(
     }
     let file: CatalogueFile = document.read(&at)?;
     let place = ["catalogue".into(), "sensors".into()];
-    let Some(DeValue::String(name)) = document.get(&place).map(|value| value.get_ref()) else {
+    let Some(Content::Text(name)) = document.get(&place).map(|value| value.get_ref()) else {
         let building = Building { document, top: document, at: place.to_vec(), parameters, kinds, which };
         let (model, sensors) = building.build(&file, model)?;
         return Ok((model, (Some(sensors), Vec::new())));
@@ -128,17 +126,17 @@ pub(super) fn equip(
 /// out.
 fn as_document<'a>(table: &'a CsvTable<'a>, names: Option<Rc<Names>>) -> Document<'a> {
     let one = |row: &'a CsvRow| {
-        let mut sensor = DeTable::new();
+        let mut sensor = Table::new();
         let cells = table.header.cells.iter().zip(row.cells.iter().zip(table.spans(row)));
         for (column, (cell, span)) in cells.filter(|(_, (cell, _))| !cell.is_empty()) {
-            let value = Spanned::new(span.clone(), DeValue::String(cell.into()));
+            let value = Spanned::new(span.clone(), Content::Text(cell.into()));
             sensor.insert(Spanned::new(span, column.into()), value);
         }
-        Spanned::new(row.span.clone(), DeValue::Table(sensor))
+        Spanned::new(row.span.clone(), Content::Table(sensor))
     };
-    let sensors: DeArray = table.rows.iter().map(one).collect();
-    let mut root = DeTable::new();
-    root.insert(Spanned::new(0..0, "sensors".into()), Spanned::new(0..0, DeValue::Array(sensors)));
+    let sensors = table.rows.iter().map(one).collect();
+    let mut root = Table::new();
+    root.insert(Spanned::new(0..0, "sensors".into()), Spanned::new(0..0, Content::List(sensors)));
     let document = Document::of_cells(table.name, table.text, root);
     match names {
         Some(names) => document.naming(names),

@@ -11,12 +11,14 @@ use supple_model::parameters::Parameters;
 use supple_model::physics::locked_message;
 use supple_model::quantity::Unfit;
 use supple_model::{Limit, Limited, Value};
-use supple_text::{FileError, degrees, quoted};
+use supple_text::{FileError, degrees, digits, quoted};
 
 use crate::rows::{Rows, given_by_name};
 
 /// By how much limits may be missed, relative to them: rounding of a file's digits.
 const ROUNDING: f64 = 1e-9;
+/// Distance below which the position of a pose is, m: that of positions in robot files.
+const FURTHEST: f64 = 1e30;
 
 /// The mean of the first state as a task file gives it.
 #[derive(Debug)]
@@ -142,6 +144,10 @@ impl FirstState<'_> {
                 pose.numbers().into_iter().find(|(_, numbers)| !numbers.iter().all(|n| n.is_finite()))
         {
             return Err(self.error(&["pose".into(), name.into()], "must be finite numbers"));
+        }
+        if let Some(number) = pose.iter().flat_map(|pose| pose.position).find(|number| number.abs() >= FURTHEST) {
+            let message = format!("must be below {FURTHEST:e} m; found {}", digits(number));
+            return Err(self.error(&["pose".into(), "position".into()], message));
         }
         let given = given_by_name(given, states).map_err(|(name, help)| {
             if let Some((message, help)) = locked_message(&name, &vocabulary.locked) {

@@ -11,6 +11,7 @@
 //! | admit models, quantities, couplings and norms of other crates, or choose sensors of a catalogue | [`load_with`], [`parse_with`] with [`ReadOptions`], [`Kinds`] or [`WithSensors`] |
 //! | describe task files to editors | [`json_schema`], [`json_schema_of`] |
 //! | write the robot of a task for other simulators | [`robot_of`] |
+//! | parse TOML of another shape, with the same errors | [`parse_document`] |
 //! | show where and why a file is wrong | [`FileError`] |
 //!
 //! # A task, and an error in it
@@ -53,6 +54,7 @@ mod followed;
 mod parameters;
 mod rows;
 mod schema;
+mod syntax;
 mod tasks;
 mod varying;
 
@@ -69,6 +71,7 @@ use supple_model::model::{Kinds, ModelFile, Robot, Source};
 pub use candidates::WithSensors;
 pub use schema::{json_schema, json_schema_of};
 pub use supple_text::read_text;
+pub use syntax::parse_document;
 
 pub use supple_model::document::{Document, FileError, Place};
 
@@ -143,7 +146,7 @@ pub fn parse(source: &str, name: &str) -> Result<Problem, FileError> {
 /// Where anything in it is wrong.
 pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> Result<Problem, FileError> {
     let ReadOptions { kinds, sensors } = options.into();
-    let document = Document::parse(source, name)?;
+    let document = parse_document(source, name)?;
     let top: Top = document.read(&[])?;
     top.planning.check().map_err(|(key, message)| document.error(&["planning".into(), key.into()], message))?;
     top.design.check().map_err(|(key, message)| document.error(&["design".into(), key.into()], message))?;
@@ -182,7 +185,7 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
 /// # Errors
 /// Where the file is wrong, or its model is of another kind.
 pub fn robot_of(source: &str, name: &str) -> Result<supple_robot::Robot, FileError> {
-    let document = Document::parse(source, name)?;
+    let document = parse_document(source, name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let kinds = Kinds::default();
     let (kind, _) = document.table_with_kind(&["model".into()], &kinds.models())?;

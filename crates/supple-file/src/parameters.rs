@@ -2,10 +2,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use supple_model::Price;
-use supple_model::document::{Document, Place};
+use supple_model::document::{Content, Document, Place};
 use supple_model::parameters::{Parameter, Parameters, Role, Scale};
 use supple_text::FileError;
-use toml::de::DeValue;
 
 use crate::catalogue::CatalogueFile;
 
@@ -39,7 +38,7 @@ pub(super) fn read(document: &Document, folder: &Path, files: &mut Vec<PathBuf>)
     let Some(value) = document.get(&["parameters".into()]) else {
         return Ok(Parameters::default());
     };
-    let DeValue::Table(table) = value.get_ref() else {
+    let Content::Table(table) = value.get_ref() else {
         return Err(document.error(&["parameters".into()], "must hold one table per parameter: [parameters.NAME]"));
     };
     let mut names: Vec<_> = table.keys().collect();

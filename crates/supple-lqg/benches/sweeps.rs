@@ -126,13 +126,13 @@ fn run(sizes: &str, dimensions: Dimensions) {
         });
         kalman(knots, &noise, &mut belief).unwrap();
         time(&format!("reverse_kalman{ending}"), sizes, steps, || {
-            reverse_kalman((black_box(knots), &noise, &belief), seeds, &mut work, &mut adjoints, &mut by_noise);
+            reverse_kalman(black_box(knots), &noise, &belief, seeds, &mut work, &mut adjoints, &mut by_noise);
         });
     }
     let mut memory = RiccatiAdjoint::new(n, n + m);
     let seeds = RiccatiSeeds { belief: 1.0, process: 1.0, initial: 1.0, partials: None };
     time("reverse_riccati", sizes, steps, || {
-        reverse_riccati((black_box(&dense), &policy, &belief, &noise), seeds, &mut memory, &mut adjoints);
+        reverse_riccati(black_box(&dense), &policy, &belief, &noise, seeds, &mut memory, &mut adjoints);
     });
 }
 

@@ -46,7 +46,7 @@ pub fn main() -> Result<(), Error> {
     let mut adjoints = KnotAdjoints::zeros(knots.dimensions, STEPS);
     let mut by_noise = Noise::zeros(2, 1);
     let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
-    reverse_kalman((&knots, &at, &belief), seeds, &mut BeliefAdjoint::new(2, 1), &mut adjoints, &mut by_noise);
+    reverse_kalman(&knots, &at, &belief, seeds, &mut BeliefAdjoint::new(2, 1), &mut adjoints, &mut by_noise);
 
     let mut beside = [0.0; 2];
     for (value, step) in beside.iter_mut().zip([-1e-9, 1e-9]) {

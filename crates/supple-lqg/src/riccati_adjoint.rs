@@ -65,7 +65,10 @@ impl RiccatiAdjoint {
 /// Fb += 2 S_{t+1} F Qb                               Sb_{t+1} = F Qb F' + process/2 W
 /// ```
 pub fn reverse_riccati(
-    (knots, policy, belief, noise): (&Knots, &Policy, &Belief, &Noise),
+    knots: &Knots,
+    policy: &Policy,
+    belief: &Belief,
+    noise: &Noise,
     seeds: RiccatiSeeds,
     work: &mut RiccatiAdjoint,
     adjoints: &mut KnotAdjoints,

@@ -129,7 +129,7 @@ fn covariances_that_are_symmetric_but_for_rounding_are_taken() {
     system.w = of(2, &[0.25, 0.1, 0.1, 0.3]);
     let minimum = |system: &System| {
         let (least, (horizon, spread)) = system.horizons(20);
-        minimum_information_within((&horizon, &spread), 1.5 * least, &BoundSettings::default()).unwrap()
+        minimum_information_within(&horizon, &spread, 1.5 * least, &BoundSettings::default()).unwrap()
     };
     let exact = minimum(&system);
     for ulps in 1..=4 {
@@ -140,7 +140,7 @@ fn covariances_that_are_symmetric_but_for_rounding_are_taken() {
     }
     system.w[(0, 1)] += 1e-6;
     let (_, (horizon, spread)) = system.horizons(20);
-    let refused = minimum_information_within((&horizon, &spread), 1e3, &BoundSettings::default());
+    let refused = minimum_information_within(&horizon, &spread, 1e3, &BoundSettings::default());
     assert!(refused.unwrap_err().to_string().contains("the process covariance is not symmetric"));
 }
 
@@ -151,7 +151,7 @@ fn a_law_that_rounding_changed_proves_nothing() {
     assert!((rounded - 8.0).abs() < 1e-4, "{rounded}");
     assert!((horizon.base_cost - 5.0).abs() < 1e-12);
     // Without measurements it costs 8: below, something must be known, and at 8 nothing.
-    let within = |cost: f64| minimum_information_within((&horizon, &spread), cost, &BoundSettings::default());
+    let within = |cost: f64| minimum_information_within(&horizon, &spread, cost, &BoundSettings::default());
     assert!(within(4.99).is_err());
     let mut last = f64::INFINITY;
     for cost in [5.01, 5.5, 6.5, 7.9] {
@@ -170,11 +170,11 @@ fn a_wider_spread_proves_less() {
     let settings = BoundSettings::default();
     let cost = 1.5 * horizon.base_cost;
     let exact = minimum_information(&horizon, cost, &settings).unwrap();
-    let within = minimum_information_within((&horizon, &spread), cost, &settings).unwrap();
+    let within = minimum_information_within(&horizon, &spread, cost, &settings).unwrap();
     assert_proved(&within, cost);
     assert!((exact.lower_nats - within.lower_nats).abs() < 1e-9, "{} {}", exact.lower_nats, within.lower_nats);
     let wide = Spread { least: [0.5, 0.5], ..spread };
-    let less = minimum_information_within((&horizon, &wide), cost, &settings).unwrap();
+    let less = minimum_information_within(&horizon, &wide, cost, &settings).unwrap();
     let dearer = minimum_information(&horizon, cost + 0.5, &settings).unwrap();
     assert!(matches!(less.proof, Proof::Proved { .. }), "{:?}", less.proof);
     assert!(less.lower_nats < exact.lower_nats - 1e-3 && less.lower_nats <= dearer.nats, "{}", less.lower_nats);

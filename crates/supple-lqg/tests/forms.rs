@@ -87,7 +87,7 @@ fn measurements_together_and_one_at_a_time() {
             let (mut adjoints, mut by_noise) = (KnotAdjoints::zeros(knots.dimensions, 6), Noise::zeros(n, picks.len()));
             let mut work = BeliefAdjoint::new(n, picks.len());
             let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
-            reverse_kalman((&knots, &noise, &belief), seeds, &mut work, &mut adjoints, &mut by_noise);
+            reverse_kalman(&knots, &noise, &belief, seeds, &mut work, &mut adjoints, &mut by_noise);
             (belief, bits, adjoints, by_noise)
         });
         let [(belief, bits, adjoints, by_noise), (other, other_bits, other_adjoints, other_by_noise)] = &found;

@@ -68,7 +68,7 @@ fn errors(case: &Json) -> [f64; 3] {
     let mut by_noise = Noise::zeros(n, p);
     let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
     let mut work = BeliefAdjoint::new(n, p);
-    reverse_kalman((&knots, &noise, &belief), seeds, &mut work, &mut adjoints, &mut by_noise);
+    reverse_kalman(&knots, &noise, &belief, seeds, &mut work, &mut adjoints, &mut by_noise);
     let slope = |i: usize| by_noise.measurement.get(0, i, i) * noise.measurement.get(0, i, i);
     let expected = case["by_log_variance"].as_array().unwrap();
     let largest = expected.iter().map(|v| v.as_f64().unwrap().abs()).fold(NOTHING, f64::max);

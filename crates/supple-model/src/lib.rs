@@ -15,24 +15,22 @@
 //! | covariances of initial state, process and measurement | [`NoiseModel`](noise::NoiseModel), [`Covariance`](noise::Covariance) |
 //! | built-in models, and the couplings of robots | [`TwoMass`], [`Linear`], [`Robot`](model::Robot), [`coupling`] |
 //! | all kinds that task files may name, those of other crates too | [`Kinds`] |
-//! | TOML with errors that name file, line and key | [`Document`](document::Document), [`FileError`] |
+//! | parsed files with errors that name file, line and key | [`Document`](document::Document), [`FileError`] |
 //!
 //! # A model and its parameters
 //!
 //! ```
-//! use std::rc::Rc;
-//! use supple_model::document::Document;
 //! use supple_model::system::{Authored, System};
 //! use supple_model::{Names, TwoMass, Value};
 //!
 //! // Masses of 1 kg and 2 kg; the spring between them, N/m, is a parameter, and the wall is half as stiff.
-//! let text = r#"
-//!     mass = [1.0, 2.0]
-//!     damping = [0.0, 0.0]
-//!     stiffness = ["k", "k / 2"]
-//! "#;
-//! let names = Rc::new(Names::new(vec!["k".to_owned()]));
-//! let model: TwoMass = Document::parse(text, "press.toml")?.naming(names).read(&[])?;
+//! let names = Names::new(vec!["k".to_owned()]);
+//! let model = TwoMass {
+//!     mass: [1.0.into(), 2.0.into()],
+//!     damping: [0.0.into(); 2],
+//!     stiffness: [names.value("k")?, names.value("k / 2")?],
+//!     contact_smoothing: 0.0.into(),
+//! };
 //! assert_eq!(model.stiffness[1].resolve(&[300.0]), 150.0);
 //!
 //! // One explicit step of 0.1 s with k = 10 N/m from x = [x1, v1, x2, v2, wall], under a force u of 3 N.
@@ -41,7 +39,7 @@
 //! let mut next = [0.0; 5];
 //! system.step(0, &x, &u, &phi, &mut next);
 //! assert_eq!(next, [0.5, -0.2, 0.0, 0.25, 1.0]);
-//! # Ok::<(), supple_model::FileError>(())
+//! # Ok::<(), String>(())
 //! ```
 
 mod channels;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use supple::design::{Control, DesignSettings, NoObserver};
+use supple::design::{Control, DesignSettings};
 use supple_study::design::Found;
 use supple_study::robustness::{Costs, DesignChoice, RobustDesign, RobustnessOptions};
 use supple_study::study::Work;
@@ -168,7 +168,7 @@ impl DesignCollector {
         let found: Vec<Found> = unpack(py, &found)?;
         let settings = &self.settings;
         self.task.get().made_by(py, Work::Design(Box::new(settings.clone())), None, |_, task, watch| {
-            let control = Control { observer: &NoObserver, stop: watch.stop };
+            let control = Control { stop: watch.stop, ..Control::default() };
             let report = supple_study::design::combine(task, settings, found, (seconds, control))?;
             Ok(StudyResult::Design(Box::new(report)))
         })

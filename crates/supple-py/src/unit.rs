@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 use rayon::ThreadPoolBuilder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use supple::design::{Control, DesignSettings, NoObserver};
+use supple::design::{Control, DesignSettings};
 use supple::{Dimensions, Level};
 use supple_study::design::{Found, run_start};
 use supple_study::robustness::{RobustnessOptions, RobustnessUnits};
@@ -94,7 +94,7 @@ impl Study {
         match (self, unit) {
             (Self::Sweep(units), Unit::Segments(unit)) => to_bytes(&units.work(&unit, stop)?),
             (Self::Design(settings), Unit::Start(start)) => {
-                let control = Control { observer: &NoObserver, stop };
+                let control = Control { stop, ..Control::default() };
                 to_bytes(&run_start(task, settings, start, control)?)
             }
             (Self::Robustness(units), Unit::Design(design)) => to_bytes(&units.design(task, design, stop)?),

@@ -15,10 +15,9 @@
 //!
 //! ```
 //! use supple_study::Folder;
-//! # use std::sync::atomic::AtomicBool;
 //! # use supple_study::evaluate::EvaluateOptions;
 //! # use supple_study::study::Work;
-//! # use supple_study::{LoadedTask, Made, Silent, Source, Watch};
+//! # use supple_study::{LoadedTask, Made, Source, Watch};
 //! # let text = r#"
 //! #     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
 //! #     [[tasks]]
@@ -32,10 +31,9 @@
 //! # let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //! # let task = LoadedTask::restore(&[source], &[])?;
 //! # let work = Work::Evaluate(EvaluateOptions { trajectories: true, ..Default::default() });
-//! # let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
 //!
 //! // A study with trajectories, as the front page of `supple_study` makes one; `Folder::load_all` reads stored ones.
-//! let result = work.run(&task, None, watch)?;
+//! let result = work.run(&task, None, Watch::default())?;
 //! let folder = Folder { path: "hold".into(), made: Made::of(&task, work), result };
 //! let page = supple_report::page(&[folder])?;
 //! assert!(page.starts_with("<!DOCTYPE html>") && page.contains("hold"));

@@ -3,7 +3,6 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -19,7 +18,7 @@ use supple_study::sensors::SensorsOptions;
 use supple_study::study::Work;
 use supple_study::sweep::{Axis, Sweep, SweepOptions};
 use supple_study::trace::{Trace, TraceOptions, TracePoint, TraceRun};
-use supple_study::{Cell, Column, Folder, LoadedTask, Made, Silent, Source, Steps, StudyResult, Table, Watch};
+use supple_study::{Cell, Column, Folder, LoadedTask, Made, Source, Steps, StudyResult, Table, Watch};
 
 fn task(name: &str) -> LoadedTask {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks").join(name);
@@ -36,7 +35,7 @@ fn folder(name: &str, task: &LoadedTask, result: StudyResult) -> Folder {
 
 fn design(task: &LoadedTask, starts: usize, evaluations: usize) -> StudyResult {
     let settings = DesignSettings { starts, max_evaluations: evaluations, ..task.problem.design.clone() };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     StudyResult::Design(Box::new(supple_study::design::run(task, &settings, None, watch).unwrap()))
 }
 
@@ -116,13 +115,13 @@ fn front(task: &LoadedTask) -> StudyResult {
 
 fn bound(task: &LoadedTask) -> StudyResult {
     let options = BoundOptions { curve: Some(4), ..Default::default() };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     StudyResult::Bound(Box::new(supple_study::bound::run(task, &options, watch).unwrap()))
 }
 
 fn sensors(task: &LoadedTask) -> StudyResult {
     let options = SensorsOptions { count: Some(1), ..Default::default() };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     StudyResult::Sensors(Box::new(supple_study::sensors::run(task, &options, watch).unwrap()))
 }
 

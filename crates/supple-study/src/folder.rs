@@ -5,10 +5,10 @@ use supple_file::read_text;
 
 use crate::checksums;
 use crate::consistent;
-use crate::journal::{forget, kept_parts};
+use crate::journal::{JOURNAL, forget, kept_parts};
 use crate::result::Kind;
 use crate::study::{Study, StudyFile, Work};
-use crate::sweep::TABLE_CSV;
+use crate::sweep::{Axis, TABLE_CSV};
 use crate::write::RESULT;
 use crate::{About, LoadedTask, Source, StudyError, StudyResult, check_writable, write_text};
 
@@ -151,6 +151,23 @@ impl Folder {
     pub fn check_for(path: &Path, work: &Work) -> Result<(), StudyError> {
         Self::check_kind(path, work.command())?;
         check_writable(path, if matches!(work, Work::Sweep(_)) { TABLE_CSV } else { RESULT })
+    }
+
+    /// What a sweep will replace in a folder: the result of a sweep of something else, whose journal was removed. One with
+    /// a journal is refused when the sweep begins.
+    #[must_use]
+    pub fn replaced_sweep(path: &Path, work: &Work) -> Option<String> {
+        #[derive(Deserialize)]
+        struct Before {
+            study: Study,
+        }
+        let text = std::fs::read_to_string(path.join(RESULT)).ok().filter(|_| !path.join(JOURNAL).exists())?;
+        let Before { study } = serde_json::from_str(&text).ok()?;
+        let (Work::Sweep(before), Work::Sweep(_)) = (&study.work, work) else { return None };
+        let axis = |axis: &Axis| format!("`{}`: {} values", axis.parameter, axis.values.len());
+        let axes: Vec<String> = before.axes.iter().map(axis).collect();
+        let what = format!("{} contains a sweep of other points ({})", path.display(), axes.join("; "));
+        (study.work != *work).then(|| format!("{what}, which this one replaces"))
     }
 
     /// Checks that a folder holds no result of another kind, which a new one would replace: `kind` is that of

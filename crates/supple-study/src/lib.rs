@@ -19,10 +19,9 @@
 //! # A study as a value
 //!
 //! ```
-//! use std::sync::atomic::AtomicBool;
 //! use supple_study::evaluate::EvaluateOptions;
 //! use supple_study::study::{Study, Work};
-//! use supple_study::{Folder, LoadedTask, Made, Silent, Source, StudyResult, Watch};
+//! use supple_study::{Folder, LoadedTask, Made, Source, StudyResult, Watch};
 //!
 //! let text = r#"
 //!     model = { kind = "linear", A = [[1.0]], B = [[1.0]], C = [[1.0]] }
@@ -38,8 +37,7 @@
 //! let source = Source { path: "hold.toml".to_owned(), text: text.to_owned() };
 //! let task = LoadedTask::restore(&[source], &[("variance".to_owned(), 1e-3)])?;
 //! let work = Work::Evaluate(EvaluateOptions { rollouts: 100, seed: 1, ..Default::default() });
-//! let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
-//! let result = work.run(&task, None, watch)?;
+//! let result = work.run(&task, None, Watch::default())?;
 //!
 //! // The folder keeps the study, the text of the task and the result.
 //! let folder = tempfile::tempdir()?;

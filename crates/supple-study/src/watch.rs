@@ -24,13 +24,23 @@ impl Progress for Silent {
     fn advance(&self, _: u64) {}
 }
 
-/// How long work is watched and stopped.
+/// How long work is watched and stopped. `Watch::default()` does neither.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
     /// Sees how far it is.
     pub progress: &'a dyn Progress,
     /// Set to stop soon, keeping what was found.
     pub stop: &'a AtomicBool,
+}
+
+/// What no one ever sets.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// Neither watched nor stopped.
+impl Default for Watch<'_> {
+    fn default() -> Self {
+        Self { progress: &Silent, stop: &NEVER }
+    }
 }
 
 impl Watch<'_> {

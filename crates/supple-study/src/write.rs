@@ -14,10 +14,32 @@ pub fn check_writable(folder: &Path, name: &str) -> Result<(), StudyError> {
     let path = folder.join(name);
     let existing = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
     match tempfile::tempfile_in(existing) {
-        Err(error) => Err(StudyError::io(&path, error)),
-        Ok(_) if path.is_dir() => Err(StudyError::io(&path, ErrorKind::IsADirectory.into())),
+        Err(error) => Err(not_written(&path, error)),
+        Ok(_) if path.is_dir() => Err(not_written(&path, ErrorKind::IsADirectory.into())),
         Ok(_) => Ok(()),
     }
+}
+
+/// The error of a file that cannot be written, with what to do about it.
+pub(crate) fn not_written(path: &Path, error: std::io::Error) -> StudyError {
+    let existing = path.ancestors().skip(1).find(|folder| folder.exists() && !folder.as_os_str().is_empty());
+    let existing = existing.unwrap_or(Path::new(".")).display();
+    let message = match error.kind() {
+        ErrorKind::NotADirectory => {
+            format!("`{existing}` is a file, not a folder; choose another folder, or rename the file")
+        }
+        ErrorKind::IsADirectory => "is a folder; choose another place, or remove it".to_owned(),
+        ErrorKind::PermissionDenied => {
+            format!("no permission to write in `{existing}`; choose another folder, or change its permissions")
+        }
+        ErrorKind::ReadOnlyFilesystem => format!("`{existing}` is read-only; choose another folder"),
+        ErrorKind::NotFound => format!("nothing can be created in `{existing}`; choose another folder"),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            format!("{error}; free some space, or choose a folder on another disk")
+        }
+        _ => return StudyError::io(path, error),
+    };
+    StudyError::io(path, std::io::Error::new(error.kind(), message))
 }
 
 /// Writes a file whole or not at all, in place of one that is there already; makes its folder.
@@ -37,5 +59,5 @@ pub fn write_text(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
         file.as_file().sync_all()?;
         file.persist(path).map_err(|error| error.error)
     };
-    written().map(|_| ()).map_err(|error| StudyError::io(path, error))
+    written().map(|_| ()).map_err(|error| not_written(path, error))
 }

@@ -2,16 +2,15 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use supple::aims::weighted_information;
 use supple::design::InformationWeights;
-use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, best_plan, design};
+use supple::design::{Control, DesignSettings, DesignStatus, best_plan, design};
 use supple::parameters::Scale;
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Evaluation, Matrices, TaskEvaluation, Verdict};
 use supple_study::design::DesignReport;
-use supple_study::{LoadedTask, Silent, Watch};
+use supple_study::{LoadedTask, Watch};
 
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
@@ -28,7 +27,7 @@ fn designed(task: &LoadedTask, kind: &str, starts: usize) -> DesignReport {
 fn designed_with(task: &LoadedTask, kind: &str, (starts, seed): (usize, u64)) -> DesignReport {
     let information = InformationWeights::of_kind(kind).unwrap();
     let settings = DesignSettings { information, starts, seed, ..task.problem.design.clone() };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     supple_study::design::run(task, &settings, None, watch).unwrap()
 }
 
@@ -136,7 +135,7 @@ fn door_searched(task: &LoadedTask, kind: &str) -> (usize, Evaluation) {
     let problem = &task.problem;
     let information = InformationWeights::of_kind(kind).unwrap();
     let settings = DesignSettings { information, starts: 1, ..problem.design.clone() };
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = design(problem, &task.phi, &settings, control).unwrap();
     assert_eq!(found.status, DesignStatus::Converged, "{kind}");
     let options = EvaluateOptions {
@@ -229,10 +228,10 @@ fn the_least_needed_is_one_and_below_a_grid() {
             phi[index] = low * (high / low).powf(share as f64 / 19.0);
         }
         let mut state = TaskState::new(&problem.tasks[0]);
-        best_plan((problem, &problem.tasks[0]), &phi, None, &mut state).unwrap();
+        best_plan(problem, &problem.tasks[0], &phi, None, &mut state).unwrap();
         if state.cost.expected() <= 240.0 {
             feasible += 1;
-            let found = weighted_information((&problem.tasks[0], &phi), weights, &mut state, &mut Vec::new()).unwrap();
+            let found = weighted_information(&problem.tasks[0], &phi, weights, &mut state, &mut Vec::new()).unwrap();
             lowest = lowest.min(found);
         }
     }

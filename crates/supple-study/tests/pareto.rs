@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use supple::EvaluateOptions;
-use supple::design::{Control, DesignStatus, NoObserver, design};
+use supple::design::{Control, DesignStatus, design};
 use supple_study::pareto::{Pareto, ParetoOptions, ParetoPoint, run};
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
@@ -22,7 +22,7 @@ fn load(text: &str) -> LoadedTask {
 
 fn front(task: &LoadedTask, points: usize) -> Result<Pareto, StudyError> {
     let options = ParetoOptions { points, starts: 2, seed: 3 };
-    run(task, &options, None, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(task, &options, None, Watch::default())
 }
 
 /// Tightening never lowers information, and no point breaks its bounds.
@@ -48,8 +48,7 @@ fn the_front_of_two_masses() {
 
     // At the task's own bounds: what `supple design` finds.
     let own = found.points.iter().find(|point| point.factor == 1.0).unwrap();
-    let stop = AtomicBool::new(false);
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control::default();
     let best = design(&task.problem, &task.phi, &task.problem.design, control).unwrap();
     let best = &best.starts[best.best];
     assert!((own.information_nats - best.information).abs() < 1e-6 * best.information, "{own:?}");

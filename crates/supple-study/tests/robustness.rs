@@ -25,7 +25,7 @@ fn study(task: &LoadedTask, designs: &str, vary: &str, rollouts: usize) -> Resul
     let designs = DesignChoice::parse_list(designs, task)?;
     let vary = Axis::parse_as(vary, task, Scale::Log)?;
     let options = RobustnessOptions { designs, vary, rollouts, seed: 11 };
-    run(task, &options, None, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(task, &options, None, Watch::default())
 }
 
 /// The cell of the first task.

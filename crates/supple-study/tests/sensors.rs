@@ -18,7 +18,7 @@ fn task(name: &str) -> LoadedTask {
 }
 
 fn study(name: &str, options: SensorsOptions) -> Result<Sensors, StudyError> {
-    run(&task(name), &options, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(&task(name), &options, Watch::default())
 }
 
 /// Asserts that the page has the rows, side by side.
@@ -152,7 +152,7 @@ fn designs_at_a_price_are_as_shown() {
     let rows = [(200.0, 0.0), (10.0, 0.0), (200.0, 2.0)].map(|(budget, price_weight)| {
         task.problem.design =
             DesignSettings { budget: Some(budget), price_weight, starts: 1, ..task.problem.design.clone() };
-        let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+        let watch = Watch::default();
         let found = supple_study::design::run(&task, &task.problem.design, None, watch).unwrap();
         assert_eq!(found.status, DesignStatus::Converged);
         assert!(found.optimum.feasible);

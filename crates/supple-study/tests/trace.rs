@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, design};
+use supple::design::{Control, DesignSettings, DesignStatus, GradientKind, Method, design};
 use supple_study::trace::{Trace, TraceOptions, run};
 use supple_study::{LoadedTask, Silent, StudyError, Watch};
 
@@ -13,7 +13,7 @@ fn load(name: &str) -> LoadedTask {
 }
 
 fn trace(task: &LoadedTask, options: &TraceOptions) -> Result<Trace, StudyError> {
-    run(task, options, None, Watch { progress: &Silent, stop: &AtomicBool::new(false) })
+    run(task, options, None, Watch::default())
 }
 
 fn options() -> TraceOptions {
@@ -30,8 +30,7 @@ fn traces_begin_at_the_same_starts_and_end_where_designs_end() {
         let (method, gradient) = (kind[0].method, kind[0].gradient);
         assert_eq!((method, gradient), (options().methods[number / 2], options().gradients[number % 2]));
         let settings = DesignSettings { method, gradient, starts: 3, seed: 7, ..task.problem.design.clone() };
-        let stop = AtomicBool::new(false);
-        let control = Control { observer: &NoObserver, stop: &stop };
+        let control = Control::default();
         let alone = design(&task.problem, &task.phi, &settings, control).unwrap();
         for (start, (run, summary)) in kind.iter().zip(&alone.starts).enumerate() {
             let values = |named: &supple::Named| named.0.iter().map(|(_, value)| *value).collect::<Vec<_>>();

@@ -38,7 +38,9 @@ use std::path::Path;
 
 mod numbers;
 
-pub use numbers::{degrees, digits, exact, exponent, padded, printed, short, significant, tabular, trimmed};
+pub use numbers::{
+    degrees, digits, exact, exponent, interval_95, padded, printed, short, significant, tabular, trimmed,
+};
 
 /// Bytes that a file has at most: what is larger is no task and no robot.
 const LARGEST: u64 = 64 << 20;

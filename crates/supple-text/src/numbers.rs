@@ -59,6 +59,12 @@ pub fn tabular(number: f64) -> String {
     }
 }
 
+/// The 95 % confidence interval of a mean, in words, with its ends written by `number`.
+#[must_use]
+pub fn interval_95([lower, upper]: [f64; 2], number: impl Fn(f64) -> String) -> String {
+    format!("95 % interval {} to {}", number(lower), number(upper))
+}
+
 /// A number on a page, with five significant digits at most and the minus sign of mathematics; a dash where it is not
 /// finite.
 #[must_use]

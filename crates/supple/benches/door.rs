@@ -4,11 +4,10 @@
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use supple::Linearise;
-use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::design::{Control, DesignSettings, design};
 use supple::gradient::Functional;
 use supple::lqg::{Belief, kalman};
 use supple::lqg::{Information, information};
@@ -132,8 +131,7 @@ fn whole(c: &mut Criterion) {
     group
         .bench_function("evaluate_total_gradient", |b| b.iter(|| problem.evaluate(black_box(&phi), &options).unwrap()));
     let settings = DesignSettings { starts: 1, ..problem.design.clone() };
-    let stop = AtomicBool::new(false);
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control::default();
     group.bench_function("design_one_start", |b| b.iter(|| design(&problem, &phi, &settings, control).unwrap()));
     group.finish();
 }

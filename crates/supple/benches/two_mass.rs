@@ -5,11 +5,10 @@
 
 use std::hint::black_box;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use supple::Linearise;
-use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::design::{Control, DesignSettings, design};
 use supple::lqg::KnotAdjoints;
 use supple::lqg::Noise;
 use supple::lqg::{Belief, BeliefAdjoint, BeliefSeeds, kalman, reverse_kalman};
@@ -75,7 +74,7 @@ fn iteration(c: &mut Criterion) {
             kalman(&knots, &state.noise, &mut belief).unwrap();
             information(&belief, &state.noise, &mut found).unwrap();
             noise.clear();
-            reverse_kalman((&knots, &state.noise, &belief), seeds, &mut work, &mut adjoints, &mut noise);
+            reverse_kalman(&knots, &state.noise, &belief, seeds, &mut work, &mut adjoints, &mut noise);
             gradient.fill(0.0);
             system.contract(
                 at,
@@ -113,8 +112,7 @@ fn evaluate(c: &mut Criterion) {
 fn design_one_start(c: &mut Criterion) {
     let problem = load("two_mass.toml");
     let settings = DesignSettings { starts: 1, ..Default::default() };
-    let stop = AtomicBool::new(false);
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control::default();
     let mut group = c.benchmark_group("design");
     group.sample_size(10);
     group.bench_function("two_mass.toml/one_start", |b| {

@@ -2,10 +2,9 @@
 
 use std::error::Error;
 use std::io::Write;
-use std::sync::atomic::AtomicBool;
 
 use supple::EvaluateOptions;
-use supple::design::{Control, NoObserver, design};
+use supple::design::{Control, design};
 
 fn main() -> Result<(), Box<dyn Error>> {
     run("tasks/two_mass.toml", &mut std::io::stdout())
@@ -15,8 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub fn run(task: &str, out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
     let problem = supple_file::load(task)?;
     let start = problem.parameters.initial();
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
-    let found = design(&problem, &start, &problem.design, control)?;
+    let found = design(&problem, &start, &problem.design, Control::default())?;
 
     let best = &found.starts[found.best];
     for index in problem.parameters.design() {

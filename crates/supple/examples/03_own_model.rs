@@ -6,10 +6,9 @@
 use std::error::Error;
 use std::io::Write;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use supple::cost::Cost;
-use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::design::{Control, DesignSettings, design};
 use supple::noise::{Covariance, NoiseModel};
 use supple::parameters::{Parameter, Parameters, Role, Scale};
 use supple::plan::PlanSettings;
@@ -120,7 +119,7 @@ pub fn run(out: &mut dyn Write) -> Result<(), Box<dyn Error>> {
     for (name, value) in &gradient.information_nats.0 {
         writeln!(out, "d nats / d {name} = {value:.5}")?;
     }
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = design(&problem, &start, &problem.design, control)?;
     let best = &found.starts[found.best];
     for (parameter, value) in problem.parameters.iter().zip(&best.to) {

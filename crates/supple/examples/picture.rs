@@ -2,9 +2,8 @@
 
 use std::error::Error;
 use std::fmt::Write;
-use std::sync::atomic::AtomicBool;
 
-use supple::design::{Control, NoObserver, design};
+use supple::design::{Control, design};
 use supple::{EvaluateOptions, TaskEvaluation, TrajectoryReport};
 
 /// The folder of the repository.
@@ -19,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub fn draw(task: &str) -> Result<String, Box<dyn Error>> {
     let problem = supple_file::load(task)?;
     let start = problem.parameters.initial();
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = design(&problem, &start, &problem.design, control)?;
     let best = &found.starts[found.best];
     let options = EvaluateOptions { trajectories: true, ..Default::default() };

@@ -10,6 +10,7 @@ use crate::Error;
 use crate::gradient::Functional;
 use crate::horizon::horizon_of_plan;
 use crate::pipeline::TaskState;
+use crate::plan::Plan;
 use crate::problem::Task;
 use crate::settings::InformationWeights;
 
@@ -46,7 +47,8 @@ enum Budget {
 /// # Errors
 /// Where the minimum was not found, or the plan is no strict local optimum.
 pub fn weighted_information(
-    (task, phi): (&Task, &[f64]),
+    task: &Task,
+    phi: &[f64],
     weights: InformationWeights,
     state: &mut TaskState,
     out: &mut Vec<f64>,
@@ -75,8 +77,8 @@ pub(crate) fn information_within(
     let mut partials = Partials::zeros(state.plan.knots.dimensions, task.steps);
     let (mut nominal, mut by_limit) = (0.0, 0.0);
     if used != 0.0 {
-        let given = (&state.plan.knots, &state.plan.policy, &state.belief, &state.noise);
-        sum += used * add_control_partials(given, used, &mut partials)?;
+        let Plan { knots, policy, .. } = &state.plan;
+        sum += used * add_control_partials(knots, policy, &state.belief, &state.noise, used, &mut partials)?;
     }
     if needed != 0.0 {
         let (found, budget) = needed_information(limit, state)?;

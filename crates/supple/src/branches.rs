@@ -21,7 +21,7 @@ const GUESS_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 /// # Errors
 /// Where no guess leads to a finite plan.
 pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state: &mut TaskState) -> Result<(), Error> {
-    best_plan((problem, task), phi, None, state)
+    best_plan(problem, task, phi, None, state)
 }
 
 /// Plans and assesses a task at a design as [`Problem::evaluate`] does: from its first guess, and where that is one
@@ -35,7 +35,8 @@ pub(crate) fn best_of_guesses(problem: &Problem, task: &Task, phi: &[f64], state
 /// # Errors
 /// Where nothing leads to a finite plan, or a covariance is indefinite.
 pub fn best_plan(
-    (problem, task): (&Problem, &Task),
+    problem: &Problem,
+    task: &Task,
     phi: &[f64],
     neighbour: Option<&Matrices>,
     state: &mut TaskState,
@@ -155,16 +156,26 @@ impl Candidates {
 /// By how much cheaper, relatively, a plan that did not converge must be to be mentioned.
 const CHEAPER: f64 = 1e-3;
 
+/// How often other local minima of a plan are searched for; not at all by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Attempts {
+    /// How many plans are tried from disturbed controls.
+    pub count: usize,
+    /// The seed of the disturbances.
+    pub seed: u64,
+}
+
 /// Plans a task at a design: from given controls, or else from the best of its first guesses; then, with attempts to
 /// find other local minima, on the cheapest branch seen. Returns how many were seen, where they were searched for.
 ///
 /// # Errors
 /// Where no guess leads to a finite plan.
 pub fn plan_at(
-    (problem, task): (&Problem, &Task),
+    problem: &Problem,
+    task: &Task,
     phi: &[f64],
     controls: Option<&Matrices>,
-    (seed, attempts): (u64, usize),
+    Attempts { count: attempts, seed }: Attempts,
     state: &mut TaskState,
 ) -> Result<Option<usize>, Error> {
     match controls {

@@ -78,7 +78,7 @@ impl Controller {
     /// Where the linearisation is not finite or a covariance is indefinite.
     pub fn of(task: &Task, phi: &[f64], plan: &Plan) -> Result<Self, Error> {
         let (feedforward, feedback) = (plan.policy.feedforward.clone(), plan.policy.feedback.clone());
-        Self::along(task, phi, plan.trajectory.clone(), (feedforward, feedback))
+        Self::along(task, phi, plan.trajectory.clone(), feedforward, feedback)
     }
 
     /// That of a trajectory with a control law: feedforward `k`, N of m, and feedback `K`, N of m x n.
@@ -89,7 +89,8 @@ impl Controller {
         task: &Task,
         phi: &[f64],
         trajectory: Trajectory,
-        (feedforward, feedback): (Matrices, Matrices),
+        feedforward: Matrices,
+        feedback: Matrices,
     ) -> Result<Self, Error> {
         let dimensions = task.system.dimensions();
         let Dimensions { states: n, controls: m, measurements: p, .. } = dimensions;

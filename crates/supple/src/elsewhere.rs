@@ -3,7 +3,7 @@
 use serde::Serialize;
 use supple_model::ContactReport;
 
-use crate::branches::plan_at;
+use crate::branches::{Attempts, plan_at};
 use crate::linearisation::Rows;
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
@@ -76,7 +76,7 @@ impl Problem {
             return Err(Error::Shape { what: "the state of the plant".to_owned(), found, expected });
         }
         let mut state = TaskState::new(task);
-        plan_at((self, task), phi, None, (0, 0), &mut state)?;
+        plan_at(self, task, phi, None, Attempts::default(), &mut state)?;
         let noise = World { phi, noise: &state.noise }.fixed_noise(task)?;
         let factors = NoiseFactors::of(&noise)?;
         let believed = World { phi, noise: &noise };

@@ -4,7 +4,7 @@ use serde::Serialize;
 use supple_kernels::Matrices;
 
 use crate::Error;
-use crate::branches::plan_at;
+use crate::branches::{Attempts, plan_at};
 use crate::pipeline::TaskState;
 use crate::plan::PlanStatus;
 use crate::problem::Problem;
@@ -63,7 +63,7 @@ impl Problem {
         self.check_design(phi)?;
         let task = self.task(name)?;
         let mut state = TaskState::new(task);
-        plan_at((self, task), phi, None, (0, 0), &mut state)?;
+        plan_at(self, task, phi, None, Attempts::default(), &mut state)?;
         let TaskState { plan, noise, belief, .. } = &state;
         let (n, joint, p) = (plan.knots.dimensions.states, plan.knots.dimensions.joint(), noise.measurement.rows());
         let (steps, knots) = (task.steps, &plan.knots);

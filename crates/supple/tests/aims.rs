@@ -24,7 +24,7 @@ fn effort(task: &Task) -> f64 {
 }
 
 fn value(at: (&Task, &[f64]), weights: InformationWeights, state: &mut TaskState) -> f64 {
-    weighted_information(at, weights, state, &mut Vec::new()).unwrap()
+    weighted_information(at.0, at.1, weights, state, &mut Vec::new()).unwrap()
 }
 
 /// The relative error of the best of central differences of several steps, with two terms of Richardson's.
@@ -51,11 +51,11 @@ fn assert_gradients(name: &str, problem: &Problem, kind: &str) {
     for task in &tasks.collect::<Vec<_>>() {
         let limited = if task.bound.is_some() { "within its bound" } else { "at its own cost" };
         let mut state = TaskState::new(task);
-        best_plan((problem, task), &phi, None, &mut state).unwrap();
+        best_plan(problem, task, &phi, None, &mut state).unwrap();
         let first = state.plan.trajectory.controls.clone();
         state.evaluate(task, &phi, &planning, Some(&first)).unwrap();
         let mut gradient = Vec::new();
-        let nats = weighted_information((task, &phi), weights, &mut state, &mut gradient).unwrap();
+        let nats = weighted_information(task, &phi, weights, &mut state, &mut gradient).unwrap();
         let controls = state.plan.trajectory.controls.clone();
         let indices = problem.parameters.design();
         let sizes: Vec<f64> = indices.iter().map(|&index| phi[index].abs().max(1e-3)).collect();

@@ -7,12 +7,10 @@ use std::sync::atomic::AtomicBool;
 
 use supple::Problem;
 use supple::design::{
-    Aim, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, NoObserver, Observer, Searcher, design,
+    Aim, Attempts, CatalogueMethod, Control, Design, DesignSettings, DesignStatus, Event, Observer, Searcher, design,
     plan_at,
 };
 use supple::pipeline::TaskState;
-
-static GO: AtomicBool = AtomicBool::new(false);
 
 /// The two masses with springs from these catalogues, `[parameters.k1]` and `[parameters.k2]`; the starts of the search take no time.
 fn two_masses(first: &str, second: &str) -> Problem {
@@ -30,7 +28,7 @@ fn two_masses(first: &str, second: &str) -> Problem {
 
 fn designed(problem: &Problem) -> Design {
     let phi = problem.parameters.initial();
-    design(problem, &phi, &problem.design, Control { observer: &NoObserver, stop: &GO }).unwrap()
+    design(problem, &phi, &problem.design, Control::default()).unwrap()
 }
 
 const FIRST: [f64; 4] = [80.0, 150.0, 320.0, 480.0];
@@ -41,8 +39,8 @@ fn by_hand(problem: &Problem, springs: [f64; 2]) -> (f64, f64) {
     let (task, mut phi) = (&problem.tasks[0], problem.parameters.initial());
     phi[..2].copy_from_slice(&springs);
     let mut state = TaskState::new(task);
-    let search = (problem.design.seed, problem.design.branch_attempts);
-    plan_at((problem, task), &phi, None, search, &mut state).unwrap();
+    let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
+    plan_at(problem, task, &phi, None, attempts, &mut state).unwrap();
     (state.information.total, state.cost.expected())
 }
 
@@ -86,7 +84,7 @@ fn chooses_what_a_grid_by_hand_does() {
 }
 
 fn searcher<'a>(problem: &'a Problem, settings: &'a DesignSettings) -> Searcher<'a> {
-    Searcher::new(problem, settings, Aim::default(), Control { observer: &NoObserver, stop: &GO })
+    Searcher::new(problem, settings, Aim::default(), Control::default())
 }
 
 /// One spring from a catalogue: the other one is optimised anew for each entry, and is at its optimum for the chosen one.
@@ -103,7 +101,7 @@ fn other_parameters_are_optimised_anew() {
         held.parameters = held.parameters.held(&[0]);
         let mut phi = held.parameters.initial();
         phi[0] = combination.summary.to[0];
-        let again = design(&held, &phi, &held.design, Control { observer: &NoObserver, stop: &GO }).unwrap();
+        let again = design(&held, &phi, &held.design, Control::default()).unwrap();
         let (one, other) = (&combination.summary, again.found());
         assert_eq!(one.status, other.status);
         if one.status == DesignStatus::Converged {
@@ -230,8 +228,7 @@ fn a_free_parameter_is_no_worse_than_one_from_a_catalogue() {
 /// Beside a design without catalogues, prices are told with their weight; not where that does not pay those of the entries.
 #[test]
 fn a_gap_compares_what_both_pay() {
-    let stop = AtomicBool::new(false);
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control::default();
     let gap = |problem: &Problem| {
         let searcher = Searcher::new(problem, &problem.design, Aim::default(), control);
         let found = designed(problem);

@@ -4,10 +4,8 @@
 #[path = "common/mod.rs"]
 mod common;
 
-use std::sync::atomic::AtomicBool;
-
 use common::{repository, shipped, task_files};
-use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::design::{Control, DesignSettings, design};
 use supple::{EvaluateOptions, Evaluation, Problem, Task};
 
 fn evaluated(problem: &Problem) -> Evaluation {
@@ -85,7 +83,7 @@ fn costs_that_want_no_force_give_no_warning() {
 
 fn without_contact(problem: &Problem) -> (usize, usize) {
     let settings = DesignSettings { starts: 1, max_evaluations: 5, ..problem.design.clone() };
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = design(problem, &problem.parameters.initial(), &settings, control).unwrap();
     assert_eq!(found.without_contact, found.starts[0].without_contact);
     (found.without_contact, found.evaluations)

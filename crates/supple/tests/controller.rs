@@ -4,7 +4,7 @@
 mod common;
 
 use common::shipped;
-use supple::design::plan_at;
+use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Controller, Error, EvaluateOptions, Problem};
@@ -13,7 +13,7 @@ use supple::{Controller, Error, EvaluateOptions, Problem};
 fn planned(problem: &Problem) -> (Controller, TaskState) {
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let mut state = TaskState::new(task);
-    plan_at((problem, task), &phi, None, (0, 0), &mut state).unwrap();
+    plan_at(problem, task, &phi, None, Attempts::default(), &mut state).unwrap();
     (Controller::of(task, &phi, &state.plan).unwrap(), state)
 }
 
@@ -76,7 +76,7 @@ fn closed_loops_of_a_linear_system_are_the_same() {
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let rollouts = Rollouts { count: 100, seed: 7 };
     let along = controller.monte_carlo(task, &phi, 0.0, rollouts).unwrap();
-    let extended = monte_carlo(task, &phi, (&state.plan, &state.noise), 0.0, rollouts).unwrap();
+    let extended = monte_carlo(task, &phi, &state.plan, &state.noise, 0.0, rollouts).unwrap();
     for (cost, expected) in along.costs.iter().zip(&extended.costs) {
         assert!((cost - expected).abs() <= 1e-10 * expected, "{cost} for {expected}");
     }
@@ -167,7 +167,7 @@ fn laws_of_other_lengths_are_refused() {
     let (controller, state) = planned(&problem);
     let (task, phi) = (&problem.tasks[0], problem.parameters.initial());
     let policy = &state.plan.policy;
-    let swapped = (policy.feedback.clone(), policy.feedback.clone());
-    let error = Controller::along(task, &phi, controller.trajectory.clone(), swapped).unwrap_err();
+    let [feedforward, feedback] = [&policy.feedback, &policy.feedback].map(Clone::clone);
+    let error = Controller::along(task, &phi, controller.trajectory.clone(), feedforward, feedback).unwrap_err();
     assert!(error.to_string().contains("the feedforward of a controller of task `press`"), "{error}");
 }

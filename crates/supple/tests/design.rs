@@ -7,13 +7,10 @@ use std::sync::atomic::AtomicBool;
 
 use common::shipped;
 use supple::Problem;
-use supple::design::{
-    Control, Design, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, StartSummary, design,
-};
+use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design};
 
 fn search(problem: &Problem, settings: &DesignSettings) -> Design {
-    let stop = AtomicBool::new(false);
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control::default();
     design(problem, &problem.parameters.initial(), settings, control).unwrap()
 }
 
@@ -114,7 +111,7 @@ fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
 fn a_stop_keeps_what_was_found() {
     let problem = shipped("two_mass.toml");
     let stop = AtomicBool::new(true);
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control { stop: &stop, ..Control::default() };
     let settings = DesignSettings { starts: 1, ..Default::default() };
     let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
     assert_eq!(found.status, DesignStatus::Stopped);

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use common::{shipped, shipped_with};
 use nalgebra::{DMatrix, DVector};
 use supple::check::check;
-use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, design};
+use supple::design::{Control, DesignSettings, DesignStatus, design};
 use supple::pipeline::TaskState;
 use supple::plan::{PlanSettings, PlanStatus};
 use supple::{EvaluateOptions, Problem, TaskEvaluation};
@@ -214,7 +214,7 @@ fn a_design_within_a_limit_of_speed_meets_limit_and_bound() {
     let settings = DesignSettings { starts: 1, ..problem.design.clone() };
     let stop = AtomicBool::new(false);
     let phi = problem.parameters.initial();
-    let found = design(&problem, &phi, &settings, Control { observer: &NoObserver, stop: &stop }).unwrap();
+    let found = design(&problem, &phi, &settings, Control { stop: &stop, ..Control::default() }).unwrap();
     assert_eq!(found.status, DesignStatus::Converged);
     let best = found.found();
     let at = problem.evaluate(&best.to, &EvaluateOptions::default()).unwrap();

@@ -10,11 +10,9 @@ mod example;
 #[path = "common/same_text.rs"]
 mod same_text;
 
-use std::sync::atomic::AtomicBool;
-
 use common::{repository, shipped, starting_with};
 use same_text::assert_same_text;
-use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, design};
+use supple::design::{Control, DesignSettings, DesignStatus, design};
 use supple::{EvaluateOptions, Problem};
 
 fn page() -> String {
@@ -106,7 +104,7 @@ fn designs_are_as_shown() {
     let rows = [("`open`", Some("open")), ("`close`", Some("close")), ("both", None)].map(|(name, only)| {
         let problem = door(only);
         let start = problem.parameters.initial();
-        let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+        let control = Control::default();
         let settings = DesignSettings { starts: 1, ..problem.design.clone() };
         let found = design(&problem, &start, &settings, control).unwrap();
         assert_eq!(found.status, DesignStatus::Converged, "{name}");

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use common::{repository, shipped};
 use supple::Linearise;
 use supple::check::check;
-use supple::design::{Control, DesignStatus, NoObserver, best_plan, design};
+use supple::design::{Control, DesignStatus, best_plan, design};
 use supple::lqg::Noise;
 use supple::lqg::{Belief, kalman};
 use supple::lqg::{Regularisation, solve_riccati};
@@ -25,7 +25,7 @@ fn settings(plan: PlanMode) -> PlanSettings {
 fn planned(problem: &Problem, plan: PlanMode) -> TaskState {
     let mut state = TaskState::new(&problem.tasks[0]);
     let problem = Problem { planning: settings(plan), ..problem.clone() };
-    best_plan((&problem, &problem.tasks[0]), &problem.parameters.initial(), None, &mut state).unwrap();
+    best_plan(&problem, &problem.tasks[0], &problem.parameters.initial(), None, &mut state).unwrap();
     let &Plan { status, relative_stationarity, iterations, .. } = &state.plan;
     let name = &problem.title;
     assert_eq!(status, PlanStatus::Converged, "{name}, {plan}: {relative_stationarity:.1e} after {iterations}");
@@ -239,7 +239,7 @@ fn designs_are_found_along_belief_plans() {
     let stop = AtomicBool::new(false);
     let mut settings = problem.design.clone();
     settings.starts = 2;
-    let control = Control { observer: &NoObserver, stop: &stop };
+    let control = Control { stop: &stop, ..Control::default() };
     let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
     let best = &found.starts[found.best];
     assert_eq!(found.status, DesignStatus::Converged);

@@ -1,10 +1,8 @@
 //! Prices of parameters: designs with them are those that one finds by hand.
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
-use std::sync::atomic::AtomicBool;
-
 use supple::design::{
-    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, NoObserver, Searcher, StartSummary,
+    Aim, Control, Design, DesignSettings, DesignStatus, GradientKind, Method, Searcher, StartSummary,
 };
 use supple::{Price, Problem};
 
@@ -26,7 +24,7 @@ fn problem(first: &str, second: &str, settings: &str, bound: &str) -> Problem {
 }
 
 fn search(problem: &Problem, aim: Aim, settings: &DesignSettings) -> Design {
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let phi = problem.parameters.initial();
     Searcher::new(problem, settings, aim, control).search(&phi).unwrap()
 }
@@ -52,7 +50,7 @@ fn a_weighted_price_is_traded_against_information() {
     let problem = problem("linear = 0.4", "role = \"study\"", "price_weight = 0.5", "");
     let mut phi = problem.parameters.initial();
     phi[1] = 1e3;
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = supple::design::design(&problem, &phi, &problem.design, control).unwrap();
     let best = &found.starts[found.best];
     // 1/2 ln(1 + 4 (1/v + 1e-3)) + 0.2 v: its derivative is 0 at a (v^2 + 4 v / a) = 2 / 0.2, with a = 1 + 4e-3.
@@ -70,7 +68,7 @@ fn a_budget_is_used_up_and_has_a_multiplier() {
     let problem = problem("linear = 0.4", "role = \"study\"", "budget = 0.6", "");
     let mut phi = problem.parameters.initial();
     phi[1] = 1e3;
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = supple::design::design(&problem, &phi, &problem.design, control).unwrap();
     let best = &found.starts[found.best];
     near(best.to[0], 1.5, 1e-7);

@@ -1,8 +1,9 @@
-//! Every crate that is published says what it is.
+//! Every crate that is published says what it is, and the libraries need no file formats.
 
 use std::error::Error;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 const CRATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -43,5 +44,27 @@ fn every_crate_says_what_it_is() -> Result<(), Box<dyn Error>> {
         seen += 1;
     }
     assert_eq!(seen, 12);
+    Ok(())
+}
+
+/// Formats of files are for the crates that read and write files.
+#[test]
+fn the_libraries_depend_on_no_file_formats() -> Result<(), Box<dyn Error>> {
+    for name in ["supple-kernels", "supple-lqg", "supple-robot", "supple-model", "supple"] {
+        let tree = Command::new(env!("CARGO"))
+            .args(["tree", "--locked", "--package", name, "--edges", "normal", "--prefix", "none", "--format", "{p}"])
+            .current_dir(CRATES)
+            .output()?;
+        assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+        let tree = String::from_utf8(tree.stdout)?;
+        let packages: Vec<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
+        assert!(packages.first() == Some(&name) && packages.len() > 2, "{name}: {packages:?}");
+        for format in ["toml", "csv", "schemars"] {
+            assert!(
+                !packages.contains(&format),
+                "{name} depends on {format}: cargo tree -p {name} -e normal -i {format}"
+            );
+        }
+    }
     Ok(())
 }

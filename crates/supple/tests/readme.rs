@@ -1,11 +1,10 @@
 //! What README.md shows is what the code gives.
 
 use std::error::Error;
-use std::sync::atomic::AtomicBool;
 
 use supple::EvaluateOptions;
 use supple::bound::BoundOptions;
-use supple::design::{Control, NoObserver, design};
+use supple::design::{Control, design};
 
 #[allow(dead_code)]
 #[path = "../examples/01_design.rs"]
@@ -62,7 +61,7 @@ fn numbers_in_the_text_are_computed() -> Result<(), Box<dyn Error>> {
     let problem = supple_file::load(format!("{ROOT}tasks/two_mass.toml"))?;
     let task = &problem.tasks[0];
     let start = problem.parameters.initial();
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = design(&problem, &start, &problem.design, control)?;
     let best = &found.starts[found.best];
     let before = problem.evaluate(&start, &EvaluateOptions::default())?;

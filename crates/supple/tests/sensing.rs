@@ -116,9 +116,6 @@ fn a_design_of_the_wrong_length_is_an_error() {
     let problem = shipped("two_mass.toml");
     let error = problem.evaluate(&[500.0, 500.0], &EvaluateOptions::default()).unwrap_err();
     assert_eq!(error.to_string(), "the list of parameters has length 2, not 4");
-    let control = supple::design::Control {
-        observer: &supple::design::NoObserver,
-        stop: &std::sync::atomic::AtomicBool::new(false),
-    };
+    let control = supple::design::Control::default();
     assert!(supple::design::design(&problem, &[500.0], &problem.design, control).is_err());
 }

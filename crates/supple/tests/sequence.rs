@@ -299,7 +299,7 @@ fn adjoints_of_the_noise_are_those_of_each_step() {
         let mut adjoints = KnotAdjoints::zeros(knots.dimensions, steps);
         let mut work = BeliefAdjoint::new(n, p);
         let seeds = BeliefSeeds { information: 1.0, weights: None, covariances: None };
-        reverse_kalman((knots, &state.noise, &state.belief), seeds, &mut work, &mut adjoints, &mut back);
+        reverse_kalman(knots, &state.noise, &state.belief, seeds, &mut work, &mut adjoints, &mut back);
         back
     };
     let mut each = state.noise.clone();

@@ -60,7 +60,7 @@ fn numbers(Setting { knots, noise, weights }: &Setting) -> Vec<(&'static str, Ve
     let mut back = Noise::zeros(states, measurements);
     let mut work = BeliefAdjoint::new(states, measurements);
     let seeds = BeliefSeeds { information: 0.7, weights: Some((weights, 1.3)), covariances: None };
-    reverse_kalman((knots, noise, &belief), seeds, &mut work, &mut adjoints, &mut back);
+    reverse_kalman(knots, noise, &belief, seeds, &mut work, &mut adjoints, &mut back);
     let diagonal = |m: &Matrices| (0..m.rows()).map(|i| m.get(0, i, i)).collect();
     vec![
         ("predicted covariance", belief.predicted.as_slice().to_vec()),

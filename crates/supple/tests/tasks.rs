@@ -8,11 +8,9 @@ mod common;
 #[path = "common/reference/mod.rs"]
 mod reference;
 
-use std::sync::atomic::AtomicBool;
-
 use common::{repository, shipped, task_files};
 use reference::differences::total_gradient_errors;
-use supple::design::{Control, DesignSettings, DesignStatus, NoObserver, design};
+use supple::design::{Control, DesignSettings, DesignStatus, design};
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Problem};
 
@@ -62,7 +60,7 @@ fn short(number: f64) -> String {
 /// What a file says of its design: parameters, bits, costs; and the design itself.
 fn said(problem: &Problem) -> (Vec<String>, DesignStatus, Vec<f64>) {
     let start = problem.parameters.initial();
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let settings = DesignSettings { starts: 1, ..problem.design.clone() };
     let found = design(problem, &start, &settings, control).unwrap();
     let best = &found.starts[found.best];

@@ -1,12 +1,11 @@
 //! Kinds of this crate do all that those of the library do.
 
 use std::error::Error;
-use std::sync::atomic::AtomicBool;
 
 use outsider::kinds;
 use supple::EvaluateOptions;
 use supple::check::check;
-use supple::design::{Control, DesignSettings, NoObserver, design};
+use supple::design::{Control, DesignSettings, design};
 
 type Tested = Result<(), Box<dyn Error>>;
 
@@ -48,7 +47,7 @@ fn a_design_pays_for_and_improves_what_is_added() -> Tested {
     let problem = supple_file::load_with(REACH, kinds())?;
     let settings = DesignSettings { starts: 1, rounds: 1, price_weight: 1e-3, ..problem.design.clone() };
     let start = problem.parameters.initial();
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let found = design(&problem, &start, &settings, control)?;
     let best = &found.starts[found.best];
     assert!(best.status.meets_bounds(), "{:?}", best.status);

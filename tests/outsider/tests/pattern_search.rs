@@ -1,16 +1,15 @@
 //! An optimiser of this crate finds the optimum that those of the library find.
 
 use std::error::Error;
-use std::sync::atomic::AtomicBool;
 
 use outsider::PatternSearch;
-use supple::design::{Aim, Control, DesignSettings, NoObserver, Searcher};
+use supple::design::{Aim, Control, DesignSettings, Searcher};
 
 #[test]
 fn an_optimiser_from_outside_finds_the_optimum() -> Result<(), Box<dyn Error>> {
     let problem = supple_file::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml"))?;
     let settings = DesignSettings { starts: 1, rounds: 1, ..Default::default() };
-    let control = Control { observer: &NoObserver, stop: &AtomicBool::new(false) };
+    let control = Control::default();
     let searcher = Searcher::new(&problem, &settings, Aim::default(), control);
     let phi = problem.parameters.initial();
     let own = searcher.with_optimiser(&PatternSearch).search(&phi)?;

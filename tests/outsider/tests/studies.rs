@@ -2,12 +2,11 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use outsider::kinds;
 use supple_study::pareto::ParetoOptions;
 use supple_study::study::Work;
-use supple_study::{Folder, LoadedTask, Made, Silent, StudyResult, Watch};
+use supple_study::{Folder, LoadedTask, Made, StudyResult, Watch};
 
 const REACH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tasks/reach.toml");
 
@@ -15,7 +14,7 @@ const REACH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tasks/reach.toml");
 fn a_front_is_found_stored_and_read() -> Result<(), Box<dyn Error>> {
     let task = LoadedTask::load_with(Path::new(REACH), &[], kinds())?;
     let folder = tempfile::tempdir()?;
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     let work = Work::Pareto(ParetoOptions { points: 2, starts: 1, seed: 0 });
     let result = work.run(&task, Some(folder.path()), watch)?;
     assert!(matches!(&result, StudyResult::Pareto(front) if front.points.len() == 2));

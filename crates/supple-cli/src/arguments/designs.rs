@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use supple::design::{GradientKind, InformationWeights, Method};
 
-use super::{Output, TaskArguments, count};
+use super::{Output, TaskArguments, count, seed};
 
 #[derive(Args, Debug)]
 pub struct DesignOptions {
@@ -24,7 +24,7 @@ pub struct DesignOptions {
     #[arg(long, value_name = "N", value_parser = count(1, 10_000))]
     pub starts: Option<usize>,
     /// Seed of all random numbers
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = seed)]
     pub seed: Option<u64>,
     /// Closed-loop roll-outs at the first and at the best design; 0 for none [default: the value in the task file, or
     /// 256, or fewer with more than 32 states]
@@ -86,7 +86,7 @@ pub struct EvaluateOptions {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub branches: usize,
     /// Seed of roll-outs and branch searches
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     #[command(flatten)]
     pub output: Output,

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::TypedValueParser;
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use supple::Level;
 use supple_study::LoadedTask;
 
@@ -32,6 +32,23 @@ pub struct Arguments {
     pub common: Common,
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Arguments {
+    /// Those of the process; an error or a page of help ends it.
+    pub fn of_process() -> Self {
+        let mut matches = command_line().get_matches();
+        Self::from_arg_matches_mut(&mut matches).unwrap_or_else(|error| error.format(&mut command_line()).exit())
+    }
+
+    /// Those of a step of a study file, after the name of the program.
+    ///
+    /// # Errors
+    /// Where they are not those of a command.
+    pub fn of_words(words: impl Iterator<Item = String>) -> Result<Self, clap::Error> {
+        let mut matches = command_line().try_get_matches_from(words)?;
+        Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command_line()))
+    }
 }
 
 /// Options of every command.
@@ -167,8 +184,27 @@ impl StudyCommand {
 }
 
 /// Reads a whole number between two others. The greatest keep what is asked for within memory.
-fn count(least: u64, most: u64) -> RangedU64ValueParser<usize> {
-    RangedU64ValueParser::new().range(least..=most)
+fn count(least: usize, most: usize) -> impl TypedValueParser<Value = usize> {
+    move |text: &str| {
+        let number = text.parse().ok().filter(|number| (least..=most).contains(number));
+        number.ok_or_else(|| format!("must be a whole number from {least} to {most}; found {text}"))
+    }
+}
+
+/// Reads a seed.
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("must be a whole number from 0 to {}; found {text}", u64::MAX))
+}
+
+/// The command line. Negative numbers are values of options, which say what is valid, and no options themselves.
+fn command_line() -> clap::Command {
+    with_negative_numbers(Arguments::command())
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let takes_value = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
+    let command = command.mut_args(move |arg| if takes_value(&arg) { arg.allow_negative_numbers(true) } else { arg });
+    command.mut_subcommands(with_negative_numbers)
 }
 
 /// A task file, and values to set in it.

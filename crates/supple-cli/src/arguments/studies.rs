@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use supple::design::ROLLOUTS;
 
-use super::{GradientArgument, MethodArgument, Output, TaskArguments, count};
+use super::{GradientArgument, MethodArgument, Output, TaskArguments, count, seed};
 
 #[derive(Args, Debug)]
 pub struct SweepOptions {
@@ -23,7 +23,7 @@ pub struct SweepOptions {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count(0, 10_000))]
     pub starts: usize,
     /// Seed of roll-outs and searches
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// Points to evaluate in parallel [default: all cores]
     #[arg(long, value_name = "N", value_parser = count(1, 1024))]
@@ -54,7 +54,7 @@ pub struct RobustnessOptions {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = count(2, 1_000_000))]
     pub rollouts: usize,
     /// Seed of the roll-outs; all designs use the same random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     #[command(flatten)]
     pub output: Output,
@@ -71,7 +71,7 @@ pub struct ParetoOptions {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = count(1, 10_000))]
     pub starts: usize,
     /// Seed of the starts
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     #[command(flatten)]
     pub output: Output,
@@ -156,7 +156,7 @@ pub struct TraceOptions {
     #[arg(long, value_enum, value_delimiter = ',', default_value = "total,frozen")]
     pub gradient: Vec<GradientArgument>,
     /// Seed of the starts
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     #[command(flatten)]
     pub output: Output,
@@ -274,7 +274,7 @@ pub struct ExportOptions {
     #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = count(0, 10_000_000))]
     pub rollouts: usize,
     /// Seed of the roll-outs
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
 }
 
@@ -306,7 +306,7 @@ pub struct ValidateOptions {
     #[arg(long, value_name = "NAME=FACTOR")]
     pub vary: Vec<String>,
     /// Seed of the roll-outs
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// Python interpreter to run
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
@@ -332,6 +332,12 @@ pub enum AtArgument {
     Optimum,
 }
 
+/// Reads a port.
+fn port(text: &str) -> Result<u16, String> {
+    let number = text.parse().ok().filter(|&port| port > 0);
+    number.ok_or_else(|| format!("must be a port from 1 to {}; found {text}", u16::MAX))
+}
+
 #[derive(Args, Debug)]
 pub struct ExploreOptions {
     /// Task file, or the folder of a result, whose design is shown first
@@ -340,7 +346,7 @@ pub struct ExploreOptions {
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// Port on 127.0.0.1 [default: any free port]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = port)]
     pub port: Option<u16>,
     /// Print the address without opening a browser
     #[arg(long)]

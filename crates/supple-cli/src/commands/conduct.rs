@@ -25,6 +25,7 @@ pub fn conduct(asks: &dyn Asks) -> Result<Outcome, Failure> {
 pub fn make(task: &LoadedTask, work: Work, output: &Output, jobs: Option<usize>) -> Result<Outcome, Failure> {
     let folder = output.out.as_deref();
     folder.map_or(Ok(()), |folder| Folder::check_for(folder, &work))?;
+    folder.and_then(|folder| Folder::replaced_sweep(folder, &work)).iter().for_each(|replaced| warn(replaced));
     let found = watched(|watch| on_threads(jobs, || work.run(task, folder, watch)));
     let Some(result) = found_or_kept(found, folder)? else { return Ok(Outcome::Shortfall) };
     if let StudyResult::Sweep(sweep) = &result

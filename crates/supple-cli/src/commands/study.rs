@@ -2,7 +2,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use clap::Parser;
 use supple_study::study::{REPORT, Step, Study, StudyFile};
 use supple_study::{Folder, LoadedTask, Made, RESULT, Steps, StudyResult, check_writable};
 
@@ -95,7 +94,7 @@ impl Planned {
 /// The command that a step or figure is.
 fn command(file: &StudyFile, step: &Step) -> Result<Command, Failure> {
     let words = ["supple".to_owned()].into_iter().chain(step.words.iter().cloned());
-    match Arguments::try_parse_from(words) {
+    match Arguments::of_words(words) {
         Ok(arguments) => Ok(arguments.command),
         Err(error) => {
             // The first line says what is wrong; the rest is about the command line.

@@ -133,3 +133,34 @@ fn every_warning_is_printed_where_it_is_asked_for() {
     assert_eq!(count(&["evaluate", "reach.toml"]), 0);
     assert_eq!(count(&["evaluate", "reach.toml", "--verbose"]), 2);
 }
+
+/// A joint whose range is a single position was planned, and every plan left its range.
+#[test]
+fn joints_with_a_single_position_are_locked_there() {
+    let text = chain(&[INERTIAL; 3], "<limit lower='-1' upper='1' effort='50' velocity='1'/>");
+    let (before, rest) = text.split_once("<link name='l2'>").unwrap();
+    let text =
+        format!("{before}<link name='l2'>{}", rest.replacen("lower='-1' upper='1'", "lower='0.5' upper='0.5'", 1));
+    let found = section(&robot(&text, &[]).stdout);
+    let said = "lock a joint whose range is a single position: write `locked = [\"j2\"]` in [model], as `supple new NAME \
+                --robot FILE` does";
+    assert_eq!(found[0], said);
+    let folder = folder(&text);
+    for more in [&[][..], &["--template", "reach"]] {
+        let run = folder.run(&[&["new", "reach", "--robot", "robot.urdf"], more].concat());
+        let warned = "warning: the task locks joint `j2`, as the range in the robot file is a single position; where that is \
+                      wrong, correct `lower` and `upper` there";
+        assert!(run.code == Some(0) && run.stderr.lines().any(|line| line == warned), "{}", run.stderr);
+        let task = std::fs::read_to_string(folder.path("reach.toml")).unwrap();
+        assert!(task.contains("\nlocked = [\"j2\"]"), "{task}");
+        let run = folder.run(&["evaluate", "reach.toml", "--json"]);
+        let found: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_eq!(found["tasks"][0]["limits_violated"], serde_json::json!([]), "{task}");
+        std::fs::remove_file(folder.path("reach.toml")).unwrap();
+    }
+    let still = text.replace("lower='-1' upper='1'", "lower='0' upper='0'");
+    let found = section(&robot(&still, &[]).stdout);
+    let said = "not possible: the range of every joint that moves a link with inertia is a single position: correct `lower` and \
+                `upper` of `j1`, `j2`, `j3`";
+    assert_eq!(found[0], said);
+}

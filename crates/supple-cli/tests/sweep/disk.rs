@@ -112,9 +112,12 @@ fn folders_that_cannot_be_written_are_named() {
     let folder = two_mass();
     std::fs::write(folder.path("file"), "").unwrap();
     std::fs::create_dir_all(folder.path("taken/journal.redb")).unwrap();
-    let mut cases = vec![("file/out", "Not a directory"), ("taken", "is not a regular file")];
+    let mut cases = vec![
+        ("file/out", "`file` is a file, not a folder; choose another folder, or rename the file"),
+        ("taken", "is not a regular file"),
+    ];
     if cfg!(target_os = "linux") {
-        cases.push(("/proc/sweep", ""));
+        cases.push(("/proc/sweep", "nothing can be created in `/proc`; choose another folder"));
     }
     for (out, said) in cases {
         let run = folder.run(&sweep(&["--grid", "k1=300,600", "--out", out]));

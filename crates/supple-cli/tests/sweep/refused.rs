@@ -104,3 +104,17 @@ fn journals_that_are_none_are_named_and_left_alone() {
         assert_eq!(std::fs::read(folder.path("out/journal.redb")).unwrap(), bytes);
     }
 }
+
+/// The journal was removed, as the error about another sweep says; the table of the other sweep went without a word.
+#[test]
+fn a_sweep_of_other_points_is_not_replaced_without_a_word() {
+    let folder = two_mass();
+    assert_eq!(folder.run(&sweep(&["--grid", "k1=300,600", "--out", "out"])).code, Some(0));
+    std::fs::remove_file(folder.path("out/journal.redb")).unwrap();
+    let same = folder.run(&sweep(&["--grid", "k1=300,600", "--out", "out"]));
+    assert_eq!((same.code, same.stderr.contains("replaces")), (Some(0), false), "{}", same.stderr);
+    std::fs::remove_file(folder.path("out/journal.redb")).unwrap();
+    let other = folder.run(&sweep(&["--grid", "k1=300,400,600", "--out", "out"]));
+    let said = "warning: out contains a sweep of other points (`k1`: 2 values), which this one replaces\n";
+    assert!(other.code == Some(0) && other.stderr.contains(said), "{}", other.stderr);
+}

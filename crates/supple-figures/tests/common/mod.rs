@@ -28,7 +28,7 @@ pub fn folder(name: &str, result: StudyResult) -> Folder {
 
 pub fn design() -> Folder {
     let task = task();
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     let settings = supple::design::DesignSettings { starts: 1, ..task.problem.design.clone() };
     folder("design", StudyResult::Design(Box::new(supple_study::design::run(&task, &settings, None, watch).unwrap())))
 }
@@ -52,7 +52,7 @@ pub fn sweep(axes: &[&str]) -> Folder {
 pub fn bound() -> Folder {
     let task = task();
     let options = BoundOptions { curve: Some(5), ..Default::default() };
-    let watch = Watch { progress: &Silent, stop: &AtomicBool::new(false) };
+    let watch = Watch::default();
     folder("bound", StudyResult::Bound(Box::new(supple_study::bound::run(&task, &options, watch).unwrap())))
 }
 

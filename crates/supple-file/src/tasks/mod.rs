@@ -2,24 +2,41 @@ mod noise;
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{Error, IgnoredAny, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 use supple::plan::bounds_of;
 use supple::{Task, TaskNumbers};
 use supple_lqg::Dimensions;
 use supple_model::Value;
 use supple_model::cost::{self, Cost};
-use supple_model::document::{Document, Place};
+use supple_model::document::{Content, Document, Place};
 use supple_model::model::{AnyModel, Kinds};
 use supple_model::parameters::Parameters;
 use supple_model::quantity::Context;
 use supple_text::{FileError, digits, quoted, significant};
-use toml::de::DeValue;
 
 use crate::first_state::{FirstState, InitialState, outside_limits};
 use crate::followed;
 use crate::rows::{Guess, Rows, by_name};
 use noise::NoiseFile;
+
+/// Reads a count of which 1 is the least. 0 is refused later, where the greatest is known.
+fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    struct Count;
+
+    impl Visitor<'_> for Count {
+        type Value = usize;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("a whole number of at least 1")
+        }
+        fn visit_i64<E: Error>(self, number: i64) -> Result<usize, E> {
+            usize::try_from(number).map_err(|_| E::invalid_value(Unexpected::Signed(number), &self))
+        }
+    }
+
+    deserializer.deserialize_i64(Count)
+}
 
 /// One of `[[tasks]]`. Its costs are read by kind.
 #[derive(Debug, Deserialize, schemars::JsonSchema)]
@@ -29,6 +46,7 @@ pub(super) struct TaskFile {
     name: String,
     /// Number of steps, from 1 to 1,000,000; fewer for models with many states.
     #[schemars(range(min = 1, max = 1_000_000))]
+    #[serde(deserialize_with = "count")]
     steps: usize,
     /// Time step, s.
     time_step: Value,
@@ -106,7 +124,7 @@ pub(super) fn read(
 ) -> Result<(Vec<Task>, Vec<String>), FileError> {
     let at = ["tasks".into()];
     let count = match document.get(&at).map(|value| value.get_ref()) {
-        Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
+        Some(Content::List(list)) if !list.is_empty() => list.len(),
         _ => return Err(document.error(&at, "must be a list of one or more tables: [[tasks]]")),
     };
     let mut tasks: Vec<Task> = Vec::with_capacity(count);
@@ -231,7 +249,7 @@ impl Reader<'_> {
     fn costs(&self, context: &Context) -> Result<Vec<Cost>, FileError> {
         let at = ["tasks".into(), self.index.into(), "costs".into()];
         let count = match self.document.get(&at).map(|value| value.get_ref()) {
-            Some(DeValue::Array(list)) if !list.is_empty() => list.len(),
+            Some(Content::List(list)) if !list.is_empty() => list.len(),
             _ => return Err(self.error(&["costs".into()], "must be a list of one or more tables: [[tasks.costs]]")),
         };
         let kinds = cost::kinds(context.kinds);

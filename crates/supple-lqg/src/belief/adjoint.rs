@@ -68,7 +68,9 @@ impl BeliefAdjoint {
 /// `adjoints.measurement` (but where measurements are states, taken one at a time: `C` has no adjoint then); adds to
 /// `noise_adjoint`, whose constant matrices become sums over all steps.
 pub fn reverse_kalman(
-    (knots, noise, belief): (&Knots, &Noise, &Belief),
+    knots: &Knots,
+    noise: &Noise,
+    belief: &Belief,
     seeds: BeliefSeeds,
     work: &mut BeliefAdjoint,
     adjoints: &mut KnotAdjoints,

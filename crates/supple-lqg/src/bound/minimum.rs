@@ -46,7 +46,7 @@ pub fn minimum_information(
     cost: f64,
     settings: &BoundSettings,
 ) -> Result<MinimumInformation, Error> {
-    minimum_information_within((horizon, &Spread::default()), cost, settings)
+    minimum_information_within(horizon, &Spread::default(), cost, settings)
 }
 
 /// As [`minimum_information`], of a horizon whose least cost and prices may be off by so much: the bound holds for all
@@ -55,7 +55,8 @@ pub fn minimum_information(
 /// # Errors
 /// As of that.
 pub fn minimum_information_within(
-    (horizon, spread): (&Horizon, &Spread),
+    horizon: &Horizon,
+    spread: &Spread,
     cost: f64,
     settings: &BoundSettings,
 ) -> Result<MinimumInformation, Error> {

@@ -17,11 +17,13 @@ use crate::riccati::Policy;
 /// # Errors
 /// Where `V` is not positive definite.
 pub fn add_control_partials(
-    given: (&Knots, &Policy, &Belief, &Noise),
+    knots: &Knots,
+    policy: &Policy,
+    belief: &Belief,
+    noise: &Noise,
     weight: f64,
     out: &mut Partials,
 ) -> Result<f64, Error> {
-    let (knots, policy, belief, noise) = given;
     let steps = told(knots, policy, belief, noise)?;
     let n = knots.dimensions.states;
     let mut after = [Dense::zeros(n, n), Dense::zeros(n, n)];

@@ -7,7 +7,8 @@ use crate::Value;
 use crate::parameters::Parameters;
 
 /// `sqrt(r^2 + s^2) - s`: about `|r|` beyond `s`
-#[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Absolute {
     /// `s`, in the residual's unit, above 0.

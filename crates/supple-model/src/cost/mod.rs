@@ -4,7 +4,9 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use supple_kernels::Scalar;
 
-use crate::document::{Document, FileError, Place, ReadError, Reader, merged};
+#[cfg(feature = "schema")]
+use crate::document::merged;
+use crate::document::{Document, FileError, Place, ReadError, Reader};
 use crate::parameters::Parameters;
 use crate::quantity::{Context, Kinds, Quantity, StateAndControl, Unfit};
 use crate::value::OneOrMore;
@@ -198,7 +200,8 @@ const KEYS: &[&str] = &["target", "weight", "final_weight", "norm"];
 const KEYS_OF_POSES: &[&str] = &["target", "position", "weight", "final_weight", "norm"];
 
 /// What a cost has beside its quantity.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct File {
     /// Where the quantity should be, in its units: one number per entry; default: 0; required for contact forces, frame
@@ -211,7 +214,7 @@ struct File {
     final_weight: Option<Value>,
     /// Norm of the error, by kind.
     #[serde(default)]
-    #[schemars(skip)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
     #[allow(dead_code)]
     norm: IgnoredAny,
 }
@@ -280,6 +283,7 @@ pub fn read(
 }
 
 /// The schema of each kind's table, by name.
+#[cfg(feature = "schema")]
 pub fn schemas(
     quantities: &Kinds,
     norms: &Norms,

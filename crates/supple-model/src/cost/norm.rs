@@ -7,6 +7,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 use supple_kernels::graph::{Function, Node, call, vjp};
 
+use crate::document::Described;
 use crate::parameters::Parameters;
 
 /// What a kind of norm defines.
@@ -63,7 +64,7 @@ pub trait NormKind: Debug + Send + Sync + 'static {
 /// How a kind of norm is read from a task file.
 pub trait NormFile: NormKind + Sized {
     /// Its settings: [`NoKeys`](super::NoKeys) where it has none.
-    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+    type File: for<'de> Deserialize<'de> + Described;
 
     /// The norm.
     fn build(file: Self::File) -> Self;

@@ -1,8 +1,11 @@
 //! The norms that task files may name. A new one is one line at the end of this file.
 
+#[cfg(feature = "schema")]
 use serde_json::{Value as Json, json};
 
-use super::norm::{Norm, NormFile, NormKind};
+#[cfg(feature = "schema")]
+use super::norm::NormKind;
+use super::norm::{Norm, NormFile};
 use super::{Absolute, Quadratic};
 use crate::document::{Document, FileError, Place, ReadError, Registry, Variant};
 
@@ -14,7 +17,7 @@ impl Norms {
     /// Adds a kind, replacing a kind of the same name.
     pub fn add<N: NormFile>(&mut self) {
         let build = |given: Variant| given.read().map(|file| N::build(file).into());
-        self.0.add(N::NAME, build, <N::File as schemars::JsonSchema>::json_schema);
+        self.0.add::<N::File>(N::NAME, build);
     }
 
     /// Reads the norm at a place: the square where there is none.
@@ -32,6 +35,7 @@ impl Norms {
     }
 
     /// The schema of all: a name, or a table with the name and its settings.
+    #[cfg(feature = "schema")]
     pub fn schema(&self, generator: &mut schemars::SchemaGenerator) -> Json {
         let one = |(name, schema): (&'static str, schemars::Schema)| {
             let mut settings = schema.to_value();

@@ -15,7 +15,8 @@ pub const NAME: &str = "quadratic";
 
 /// `x'Qx + u'Ru` in every stage and `x' final x` at the end, without factors 1/2. Matrices must be symmetric, up to
 /// rounding, which is removed, and positive semidefinite.
-#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct File {

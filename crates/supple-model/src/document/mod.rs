@@ -1,17 +1,25 @@
-//! TOML documents whose errors name file, line and key.
+//! Parsed files whose errors name file, line and key.
 
-mod kinds;
+mod content;
+mod described;
+mod noise;
 mod pattern;
 mod read_error;
 mod reader;
 mod registry;
+#[cfg(feature = "schema")]
+mod schemas;
 
-pub use kinds::{DEVIATION, merged, one_of, plain, variances, with_deviation, with_noise_key};
+pub use content::{Content, Spanned, Table};
+pub use described::Described;
+pub use noise::{DEVIATION, variances, with_noise_key};
 pub use pattern::matches;
 pub use read_error::ReadError;
 pub use reader::{Reader, Variant};
 pub use registry::NoKeys;
 pub use registry::Registry;
+#[cfg(feature = "schema")]
+pub use schemas::{merged, one_of, plain, with_deviation};
 pub use supple_text::FileError;
 
 use std::ops::Range;
@@ -19,8 +27,6 @@ use std::rc::Rc;
 
 use serde::de::DeserializeOwned;
 use supple_text::{nearest, quoted};
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
 use crate::value::{Names, as_key};
 use read_error::join;
@@ -50,7 +56,7 @@ impl From<usize> for Place<'_> {
 pub struct Document<'a> {
     name: &'a str,
     text: &'a str,
-    root: Spanned<DeValue<'a>>,
+    root: Spanned<Content<'a>>,
     /// Whether its texts are cells, which may stand for numbers and lists.
     of_cells: bool,
     /// The names that values may use.
@@ -58,34 +64,17 @@ pub struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// Parses TOML; `name` stands for the file in errors.
-    ///
-    /// # Errors
-    /// Where it is not TOML.
-    pub fn parse(text: &'a str, name: &'a str) -> Result<Self, FileError> {
-        match DeTable::parse(text) {
-            Ok(table) => {
-                let root = Spanned::new(0..0, DeValue::Table(table.into_inner()));
-                Ok(Self { name, text, root, of_cells: false, names: None })
-            }
-            Err(error) => {
-                let span = error.span().unwrap_or(0..0);
-                match (error.message().trim(), text.get(span.clone())) {
-                    ("duplicate key", Some(key)) => {
-                        let message = format!("`{key}` is defined twice");
-                        Err(FileError::at(name, text, span, key.to_owned(), message))
-                    }
-                    (message, _) => Err(FileError::at(name, text, span, String::new(), message)),
-                }
-            }
-        }
+    /// What was read from `text`; `name` stands for the file in errors. `supple_file::parse_document` reads TOML.
+    #[must_use]
+    pub fn new(name: &'a str, text: &'a str, root: Table<'a>) -> Self {
+        Self { name, text, root: Spanned::new(0..0, Content::Table(root)), of_cells: false, names: None }
     }
 
     /// What was read from the cells of a table of another format. A cell stands for what is asked for: text, a number,
     /// or a list with `;` between its entries.
     #[must_use]
-    pub fn of_cells(name: &'a str, text: &'a str, root: DeTable<'a>) -> Self {
-        Self { name, text, root: Spanned::new(0..0, DeValue::Table(root)), of_cells: true, names: None }
+    pub fn of_cells(name: &'a str, text: &'a str, root: Table<'a>) -> Self {
+        Self { of_cells: true, ..Self::new(name, text, root) }
     }
 
     /// The same document, whose values may use names of parameters.
@@ -101,7 +90,7 @@ impl<'a> Document<'a> {
 
     /// Reads a value of this document.
     #[must_use]
-    pub fn reader<'b>(&'b self, value: &'b Spanned<DeValue<'b>>) -> Reader<'b> {
+    pub fn reader<'b>(&'b self, value: &'b Spanned<Content<'b>>) -> Reader<'b> {
         let mut reader = Reader::new(value);
         if self.of_cells {
             reader = reader.of_cells();
@@ -114,10 +103,10 @@ impl<'a> Document<'a> {
 
     /// The value at a place.
     #[must_use]
-    pub fn get(&self, at: &[Place]) -> Option<&Spanned<DeValue<'a>>> {
+    pub fn get(&self, at: &[Place]) -> Option<&Spanned<Content<'a>>> {
         at.iter().try_fold(&self.root, |value, place| match (place, value.get_ref()) {
-            (Place::Key(key), DeValue::Table(table)) => table.get(*key),
-            (Place::Index(index), DeValue::Array(array)) => array.get(*index),
+            (Place::Key(key), Content::Table(table)) => table.get(*key),
+            (Place::Index(index), Content::List(array)) => array.get(*index),
             _ => None,
         })
     }
@@ -134,13 +123,13 @@ impl<'a> Document<'a> {
     /// The key `kind` of the table at a place, and what reads the rest of that table.
     pub fn table_with_kind(&self, at: &[Place], kinds: &[&str]) -> Result<(&str, Reader<'_>), FileError> {
         let value = self.get(at).ok_or_else(|| self.error(at, "is missing"))?;
-        let DeValue::Table(table) = value.get_ref() else {
+        let Content::Table(table) = value.get_ref() else {
             return Err(self.error(at, "must be a table with a key `kind`"));
         };
         let at_kind: Vec<Place> = at.iter().copied().chain([Place::Key("kind")]).collect();
         let wrong = |what: &str| Err(self.error(&at_kind, format!("{what} one of {}", quoted(kinds))));
         match table.get("kind").map(Spanned::get_ref) {
-            Some(DeValue::String(kind)) => Ok((kind, self.reader(value).beside(&["kind"]))),
+            Some(Content::Text(kind)) => Ok((kind, self.reader(value).beside(&["kind"]))),
             Some(_) => wrong("must be"),
             None => wrong("is missing: it must be"),
         }
@@ -160,7 +149,7 @@ impl<'a> Document<'a> {
     pub fn tables(&self, at: &[Place]) -> Result<usize, FileError> {
         match self.get(at).map(Spanned::get_ref) {
             None => Ok(0),
-            Some(DeValue::Array(list)) => Ok(list.len()),
+            Some(Content::List(list)) => Ok(list.len()),
             Some(_) => Err(self.error(at, "must be a list of tables")),
         }
     }
@@ -188,7 +177,7 @@ impl<'a> Document<'a> {
     /// An error about the key itself at a place.
     pub fn error_at_key(&self, at: &[Place], message: impl Into<String>) -> FileError {
         if let Some((Place::Key(key), table)) = at.split_last()
-            && let Some(DeValue::Table(table)) = self.get(table).map(Spanned::get_ref)
+            && let Some(Content::Table(table)) = self.get(table).map(Spanned::get_ref)
             && let Some((key, _)) = table.get_key_value(*key)
         {
             return self.error_in(key.span(), write_path(at), message);

@@ -50,7 +50,13 @@ impl de::Error for ReadError {
         Self::custom(format_args!("must be {}; found {}", plain(&valid.to_string()), name_of(found)))
     }
     fn invalid_value(found: Unexpected, valid: &dyn de::Expected) -> Self {
-        Self::invalid_type(found, valid)
+        match found {
+            // Of what kind is known from the type alone, and not which is the least.
+            Unexpected::Signed(number) if number < 0 && is_unsigned(&valid.to_string()) => {
+                Self::custom(format_args!("must not be negative; found {number}"))
+            }
+            _ => Self::invalid_type(found, valid),
+        }
     }
     fn invalid_length(found: usize, valid: &dyn de::Expected) -> Self {
         Self::custom(format_args!("must be {}; found {found}", plain(&valid.to_string())))
@@ -68,12 +74,17 @@ impl de::Error for ReadError {
     }
 }
 
+/// Whether serde expects a whole number without a sign.
+fn is_unsigned(valid: &str) -> bool {
+    ["u8", "u16", "u32", "u64", "usize"].contains(&valid)
+}
+
 /// What serde expects, in plain words.
 fn plain(valid: &str) -> Cow<'_, str> {
     match valid {
         "f32" | "f64" => "a number".into(),
         "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".into(),
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0".into(),
+        _ if is_unsigned(valid) => "a whole number".into(),
         "a boolean" => "`true` or `false`".into(),
         "a string" => "text in quotes".into(),
         "a sequence" => "a list".into(),

@@ -1,4 +1,7 @@
+#[cfg(feature = "schema")]
 use schemars::{Schema, SchemaGenerator};
+
+use super::Described;
 
 /// The kinds of one thing by the names that files give them: how each is read, and the schema of its keys.
 #[derive(Clone, Debug)]
@@ -10,6 +13,7 @@ pub struct Registry<R> {
 struct Kind<R> {
     name: &'static str,
     read: R,
+    #[cfg(feature = "schema")]
     schema: fn(&mut SchemaGenerator) -> Schema,
 }
 
@@ -20,10 +24,15 @@ impl<R> Default for Registry<R> {
 }
 
 impl<R> Registry<R> {
-    /// Adds a kind, in the place of one that has its name.
-    pub fn add(&mut self, name: &'static str, read: R, schema: fn(&mut SchemaGenerator) -> Schema) {
+    /// Adds a kind with the keys `File`, in the place of one that has its name.
+    pub fn add<File: Described>(&mut self, name: &'static str, read: R) {
         self.kinds.retain(|kind| kind.name != name);
-        self.kinds.push(Kind { name, read, schema });
+        self.kinds.push(Kind {
+            name,
+            read,
+            #[cfg(feature = "schema")]
+            schema: File::json_schema,
+        });
         self.kinds.sort_by_key(|kind| kind.name);
     }
 
@@ -39,12 +48,14 @@ impl<R> Registry<R> {
     }
 
     /// The schema of each kind's own keys, by name.
+    #[cfg(feature = "schema")]
     pub fn schemas(&self, generator: &mut SchemaGenerator) -> Vec<(&'static str, Schema)> {
         self.kinds.iter().map(|kind| (kind.name, (kind.schema)(generator))).collect()
     }
 }
 
 /// A kind without additional keys.
-#[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Debug, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}

@@ -66,6 +66,7 @@ pub struct Source<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Reads {
     read: fn(&Source) -> Result<Box<dyn AnyModel>, FileError>,
+    #[cfg(feature = "schema")]
     complete_schema: fn(&mut serde_json::Value, &mut schemars::SchemaGenerator, &Kinds),
 }
 
@@ -109,8 +110,12 @@ impl Kinds {
 
     pub(super) fn with<M: ModelFile>(mut self) -> Self {
         let read = |source: &Source| M::read(source).map(|model| Box::new(model) as Box<dyn AnyModel>);
-        let schema = |generator: &mut _| <M::File as schemars::JsonSchema>::json_schema(generator);
-        self.models.add(M::NAME, Reads { read, complete_schema: M::complete_schema }, schema);
+        let reads = Reads {
+            read,
+            #[cfg(feature = "schema")]
+            complete_schema: M::complete_schema,
+        };
+        self.models.add::<M::File>(M::NAME, reads);
         self
     }
 
@@ -125,6 +130,7 @@ impl Kinds {
     }
 
     /// The schema of each kind of model, by name.
+    #[cfg(feature = "schema")]
     pub fn model_schemas(&self, generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, serde_json::Value)> {
         let schemas = self.models.schemas(generator);
         let complete = |(name, schema): (&'static str, schemars::Schema)| {

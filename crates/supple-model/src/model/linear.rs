@@ -8,7 +8,8 @@ use crate::Value;
 use crate::parameters::Parameters;
 
 /// A linear time-invariant model: `x+ = A x + B u`, `y = C x`, already in discrete time.
-#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct Linear {

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use crate::Value;
 use crate::channels::{Channel, Channels, Limit};
 use crate::cost::Cost;
-use crate::document::FileError;
+use crate::document::{Described, FileError};
 use crate::followed::Followed;
 use crate::parameters::Parameters;
 use crate::physics::{FileSensor, Model, OwnCost, Point};
@@ -47,7 +47,7 @@ pub trait ModelFile: Model + Clone {
     const NAME: &'static str;
 
     /// The keys of `[model]`, but for `kind`.
-    type File: schemars::JsonSchema;
+    type File: Described;
 
     /// Reads `[model]`.
     fn read(source: &Source) -> Result<Self, FileError>;
@@ -88,11 +88,12 @@ pub trait ModelFile: Model + Clone {
     }
 
     /// More of the schema than [`ModelFile::File`] says.
+    #[cfg(feature = "schema")]
     fn complete_schema(_schema: &mut serde_json::Value, _generator: &mut schemars::SchemaGenerator, _kinds: &Kinds) {}
 }
 
 /// A model all of whose table serde reads.
-pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + schemars::JsonSchema {
+pub trait PlainFile: Model + Clone + for<'de> Deserialize<'de> + Described {
     /// The name of the kind, as files write it.
     const NAME: &'static str;
 

@@ -15,7 +15,8 @@ pub struct Start<'a> {
 }
 
 /// Where a frame of a robot is at the start of a task.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PoseFile {
     /// Name of the frame or link.

@@ -19,7 +19,8 @@ use crate::scene::{ConnectionKind, Landmark, LandmarkKind, Picture, PlacedBody, 
 /// x2+ = x2 + dt v2    v2+ = v2 + dt/m2 (-b2 v2 + k1 (x1 - x2) - k2 (x2 - xw)_+)    xw+ = xw
 /// y   = [x1, k1 (x2 - x1)]
 /// ```
-#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TwoMass {
     /// Masses m1 and m2, kg.

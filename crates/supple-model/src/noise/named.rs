@@ -8,11 +8,12 @@ use crate::{Channel, Channels, Value};
 
 /// A [`VaryingVariance`] of measurements and a state by name, as task files write it:
 /// `coefficient (state - center)^2` on top of the measurements' variances.
-#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct NamedVariance {
     /// Names of the measurements, with * as a wildcard, whose variances depend on the state.
-    #[schemars(length(min = 1))]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     pub measurement: Vec<String>,
     /// Name of the state.
     pub state: String,

@@ -7,7 +7,8 @@ use super::{Named, Parameter, Parameters, Role};
 use supple_text::digits;
 
 /// What a parameter's value `phi` is priced at, in the units of budgets (theory, equation N.9).
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Price {
     /// `c / phi`: for a variance, the price of averaging several equal sensors.

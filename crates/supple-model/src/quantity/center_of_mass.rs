@@ -15,7 +15,8 @@ pub struct CenterOfMass {
 }
 
 /// The centre of mass of all links in the world, m.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Which coordinates of the world count; default: all.

@@ -15,7 +15,8 @@ pub struct ContactForce {
 }
 
 /// The normal force of a contact, N.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the contact, in models that name theirs.

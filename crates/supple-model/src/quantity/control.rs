@@ -12,7 +12,8 @@ pub struct Control {
 }
 
 /// Controls, in their units.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Names of the controls; default: all.

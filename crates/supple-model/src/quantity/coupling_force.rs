@@ -12,7 +12,8 @@ pub struct CouplingForce {
 }
 
 /// Forces or torques in an element of compliance, N and N m; or its deflections, m and rad.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the element of compliance.

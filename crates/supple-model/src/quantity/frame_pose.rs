@@ -16,7 +16,8 @@ pub struct FramePose {
 }
 
 /// Position of a frame in the world, m, and its turn from a reference orientation, rad.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the frame or link.

@@ -17,7 +17,8 @@ pub struct FrameTurn {
 }
 
 /// Turn of a frame from a reference orientation in the world, rad.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the frame or link.

@@ -15,7 +15,8 @@ pub struct FrameVelocity {
 }
 
 /// Velocity of a frame's origin, m/s, and angular velocity of the frame, rad/s, in the axes of the world.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the frame or link.

@@ -13,7 +13,8 @@ pub struct FromFile {
 }
 
 /// What sensors of the robot's file measure.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Names of the sensors.

@@ -16,7 +16,8 @@ pub struct JointAcceleration {
 }
 
 /// Accelerations of joints, rad/s^2 or m/s^2.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Names of the joints; default: all that move.

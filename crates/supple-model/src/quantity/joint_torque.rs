@@ -13,7 +13,8 @@ pub struct JointTorque {
 }
 
 /// Torques or forces through elastic joints, N m or N.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Names of the joints, each of which must be an elastic joint; default: all elastic joints.

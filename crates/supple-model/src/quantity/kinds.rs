@@ -3,13 +3,13 @@
 use serde::Deserialize;
 
 use super::{Measurable, Quantity, Unfit, Vocabulary};
-use crate::document::{Document, FileError, Place, ReadError, Reader, Registry};
+use crate::document::{Described, Document, FileError, Place, ReadError, Reader, Registry};
 use crate::parameters::Parameters;
 
 /// How a kind of quantity is read from a task file.
 pub trait QuantityFile: Measurable + Sized {
     /// The keys of its table, but for `kind` and those of what it is used for.
-    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+    type File: for<'de> Deserialize<'de> + Described;
 
     /// Whether all of this kind depend on the control.
     const OF_CONTROL: bool = false;
@@ -46,8 +46,7 @@ impl Kinds {
         let build = |table: Reader, vocabulary: &Vocabulary| {
             Q::File::deserialize(table).map(|file| Q::build(file, vocabulary).map(Quantity::from))
         };
-        let schema = |generator: &mut _| <Q::File as schemars::JsonSchema>::json_schema(generator);
-        self.0.add(Q::NAME, Reads { build, of_control: Q::OF_CONTROL }, schema);
+        self.0.add::<Q::File>(Q::NAME, Reads { build, of_control: Q::OF_CONTROL });
     }
 
     /// The names of all kinds, in order.
@@ -61,6 +60,7 @@ impl Kinds {
     }
 
     /// The schema of each kind's own keys, by name.
+    #[cfg(feature = "schema")]
     pub fn schemas(&self, generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
         self.0.schemas(generator)
     }

@@ -57,7 +57,9 @@ pub use kinds::QuantityFile;
 pub use kinds::{Context, Kinds};
 pub use penetration::Penetration;
 pub use power::Power;
-pub use sensor::{Noise, Sensor, read_sensor, sensor_schemas};
+#[cfg(feature = "schema")]
+pub use sensor::sensor_schemas;
+pub use sensor::{Noise, Sensor, read_sensor};
 pub use signal::Signal;
 pub use state::State;
 pub use state_and_control::StateAndControl;

@@ -12,7 +12,8 @@ pub struct Penetration {
 }
 
 /// A contact's signed depth or clearance, m.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the contact, in models that name theirs.

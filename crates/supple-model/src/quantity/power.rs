@@ -14,7 +14,8 @@ pub struct Power {
 }
 
 /// Mechanical power of drives, W.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Names of joints with plain drives and of actuators; default: all.

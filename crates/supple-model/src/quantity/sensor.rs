@@ -3,10 +3,14 @@
 use serde::Deserialize;
 use supple_text::FileError;
 
-use super::{Context, Kinds, Quantity, Unfit};
+#[cfg(feature = "schema")]
+use super::Kinds;
+use super::{Context, Quantity, Unfit};
 use crate::Value;
 use crate::channels::Channel;
-use crate::document::{DEVIATION, Document, Place, Reader, merged, variances, with_deviation, with_noise_key};
+use crate::document::{DEVIATION, Document, Place, Reader, variances, with_noise_key};
+#[cfg(feature = "schema")]
+use crate::document::{merged, with_deviation};
 use crate::parameters::Parameters;
 use crate::value::OneOrMore;
 
@@ -25,7 +29,8 @@ pub struct Sensor {
 const KEYS: &[&str] = &["variance", DEVIATION];
 
 /// What a sensor has beside its quantity.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct File {
     /// Variance of the noise, one for all or one for each number that is measured, in squares of the unit; above 0.
@@ -91,6 +96,7 @@ pub fn read_sensor(
 }
 
 /// The schema of each kind's table, by name.
+#[cfg(feature = "schema")]
 pub fn sensor_schemas(
     kinds: &Kinds,
     generator: &mut schemars::SchemaGenerator,

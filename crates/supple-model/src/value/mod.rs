@@ -183,6 +183,7 @@ pub fn as_key(name: &str) -> Cow<'_, str> {
     if bare { name.into() } else { format!("{name:?}").into() }
 }
 
+#[cfg(feature = "schema")]
 impl schemars::JsonSchema for Value {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Value".into()
@@ -222,6 +223,7 @@ impl<'de> Deserialize<'de> for OneOrMore {
     }
 }
 
+#[cfg(feature = "schema")]
 impl schemars::JsonSchema for OneOrMore {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "OneOrMore".into()

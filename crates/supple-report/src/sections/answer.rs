@@ -288,7 +288,7 @@ fn results(part: &Part, report: &DesignReport, end: &str) -> Markup {
         if let (Some(a), Some(b)) = (&before.monte_carlo, &after.monte_carlo) {
             let interval = b
                 .cost_interval_95
-                .map_or_else(String::new, |[low, high]| format!("95 % interval {} to {}, ", number(low), number(high)));
+                .map_or_else(String::new, |interval| format!("{}, ", supple_text::interval_95(interval, number)));
             let note = format!("{interval}{} roll-outs", b.rollouts);
             add(format!("sampled cost of {}", after.name), "", a.cost_mean, b.cost_mean, [String::new(), note]);
         }

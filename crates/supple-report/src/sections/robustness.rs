@@ -164,12 +164,10 @@ fn comparisons(study: &Robustness, task: usize) -> Markup {
 fn compared(study: &Robustness, found: &Comparison) -> String {
     let name = |index: usize| study.designs.get(index).map_or("?", |design| design.name.as_str());
     let (design, other) = (name(found.design), name(found.other));
-    let [low, high] = found.interval_95;
     let p = if found.p_value < 1e-3 { "below 0.001".into() } else { format!("{:.3}", found.p_value) };
     let numbers = format!(
-        "95 % interval {} to {}, paired t test: p {}",
-        number(low),
-        number(high),
+        "{}, paired t test: p {}",
+        supple_text::interval_95(found.interval_95, number),
         if found.p_value < 1e-3 { p } else { format!("= {p}") }
     );
     let growth = "from the least to the greatest noise";

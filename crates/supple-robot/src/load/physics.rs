@@ -21,6 +21,8 @@ const NEGLIGIBLE: f64 = 1e-12;
 const TINY: f64 = 1e-6;
 /// Advice where moments of inertia without their products are those of a body.
 const WITHOUT_PRODUCTS: &str = "the products of inertia are invalid; correct them or set them to 0";
+/// Advice where a number is too great.
+const UNITS: &str = "numbers of robot files are in kg, m and s; check the unit and the exponent";
 /// Excess over the triangle inequality that rounding in a file explains.
 const EXCESS: f64 = 0.01;
 
@@ -31,8 +33,16 @@ const EXCESS: f64 = 0.01;
 pub(super) fn check_link(link: &LinkPart, warnings: &mut Warnings) -> Result<(), FileError> {
     let Some((inertia, at)) = &link.inertia else { return Ok(()) };
     let Inertia { mass, center, moment } = *inertia;
-    if !std::iter::once(mass).chain(center).chain(moment.into_iter().flatten()).all(small) {
-        return Err(at.error(format!("mass, centre and moments must be below {GREATEST:e}")));
+    let great = |numbers: &[f64]| numbers.iter().copied().find(|&number| !small(number));
+    for (about, what, unit, great) in [
+        ("mass", "the mass", "kg", great(&[mass])),
+        ("origin", "coordinates of the centre of mass", "m", great(&center)),
+        ("inertia", "moments of inertia", "kg m^2", great(moment.as_flattened())),
+    ] {
+        if let Some(number) = great {
+            let message = format!("{what} must be below {GREATEST:e} {unit}; found {}", digits(number));
+            return Err(at.error_about(about, message).with_help(UNITS));
+        }
     }
     if mass < 0.0 {
         return Err(at.error_about("mass", format!("the mass must be at least 0; found {}", digits(mass))));
@@ -80,8 +90,9 @@ fn small(number: f64) -> bool {
 /// Where a number cannot be.
 pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
     for pose in [&joint.own.origin, &joint.own.child_pose] {
-        if !pose.position.into_iter().all(small) {
-            return Err(joint.at.error(format!("positions must be below {GREATEST:e} m")));
+        if let Some(number) = pose.position.into_iter().find(|&number| !small(number)) {
+            let message = format!("positions must be below {GREATEST:e} m; found {}", digits(number));
+            return Err(joint.at.error(message).with_help(UNITS));
         }
     }
     if joint.own.kind == JointKind::Fixed {

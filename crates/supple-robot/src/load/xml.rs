@@ -31,6 +31,9 @@ impl<'t> Document<'t> {
     pub(super) fn parse(text: &'t str, file: &str) -> Result<Self, FileError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let fail = |span, message| FileError::at(file, text, span, String::new(), message);
+        if text.trim().is_empty() {
+            return Err(fail(0..0, "the file is empty".to_owned()).with_help("a robot file is URDF, SDF or MJCF"));
+        }
         if text.trim_start().starts_with(|first| first != '<') {
             return Err(fail(0..0, "this is not XML: a robot file begins with `<`".to_owned()));
         }

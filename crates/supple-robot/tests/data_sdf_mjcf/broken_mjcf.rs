@@ -170,17 +170,17 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a weld",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<weld body1='a'/></equality></mujoco>",
-        "robot.xml:7:1: weld: `weld` closes a loop of bodies, which is not supported",
+        "robot.xml:7:1: weld: `weld` closes a loop of bodies, which is not supported (to plan without it, remove it or set `active=\"false\"`)",
     ),
     (
         "a connection",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<connect name='loop' body1='a' anchor='0 0 0'/></equality></mujoco>",
-        "robot.xml:7:1: connect `loop`: `connect` closes a loop of bodies, which is not supported",
+        "robot.xml:7:1: connect `loop`: `connect` closes a loop of bodies, which is not supported (to plan without it, remove it or set `active=\"false\"`)",
     ),
     (
         "tendons that are equal",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>\n</body>\n</worldbody><equality>\n<tendon tendon1='a'/></equality></mujoco>",
-        "robot.xml:7:1: tendon: an equality of type `tendon` is not supported",
+        "robot.xml:7:1: tendon: an equality of type `tendon` is not supported (where it couples two joints, write an equality of type `joint`; to plan without it, remove it or set `active=\"false\"`)",
     ),
     (
         "a quaternion of length 0",
@@ -235,7 +235,7 @@ pub const MJCF: &[(&str, &str, &str)] = &[
     (
         "a number too great",
         "<mujoco>\n<worldbody>\n<body pos='1 2 1e40'/>\n</worldbody></mujoco>",
-        "robot.xml:3:1: body: positions must be below 1e30 m",
+        "robot.xml:3:1: body: positions must be below 1e30 m; found 1e40 (numbers of robot files are in kg, m and s; check the unit and the exponent)",
     ),
     (
         "an unknown unit of angles",

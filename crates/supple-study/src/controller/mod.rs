@@ -117,7 +117,7 @@ impl ExportedController {
         let task = task.ok_or_else(|| wrong(folder, "is not of this task"))?;
         let Law { trajectory, feedforward, feedback } = Law::read(folder, trajectory)?;
         Ok(Self {
-            controller: Controller::along(task, &phi, trajectory, (feedforward, feedback))?,
+            controller: Controller::along(task, &phi, trajectory, feedforward, feedback)?,
             task: task.clone(),
             expected_cost: report.cost.expected,
             status: report.status,

@@ -10,6 +10,7 @@ use super::shield::shielded;
 use super::trial::Trial;
 use super::{ABOUT, ADVICE, FORMAT, Identity, JOURNAL, Journal, Layout, damaged, failed, fingerprint, in_use};
 use crate::StudyError;
+use crate::write::not_written;
 
 /// A journal until it holds what it must; then it gets its name.
 const NEW: &str = "journal.new";
@@ -44,7 +45,7 @@ impl Journal {
     ) -> Result<(Self, Option<L::Done>), StudyError> {
         let path = folder.join(JOURNAL);
         is_no_link(&path)?;
-        std::fs::create_dir_all(folder).map_err(|error| StudyError::io(folder, error))?;
+        std::fs::create_dir_all(folder).map_err(|error| not_written(&path, error))?;
         match File::options().read(true).write(true).open(&path) {
             Err(error) if error.kind() == ErrorKind::NotFound => match Self::create(folder, layout, identity)? {
                 Some(journal) => Ok((journal, None)),

@@ -15,8 +15,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use supple::Named;
 use supple::design::{
-    Aim, Control, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, NoObserver, Searcher,
-    StartSummary,
+    Aim, Control, DesignSettings, DesignStatus, GradientKind, InformationWeights, Method, Searcher, StartSummary,
 };
 use supple::parameters::Parameters;
 
@@ -153,7 +152,7 @@ struct Front<'a> {
 impl Front<'_> {
     /// A search with an aim.
     fn searcher(&self, aim: Aim) -> Searcher<'_> {
-        let control = Control { observer: &NoObserver, stop: self.watch.stop };
+        let control = Control { stop: self.watch.stop, ..Control::default() };
         // All points of a front are of one kind of information.
         Searcher::new(&self.task.problem, &self.settings, aim, control).with_one_information()
     }

@@ -2,7 +2,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use supple::design::plan_at;
+use supple::design::{Attempts, plan_at};
 use supple::lqg::Noise;
 use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, World, Worlds, sampled_costs};
@@ -123,12 +123,12 @@ impl Place {
             }
             PlannedFor::Truth => {
                 let mut state = TaskState::new(task);
-                let search = (problem.design.seed, problem.design.branch_attempts);
+                let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
                 let controls = &nominal.plan.trajectory.controls;
-                let planned = plan_at((problem, task), &phi, Some(controls), search, &mut state);
+                let planned = plan_at(problem, task, &phi, Some(controls), attempts, &mut state);
                 // Where the model changed too much for the nominal plan to be of use, the task's guesses have to do.
                 if planned.is_err() || !state.plan.status.is_converged() {
-                    plan_at((problem, task), &phi, None, search, &mut state)?;
+                    plan_at(problem, task, &phi, None, attempts, &mut state)?;
                 }
                 let world = World { phi: &phi, noise: &state.noise };
                 let costs = sampled_costs(task, &state.plan, Worlds::same(world), rollouts)?;

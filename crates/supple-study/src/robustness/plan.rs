@@ -1,7 +1,7 @@
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use supple::design::{Control, Design, DesignStatus, NoObserver, plan_at};
+use supple::design::{Attempts, Control, Design, DesignStatus, plan_at};
 use supple::pipeline::TaskState;
 use supple::{Matrices, Named, Problem};
 
@@ -77,7 +77,7 @@ impl Optimum {
     /// # Errors
     /// Where the starts are not of this task, none of them could be evaluated, or it is stopped.
     pub fn of(task: &LoadedTask, starts: Vec<Found>, stop: &AtomicBool) -> Result<Self, StudyError> {
-        let control = Control { observer: &NoObserver, stop };
+        let control = Control { stop, ..Control::default() };
         let found: Design = best_of(task, &task.problem.design, starts, (0.0, control))?;
         let best = found.found();
         Ok(Self { status: found.status, phi: best.to.clone(), controls: best.controls.clone() })
@@ -88,7 +88,7 @@ impl Optimum {
 fn search(task: &LoadedTask, parts: &Parts, watch: Watch) -> Result<Optimum, StudyError> {
     check_designable(task)?;
     let settings = &task.problem.design;
-    let control = Control { observer: &NoObserver, stop: watch.stop };
+    let control = Control { stop: watch.stop, ..Control::default() };
     let start = |start: usize| {
         parts.part(&format!("optimum, start {start}"), watch, || run_start(task, settings, start, control))
     };
@@ -118,12 +118,12 @@ pub(super) fn plan_one(
             values.iter().try_for_each(|(name, value)| problem.parameters.set(&mut phi, name, *value))?;
         }
     }
-    let search = (problem.design.seed, problem.design.branch_attempts);
+    let attempts = Attempts { count: problem.design.branch_attempts, seed: problem.design.seed };
     let tasks = problem.tasks.iter().enumerate();
     let states = tasks.map(|(index, task)| {
         let mut state = TaskState::new(task);
         let controls = controls.as_ref().map(|controls| &controls[index]);
-        plan_at((problem, task), &phi, controls, search, &mut state).map(|_| state)
+        plan_at(problem, task, &phi, controls, attempts, &mut state).map(|_| state)
     });
     let states = states.collect::<Result<Vec<_>, _>>();
     let states = states.map_err(|error| StudyError::Usage(format!("the design `{}`: {error}", choice.name())))?;

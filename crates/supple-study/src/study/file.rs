@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use supple::FileError;
-use supple_file::{Document, Place, read_text};
+use supple_file::{Document, Place, parse_document, read_text};
 
 /// A study file as it was read.
 #[derive(Clone, Debug)]
@@ -110,7 +110,7 @@ impl StudyFile {
     /// the command line to say.
     pub fn load(path: &Path, out: &Path) -> Result<Self, FileError> {
         let (name, text) = (path.display().to_string(), read_text(path)?);
-        let document = Document::parse(&text, &name)?;
+        let document = parse_document(&text, &name)?;
         let top: Top = document.read(&[])?;
         if top.steps.is_empty() {
             return Err(document.error(&[], "a study needs at least one table [[steps]]"));
@@ -128,7 +128,7 @@ impl StudyFile {
 
     /// An error about a step or figure, such as an option that its command does not have.
     pub fn error(&self, step: &Step, message: impl Into<String>) -> FileError {
-        match Document::parse(&self.source.text, &self.source.path) {
+        match parse_document(&self.source.text, &self.source.path) {
             Ok(document) => document.error(&[step.place.0.into(), step.place.1.into()], message),
             Err(error) => error,
         }

@@ -1,7 +1,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use supple::aims::weighted_information;
-use supple::design::{Control, InformationWeights, NoObserver, best_plan, design};
+use supple::design::{Control, InformationWeights, best_plan, design};
 use supple::pipeline::TaskState;
 use supple::simulate::{Rollouts, monte_carlo};
 use supple::{Error, Matrices, Problem, Task, Trajectory, contact_reports, meets, misses_contact, number_warnings};
@@ -123,7 +123,7 @@ impl<'a> Evaluator<'a> {
         let Study { problem, options, .. } = self.study;
         let mut settings = problem.design.clone();
         (settings.starts, settings.seed) = (options.starts, options.seed);
-        let found = design(problem, phi, &settings, Control { observer: &NoObserver, stop: self.stop })?;
+        let found = design(problem, phi, &settings, Control { stop: self.stop, ..Control::default() })?;
         let best = found.found();
         phi.clone_from(&best.to);
         *neighbour = best.controls.iter().cloned().map(Some).collect();
@@ -188,7 +188,7 @@ fn evaluate_task(
     match neighbour {
         // The plans of a designed point belong to it already.
         Some(controls) if options.starts > 0 => state.evaluate(task, phi, &problem.planning, Some(controls))?,
-        _ => best_plan((problem, task), phi, neighbour.as_ref(), state)?,
+        _ => best_plan(problem, task, phi, neighbour.as_ref(), state)?,
     }
     let (nats, cost) = (state.information.total, state.cost.expected());
     if !(nats.is_finite() && cost.is_finite()) {
@@ -201,7 +201,7 @@ fn evaluate_task(
     cells.extend(numbers.map(Cell::number));
     if options.rollouts > 0 {
         let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
-        let sampled = monte_carlo(task, phi, (&state.plan, &state.noise), cost, rollouts)?;
+        let sampled = monte_carlo(task, phi, &state.plan, &state.noise, cost, rollouts)?;
         cells.extend([sampled.cost_mean, sampled.cost_standard_error].map(Cell::number));
         trouble = number_warnings(task, state, Some(&sampled)).into_iter().next();
     }
@@ -215,7 +215,7 @@ fn evaluate_task(
     let aim = problem.design.information;
     let minimised = match aim == InformationWeights::MEASURED {
         true => None,
-        false => match weighted_information((task, phi), aim, state, &mut Vec::new()) {
+        false => match weighted_information(task, phi, aim, state, &mut Vec::new()) {
             Err(Error::Stopped) => return Err(Error::Stopped),
             found => found.ok(),
         },

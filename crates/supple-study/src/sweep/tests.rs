@@ -171,7 +171,7 @@ fn a_neighbour_that_leads_to_a_cheaper_plan_is_followed_and_no_other() {
     let plan = |problem: &Problem, neighbour: Option<&supple::Matrices>| {
         let task = &problem.tasks[0];
         let mut state = supple::pipeline::TaskState::new(task);
-        supple::design::best_plan((problem, task), &good.phi, neighbour, &mut state).unwrap();
+        supple::design::best_plan(problem, task, &good.phi, neighbour, &mut state).unwrap();
         (state.plan.nominal_cost, state.plan.trajectory.controls)
     };
     let (best, controls) = plan(&good.problem, None);

@@ -12,7 +12,7 @@ use super::own::Own;
 use super::report::reason;
 use super::steady::stationary;
 use crate::Error;
-use crate::branches::plan_at;
+use crate::branches::{Attempts, plan_at};
 use crate::horizon::proved_horizon;
 use crate::pipeline::TaskState;
 use crate::problem::{Problem, Task};
@@ -109,7 +109,7 @@ pub(super) struct Minimum {
 impl Bounding {
     fn new((problem, task): (&Problem, &Task), phi: &[f64], options: &BoundOptions) -> Result<Self, Error> {
         let mut state = TaskState::new(task);
-        plan_at((problem, task), phi, None, (0, 0), &mut state)?;
+        plan_at(problem, task, phi, None, Attempts::default(), &mut state)?;
         let (kind, own, (floor_nats, certain_nats), regulator) = if options.stationary {
             let (problem, regulator) = stationary(task, phi, &state)?;
             let own = Own::steady(&problem, task, &state)?;
@@ -238,7 +238,7 @@ impl Bounding {
             Kind::Horizon(horizon, spread) => {
                 let beyond = own_price.map(|_| Horizon { base_cost: 0.0, ..horizon.clone() });
                 let (horizon, cost) = (beyond.as_ref().unwrap_or(horizon), own_price.unwrap_or(cost));
-                let found = minimum_information_within((horizon, spread), cost, &self.settings)?;
+                let found = minimum_information_within(horizon, spread, cost, &self.settings)?;
                 Ok(Minimum {
                     nats: found.nats,
                     lower_nats: found.lower_nats,

@@ -127,7 +127,7 @@ impl ComparedGradients {
             gradients.push((format!("total gradient, {name}"), out));
         }
         let mut used = Vec::new();
-        weighted_information((task, phi), InformationWeights::USED, state, &mut used)?;
+        weighted_information(task, phi, InformationWeights::USED, state, &mut used)?;
         gradients.push(("total gradient, information used".to_owned(), used));
         let controls = state.plan.trajectory.controls.clone();
         let planning = tight(&problem.planning);

@@ -67,13 +67,24 @@ impl Observer for NoObserver {
     fn observe(&self, _: Event) {}
 }
 
-/// How a long computation is watched and stopped.
+/// How a long computation is watched and stopped. `Control::default()` does neither; `..Control::default()` does without
+/// one of them.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Sees what happens.
     pub observer: &'a dyn Observer,
     /// Set to stop soon, keeping what was found.
     pub stop: &'a AtomicBool,
+}
+
+/// What no one ever sets.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// Neither watched nor stopped.
+impl Default for Control<'_> {
+    fn default() -> Self {
+        Self { observer: &NoObserver, stop: &NEVER }
+    }
 }
 
 impl Control<'_> {

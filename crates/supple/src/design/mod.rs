@@ -22,7 +22,7 @@ mod summary;
 mod visit;
 mod visited;
 
-pub use crate::branches::{best_plan, plan_at};
+pub use crate::branches::{Attempts, best_plan, plan_at};
 pub use crate::settings::{DesignSettings, GradientKind, InformationWeights, Method, ROLLOUTS};
 pub use aim::Aim;
 pub use control::{Control, Event, NoObserver, Observer};

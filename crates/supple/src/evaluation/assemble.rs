@@ -97,10 +97,10 @@ pub(super) fn trajectory_report(
     let Channels { states, controls, .. } = task.system.channels();
     let [(state_names, state_units), (control_names, control_units)] =
         [states, controls].map(|list| list.into_iter().map(|channel| (channel.name, channel.unit)).unzip());
-    let run = sample(task, phi, (&state.plan, &state.noise), seed)?;
+    let run = sample(task, phi, &state.plan, &state.noise, seed)?;
     let size = task.system.dimensions();
     let count = MOST_THREADS.min(rollouts).min(MOST_NUMBERS / (size.states * (task.steps + 1)));
-    let thread = |index| sample_number(task, phi, (&state.plan, &state.noise), (seed, index as u64));
+    let thread = |index| sample_number(task, phi, &state.plan, &state.noise, (seed, index as u64));
     let threads = (1..=count).map(thread).map(|run| Ok(run?.states)).collect::<Result<_, Error>>()?;
     Ok(TrajectoryReport {
         state_names,

@@ -7,7 +7,7 @@ use supple_model::parameters::Named;
 use supple_model::{ContactReport, PriceReport};
 
 use crate::Error;
-use crate::branches::plan_at;
+use crate::branches::{Attempts, plan_at};
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
 use crate::pipeline::TaskState;
@@ -125,7 +125,8 @@ fn evaluate_task(
     controls: Option<&Matrices>,
     state: &mut TaskState,
 ) -> Result<TaskEvaluation, Error> {
-    let branches = plan_at((problem, task), phi, controls, (options.seed, options.branches), state)?;
+    let attempts = Attempts { count: options.branches, seed: options.seed };
+    let branches = plan_at(problem, task, phi, controls, attempts, state)?;
     // A plan that was cut short is none.
     Error::check_stop()?;
     let gradient = gradients(problem, task, phi, options, state)?;
@@ -182,8 +183,8 @@ fn sampled(
     if options.rollouts == 0 {
         return Ok(None);
     }
-    let (plan, predicted) = ((&state.plan, &state.noise), state.cost.expected());
-    monte_carlo(task, phi, plan, predicted, Rollouts { count: options.rollouts, seed: options.seed }).map(Some)
+    let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
+    monte_carlo(task, phi, &state.plan, &state.noise, state.cost.expected(), rollouts).map(Some)
 }
 
 /// Limits of states, controls and quantities that a plan violates.

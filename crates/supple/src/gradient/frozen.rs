@@ -33,7 +33,7 @@ pub fn frozen_gradient(
         gradient.resize(phi.len(), 0.0);
         noise_model.clear(&mut work.noise, plan.trajectory.steps());
         work.adjoints.has_cost = false;
-        reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+        reverse_kalman(&plan.knots, noise, belief, seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
         let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
         system.contract(plan.trajectory.points(), phi, adjoints, &mut work.hessian, gradient, scratch);
         noise_model.add_gradient((phi, &plan.trajectory.states), &work.noise, gradient);

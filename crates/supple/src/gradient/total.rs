@@ -148,15 +148,15 @@ pub(crate) fn add_functional(
     let weights = (functional.belief != 0.0).then_some((&plan.policy.value_of_information, functional.belief));
     let covariances = functional.partials.map(|partials| (&partials.predicted, &partials.corrected));
     let seeds = BeliefSeeds { information: functional.information, weights, covariances };
-    reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+    reverse_kalman(&plan.knots, noise, belief, seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
     if let Some(partials) = functional.partials {
         partials.add_to(&plan.knots, &mut work.adjoints, &mut work.noise);
     }
     if functional.depends_on_plan() {
         let Functional { belief: belief_weight, process, initial, partials, .. } = functional;
         let seeds = RiccatiSeeds { belief: belief_weight, process, initial, partials };
-        let given = (&plan.knots, &plan.policy, belief, noise);
-        reverse_riccati(given, seeds, &mut work.riccati, &mut work.adjoints);
+        let (knots, adjoints) = (&plan.knots, &mut work.adjoints);
+        reverse_riccati(knots, &plan.policy, belief, noise, seeds, &mut work.riccati, adjoints);
         add_direct_noise(plan, functional, &mut work.noise);
     }
     let adjoints = Adjoints { knots: &work.adjoints, curvature: plan.curvature };
@@ -197,7 +197,7 @@ pub(crate) fn information_at_rest(
     work.adjoints.has_cost = false;
     work.adjoints.measurement.clear();
     let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
-    reverse_kalman((&plan.knots, noise, belief), seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
+    reverse_kalman(&plan.knots, noise, belief, seeds, &mut work.belief, &mut work.adjoints, &mut work.noise);
     let (adjoints, by_noise) = (work.adjoints.clone(), work.noise.clone());
     [true, false].map(|sensors| {
         work.adjoints.clone_from(&adjoints);

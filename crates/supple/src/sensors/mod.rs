@@ -64,7 +64,7 @@ impl Selection {
         }
         let sights = chosen.iter().map(|task| {
             let mut state = TaskState::new(task);
-            best_plan((problem, task), phi, None, &mut state)?;
+            best_plan(problem, task, phi, None, &mut state)?;
             let mut owners = vec![Some(None); task.system.dimensions().measurements];
             for (index, candidate) in candidates.iter().enumerate() {
                 candidate.rows.iter().for_each(|&row| owners[row] = Some(Some(index)));

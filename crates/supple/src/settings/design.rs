@@ -4,7 +4,8 @@ use super::InformationWeights;
 use supple_text::digits;
 
 /// How a design is searched for.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct DesignSettings {
     /// The optimiser.
@@ -129,7 +130,8 @@ impl DesignSettings {
 }
 
 /// An optimiser.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Sequential quadratic programming (SLSQP).
@@ -142,7 +144,8 @@ pub enum Method {
 }
 
 /// A gradient to optimise with.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum GradientKind {
     /// Plan, feedback and filter all vary with the design.

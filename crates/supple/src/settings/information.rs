@@ -1,8 +1,6 @@
-use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
@@ -143,7 +141,8 @@ impl<'de> Deserialize<'de> for InformationWeights {
 
 struct Written;
 
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 #[derive(Default)]
 struct Table {
@@ -170,14 +169,15 @@ impl<'de> Visitor<'de> for Written {
     }
 }
 
-impl JsonSchema for InformationWeights {
-    fn schema_name() -> Cow<'static, str> {
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for InformationWeights {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
         "InformationWeights".into()
     }
 
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let table = generator.subschema_for::<Table>();
-        json_schema!({ "anyOf": [{ "type": "string", "enum": ["needed", "used", "measured"] }, table] })
+        schemars::json_schema!({ "anyOf": [{ "type": "string", "enum": ["needed", "used", "measured"] }, table] })
     }
 }
 

@@ -4,7 +4,8 @@ use supple_text::digits;
 use supple_lqg::Regularisation;
 
 /// How plans are searched for.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanSettings {
     /// How the reference trajectory and its feedback are chosen. `mode` is the same key, as older files have it.
@@ -59,7 +60,8 @@ impl Default for PlanSettings {
 }
 
 /// How the reference trajectory and its feedback are chosen.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PlanMode {
     /// Without noise, by line search, to a tight tolerance: information and cost are smooth in the design.
@@ -97,7 +99,8 @@ impl std::fmt::Display for PlanMode {
 }
 
 /// Which second derivatives of the cost the final control law and the expected cost use (theory, equation P.1a).
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CostCurvature {
@@ -111,7 +114,8 @@ pub enum CostCurvature {
 }
 
 /// What the regularisation acts on (theory, equation P.2d).
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum RegularisationKind {
@@ -133,7 +137,8 @@ impl RegularisationKind {
 }
 
 /// Settings of the sampled mode.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct SampledSettings {
     /// Iterations at most.
@@ -153,7 +158,8 @@ impl Default for SampledSettings {
 }
 
 /// Settings of belief-space plans.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct BeliefSettings {
     /// Number of searches; the first starts from the nominal plan, the others from random variations of it, and the

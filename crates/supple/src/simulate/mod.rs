@@ -350,7 +350,8 @@ impl<'a> Worlds<'a> {
 pub fn monte_carlo(
     task: &Task,
     phi: &[f64],
-    (plan, noise): (&Plan, &Noise),
+    plan: &Plan,
+    noise: &Noise,
     predicted: f64,
     rollouts: Rollouts,
 ) -> Result<MonteCarlo, Error> {

@@ -11,8 +11,8 @@ use crate::problem::Task;
 ///
 /// # Errors
 /// Where a covariance is indefinite.
-pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u64) -> Result<Sample, Error> {
-    sample_number(task, phi, (plan, noise), (seed, 0))
+pub fn sample(task: &Task, phi: &[f64], plan: &Plan, noise: &Noise, seed: u64) -> Result<Sample, Error> {
+    sample_number(task, phi, plan, noise, (seed, 0))
 }
 
 /// The sample with this number, from 0, of those of [`monte_carlo`](super::monte_carlo), as it runs.
@@ -22,7 +22,8 @@ pub fn sample(task: &Task, phi: &[f64], (plan, noise): (&Plan, &Noise), seed: u6
 pub fn sample_number(
     task: &Task,
     phi: &[f64],
-    (plan, noise): (&Plan, &Noise),
+    plan: &Plan,
+    noise: &Noise,
     number: (u64, u64),
 ) -> Result<Sample, Error> {
     sample_of(task, (plan, None), World { phi, noise }, number)

@@ -162,6 +162,11 @@ fn poses_that_cannot_be() {
     };
     let nearest = places.map(distance).fold(f64::INFINITY, f64::min);
     assert!((nearest - 3.6543).abs() < 5e-3 && nearest > 3.6542, "{nearest}");
+    // Too far for decimals, and for any robot.
+    let farther = error_of(&start(arm(), &pose("position = [0.0, 0.0, 1e20]")).text());
+    assert!(farther.contains("the closest pose found is 1e20 m away, with "), "{farther}");
+    let nowhere = error_of(&start(arm(), &pose("position = [0.0, 0.0, 1e200]")).text());
+    assert!(nowhere.ends_with("initial_state.pose.position: must be below 1e30 m; found 1e200"), "{nowhere}");
     let turned = error_of(&start(arm(), &pose("position = [0.0, 0.0, 5.0], rpy = [1.0, 0.0, 0.0]")).text());
     assert!(turned.contains(" rad away, with ") && turned.contains("or omit `rpy`"), "{turned}");
     assert_errors(vec![

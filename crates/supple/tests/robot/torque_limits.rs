@@ -133,14 +133,14 @@ fn closed_loop_runs_keep_the_limits() {
     let task = stop();
     let state = evaluated(&task, &[]);
     let runs =
-        monte_carlo(&task, &[], (&state.plan, &state.noise), state.cost.expected(), Rollouts { count: 2000, seed: 1 })
+        monte_carlo(&task, &[], &state.plan, &state.noise, state.cost.expected(), Rollouts { count: 2000, seed: 1 })
             .unwrap();
     let off = (runs.difference / runs.cost_standard_error).abs();
     assert!(off < 4.0, "{off} standard errors: {} instead of {}", runs.cost_mean, state.cost.expected());
     // The same law without bounds pushes harder, and so costs something else.
     let free = Task { control_bounds: None, ..stop() };
     let unbounded =
-        monte_carlo(&free, &[], (&state.plan, &state.noise), state.cost.expected(), Rollouts { count: 2000, seed: 1 })
+        monte_carlo(&free, &[], &state.plan, &state.noise, state.cost.expected(), Rollouts { count: 2000, seed: 1 })
             .unwrap();
     assert_ne!(runs.cost_mean, unbounded.cost_mean);
 }

@@ -1,7 +1,7 @@
 //! What tasks cost with and without the designed sensor, and the limit between.
 
 use supple::Problem;
-use supple::design::plan_at;
+use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;
 
 use super::rules::four_digits;
@@ -36,7 +36,7 @@ impl Costs {
         let costs = |stiffness: f64| {
             let (mut phi, mut state) = (stiff.to_vec(), TaskState::new(task));
             (phi[k], phi[sensor]) = (stiffness, precise);
-            let planned = plan_at((problem, task), &phi, None, (0, 0), &mut state);
+            let planned = plan_at(problem, task, &phi, None, Attempts::default(), &mut state);
             if planned.is_err() || !state.plan.status.is_converged() {
                 return [f64::INFINITY; 2];
             }

@@ -10,7 +10,7 @@ use super::ask::Asked;
 use super::costs::{Costs, limit};
 use super::limb::Limb;
 use super::place::{FEW, Start, starts};
-use super::robot::relative;
+use super::robot::{relative, warn_of_still};
 use super::rules::Rules;
 use super::templates::Draft;
 use crate::commands::robot::Planning;
@@ -93,13 +93,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         );
         return Err(Failure::usage(message));
     }
-    let stuck = limb.stuck();
-    if !stuck.is_empty() {
-        let joints = quoted(&stuck);
-        warn(&format!(
-            "the robot file gives joints {joints} a range of a single position: correct `lower` and `upper` there"
-        ));
-    }
+    warn_of_still(&limb.planning);
     best.faults.iter().for_each(|fault| warn(fault));
     Ok(best.text)
 }

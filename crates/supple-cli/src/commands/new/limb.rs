@@ -137,12 +137,6 @@ impl Limb {
         [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
     }
 
-    /// Joints whose range in the file is a single position.
-    pub fn stuck(&self) -> Vec<&str> {
-        let stuck = self.moving().filter(|joint| joint.limits.lower == joint.limits.upper);
-        stuck.map(|joint| joint.name.as_str()).collect()
-    }
-
     /// A name that the robot has not taken.
     pub fn free_name(&self, wanted: &str) -> String {
         let robot = &self.planning.robot;

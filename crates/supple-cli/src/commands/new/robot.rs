@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 
 use supple_robot::{JointKind, Kinematics, LoadOptions, Numbers, bias, load};
 
+use supple_text::quoted;
+
 use super::rules::plain;
 use crate::commands::robot::{Planning, SMOOTHING};
 use crate::failure::Failure;
+use crate::output::warn;
 
 /// Joints that the task moves at most; others are locked.
 const MOST_JOINTS: usize = 7;
@@ -29,6 +32,7 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     if let Some(why) = whole.obstacle() {
         return Err(Failure::usage(format!("--robot {}: {why}", file.display())));
     }
+    warn_of_still(&whole);
     let (planning, end) = limb(&whole);
     let gravity = robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
     let mut text = format!(
@@ -53,6 +57,17 @@ pub fn task(title: &str, file: &Path, package_roots: &[PathBuf], folder: &Path) 
     }
     write_rest(&planning, &end, gravity, &mut text);
     Ok(text)
+}
+
+/// Warns of joints that are locked because the robot file gives them a single position.
+pub fn warn_of_still(planning: &Planning) {
+    if !planning.still.is_empty() {
+        let (joints, s) = (quoted(&planning.still), if planning.still.len() == 1 { "" } else { "s" });
+        warn(&format!(
+            "the task locks joint{s} {joints}, as the range in the robot file is a single position; where that is wrong, \
+             correct `lower` and `upper` there"
+        ));
+    }
 }
 
 /// The limb with the most joints up to [`MOST_JOINTS`], other joints locked where there are more than that, and the

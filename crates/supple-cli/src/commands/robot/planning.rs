@@ -14,8 +14,10 @@ const LIGHT: f64 = 1e-3;
 
 /// What it takes to plan with a robot.
 pub struct Planning {
-    /// Joints to lock: they move nothing with inertia.
+    /// Joints to lock: they move nothing with inertia, or have a single position.
     pub lock: Vec<String>,
+    /// Those of them whose range in the file is a single position.
+    pub still: Vec<String>,
     /// The robot without them.
     pub robot: Robot,
     pub tree: Tree,
@@ -31,23 +33,28 @@ impl Planning {
         }
         let at = vec![0.1; tree.dofs()];
         let massless = massless_joints(&tree, &Numbers::of(robot, [0.0; 3]), &at);
-        let lock = massless.iter().map(|&dof| tree.joints()[dof].clone()).collect();
-        let neutral = |joint: usize| (joint, robot.joints[joint].limits.neutral());
-        let locked: Vec<_> = massless.iter().map(|&dof| neutral(tree.joint_indices()[dof])).collect();
-        Self::without(robot.locked(&locked), lock)
+        let limits = |dof: usize| robot.joints[tree.joint_indices()[dof]].limits;
+        let is_still = |dof: usize| limits(dof).lower == limits(dof).upper;
+        let still: Vec<usize> = (0..tree.dofs()).filter(|&dof| is_still(dof) && !massless.contains(&dof)).collect();
+        let names = |dofs: &[usize]| dofs.iter().map(|&dof| tree.joints()[dof].clone()).collect::<Vec<_>>();
+        let all = || massless.iter().chain(&still).copied();
+        let locked: Vec<_> = all().map(|dof| (tree.joint_indices()[dof], limits(dof).neutral())).collect();
+        let lock = [names(&massless), names(&still)].concat();
+        Self { still: names(&still), ..Self::without(robot.locked(&locked), lock) }
     }
 
     /// The robot with these further joints locked where they start.
     pub fn locking(&self, more: &[usize]) -> Self {
         let joints: Vec<_> = more.iter().map(|&dof| (self.tree.joint_indices()[dof], self.start[dof])).collect();
         let names = more.iter().map(|&dof| self.tree.joints()[dof].clone());
-        Self::without(self.robot.locked(&joints), self.lock.iter().cloned().chain(names).collect())
+        let planning = Self::without(self.robot.locked(&joints), self.lock.iter().cloned().chain(names).collect());
+        Self { still: self.still.clone(), ..planning }
     }
 
     fn without(robot: Robot, lock: Vec<String>) -> Self {
         let tree = Tree::new(&robot);
         let start = tree.joint_indices().iter().map(|&joint| robot.joints[joint].limits.neutral()).collect();
-        Self { lock, robot, tree, start }
+        Self { lock, still: Vec::new(), robot, tree, start }
     }
 
     /// The line of `[model]` that locks joints; none where there is nothing to lock.
@@ -56,11 +63,29 @@ impl Planning {
         (!names.is_empty()).then(|| format!("locked = [{}]", names.join(", ")))
     }
 
+    /// What joints have that are to be locked.
+    fn why_locked(&self) -> &'static str {
+        match (self.lock.len() - self.still.len(), self.still.len()) {
+            (1, 0) => "a joint that moves nothing with inertia",
+            (_, 0) => "joints that move nothing with inertia",
+            (0, 1) => "a joint whose range is a single position",
+            (0, _) => "joints whose range is a single position",
+            _ => "joints that move nothing with inertia, or whose range is a single position",
+        }
+    }
+
     /// Why there can be no plan; none where there can.
     pub fn obstacle(&self) -> Option<String> {
         match (self.tree.dofs(), self.lock.is_empty()) {
             (0, true) => Some("no joint moves, so there is nothing to control".into()),
-            (0, false) => Some("no joint moves a link with inertia; add `inertial` elements to the links".into()),
+            (0, false) if self.still.is_empty() => {
+                Some("no joint moves a link with inertia; add `inertial` elements to the links".into())
+            }
+            (0, false) => Some(format!(
+                "the range of every joint that moves a link with inertia is a single position: correct `lower` and `upper` \
+                 of {}",
+                quoted(&self.still)
+            )),
             (count, _) if count > MOST_JOINTS => {
                 Some(format!("{count} joints are too many; `locked` in [model] removes those that do not have to move"))
             }
@@ -77,11 +102,8 @@ impl Planning {
         match (self.obstacle(), self.lock.is_empty()) {
             (None, true) => line("ready: `supple new NAME --robot FILE` writes a task file that runs".into()),
             (None, false) => line(format!(
-                "{} with inertia: write `{}` in [model], as `supple new NAME --robot FILE` does",
-                match self.lock.len() {
-                    1 => "lock a joint that moves nothing",
-                    _ => "lock joints that move nothing",
-                },
+                "lock {}: write `{}` in [model], as `supple new NAME --robot FILE` does",
+                self.why_locked(),
                 self.locked_line().unwrap_or_default()
             )),
             (Some(why), _) => line(format!("not possible: {why}")),

@@ -4,10 +4,9 @@ use std::ops::Range;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
 use serde::forward_to_deserialize_any;
-use toml::Spanned;
-use toml::de::DeValue;
 
 use super::Reader;
+use crate::document::content::{Content, Spanned};
 use crate::document::read_error::ReadError;
 use crate::value::Names;
 
@@ -47,14 +46,14 @@ impl<'a> Cell<'a> {
         let mut start = self.span.start;
         // Of a text that stands otherwise in the file, as with quotes in it, the parts cannot be told.
         let is_plain = self.span.len() == self.text.len();
-        let words = self.text.split(BETWEEN).map(|word| {
+        let words = self.text.split(BETWEEN).filter_map(|word| {
             let from = start + word.len() - word.trim_start().len();
             start += word.len() + BETWEEN.len_utf8();
             let word = word.trim();
             let span = if is_plain { from..from + word.len() } else { self.span.clone() };
-            Spanned::new(span, DeValue::String(word.into()))
+            (!word.is_empty()).then(|| Spanned::new(span, Content::Text(word.into())))
         });
-        let words: Vec<_> = words.filter(|word| word.get_ref().as_str() != Some("")).collect();
+        let words: Vec<_> = words.collect();
         let mut left = Words { words: &words, next: 0, names: self.names };
         let value = visitor.visit_seq(&mut left)?;
         match words.len() - left.next {
@@ -69,7 +68,7 @@ impl<'a> Cell<'a> {
 
 /// The entries of a list that are still to read.
 struct Words<'a> {
-    words: &'a [Spanned<DeValue<'a>>],
+    words: &'a [Spanned<Content<'a>>],
     next: usize,
     names: Option<&'a Names>,
 }

@@ -6,9 +6,8 @@ use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::forward_to_deserialize_any;
 use supple_text::{nearest, quoted};
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
+use super::content::{Content, Spanned, Table};
 use super::read_error::{ReadError, name_of};
 use crate::value::{Names, VALUE, as_key};
 
@@ -25,7 +24,7 @@ use variant::within_settings;
 /// only a table stands for a struct. Errors know the path to what is wrong.
 #[derive(Clone, Copy)]
 pub struct Reader<'a> {
-    value: &'a Spanned<DeValue<'a>>,
+    value: &'a Spanned<Content<'a>>,
     /// Keys of the table that are read apart.
     apart: [&'static [&'static str]; 3],
     /// The only keys of the table that are read, where not all are.
@@ -46,7 +45,7 @@ impl<'a> Reader<'a> {
 
     /// A reader of all of a value.
     #[must_use]
-    pub fn new(value: &'a Spanned<DeValue<'a>>) -> Self {
+    pub fn new(value: &'a Spanned<Content<'a>>) -> Self {
         Self { value, apart: [&[]; 3], only: None, renamed: None, of_cells: false, names: None }
     }
 
@@ -63,14 +62,14 @@ impl<'a> Reader<'a> {
     }
 
     /// A reader of a value inside of this one.
-    fn inside(&self, value: &'a Spanned<DeValue<'a>>) -> Self {
+    fn inside(&self, value: &'a Spanned<Content<'a>>) -> Self {
         Self { of_cells: self.of_cells, names: self.names, ..Reader::new(value) }
     }
 
     /// The value as a cell; none where it is no text of a table.
     fn cell(&self) -> Option<Cell<'_>> {
         match self.value.get_ref() {
-            DeValue::String(text) if self.of_cells => Some(Cell { text, span: self.value.span(), names: self.names }),
+            Content::Text(text) if self.of_cells => Some(Cell { text, span: self.value.span(), names: self.names }),
             _ => None,
         }
     }
@@ -96,15 +95,15 @@ impl<'a> Reader<'a> {
 
     /// Whether it is a table with a key.
     pub fn has(&self, key: &str) -> bool {
-        matches!(self.value.get_ref(), DeValue::Table(table) if table.contains_key(key))
+        matches!(self.value.get_ref(), Content::Table(table) if table.contains_key(key))
     }
 
     /// The value as one of several names, alone or with settings; whether it is one of them is not checked.
     pub fn variant(self, names: &[&str]) -> Result<Variant<'a>, ReadError> {
         let wrong = |found: &str| ReadError::custom(format_args!("must be one of {}; found {found}", quoted(names)));
         let table = match self.value.get_ref() {
-            DeValue::String(name) => return Ok(Variant { name, span: None, settings: None }),
-            DeValue::Table(table) => table,
+            Content::Text(name) => return Ok(Variant { name, span: None, settings: None }),
+            Content::Table(table) => table,
             _ => return Err(wrong(&name_of(self.unexpected()))),
         };
         let mut entries = self.entries(table).entries;
@@ -118,18 +117,18 @@ impl<'a> Reader<'a> {
 
     fn unexpected(&self) -> Unexpected<'a> {
         match self.value.get_ref() {
-            DeValue::String(text) => Unexpected::Str(text),
-            DeValue::Integer(number) => Unexpected::Other(number.as_str()),
-            DeValue::Float(number) => Unexpected::Other(number.as_str()),
-            DeValue::Boolean(value) => Unexpected::Bool(*value),
-            DeValue::Datetime(_) => Unexpected::Other("a date or a time"),
-            DeValue::Array(_) => Unexpected::Seq,
-            DeValue::Table(_) => Unexpected::Map,
+            Content::Text(text) => Unexpected::Str(text),
+            Content::Whole { digits, .. } => Unexpected::Other(digits),
+            Content::Decimal(number) => Unexpected::Other(number),
+            Content::Boolean(value) => Unexpected::Bool(*value),
+            Content::Date => Unexpected::Other("a date or a time"),
+            Content::List(_) => Unexpected::Seq,
+            Content::Table(_) => Unexpected::Map,
         }
     }
 
     /// Where some keys are read apart, errors about unknown ones list all that are valid.
-    fn check_keys(&self, entries: &Table, own: &[&'static str]) -> Result<(), ReadError> {
+    fn check_keys(&self, entries: &Entries, own: &[&'static str]) -> Result<(), ReadError> {
         let apart = || self.apart.iter().flat_map(|keys| keys.iter().copied()).filter(|&key| key != "kind");
         if apart().next().is_none() {
             return Ok(());
@@ -148,13 +147,13 @@ impl<'a> Reader<'a> {
     }
 
     /// The entries of a table in the order of the file.
-    fn entries(&self, table: &'a DeTable<'a>) -> Table<'a> {
+    fn entries(&self, table: &'a Table<'a>) -> Entries<'a> {
         let is_read = |key: &str| {
             self.only.is_none_or(|only| only.contains(&key)) && !self.apart.iter().any(|keys| keys.contains(&key))
         };
         let mut entries: Vec<_> = table.iter().filter(|(key, _)| is_read(key.get_ref())).collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        Table { entries: entries.into_iter(), value: None, renamed: self.renamed, of: *self }
+        Entries { entries: entries.into_iter(), value: None, renamed: self.renamed, of: *self }
     }
 }
 
@@ -167,19 +166,19 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         }
         let too_large = |number: &str| Err(ReadError::custom(format_args!("is too large a number: {number}")));
         match self.value.get_ref() {
-            DeValue::String(text) => visitor.visit_str(text),
-            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
+            Content::Text(text) => visitor.visit_str(text),
+            Content::Whole { digits, radix } => match i64::from_str_radix(digits, *radix) {
                 Ok(value) => visitor.visit_i64(value),
-                Err(_) => too_large(number.as_str()),
+                Err(_) => too_large(digits),
             },
-            DeValue::Float(number) => match number.as_str().parse::<f64>() {
+            Content::Decimal(number) => match number.parse::<f64>() {
                 // `inf` and `nan` are for the visitor to judge; a number with too many digits is neither.
-                Ok(value) if value.is_finite() || number.as_str().contains('n') => visitor.visit_f64(value),
-                _ => too_large(number.as_str()),
+                Ok(value) if value.is_finite() || number.contains('n') => visitor.visit_f64(value),
+                _ => too_large(number),
             },
-            DeValue::Boolean(value) => visitor.visit_bool(*value),
-            DeValue::Datetime(_) => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
-            DeValue::Array(list) => {
+            Content::Boolean(value) => visitor.visit_bool(*value),
+            Content::Date => Err(ReadError::invalid_type(self.unexpected(), &visitor)),
+            Content::List(list) => {
                 let mut entries = List { entries: list.iter().enumerate(), of: self };
                 let value = visitor.visit_seq(&mut entries)?;
                 match entries.entries.len() {
@@ -190,7 +189,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
                     }
                 }
             }
-            DeValue::Table(table) => visitor.visit_map(self.entries(table)),
+            Content::Table(table) => visitor.visit_map(self.entries(table)),
         }
     }
 
@@ -236,7 +235,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
             return visitor.visit_newtype_struct(self);
         }
         match (self.value.get_ref(), self.names) {
-            (DeValue::String(text), Some(names)) if self.cell().is_none_or(|cell| cell.is_text()) => {
+            (Content::Text(text), Some(names)) if self.cell().is_none_or(|cell| cell.is_text()) => {
                 names.value(text).map_err(ReadError::custom)?.visit(visitor)
             }
             _ => self.deserialize_any(visitor),
@@ -250,7 +249,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         visitor: V,
     ) -> Result<V::Value, ReadError> {
         match self.value.get_ref() {
-            DeValue::Table(table) => {
+            Content::Table(table) => {
                 let entries = self.entries(table);
                 self.check_keys(&entries, keys)?;
                 visitor.visit_map(entries)
@@ -281,7 +280,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
 
 /// The entries of a list that are still to read.
 struct List<'a> {
-    entries: std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>,
+    entries: std::iter::Enumerate<std::slice::Iter<'a, Spanned<Content<'a>>>>,
     of: Reader<'a>,
 }
 
@@ -300,10 +299,10 @@ impl<'de> SeqAccess<'de> for List<'_> {
 }
 
 /// A key and its value.
-type Entry<'a> = (&'a Spanned<Cow<'a, str>>, &'a Spanned<DeValue<'a>>);
+type Entry<'a> = (&'a Spanned<Cow<'a, str>>, &'a Spanned<Content<'a>>);
 
 /// The entries of a table that are still to read, and the one whose key was read last.
-struct Table<'a> {
+struct Entries<'a> {
     entries: std::vec::IntoIter<Entry<'a>>,
     value: Option<Entry<'a>>,
     /// A key that is read as another one.
@@ -311,7 +310,7 @@ struct Table<'a> {
     of: Reader<'a>,
 }
 
-impl<'de> MapAccess<'de> for Table<'_> {
+impl<'de> MapAccess<'de> for Entries<'_> {
     type Error = ReadError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ReadError> {

@@ -195,7 +195,7 @@ impl Couplings {
         let build = |table: Reader, names: &Names| {
             C::File::deserialize(table).map(|file| C::build(file, names).map(Coupling::from))
         };
-        self.0.add(C::NAME, build, <C::File as schemars::JsonSchema>::json_schema);
+        self.0.add::<C::File>(C::NAME, build);
     }
 
     /// The names of all kinds, in order.
@@ -209,6 +209,7 @@ impl Couplings {
     }
 
     /// The schema of each kind's table, by name.
+    #[cfg(feature = "schema")]
     pub fn schemas(&self, generator: &mut schemars::SchemaGenerator) -> Vec<(&'static str, schemars::Schema)> {
         self.0.schemas(generator)
     }

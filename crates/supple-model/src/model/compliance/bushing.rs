@@ -28,7 +28,8 @@ pub struct Bushing {
 }
 
 /// A spring and damper in six directions between two frames, as Drake's `LinearBushingRollPitchYaw`.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the frame or link A.

@@ -41,7 +41,8 @@ pub struct Contact {
 }
 
 /// A point or sphere on a frame in contact with a wall of uncertain position.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the frame or link whose origin is the point or the sphere's centre.
@@ -73,7 +74,8 @@ pub struct File {
 }
 
 /// A face of a box, by the direction of its outward normal in the axes of the box.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Face {
     /// Towards x.
     #[serde(rename = "+x")]

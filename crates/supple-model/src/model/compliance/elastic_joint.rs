@@ -23,7 +23,8 @@ pub struct ElasticJoint {
 }
 
 /// A spring and damper between a motor and its joint.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// Name of the joint.

@@ -9,6 +9,7 @@ use serde::Deserialize;
 use supple_kernels::Scalar;
 
 use super::bodies::{Forces, Own, Situation};
+use crate::document::Described;
 use crate::quantity::Unfit;
 use crate::scene::ConnectionKind;
 use crate::{Point, Value};
@@ -149,7 +150,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
 /// How an element is read from a task file.
 pub trait ComplianceFile: Compliance + Sized {
     /// The keys of its table, but for `kind` and `name`.
-    type File: for<'de> Deserialize<'de> + schemars::JsonSchema;
+    type File: for<'de> Deserialize<'de> + Described;
 
     /// The element.
     ///

@@ -36,7 +36,8 @@ pub(super) struct Servo {
 }
 
 /// The drive of a joint, or an actuator of the robot's file.
-#[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct DriveFile {
     /// Joint torque or force per unit of drive force; not 0; default: value in the file, or 1.

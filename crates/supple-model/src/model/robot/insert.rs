@@ -9,7 +9,8 @@ use crate::document::{Document, Place};
 use crate::value::OneOrMore;
 
 /// One of `[[model.insert]]`.
-#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct InsertFile {
     /// Name of the link beyond the joints, unlike any other; the joints are NAME_x, NAME_y, NAME_z, NAME_rx, NAME_ry
@@ -24,7 +25,7 @@ pub(super) struct InsertFile {
     #[serde(default)]
     rpy: [f64; 3],
     /// The joints, from one to six: slides along x, y and z, and turns about them, the first one nearest to the frame.
-    #[schemars(length(min = 1, max = 6))]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 6)))]
     axes: Vec<Axis>,
     /// Links to attach to the mount; they must be children of the frame's link.
     #[serde(default)]
@@ -45,7 +46,8 @@ pub(super) struct InsertFile {
 }
 
 /// A joint of a mount.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum Axis {
     X,

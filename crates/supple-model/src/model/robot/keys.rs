@@ -12,7 +12,8 @@ use super::locked::Locked;
 use crate::Value;
 
 /// `[model]` of kind `robot`. Compliance and sensors are read by kind.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct File {
     /// The robot's file, URDF, SDF or MJCF, from the folder of the task file.
@@ -58,22 +59,23 @@ pub struct File {
     pub(super) integrator: Integrator,
     /// Steps of integration in each time step.
     #[serde(default = "one")]
-    #[schemars(range(min = 1, max = 1000))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 1000)))]
     pub(super) substeps: usize,
     /// Compliance: a list of tables, each with a `kind` and a `name`.
     #[serde(default)]
-    #[schemars(skip)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
     #[allow(dead_code)]
     pub(super) compliance: IgnoredAny,
     /// Sensors: a list of tables, each with a `kind`; may be none where there is a catalogue.
     #[serde(default)]
-    #[schemars(skip)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
     #[allow(dead_code)]
     pub(super) sensors: IgnoredAny,
 }
 
 /// Numbers of a link.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct LinkFile {
     /// Mass, kg; at least 0.
@@ -85,7 +87,8 @@ pub(super) struct LinkFile {
 }
 
 /// Numbers of a joint.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointFile {
     /// Damping, N m s/rad or N s/m; at least 0.
@@ -105,7 +108,8 @@ pub(super) struct JointFile {
 }
 
 /// A frame on a link.
-#[derive(Debug, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct FrameFile {
     /// Name of the link, or of a frame of the robot's file, that it is fixed to.

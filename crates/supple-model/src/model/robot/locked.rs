@@ -46,6 +46,7 @@ impl<'de> Deserialize<'de> for Locked {
     }
 }
 
+#[cfg(feature = "schema")]
 impl schemars::JsonSchema for Locked {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Locked".into()

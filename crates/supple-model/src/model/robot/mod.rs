@@ -11,9 +11,11 @@ use std::path::PathBuf;
 use supple_kernels::Scalar;
 use supple_lqg::Dimensions;
 
+#[cfg(feature = "schema")]
+use super::Kinds;
 use super::bodies::{Bodies, Situation};
 use super::compliance::{CONTACT_FORCE, Element};
-use super::{Channel, Channels, Kinds, Limit, Model, ModelFile, Point, Source};
+use super::{Channel, Channels, Limit, Model, ModelFile, Point, Source};
 
 use crate::Value;
 use crate::contacts::{Contact, ContactState};
@@ -33,6 +35,7 @@ mod locked;
 mod native;
 mod picture;
 mod rigid;
+#[cfg(feature = "schema")]
 mod schema;
 mod signals;
 mod start;
@@ -306,6 +309,7 @@ impl ModelFile for Robot {
         self.motor_states()
     }
 
+    #[cfg(feature = "schema")]
     fn complete_schema(schema: &mut serde_json::Value, generator: &mut schemars::SchemaGenerator, kinds: &Kinds) {
         schema::complete(schema, generator, kinds);
     }

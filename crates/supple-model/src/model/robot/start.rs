@@ -1,12 +1,16 @@
 //! Where a robot starts: at rest, at a keyframe of its file, or with a frame at a pose.
 
 use supple_robot::{Pose, PoseGoal, Reach, Reached, inverse_kinematics};
+use supple_text::short;
 
 use super::Robot;
 use crate::Point;
 use crate::model::compliance::find;
 use crate::model::{PoseFile, Start};
 use crate::quantity::Unfit;
+
+/// Distance from which on a message has no decimals of it, m.
+const FAR: f64 = 1e4;
 
 impl Robot {
     /// The first state, but for what the task says of single states: positions and velocities of the degrees of
@@ -84,8 +88,9 @@ impl Robot {
             _ => format!("joints {} at their limits", supple_text::quoted(&limited)),
         };
         let message = format!(
-            "frame `{}` cannot reach this pose; the closest pose found is {:.4} m{turned} away, with {at_limits}",
-            pose.frame, reached.distance
+            "frame `{}` cannot reach this pose; the closest pose found is {} m{turned} away, with {at_limits}",
+            pose.frame,
+            if reached.distance < FAR { format!("{:.4}", reached.distance) } else { short(reached.distance, 5) }
         );
         let in_degrees = pose.rpy.and_then(|rpy| rpy.into_iter().find_map(supple_text::degrees));
         let help = in_degrees.unwrap_or_else(|| match pose.rpy {

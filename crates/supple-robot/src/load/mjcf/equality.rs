@@ -14,6 +14,11 @@ use super::reader::Reader;
 /// Kinds of equality that are known.
 const KINDS: [&str; 7] = ["joint", "connect", "weld", "tendon", "flex", "flexvert", "flexstrain"];
 
+/// Advice on an equality that is not supported.
+const WITHOUT: &str = "to plan without it, remove it or set `active=\"false\"`";
+/// The same on one of tendons.
+const AS_JOINT: &str = "where it couples two joints, write an equality of type `joint`; to plan without it, remove it or set `active=\"false\"`";
+
 impl<'a> Reader<'a, '_> {
     /// Makes joints follow others. What is not active is left out, with a warning.
     ///
@@ -41,9 +46,16 @@ impl<'a> Reader<'a, '_> {
                 "joint" => self.follow(at, &joints)?,
                 "connect" | "weld" => {
                     let message = format!("{} closes a loop of bodies, which is not supported", shown(at.tag()));
-                    return Err(at.error(message));
+                    return Err(at.error(message).with_help(WITHOUT));
                 }
-                tag => return Err(at.error(format!("an equality of type {} is not supported", shown(tag)))),
+                "tendon" => {
+                    let message = "an equality of type `tendon` is not supported";
+                    return Err(at.error(message).with_help(AS_JOINT));
+                }
+                tag => {
+                    let message = format!("an equality of type {} is not supported", shown(tag));
+                    return Err(at.error(message).with_help(WITHOUT));
+                }
             }
         }
         Ok(())

@@ -2,13 +2,13 @@
 
 /// The case, the text, and the error.
 pub const NOT_XML: &[(&str, &str, &str)] = &[
-    ("empty", "", "robot.urdf:1:1: there is no element in this file"),
+    ("empty", "", "robot.urdf:1:1: the file is empty (a robot file is URDF, SDF or MJCF)"),
     (
         "blank",
         r#"
  
 "#,
-        "robot.urdf:3:1: there is no element in this file",
+        "robot.urdf:1:1: the file is empty (a robot file is URDF, SDF or MJCF)",
     ),
     ("binary garbage", "\u{0}\u{1}\u{2}ELF\u{7f}", "robot.urdf:1:1: this is not XML: a robot file begins with `<`"),
     (

@@ -64,7 +64,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <link name="a"><inertial><mass value="1e300"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 </robot>"#,
-        "robot.urdf:2:16: inertial of link `a`: mass, centre and moments must be below 1e30",
+        "robot.urdf:2:26: mass of link `a`: the mass must be below 1e30 kg; found 1e300 (numbers of robot files are in kg, m and s; check the unit and the exponent)",
     ),
     (
         "a word for a mass",
@@ -154,7 +154,7 @@ pub const NUMBERS: &[(&str, &str, &str)] = &[
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
 <origin xyz="0 0 1e200"/></joint>
 </robot>"#,
-        "robot.urdf:4:1: joint `j`: positions must be below 1e30 m",
+        "robot.urdf:4:1: joint `j`: positions must be below 1e30 m; found 1e200 (numbers of robot files are in kg, m and s; check the unit and the exponent)",
     ),
     (
         "a turn in words",

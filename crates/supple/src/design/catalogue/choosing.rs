@@ -113,7 +113,7 @@ impl<'a> Choosing<'a> {
         }
         let plan = |(index, task)| {
             let mut state = TaskState::new(task);
-            best_plan((problem, task), &phi, self.continuous.controls.get(index), &mut state)?;
+            best_plan(problem, task, &phi, self.continuous.controls.get(index), &mut state)?;
             let given = (&state.plan.trajectory.controls, state.cost.expected());
             let stream = (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let search = BranchSearch {
