@@ -1,10 +1,13 @@
 //! Adjoints of every sweep against differences of the sweeps themselves, in every form and for rows of every length.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/directions.rs"]
+mod directions;
 #[path = "common/random_problem.rs"]
 mod random_problem;
 
-use random_problem::{Problem, Random, slope};
+use directions::slope;
+use random_problem::{Problem, Random};
 use supple_lqg::dense::{dense, store};
 use supple_lqg::{
     Belief, BeliefAdjoint, BeliefSeeds, Dimensions, Information, KnotAdjoints, Matrices, Noise, Partials, Policy,
@@ -35,7 +38,11 @@ fn swept(problem: &Problem) -> (supple_lqg::Knots, Noise, Policy, Belief) {
 }
 
 /// The traces of products of two lists of matrices, added up.
-fn traces<'a>(count: usize, a: impl Fn(usize) -> (&'a Matrices, usize), b: impl Fn(usize) -> (&'a Matrices, usize)) -> f64 {
+fn traces<'a>(
+    count: usize,
+    a: impl Fn(usize) -> (&'a Matrices, usize),
+    b: impl Fn(usize) -> (&'a Matrices, usize),
+) -> f64 {
     let of = |(list, t): (&Matrices, usize)| dense(list, t);
     (0..count).map(|t| of(a(t)).dot(&of(b(t)))).sum()
 }
@@ -69,7 +76,10 @@ fn gradient(problem: &Problem, weights: Weights, others: &[Matrices; 2]) -> (Kno
     if weights.used != 0.0 {
         let nats = add_control_partials((&knots, &policy, &belief, &noise), weights.used, &mut partials).unwrap();
         let of_each = control_information(&knots, &policy, &belief, &noise).unwrap();
-        assert!((nats - of_each.iter().sum::<f64>()).abs() < 1e-12 * nats.max(1.0), "the information itself is returned");
+        assert!(
+            (nats - of_each.iter().sum::<f64>()).abs() < 1e-12 * nats.max(1.0),
+            "the information itself is returned"
+        );
     }
     // Stale numbers must not survive where a sweep writes.
     let mut adjoints = KnotAdjoints::zeros(problem.dimensions, steps);
@@ -131,7 +141,9 @@ fn of_measurements_taken_together() {
 fn of_measurements_that_are_states() {
     let twice = [0, 4, 2, 4, 1, 0, 3, 5, 8, 7, 6, 8];
     for (seed, (shape, picks)) in
-        [((3, 1, 1), &[2_usize][..]), ((5, 2, 3), &[4, 0, 4]), ((9, 2, 12), &twice), ((18, 2, 12), &twice)].into_iter().enumerate()
+        [((3, 1, 1), &[2_usize][..]), ((5, 2, 3), &[4, 0, 4]), ((9, 2, 12), &twice), ((18, 2, 12), &twice)]
+            .into_iter()
+            .enumerate()
     {
         let problem = Problem::random(shape, 4, 31 + seed as u64).picking(picks, 3);
         assert_gradient(&format!("{shape:?}"), &problem, Weights { used: 0.0, ..ALL }, 1e-8);
