@@ -8,7 +8,7 @@ mod random_problem;
 
 use directions::slope;
 use random_problem::{Problem, Random};
-use supple_lqg::dense::{dense, store};
+use supple_lqg::dense::{Dense, dense, store};
 use supple_lqg::{
     Belief, BeliefAdjoint, BeliefSeeds, Dimensions, Information, KnotAdjoints, Matrices, Noise, Partials, Policy,
     Regularisation, RiccatiAdjoint, RiccatiSeeds, add_control_partials, control_information, information, kalman,
@@ -47,8 +47,11 @@ fn traces<'a>(
     (0..count).map(|t| of(a(t)).dot(&of(b(t)))).sum()
 }
 
-/// The number that [`gradient`] differentiates, with derivatives by `P` and `Sigma` of another number beside it.
-fn value(problem: &Problem, weights: Weights, others: &[Matrices; 2]) -> f64 {
+/// Derivatives of another number by `P`, `Sigma`, `K` and `Xi`.
+type Others = [Matrices; 4];
+
+/// The number that [`gradient`] differentiates, with another that is linear beside it.
+fn value(problem: &Problem, weights: Weights, others: &Others) -> f64 {
     let (knots, noise, policy, belief) = swept(problem);
     let steps = problem.steps();
     let mut measured = Information::default();
@@ -63,16 +66,19 @@ fn value(problem: &Problem, weights: Weights, others: &[Matrices; 2]) -> f64 {
     let initial = traces(1, |_| (&policy.curvature, 0), |_| (&noise.initial, 0));
     let predicted = traces(steps + 1, |t| (&others[0], t), |t| (&belief.predicted, t));
     let corrected = traces(steps + 1, |t| (&others[1], t), |t| (&belief.corrected, t));
+    let feedback = traces(steps, |t| (&others[2], t), |t| (&policy.feedback, t));
+    let told = traces(steps, |t| (&others[3], t), |t| (&policy.value_of_information, t));
     let costs = weights.belief * value + weights.process * process + weights.initial * initial;
-    weights.measured * measured.total + weights.used * used + 0.5 * costs + predicted + corrected
+    weights.measured * measured.total + weights.used * used + 0.5 * costs + predicted + corrected + feedback + told
 }
 
 /// Its derivatives by all knots and all noise.
-fn gradient(problem: &Problem, weights: Weights, others: &[Matrices; 2]) -> (KnotAdjoints, Noise) {
+fn gradient(problem: &Problem, weights: Weights, others: &Others) -> (KnotAdjoints, Noise) {
     let (knots, noise, policy, belief) = swept(problem);
     let (steps, Dimensions { states: n, measurements: p, .. }) = (problem.steps(), problem.dimensions);
     let mut partials = Partials::zeros(problem.dimensions, steps);
     (partials.predicted, partials.corrected) = (others[0].clone(), others[1].clone());
+    (partials.feedback, partials.value_of_information) = (others[2].clone(), others[3].clone());
     if weights.used != 0.0 {
         let nats = add_control_partials((&knots, &policy, &belief, &noise), weights.used, &mut partials).unwrap();
         let of_each = control_information(&knots, &policy, &belief, &noise).unwrap();
@@ -111,12 +117,21 @@ fn gradient(problem: &Problem, weights: Weights, others: &[Matrices; 2]) -> (Kno
 }
 
 fn assert_gradient(name: &str, problem: &Problem, weights: Weights, within: f64) {
-    let (n, mut random) = (problem.dimensions.states, Random(99));
-    let others = [(); 2].map(|()| {
-        let mut list = Matrices::zeros(problem.steps() + 1, n, n);
-        (0..list.count()).for_each(|t| store(&mut list, t, &(random.symmetric(n) * 0.3)));
+    let (Dimensions { states: n, controls: m, .. }, steps, mut random) =
+        (problem.dimensions, problem.steps(), Random(99));
+    let mut list = |count: usize, next: &dyn Fn(&mut Random) -> Dense| {
+        let first = next(&mut random);
+        let mut list = Matrices::zeros(count, first.nrows(), first.ncols());
+        (0..count).for_each(|t| store(&mut list, t, &(next(&mut random) * 0.3)));
         list
-    });
+    };
+    let symmetric = |random: &mut Random| random.symmetric(n);
+    let others = [
+        list(steps + 1, &symmetric),
+        list(steps + 1, &symmetric),
+        list(steps, &|random| random.matrix(m, n)),
+        list(steps, &symmetric),
+    ];
     let (adjoints, by_noise) = gradient(problem, weights, &others);
     for seed in 0..4 {
         let along = problem.direction(seed);
