@@ -165,13 +165,16 @@ fn of_measurements_that_are_states() {
     }
 }
 
-/// Sensors far more precise than what is known before: the filter takes square roots.
+/// Two sensors of the same that are far more precise than what is known before: the filter takes square roots. Both turn
+/// together, as what they say apart is below their noise.
 #[test]
 fn of_sensors_so_precise_that_roots_are_taken() {
-    for shape in [(3, 1, 2), (6, 2, 3)] {
+    for (shape, information) in [((3, 1, 2), 0.7), ((6, 2, 3), 0.7), ((6, 2, 3), 0.0)] {
         let mut problem = Problem::random(shape, 3, 5);
         problem.v.iter_mut().for_each(|v| *v *= 1e-10);
-        assert_gradient(&format!("{shape:?}"), &problem, Weights { used: 0.0, ..ALL }, 1e-6);
+        problem.c.iter_mut().for_each(|c| c.set_row(1, &c.row(0).into_owned()));
+        let weights = Weights { used: 0.0, measured: information, ..ALL };
+        assert_gradient(&format!("{shape:?}"), &problem, weights, 1e-6);
     }
 }
 
@@ -215,6 +218,11 @@ fn of_noise_that_does_not_change() {
     };
     let sums = [by(&constant, Noise::zeros(4, 2)), by(&each, Noise::zeros(4, 2)), by(&constant, same.no_noise())];
     let expected = by(&each, same.no_noise());
+    for t in 0..=steps {
+        // The same at each step where only the derivatives are kept apart.
+        let (found, expected) = (dense(&sums[2].measurement, t), dense(&expected.measurement, t));
+        assert!((&found - &expected).norm() < 1e-12 * expected.norm(), "{t}: {found} {expected}");
+    }
     let total = |list: &Matrices| (0..list.count()).map(|t| dense(list, t)).reduce(|a, b| a + b).unwrap();
     for found in &sums {
         let parts = [

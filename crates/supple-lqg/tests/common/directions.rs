@@ -33,7 +33,12 @@ impl Problem {
             .map(|cost| share(&cost.columns(0, joint).into_owned()).resize_horizontally(joint + 1, 0.0));
         let cost = cost.collect();
         let c = self.c.iter().map(|c| if self.picks.is_some() { c * 0.0 } else { random.matrix(c.nrows(), c.ncols()) });
-        let c = c.collect();
+        let mut c: Vec<Dense> = c.collect();
+        for (along, c) in c.iter_mut().zip(&self.c) {
+            // Rows that are equal stay so.
+            let equal = (1..c.nrows()).filter(|&i| c.row(i) == c.row(0));
+            equal.for_each(|i| along.set_row(i, &along.row(0).into_owned()));
+        }
         let f = self.f.iter().map(|f| random.matrix(f.nrows(), f.ncols()) * 0.3).collect();
         Self { x0, w, v, cost, c, f, ..self.clone() }
     }
