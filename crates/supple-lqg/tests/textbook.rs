@@ -596,7 +596,7 @@ fn measurements_whose_noise_is_shared_are_taken_together() {
         [&noise.initial, &noise.process, &noise.measurement].iter().all(|m| m.as_slice().iter().all(|v| *v == 0.0))
     );
     assert_eq!((noise.measurement.count(), noise.measurement.is_constant()), (5, false));
-    for steps in [2, 6] {
+    for steps in [2, 3, 6] {
         noise.clear_each(steps);
         assert_eq!((noise.measurement.count(), noise.measurement.rows()), (steps + 1, 3));
     }
