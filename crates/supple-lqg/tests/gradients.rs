@@ -77,6 +77,8 @@ fn gradient(problem: &Problem, weights: Weights, others: &Others) -> (KnotAdjoin
     let (knots, noise, policy, belief) = swept(problem);
     let (steps, Dimensions { states: n, measurements: p, .. }) = (problem.steps(), problem.dimensions);
     let mut partials = Partials::zeros(problem.dimensions, steps);
+    let ends = [&partials.measurement, &partials.measurement_noise, &partials.predicted, &partials.corrected];
+    assert!(ends.iter().all(|list| list.count() == steps + 1));
     (partials.predicted, partials.corrected) = (others[0].clone(), others[1].clone());
     (partials.feedback, partials.value_of_information) = (others[2].clone(), others[3].clone());
     if weights.used != 0.0 {
