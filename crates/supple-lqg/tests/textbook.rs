@@ -334,12 +334,12 @@ fn closed_loop(problem: &Problem, feedback: &[Dense], belief: &Belief) -> (Vec<D
     let (mut states, mut controls) = (Vec::new(), Vec::new());
     let (mut x, mut predicted) = (Dense::zeros(n, total), Dense::zeros(n, total));
     x.columns_mut(0, n).copy_from(&factor(&problem.x0));
-    for t in 0..steps {
+    for (t, feedback) in feedback.iter().enumerate() {
         states.push(x.clone());
         let mut y = &problem.c[t] * &x;
         y.columns_mut(n + steps * n + t * p, p).copy_from(&factor(&problem.v[t]));
         let mean = &predicted + dense(&belief.gain_transposed, t).transpose() * (y - &problem.c[t] * &predicted);
-        let u = &feedback[t] * &mean;
+        let u = feedback * &mean;
         let (a, b) = (problem.f[t].columns(0, n), problem.f[t].columns(n, m));
         x = a * x + b * &u;
         let mut noise = x.columns_mut(n + t * n, n);
