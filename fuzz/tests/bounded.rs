@@ -1,5 +1,5 @@
 //! A bounded run of all targets with a stable compiler: everything in the corpora and in the repository, and seeded
-//! mutations of it. `SUPPLE_FUZZ_INPUTS` says how many mutations of each target there are.
+//! mutations of it. `SUPPLE_FUZZ_INPUTS` says how many mutations of each target there are, and `SUPPLE_FUZZ_SEED` which.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -149,7 +149,7 @@ fn replace_number(data: &mut Vec<u8>, random: &mut impl Rng) {
 
 fn run(target: &str, inputs: usize) {
     let (_, check) = TARGETS.into_iter().find(|(name, _)| *name == target).unwrap();
-    let (seeds, mut random) = (seeds(target), ChaCha8Rng::seed_from_u64(7));
+    let (seeds, mut random) = (seeds(target), ChaCha8Rng::seed_from_u64(number("SUPPLE_FUZZ_SEED").unwrap_or(7)));
     let mut slowest = Duration::ZERO;
     let mut try_one = |data: &[u8]| {
         let before = Instant::now();
@@ -169,8 +169,13 @@ fn run(target: &str, inputs: usize) {
     println!("{target}: {} seeds, {inputs} mutations, the slowest took {slowest:.2?}", seeds.len());
 }
 
+/// A number from the environment.
+fn number<T: std::str::FromStr>(name: &str) -> Option<T> {
+    std::env::var(name).ok().and_then(|text| text.parse().ok())
+}
+
 fn inputs() -> usize {
-    std::env::var("SUPPLE_FUZZ_INPUTS").ok().and_then(|count| count.parse().ok()).unwrap_or(INPUTS)
+    number("SUPPLE_FUZZ_INPUTS").unwrap_or(INPUTS)
 }
 
 #[test]

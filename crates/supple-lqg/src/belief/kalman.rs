@@ -82,3 +82,43 @@ fn sweep<L: Lanes, R: Rows>(knots: &Knots, noise: &Noise, belief: &mut Belief) -
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::knots::Dimensions;
+
+    /// A filter of one step whose sensors see sums of all states, with noise that is shared or not.
+    fn form_of(n: usize, p: usize, precision: f64, shared: f64) -> Form {
+        let mut knots = Knots::zeros(Dimensions { states: n, controls: 1, measurements: p }, 1);
+        let mut noise = Noise::zeros(n, p);
+        for i in 0..n {
+            noise.initial.set(0, i, i, 1.0);
+            noise.process.set(0, i, i, 0.1);
+            (0..n).for_each(|j| knots.dynamics.set(0, i, j, if i == j { 0.9 } else { 0.05 }));
+        }
+        for (i, j) in (0..p).flat_map(|i| (0..p).map(move |j| (i, j))) {
+            noise.measurement.set(0, i, j, precision * if i == j { 1.0 } else { shared });
+        }
+        for (t, i, j) in (0..=1).flat_map(|t| (0..p).flat_map(move |i| (0..n).map(move |j| (t, i, j)))) {
+            knots.measurement.set(t, i, j, if i == j { 1.0 } else { 0.1 });
+        }
+        let mut belief = Belief::zeros(n, p, 1);
+        assert_eq!(kalman(&knots, &noise, &mut belief), Ok(()));
+        belief.form
+    }
+
+    /// The form in square roots costs many times as much: sensors of ordinary precision must not end there.
+    #[test]
+    fn square_roots_are_taken_only_where_digits_are_lost() {
+        for (n, p) in [(1, 1), (3, 2), (5, 4), (9, 6), (20, 9)] {
+            for shared in [0.0, 0.3] {
+                for precision in [1e2, 1.0, 1e-4, 1e-6] {
+                    assert_eq!(form_of(n, p, precision, shared), Form::Together, "{n} {p} {precision} {shared}");
+                }
+                let (few, blurred) = (form_of(n, p, 1e-26, shared), form_of(n, n, 1e-26, shared));
+                assert_eq!((few, blurred), (Form::Roots, Form::Roots), "{n} {p} {shared}");
+            }
+        }
+    }
+}

@@ -148,17 +148,34 @@ fn lock(file: &File, path: &Path) -> Result<(), StudyError> {
     Err(in_use(path))
 }
 
+/// Works with a database on a trial, and leaves it without closing it: closing reclaims pages, and what panics there in a
+/// damaged journal panics once more while it is cleaned up, which ends the program.
+fn on_trial<T, E>(
+    trial: Trial,
+    failed: impl FnOnce(redb::Error) -> E,
+    work: impl FnOnce(&mut Database) -> Result<T, E>,
+) -> Result<T, E> {
+    let ended = trial.ended();
+    let mut database = builder().create_with_backend(trial).map_err(|error| failed(error.into()))?;
+    let result = work(&mut database);
+    ended.set();
+    // The database meets the end of its file, and writes nothing more.
+    let _ = database.check_integrity();
+    result
+}
+
 /// Reads all of a journal that may be damaged: what is done.
 fn try_out<L: Layout>(path: &Path, trial: Trial, layout: &L, identity: &Identity) -> Result<L::Done, StudyError> {
     let failed = |error| failed(path, error);
-    let mut database = builder().create_with_backend(trial).map_err(|error| failed(error.into()))?;
-    if !database.check_integrity().map_err(|error| failed(error.into()))? {
-        return Err(damaged(path, "its checksums are wrong"));
-    }
-    about(path, &database, identity)?;
-    let read = || layout.read(&database.begin_read()?);
-    let done = read().map_err(failed)?;
-    done.ok_or_else(|| damaged(path, "its contents do not match the study"))
+    on_trial(trial, failed, |database| {
+        if !database.check_integrity().map_err(|error| failed(error.into()))? {
+            return Err(damaged(path, "its checksums are wrong"));
+        }
+        about(path, database, identity)?;
+        let read = || layout.read(&database.begin_read()?);
+        let done = read().map_err(failed)?;
+        done.ok_or_else(|| damaged(path, "its contents do not match the study"))
+    })
 }
 
 /// Checks that a journal belongs to a study.
@@ -206,11 +223,9 @@ pub(crate) fn count<K: redb::Key, V: redb::Value>(
     let file = File::options().read(true).write(true).open(path).map_err(io)?;
     lock(&file, path)?;
     let trial = Trial::new(file.try_clone().map_err(io)?).map_err(io)?;
-    let count = || -> Result<u64, redb::Error> {
-        let database = builder().create_with_backend(trial)?;
-        Ok(database.begin_read()?.open_table(table)?.len()?)
-    };
-    match shielded(count) {
+    let count =
+        |database: &mut Database| -> Result<u64, redb::Error> { Ok(database.begin_read()?.open_table(table)?.len()?) };
+    match shielded(|| on_trial(trial, |error| error, count)) {
         Ok(count) => count.map_err(|error| failed(path, error)),
         Err(panic) => Err(damaged(path, panic)),
     }

@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Error, Read, Seek, SeekFrom};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use redb::StorageBackend;
 
@@ -11,7 +12,24 @@ const BLOCK: u64 = 4096;
 /// A file that is read and never written: what is written is kept in memory. Opening a database repairs it where a
 /// program was killed; here, a damaged file can be tried without a byte of it changing.
 #[derive(Debug)]
-pub(super) struct Trial(Mutex<State>);
+pub(super) struct Trial {
+    state: Mutex<State>,
+    ended: Ended,
+}
+
+/// Ends a trial: all that a database does on it fails from then on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ended(Arc<AtomicBool>);
+
+impl Ended {
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        if self.0.load(Ordering::Relaxed) { Err(Error::other("the trial has ended")) } else { Ok(()) }
+    }
+}
 
 #[derive(Debug)]
 struct State {
@@ -26,11 +44,16 @@ struct State {
 impl Trial {
     pub fn new(file: File) -> Result<Self, Error> {
         let len = file.metadata()?.len();
-        Ok(Self(Mutex::new(State { file, kept: len, len, written: BTreeMap::new() })))
+        let state = Mutex::new(State { file, kept: len, len, written: BTreeMap::new() });
+        Ok(Self { state, ended: Ended::default() })
+    }
+
+    pub fn ended(&self) -> Ended {
+        self.ended.clone()
     }
 
     fn with<T>(&self, work: impl FnOnce(&mut State) -> T) -> T {
-        work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        work(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -69,10 +92,12 @@ impl State {
 
 impl StorageBackend for Trial {
     fn len(&self) -> Result<u64, Error> {
+        self.ended.check()?;
         Ok(self.with(|state| state.len))
     }
 
     fn read(&self, offset: u64, out: &mut [u8]) -> Result<(), Error> {
+        self.ended.check()?;
         self.with(|state| {
             if offset.checked_add(out.len() as u64).is_none_or(|end| end > state.len) {
                 return Err(std::io::ErrorKind::UnexpectedEof.into());
@@ -87,6 +112,7 @@ impl StorageBackend for Trial {
     }
 
     fn set_len(&self, len: u64) -> Result<(), Error> {
+        self.ended.check()?;
         self.with(|state| {
             state.kept = state.kept.min(len);
             state.len = len;
@@ -100,10 +126,11 @@ impl StorageBackend for Trial {
     }
 
     fn sync_data(&self) -> Result<(), Error> {
-        Ok(())
+        self.ended.check()
     }
 
     fn write(&self, offset: u64, data: &[u8]) -> Result<(), Error> {
+        self.ended.check()?;
         self.with(|state| {
             state.len = state.len.max(offset + data.len() as u64);
             state.blocks(offset, data.len(), |state, number, within, range| {
