@@ -82,7 +82,7 @@ fn gradient(problem: &Problem, weights: Weights, others: &Others) -> (KnotAdjoin
     (partials.predicted, partials.corrected) = (others[0].clone(), others[1].clone());
     (partials.feedback, partials.value_of_information) = (others[2].clone(), others[3].clone());
     if weights.used != 0.0 {
-        let nats = add_control_partials((&knots, &policy, &belief, &noise), weights.used, &mut partials).unwrap();
+        let nats = add_control_partials(&knots, &policy, &belief, &noise, weights.used, &mut partials).unwrap();
         let of_each = control_information(&knots, &policy, &belief, &noise).unwrap();
         assert!(
             (nats - of_each.iter().sum::<f64>()).abs() < 1e-12 * nats.max(1.0),
@@ -99,7 +99,7 @@ fn gradient(problem: &Problem, weights: Weights, others: &Others) -> (KnotAdjoin
         covariances: Some((&partials.predicted, &partials.corrected)),
     };
     let mut work = BeliefAdjoint::new(n, p);
-    reverse_kalman((&knots, &noise, &belief), seeds, &mut work, &mut adjoints, &mut by_noise);
+    reverse_kalman(&knots, &noise, &belief, seeds, &mut work, &mut adjoints, &mut by_noise);
     partials.add_to(&knots, &mut adjoints, &mut by_noise);
     let seeds = RiccatiSeeds {
         belief: weights.belief,
@@ -108,7 +108,7 @@ fn gradient(problem: &Problem, weights: Weights, others: &Others) -> (KnotAdjoin
         partials: Some(&partials),
     };
     let mut work = RiccatiAdjoint::new(n, problem.dimensions.joint());
-    reverse_riccati((&knots, &policy, &belief, &noise), seeds, &mut work, &mut adjoints);
+    reverse_riccati(&knots, &policy, &belief, &noise, seeds, &mut work, &mut adjoints);
     for t in 0..steps {
         let sum = dense(&by_noise.process, t) + dense(&policy.curvature, t + 1) * (0.5 * weights.process);
         store(&mut by_noise.process, t, &sum);
@@ -215,7 +215,7 @@ fn of_noise_that_does_not_change() {
         kalman(&knots, noise, &mut belief).unwrap();
         let mut adjoints = KnotAdjoints::zeros(same.dimensions, steps);
         let seeds = BeliefSeeds { information: 1.0, ..BeliefSeeds::default() };
-        reverse_kalman((&knots, noise, &belief), seeds, &mut BeliefAdjoint::new(4, 2), &mut adjoints, &mut out);
+        reverse_kalman(&knots, noise, &belief, seeds, &mut BeliefAdjoint::new(4, 2), &mut adjoints, &mut out);
         out
     };
     let sums = [by(&constant, Noise::zeros(4, 2)), by(&each, Noise::zeros(4, 2)), by(&constant, same.no_noise())];

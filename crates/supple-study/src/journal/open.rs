@@ -7,7 +7,7 @@ use redb::backends::FileBackend;
 use redb::{Builder, Database, ReadableDatabase, ReadableTableMetadata, TableDefinition};
 
 use super::shield::shielded;
-use super::trial::Trial;
+use super::trial::{Ended, Trial};
 use super::{ABOUT, ADVICE, FORMAT, Identity, JOURNAL, Journal, Layout, damaged, failed, fingerprint, in_use};
 use crate::StudyError;
 use crate::write::not_written;
@@ -148,6 +148,15 @@ fn lock(file: &File, path: &Path) -> Result<(), StudyError> {
     Err(in_use(path))
 }
 
+/// Ends a trial when it is dropped.
+struct EndOnDrop(Ended);
+
+impl Drop for EndOnDrop {
+    fn drop(&mut self) {
+        self.0.set();
+    }
+}
+
 /// Works with a database on a trial, and leaves it without closing it: closing reclaims pages, and what panics there in a
 /// damaged journal panics once more while it is cleaned up, which ends the program.
 fn on_trial<T, E>(
@@ -157,8 +166,10 @@ fn on_trial<T, E>(
 ) -> Result<T, E> {
     let ended = trial.ended();
     let mut database = builder().create_with_backend(trial).map_err(|error| failed(error.into()))?;
+    // Dropped before the database, also where the work panics.
+    let end = EndOnDrop(ended);
     let result = work(&mut database);
-    ended.set();
+    drop(end);
     // The database meets the end of its file, and writes nothing more.
     let _ = database.check_integrity();
     result
