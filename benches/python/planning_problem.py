@@ -43,7 +43,7 @@ class Cost:
         if self.kind == "frame_point":
             lines += [f'frame = "{self.frame}"', f"target = {json.dumps(self.point)}"]
         if self.kind == "contact_force":
-            lines += [f'contact = "{self.frame}"', f"target = {self.point[0]!r}", "smoothing = 0.0"]
+            lines += [f'contact = "{self.frame}"', f"target = {self.point[0]!r}"]
         return table("[[tasks.costs]]", lines)
 
 
