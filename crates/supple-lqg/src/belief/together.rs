@@ -74,7 +74,6 @@ impl<R: Rows> Job for Correct<'_, R> {
             told = trace_by_noise((v, small), p, (noise_factor.at_mut(0), column.at_mut(0)), seen);
         }
         let few = array::hides(over_pivot) || array::blurs(over_pivot, told);
-        let digits = if few { Digits::Few } else { Digits::Enough };
 
         let corrected = belief.corrected.at_mut(t);
         let (left, right) = (Left::transposed(&rows[small..], stride), View::new(&rows[small..], stride));
@@ -96,8 +95,23 @@ impl<R: Rows> Job for Correct<'_, R> {
         Product { left, right: gain, rows: n, inner: p, width: narrow }
             .subtract::<L, R>(ViewMut::new(corrected, narrow));
         symmetrise::<L, R>(ViewMut::new(corrected, narrow), n);
-        Ok(digits)
+        let shrinks = (0..n).any(|j| array::hides(predicted[j * narrow + j] / corrected[j * narrow + j]));
+        let gain = &belief.gain_transposed.at(t)[..p * narrow];
+        let few = few || shrinks && shows(n, narrow, [predicted, corrected], (gain, c));
+        Ok(if few { Digits::Few } else { Digits::Enough })
     }
+}
+
+/// Whether rounding of `P` shows in `Sigma`, to which `(I - L C) dP (I - L C)'` takes an error `dP`.
+fn shows(n: usize, stride: usize, [predicted, corrected]: [&[f64]; 2], (gain, c): (&[f64], &[f64])) -> bool {
+    let deviation = |j: usize| predicted[j * (stride + 1)].sqrt();
+    (0..n).any(|j| {
+        let left = |k: usize| {
+            let told: f64 = gain.chunks_exact(stride).zip(c.chunks_exact(stride)).map(|(l, c)| l[j] * c[k]).sum();
+            (f64::from(u8::from(j == k)) - told).abs() * deviation(k)
+        };
+        array::hides((0..n).map(left).sum::<f64>().powi(2) / corrected[j * (stride + 1)])
+    })
 }
 
 /// `Tr(M V^-1)` of an `M` given by its entries, with a factor of `V` and one column as memory; infinite where `V` is not
