@@ -117,3 +117,50 @@ fn a_stop_keeps_what_was_found() {
     assert_eq!(found.status, DesignStatus::Stopped);
     assert!(found.starts[0].information.is_finite() && !found.starts[0].controls.is_empty());
 }
+
+/// Above `v = 1.6` there is no system. The first step of the search leads there; the optimum is below.
+#[test]
+fn searches_step_back_from_designs_that_cannot_be_evaluated() {
+    let text = r#"
+[model]
+kind = "linear"
+A = [["1 + 0.001 * sqrt(1.6 - v)"]]
+B = [[1.0]]
+C = [[1.0]]
+
+[parameters.v]
+initial = 0.001
+bounds = [1e-6, 4.0]
+scale = "log"
+
+[[tasks]]
+name = "hold"
+steps = 30
+time_step = 1.0
+initial_state = [0]
+initial_control = [0]
+bound = 10.0
+
+[tasks.noise]
+initial = [1.0]
+process = [0.1]
+measurement = ["v"]
+
+[[tasks.costs]]
+kind = "quadratic"
+Q = [[1]]
+R = [[1]]
+
+[design]
+branch_attempts = 0
+"#;
+    let problem = supple_file::parse(text, "hold.toml").unwrap();
+    let found = search(&problem, &DesignSettings { starts: 1, ..problem.design.clone() });
+    assert_eq!(found.status, DesignStatus::Converged);
+    let StartSummary { costs, to, error, .. } = &found.starts[0];
+    assert!(error.is_none() && (costs[0] - 10.0).abs() < 1e-6 && (to[0] - 0.256_912).abs() < 1e-5, "{to:?}, {error:?}");
+    // Methods without a line search end there, and say why.
+    let cobyla = DesignSettings { method: Method::Cobyla, starts: 1, ..problem.design.clone() };
+    let found = search(&problem, &cobyla);
+    assert!(found.starts[0].status == DesignStatus::Converged || found.starts[0].error.is_some());
+}

@@ -144,7 +144,13 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             report.advice()
         ),
         DesignStatus::NotOptimal => "Not an optimum: the method stopped, but the total gradient is not zero.".into(),
-        DesignStatus::NotConverged => "Not converged; the best design found is within all cost limits.".into(),
+        DesignStatus::NotConverged => {
+            let error = report.starts.iter().find_map(|start| start.error.as_deref());
+            let cause = error.map_or_else(String::new, |error| {
+                format!(" The search ended early, as designs beside it could not be evaluated: {error}.")
+            });
+            format!("Not converged; the best design found is within all cost limits.{cause}")
+        }
         DesignStatus::Stopped => "Stopped: this is the best design found so far.".into(),
         DesignStatus::BoundViolated => {
             let over = |(task, at): (&AboutTask, &TaskEvaluation)| {

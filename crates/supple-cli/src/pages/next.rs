@@ -62,9 +62,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
         _ => plan(optimum).unwrap_or_else(|| {
             let (same, worse) = report.agreement();
             match (report.status, at_bounds.is_empty()) {
-                (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => {
-                    "more evaluations, `max_evaluations` in [design], or other starts, `--seed 1`".to_owned()
-                }
+                (DesignStatus::NotConverged | DesignStatus::NotOptimal, _) => unfinished(report),
                 (_, false) if met_blindly(report).is_some() => format!(
                     "lower the `bound` of {}: it can be met without measurements, so it gives no requirement for the sensors; `supple sensors` shows the cost without sensors",
                     met_blindly(report).unwrap_or_default()
@@ -81,6 +79,14 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
         }),
     };
     format!("Next: {advice}.\n")
+}
+
+/// After a search that did not end at an optimum.
+fn unfinished(report: &DesignReport) -> String {
+    let used_up = report.starts.iter().any(|start| start.evaluations >= report.settings.max_evaluations);
+    let more = if used_up { "more evaluations, `max_evaluations` in [design], or " } else { "" };
+    let starts = 2 * report.starts.len().max(2);
+    format!("{more}more or other starts, `--starts {starts}` or `--seed {}`", report.seed.wrapping_add(1))
 }
 
 /// The task whose limit can be met without any measurement, where more than that is minimised; none where any limit

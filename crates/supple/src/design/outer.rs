@@ -24,6 +24,12 @@ pub trait Optimiser: Send + Sync {
     fn runs(&self) -> usize {
         1
     }
+
+    /// Whether it goes on with shorter steps from points that cannot be evaluated, whose objective is infinite, rather
+    /// than ending there.
+    fn steps_back(&self) -> bool {
+        false
+    }
 }
 
 /// How an optimiser ended.
@@ -54,7 +60,7 @@ pub enum Units {
 pub struct OuterPoint {
     /// The variables, as they were evaluated.
     pub variables: Vec<f64>,
-    /// The objective.
+    /// The objective; infinite where the point could not be evaluated, and all else is that of the last point that could.
     pub objective: f64,
     /// Its gradient, one number per variable.
     pub gradient: Vec<f64>,
@@ -80,14 +86,26 @@ pub struct OuterProblem<'s, 'a, 'b> {
     scale: f64,
     /// Evaluations before the last point was asked for.
     known: usize,
-    error: Option<Error>,
+    failures: Failures,
     /// Whether the evaluation of a point was stopped.
     stopped: bool,
 }
 
+/// Points that could not be evaluated, since the last one that could.
+struct Failures {
+    /// The last one, in coordinates from 0 to 1, and why.
+    last: Option<(Vec<f64>, Error)>,
+    count: usize,
+    /// How many end the search.
+    most: usize,
+}
+
+/// Consecutive points that cannot be evaluated after which a search ends that steps back from them.
+const FAILURES: usize = 6;
+
 impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
-    pub(super) fn new(search: &'s mut Search<'a, 'b>, units: Units, first: Visit) -> Self {
-        let problem = search.problem();
+    pub(super) fn new(search: &'s mut Search<'a, 'b>, optimiser: &dyn Optimiser, first: Visit) -> Self {
+        let (problem, units) = (search.problem(), optimiser.units());
         let scale = match (units, search.aim()) {
             (Units::Natural, _) => 1.0,
             (_, Aim::Information { .. }) => first.objective(problem).abs().max(1e-12),
@@ -97,12 +115,14 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         let bounds = first.tasks.iter().enumerate();
         let bounded = bounds.filter_map(|(task, at)| at.bound.map(|bound| (task, size(bound)))).collect();
         let known = search.evaluations;
-        Self { search, units, first, bounded, scale, known, error: None, stopped: false }
+        let failures = Failures { last: None, count: 0, most: if optimiser.steps_back() { FAILURES } else { 1 } };
+        Self { search, units, first, bounded, scale, known, failures, stopped: false }
     }
 
-    /// Why a point could not be evaluated, where that ended the search.
+    /// Why points could not be evaluated, where that ended the search.
     pub(super) fn into_error(self) -> Option<Error> {
-        self.error
+        let Failures { last, count, most } = self.failures;
+        last.filter(|_| count >= most).map(|(_, error)| error)
     }
 
     fn has_auxiliary(&self) -> bool {
@@ -146,21 +166,21 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         self.search.settings().tolerance
     }
 
-    /// Whether to stop: the user asked for it, or a point could not be evaluated.
+    /// Whether to stop: the user asked for it, or points could not be evaluated.
     pub fn is_stopped(&self) -> bool {
         self.interrupted().is_some()
     }
 
     /// How a search ends that ends now, where it was not its own decision.
     pub fn interrupted(&self) -> Option<Ending> {
-        match (&self.error, self.stopped || self.search.control.is_stopped()) {
-            (Some(_), _) => Some(Ending::Stalled),
-            (None, true) => Some(Ending::Stopped),
-            (None, false) => None,
+        match (self.failures.count >= self.failures.most, self.stopped || self.search.control.is_stopped()) {
+            (true, _) => Some(Ending::Stalled),
+            (false, true) => Some(Ending::Stopped),
+            (false, false) => None,
         }
     }
 
-    /// The design at a point; the last one once the search [is stopped](Self::is_stopped).
+    /// The design at a point, if it can be evaluated.
     fn visit(&mut self, variables: &[f64]) -> Option<Visit> {
         if !self.is_stopped() {
             let design = &variables[..self.search.visitor.scaling.indices.len()];
@@ -174,13 +194,22 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
                 }
             };
             self.known = self.search.evaluations;
+            if self.failures.last.as_ref().is_some_and(|(last, _)| *last == scaled) {
+                return None;
+            }
             match self.search.visit(&scaled) {
-                Ok(visit) => return Some(visit),
+                Ok(visit) => {
+                    (self.failures.last, self.failures.count) = (None, 0);
+                    return Some(visit);
+                }
                 Err(Error::Stopped) => self.stopped = true,
-                Err(error) => self.error = Some(error),
+                Err(error) => {
+                    self.failures.last = Some((scaled, error));
+                    self.failures.count += 1;
+                }
             }
         }
-        self.search.visitor.visits.last().cloned()
+        None
     }
 
     /// A gradient by all parameters over a scale, and by the auxiliary variable where there is one.
@@ -193,10 +222,19 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         own.into_iter().map(|slope| slope / scale).chain(self.has_auxiliary().then_some(auxiliary)).collect()
     }
 
-    /// What is known at a point; none where nothing was ever evaluated. Once the search [is stopped](Self::is_stopped),
-    /// that of the last point.
+    /// What is known at a point; none where nothing was ever evaluated. At a point that cannot be evaluated, and once
+    /// the search [is stopped](Self::is_stopped), that of the last point, at the former with an infinite objective.
     pub fn at(&mut self, variables: &[f64]) -> Option<OuterPoint> {
-        let visit = self.visit(variables)?;
+        if let Some(visit) = self.visit(variables) {
+            return Some(self.known_of(&visit, variables));
+        }
+        let last = self.search.visitor.visits.last().cloned()?;
+        let known = self.known_of(&last, variables);
+        let objective = if self.is_stopped() { known.objective } else { f64::INFINITY };
+        Some(OuterPoint { objective, ..known })
+    }
+
+    fn known_of(&self, visit: &Visit, variables: &[f64]) -> OuterPoint {
         let problem = self.search.problem();
         let auxiliary = self.has_auxiliary().then(|| variables[variables.len() - 1]);
         let (objective, gradient) = match auxiliary {
@@ -206,7 +244,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
                 (auxiliary, gradient)
             }
             None => {
-                let gradient = self.gradient(&visit, &visit.objective_gradient(problem), (self.scale, 0.0));
+                let gradient = self.gradient(visit, &visit.objective_gradient(problem), (self.scale, 0.0));
                 (visit.objective(problem) / self.scale, gradient)
             }
         };
@@ -224,7 +262,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
                 None => (at.bound.map(|bound| (at.cost - bound) / size), at.excess_gradient(1.0), (size, 0.0)),
             };
             constraints.push(value.unwrap_or(-1.0));
-            jacobian.push(self.gradient(&visit, &by_parameter, by));
+            jacobian.push(self.gradient(visit, &by_parameter, by));
         }
         if self.search.settings().budget.is_some() {
             let budget = visit.price.budget.unwrap_or(f64::INFINITY);
@@ -233,14 +271,14 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
                 Units::Natural => (visit.price.total - budget, 1.0),
             };
             constraints.push(value);
-            jacobian.push(self.gradient(&visit, &visit.price.gradient, (scale, 0.0)));
+            jacobian.push(self.gradient(visit, &visit.price.gradient, (scale, 0.0)));
         }
         for &(task, size) in &self.bounded {
             let at = &visit.tasks[task];
             if let (Some((cost, _)), Some(bound), Some(gradient)) = (&at.unmeasured, at.bound, at.unmeasured_gradient())
             {
                 constraints.push((cost - bound) / size);
-                jacobian.push(self.gradient(&visit, &gradient, (size, 0.0)));
+                jacobian.push(self.gradient(visit, &gradient, (size, 0.0)));
             }
         }
         let mut at = match self.units {
@@ -248,7 +286,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
             Units::Natural => self.search.visitor.scaling.indices.iter().map(|&index| visit.phi[index]).collect(),
         };
         at.extend(auxiliary);
-        Some(OuterPoint { variables: at, objective, gradient, constraints, jacobian })
+        OuterPoint { variables: at, objective, gradient, constraints, jacobian }
     }
 
     /// Notifies observers of a step; `is_trial` marks a line-search trial.

@@ -124,7 +124,7 @@ fn run_optimiser(search: &mut Search, optimiser: &dyn Optimiser) -> Ending {
     let mut ending = Ending::Stalled;
     for _ in 0..optimiser.runs() {
         let Some(first) = search.visitor.visits.last().cloned() else { break };
-        let mut problem = OuterProblem::new(search, optimiser.units(), first.clone());
+        let mut problem = OuterProblem::new(search, optimiser, first.clone());
         ending = optimiser.minimise(&mut problem);
         search.error = problem.into_error();
         if optimiser.keeps_last() {

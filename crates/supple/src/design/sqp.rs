@@ -12,6 +12,10 @@ impl Optimiser for Sqp {
         3
     }
 
+    fn steps_back(&self) -> bool {
+        true
+    }
+
     fn minimise(&self, problem: &mut OuterProblem) -> Ending {
         let (first, tolerance, evaluations) = (problem.first(), problem.tolerance(), problem.max_evaluations());
         let bounds: Vec<(f64, f64)> = problem.bounds().into_iter().map(|[lower, upper]| (lower, upper)).collect();

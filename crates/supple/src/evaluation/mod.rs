@@ -187,10 +187,18 @@ fn sampled(
     monte_carlo(task, phi, &state.plan, &state.noise, state.cost.expected(), rollouts).map(Some)
 }
 
-/// Limits of states, controls and quantities that a plan violates.
+/// Limits of states, controls and quantities that a plan violates. A limit of the robot's file that the task repeats
+/// counts once.
 fn violations((task, phi): (&Task, &[f64]), state: &TaskState) -> Vec<LimitViolation> {
     let trajectory = &state.plan.trajectory;
-    [limits_violated(&task.system.limits(), trajectory), quantity_violations(task, phi, trajectory)].concat()
+    let mut all = limits_violated(&task.system.limits(), trajectory);
+    for found in quantity_violations(task, phi, trajectory) {
+        let same = |known: &LimitViolation| LimitViolation { name: found.name.clone(), ..known.clone() } == found;
+        if !all.iter().any(same) {
+            all.push(found);
+        }
+    }
+    all
 }
 
 /// Why the numbers of a task cannot be trusted.

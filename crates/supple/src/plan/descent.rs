@@ -134,7 +134,7 @@ pub(crate) fn descend<D: Descent>(search: &mut D, settings: &PlanSettings, deadl
 
 /// Whether a plan is as stationary as rounding may allow.
 fn is_nearly_stationary(stationarity: f64, settings: &PlanSettings) -> bool {
-    stationarity <= (1e3 * settings.tolerance).min(settings.tolerance.max(NEARLY))
+    stationarity <= (1e4 * settings.tolerance).min(settings.tolerance.max(NEARLY))
 }
 
 /// Whether the time is over, or a stop was requested.
