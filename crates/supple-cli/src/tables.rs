@@ -45,7 +45,7 @@ fn fitted(table: &Table, width: usize) -> String {
     // A space on both sides of every cell.
     let widths: Vec<usize> = table.column_max_content_widths().iter().map(|&width| usize::from(width) + 2).collect();
     if widths.iter().sum::<usize>() <= width {
-        return table.to_string();
+        return table.trim_fmt();
     }
     let mut blocks: Vec<Vec<usize>> = Vec::new();
     let first = widths.first().copied().unwrap_or(0);
@@ -73,8 +73,7 @@ fn fitted(table: &Table, width: usize) -> String {
             }
         }
         part.set_content_arrangement(ContentArrangement::Dynamic).set_width(u16::try_from(width).unwrap_or(u16::MAX));
-        let text = part.to_string();
-        text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+        part.trim_fmt()
     });
     shown.collect::<Vec<_>>().join("\n\n")
 }
