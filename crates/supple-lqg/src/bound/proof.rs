@@ -8,8 +8,8 @@ use super::along::Spread;
 use super::horizon::{Horizon, Stationary};
 use super::regulator::regulator;
 use super::verify::{
-    Back, Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, distance, is_paid, over_horizon,
-    steady,
+    Back, Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, distance, over_horizon,
+    payment_distance, steady,
 };
 use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
@@ -139,10 +139,7 @@ pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matri
     let (s, _) = regulator(&a, &b, &l).map_err(|error| error.to_string())?;
     let (f, l, s) = (matrix(&f), matrix(&l), matrix(&s));
     let found = distance(&Back { dynamics: &f, cost: &l, next: &s, here: &s, price: &of(&system.price, 0) })?;
-    if !is_paid(&f, &l, &s) {
-        return Err("the regulator stabilises states that may not affect the cost".into());
-    }
-    Ok(found)
+    Ok(found.max(payment_distance(&f, &l, &s)?))
 }
 
 /// What sensors achieve, computed by their filter on the problem as given.

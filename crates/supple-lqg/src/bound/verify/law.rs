@@ -3,7 +3,7 @@
 
 use super::elimination::{Elimination, Row, Symmetric, eliminated, gains};
 use super::interval::Interval;
-use super::matrix::Matrix;
+use super::matrix::{Enclosure, Matrix};
 use super::wide::Wide;
 
 /// `x+ = F z + w` of `z = (x, u)` with the cost `1/2 z' L z` at every step and `1/2 x' L_N x` at the end.
@@ -82,6 +82,14 @@ pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, S
     Err(reason)
 }
 
+/// A lower bound on `V`, where `x'Vx / 2` is the least cost of so many equal steps whatever the state after them; none where
+/// 1024 bits do not determine it.
+pub(super) fn paid_within(step: &AlongStep, steps: usize) -> Option<Enclosure> {
+    Sweep::<2>::paid_within(step, steps)
+        .or_else(|| Sweep::<4>::paid_within(step, steps))
+        .or_else(|| Sweep::<16>::paid_within(step, steps))
+}
+
 /// A sweep backwards from the end.
 struct Sweep<const K: usize> {
     /// `S` of a law that every controller pays at least, and of one that some controller pays at most.
@@ -95,10 +103,25 @@ struct Sweep<const K: usize> {
 }
 
 impl<const K: usize> Sweep<K> {
+    fn new(last: &Matrix) -> Self {
+        let last = Symmetric::new(last);
+        Self { below: last.clone(), above: last, sums: [Wide::ZERO; 2], sizes: [0.0; 2], distance: 0.0 }
+    }
+
+    fn paid_within(step: &AlongStep, steps: usize) -> Option<Enclosure> {
+        let n = step.dynamics.rows;
+        let mut sweep = Self::new(&Matrix::from_fn(n, n, |_, _| 0.0));
+        for t in (0..steps).rev() {
+            sweep.back(step, t).ok()?;
+        }
+        Some(Enclosure::from_fn(n, n, |i, j| {
+            let (low, high) = sweep.below.at(i, j).around(0.0);
+            Interval { low, high }
+        }))
+    }
+
     fn run(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, Failure> {
-        let last = Symmetric::new(&along.last);
-        let mut sweep =
-            Self { below: last.clone(), above: last, sums: [Wide::ZERO; 2], sizes: [0.0; 2], distance: 0.0 };
+        let mut sweep = Self::new(&along.last);
         let (mut prices, mut radii) = (Vec::new(), Vec::new());
         for (t, step) in along.steps.iter().enumerate().rev() {
             if is_stopped() {
@@ -242,7 +265,7 @@ fn is_finite(a: &Matrix) -> bool {
 }
 
 /// `L + F' S F`.
-fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symmetric<K>) -> Symmetric<K> {
+pub(super) fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symmetric<K>) -> Symmetric<K> {
     let (n, joint, f) = (step.dynamics.rows, step.cost.rows, &step.dynamics);
     let mut moved = vec![Wide::<K>::ZERO; n * joint];
     for i in 0..n {
@@ -273,7 +296,7 @@ fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symme
 
 /// Sums of absolute values that the entries of `L + F' S F` are at most, or of `[I; K]' (L + F' S F) [I; K]`, and some
 /// more.
-fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec<Wide<K>>]>) -> Matrix {
+pub(super) fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec<Wide<K>>]>) -> Matrix {
     let (n, joint) = (step.dynamics.rows, step.cost.rows);
     let (f, s) = (step.dynamics.abs(), Matrix::from_fn(n, n, |i, j| s.at(i, j).magnitude()));
     let carried = f.transpose().times(&s).times(&f);

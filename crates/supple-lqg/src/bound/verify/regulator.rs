@@ -22,19 +22,7 @@ pub(crate) struct Back<'a> {
 const PRICELESS: f64 = 1e-10;
 
 /// How far, relatively, the cost is from one for which the step is exact and every price is paid.
-const ROUNDING: f64 = 1e-8;
-
-/// How much less a cost counts a step later, where it is asked whether a state is ever paid for.
-const DISCOUNT: f64 = 0.8;
-
-/// Steps of that.
-const STEPS: usize = 150;
-
-/// How many times that cost, and which share of everything, the cost to go may be.
-const SEEN: (f64, f64) = (1e8, 1e-6);
-
-/// Costs of steps below this share of the cost to go are rounding: much less than the least that counts as paid.
-const PAID: f64 = 1e-10;
+pub(super) const ROUNDING: f64 = 1e-8;
 
 /// By how much `L`, relatively, must change so that `L + F'S'F - diag(S, 0) = U'U` and `Theta = U_x'U_x / 2` exactly:
 /// then every controller pays `1/2 Tr(W S') + Tr(Theta P)` at this step.
@@ -96,88 +84,4 @@ fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Matrix {
         rows.push(row);
     }
     Matrix::from_fn(rows.len(), joint, |i, j| rows[i][j])
-}
-
-/// Whether every state that `S` prices is paid for within some steps, whatever the controls do: then no controller
-/// pays less on average than `1/2 Tr(W S)`, and `S` is not of one that keeps bounded what costs nothing.
-///
-/// By steps of the discounted problem from 0, rounded; not a proof. Along motions without a cost rounding would grow
-/// until it looks like one: what is small beside `S` is dropped after each step, so that what is left is rather too
-/// low.
-pub(crate) fn is_paid(dynamics: &Matrix, cost: &Matrix, s: &Matrix) -> bool {
-    let (n, joint) = (s.rows, cost.rows);
-    let unit: Vec<f64> = (0..n).map(|i| s.at(i, i).max(0.0).sqrt()).collect();
-    let by: Vec<f64> = unit.iter().map(|&unit| if unit > 0.0 { 1.0 / unit } else { 0.0 }).collect();
-    // In units of `S`, and as it is.
-    let (mut paid, mut value) = (Matrix::from_fn(n, n, |_, _| 0.0), Matrix::from_fn(n, n, |_, _| 0.0));
-    let moved = dynamics.abs();
-    for _ in 0..STEPS {
-        let carried = dynamics.transpose().times(&value).times(dynamics);
-        let sized = moved.transpose().times(&value.abs()).times(&moved);
-        let h = Matrix::from_fn(joint, joint, |i, j| cost.at(i, j) + DISCOUNT * carried.at(i, j));
-        let sizes = Matrix::from_fn(joint, joint, |i, j| cost.at(i, j).abs() + DISCOUNT * sized.at(i, j));
-        let u = eliminated(&h, &sizes, n);
-        let saved = u.transpose().times(&u);
-        let left = |i: usize, j: usize| 0.5 * (h.at(i, j) - saved.at(i, j) + h.at(j, i) - saved.at(j, i));
-        paid = without_small(&Matrix::from_fn(n, n, |i, j| left(i, j) * by[i] * by[j]), PAID);
-        value = Matrix::from_fn(n, n, |i, j| paid.at(i, j) * unit[i] * unit[j]);
-    }
-    let (times, share) = SEEN;
-    let left = Matrix::from_fn(n, n, |i, j| {
-        let all = times * paid.at(i, j) - s.at(i, j) * by[i] * by[j];
-        if i == j { all + share * n as f64 } else { all }
-    });
-    left.cholesky().is_some()
-}
-
-/// A positive semidefinite matrix without what is left of it once Cholesky's pivots, the largest first, are below
-/// `least`.
-fn without_small(a: &Matrix, least: f64) -> Matrix {
-    let n = a.rows;
-    let (mut left, mut kept) = (a.clone(), Matrix::from_fn(n, n, |_, _| 0.0));
-    for _ in 0..n {
-        let Some(k) = (0..n).max_by(|&a, &b| left.at(a, a).total_cmp(&left.at(b, b))) else { break };
-        let pivot = left.at(k, k);
-        if pivot.is_nan() || pivot <= least {
-            break;
-        }
-        let column: Vec<f64> = (0..n).map(|i| left.at(i, k) / pivot.sqrt()).collect();
-        left = Matrix::from_fn(n, n, |i, j| left.at(i, j) - column[i] * column[j]);
-        kept = Matrix::from_fn(n, n, |i, j| kept.at(i, j) + column[i] * column[j]);
-    }
-    kept
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// `c'x` costs and the control does not; with `c'x` held at 0 the states grow by 1.9 per step, at no cost.
-    #[test]
-    fn motions_without_a_cost_may_grow_and_need_not_be_stopped() {
-        let dynamics = Matrix { rows: 2, cols: 3, entries: vec![0.0, 1.0, 0.0, 0.3, -0.7, 1.1] };
-        let c = [-1.9 * 0.7, 0.7, 0.0];
-        let cost = Matrix::from_fn(3, 3, |i, j| c[i] * c[j]);
-        let least = Matrix::from_fn(2, 2, |i, j| c[i] * c[j]);
-        // Steps from the identity lead to the regulator that keeps the states bounded, and pays for it.
-        let mut bounded = Matrix::identity(2);
-        for _ in 0..300 {
-            let carried = dynamics.transpose().times(&bounded).times(&dynamics);
-            let h = Matrix::from_fn(3, 3, |i, j| cost.at(i, j) + carried.at(i, j));
-            let u = eliminated(&h, &h.abs(), 2);
-            let paid = u.transpose().times(&u);
-            bounded = Matrix::from_fn(2, 2, |i, j| h.at(i, j) - paid.at(i, j));
-        }
-        for (s, accepted) in [(&least, true), (&bounded, false)] {
-            let h = dynamics.transpose().times(s).times(&dynamics);
-            let h = Matrix::from_fn(3, 3, |i, j| cost.at(i, j) + h.at(i, j));
-            let u = eliminated(&h, &h.abs(), 2);
-            let price = u.transpose().times(&u);
-            let price = Matrix::from_fn(2, 2, |i, j| 0.5 * price.at(i, j));
-            let back = Back { dynamics: &dynamics, cost: &cost, next: s, here: s, price: &price };
-            assert!(distance(&back).is_ok(), "{s:?}");
-            assert_eq!(is_paid(&dynamics, &cost, s), accepted, "{s:?}");
-        }
-        assert!(bounded.at(1, 1) > 2.0 * least.at(1, 1), "{bounded:?}");
-    }
 }
