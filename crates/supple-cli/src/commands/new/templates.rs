@@ -92,6 +92,10 @@ impl Draft<'_> {
         self.limb.free_name("door")
     }
 
+    fn hinge_name(&self) -> String {
+        self.limb.free_name("hinge")
+    }
+
     /// Joints of the mount: across, across and along the direction that it pushes in.
     fn axes(&self) -> [String; 3] {
         ["x", "y", "z"].map(|axis| format!("{}_{axis}", self.mount_name()))
