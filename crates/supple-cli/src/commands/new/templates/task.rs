@@ -111,12 +111,15 @@ impl Draft<'_> {
             "\n[tasks.noise]                    # standard deviations; of the process per step\ninitial_deviation = {{ {} }}\n",
             table(&initial, 1.0)
         );
+        let wall = match wanders {
+            true => format!("the wall drifts by {:?} m and joint velocities", rules.wall_sd),
+            false => "joint velocities drift".to_owned(),
+        };
         let _ = writeln!(
             text,
-            "# Joint velocities drift by {wander:?} {} in one second{}; in a step, by that times the square root of the time step.\n\
+            "# In one second, {wall} by {wander:?} {}; in a step, by that times the square root of the time step.\n\
              process_deviation = {{ {} }}",
             limb.speed_unit(),
-            if wanders { format!(", the wall by {:?} m", rules.wall_sd) } else { String::new() },
             table(&process, dt.sqrt())
         );
     }

@@ -65,6 +65,11 @@ impl Draft<'_> {
         four_digits(self.rules.travel / self.width())
     }
 
+    /// Deviation from that at the end that matters, rad.
+    pub fn opening_tolerance(&self) -> f64 {
+        four_digits(0.1 * self.opening())
+    }
+
     /// Standard deviation of the direction from the handle to the hinge, rad: the hinge is off sideways by twice as much as
     /// a wall.
     pub(super) fn direction_sd(&self) -> f64 {
