@@ -237,11 +237,12 @@ impl Tried {
         };
         let mut draft = draft.limited(limit, first);
         let needs_more = evaluation.tasks[0].trust.as_ref().is_some_and(Trust::needs_only_rollouts);
-        if needs_more && rollouts < MANY {
-            if let Ok(more) = evaluate(MANY) {
-                evaluation = more;
-                draft.rollouts = Some(MANY);
-            }
+        if needs_more
+            && rollouts < MANY
+            && let Ok(more) = evaluate(MANY)
+        {
+            evaluation = more;
+            draft.rollouts = Some(MANY);
         }
         let task = &evaluation.tasks[0];
         let (converged, touches) = (task.status.is_converged(), task.contacts.iter().all(|contact| contact.touches));
