@@ -334,10 +334,12 @@ class Trust(Record):
     Attributes:
         verdict: ``"holds"``, ``"doubtful"`` or ``"broken"``.
         reasons: The findings, and what to try.
+        rollouts_needed: About how many roll-outs are needed, if there are too few to tell.
     """
 
     verdict: str
     reasons: list[str]
+    rollouts_needed: int | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

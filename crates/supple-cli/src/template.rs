@@ -11,7 +11,7 @@ pub enum Template {
     Insert,
     /// Move a tool on a compliant mount to a point
     Reach,
-    /// Keep pressing on a wall while the robot is disturbed
+    /// Keep pressing on a wall while it drifts and the joints are disturbed
     Hold,
     /// Open a door by its handle
     Handle,
@@ -24,7 +24,7 @@ impl Template {
         (Self::Wipe, "wipe", "touch a wall and move along it under force"),
         (Self::Insert, "insert", "move along the wall of a hole that is not where it is expected"),
         (Self::Reach, "reach", "move a tool on a compliant mount to a point"),
-        (Self::Hold, "hold", "keep pressing on a wall while the robot is disturbed"),
+        (Self::Hold, "hold", "keep pressing on a wall while it drifts and the joints are disturbed"),
         (Self::Handle, "handle", "open a door by its handle"),
     ];
 

@@ -12,6 +12,8 @@ use crate::simulate::MonteCarlo;
 const TOLERATED: f64 = 0.1;
 /// Standard errors by which a sampled mean may be off by chance.
 const CHANCE: f64 = 3.0;
+/// Factor on the roll-outs that are advised: their spread is known from a sample only.
+const MORE: f64 = 1.2;
 /// How far the filter's consistency may be from 1.
 const INCONSISTENT: f64 = 0.2;
 /// Share of the roll-outs in which a contact of the plan should touch.
@@ -25,6 +27,9 @@ pub struct Trust {
     pub verdict: Verdict,
     /// What was found, and what to try; nothing where the linearisation holds.
     pub reasons: Vec<String>,
+    /// Where there are too few roll-outs to tell, which is then one of the reasons: about how many are needed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rollouts_needed: Option<usize>,
 }
 
 /// Whether the linearisation holds that information and expected cost are computed with.
@@ -84,23 +89,47 @@ impl Trust {
             let advice = "try less initial uncertainty or process noise, softer contacts (`stiffness`, `smoothing`), or a \
                           smaller weight on the quantity that the feedback tracks";
             broken.push(advice.to_owned());
-            return Self { verdict: Verdict::Broken, reasons: broken };
+            return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed: None };
         }
-        let reasons = doubts(predicted, sampled);
+        let rollouts_needed = rollouts_needed(predicted, sampled);
+        let reasons = doubts(predicted, sampled, rollouts_needed);
         let verdict = if reasons.is_empty() { Verdict::Holds } else { Verdict::Doubtful };
-        Self { verdict, reasons }
+        Self { verdict, reasons, rollouts_needed }
+    }
+
+    /// Whether the only doubt is that there are too few roll-outs.
+    #[must_use]
+    pub fn needs_only_rollouts(&self) -> bool {
+        self.rollouts_needed.is_some() && self.reasons.len() == 1
     }
 }
 
-fn doubts(predicted: &Predicted, sampled: &MonteCarlo) -> Vec<String> {
+/// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits.
+fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize> {
+    let (error, tolerated) = (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs());
+    if error <= tolerated {
+        return None;
+    }
+    // The standard error falls with the square root of the number. It is itself an estimate.
+    let needed = MORE * sampled.rollouts.max(1) as f64 * (error / tolerated).powi(2);
+    if !needed.is_finite() {
+        return Some(sampled.rollouts.max(1) * 2);
+    }
+    let unit = 10.0_f64.powf(needed.log10().floor() - 1.0).max(1.0);
+    Some(((needed / unit).ceil() * unit) as usize)
+}
+
+fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<usize>) -> Vec<String> {
     let mut reasons = Vec::new();
     if !predicted.status.is_converged() {
         reasons.push(format!("the plan did not converge ({})", predicted.status));
     }
     let (error, tolerated) = (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs());
-    if error.is_nan() || error > tolerated {
-        reasons
-            .push(format!("{} roll-outs are too few to estimate the cost to within 10 %: use more", sampled.rollouts));
+    if let Some(needed) = rollouts_needed {
+        reasons.push(format!(
+            "{} roll-outs are too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]",
+            sampled.rollouts
+        ));
     } else if sampled.difference.abs() > tolerated.max(error) {
         reasons.push(format!(
             "roll-outs cost {:.4}, but {:.4} is expected: the cost is not quadratic over the spread of states; try less \

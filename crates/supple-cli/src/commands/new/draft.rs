@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::{EvaluateOptions, Verdict};
+use supple::{EvaluateOptions, TaskEvaluation, Trust, Verdict};
 use supple_robot::{LoadOptions, load};
 use supple_text::{quoted, short};
 
@@ -27,6 +27,12 @@ const LONGEST: f64 = 2.0;
 const LONGER: f64 = 1.4;
 /// Share of the torque by the weight of the limb above which gravity moves a joint without a drive.
 const FALLING: f64 = 0.01;
+/// Roll-outs where the usual number is too few to tell.
+const MANY: usize = 1000;
+/// Tolerances by which a plan may end beside its target.
+const BESIDE: f64 = 3.0;
+/// Speed limits above this stand for none, rad/s or m/s.
+const FASTEST: f64 = 100.0;
 /// By which share of the cost a sensor that is of use lowers it.
 const LEAST_USE: f64 = 0.05;
 
@@ -74,6 +80,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
                 limit: None,
                 enforced,
                 first: None,
+                rollouts: (template == Template::Reach).then_some(MANY),
             };
             Tried::of(&draft, path)
         };
@@ -94,8 +101,27 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
         return Err(Failure::usage(message));
     }
     warn_of_still(&limb.planning);
+    warn_of_fast(&limb);
     best.faults.iter().for_each(|fault| warn(fault));
     Ok(best.text)
+}
+
+/// Warns of speed limits that no joint reaches.
+fn warn_of_fast(limb: &Limb) {
+    for slides in [false, true] {
+        let fast =
+            limb.of_kind(slides).filter(|joint| joint.limits.velocity.is_finite() && joint.limits.velocity > FASTEST);
+        let (names, speeds): (Vec<&str>, Vec<f64>) = fast.map(|joint| (&*joint.name, joint.limits.velocity)).unzip();
+        if let Some(least) = speeds.into_iter().reduce(f64::min) {
+            let (joints, unit, s) =
+                (quoted(&names), if slides { "m/s" } else { "rad/s" }, if names.len() == 1 { "" } else { "s" });
+            warn(&format!(
+                "the robot file limits the speed of joint{s} {joints} to {} {unit}: not a real limit? Correct `velocity` there, or \
+                 lower the limit in the task",
+                short(least, 3)
+            ));
+        }
+    }
 }
 
 /// Leaves postures in which gravity moves no joint without a drive.
@@ -155,7 +181,7 @@ fn best_at(
             slower = SLOWEST;
         } else if tried.is_limited && !enforced {
             enforced = true;
-        } else if tried.is_doubtful() && template.touches() && longer * LONGER <= LONGEST {
+        } else if tried.is_doubtful && template.touches() && longer * LONGER <= LONGEST {
             longer *= LONGER;
         } else {
             return Ok(better(best, tried));
@@ -180,6 +206,8 @@ struct Tried {
     is_limited: bool,
     /// The verdict of roll-outs on the linearisation; none where the plan did not converge.
     verdict: Option<Verdict>,
+    /// Whether roll-outs find the linearisation doubtful, and not only that there are too few of them.
+    is_doubtful: bool,
     /// What is wrong with it, for people.
     faults: Vec<String>,
 }
@@ -195,14 +223,27 @@ impl Tried {
         if let (Some(first), Ok(k)) = (first, problem.parameters.index("k")) {
             phi[k] = first;
         }
-        let options = EvaluateOptions { rollouts: problem.rollouts(None), ..Default::default() };
-        let evaluation = match problem.evaluate(&phi, &options) {
+        let evaluate = |rollouts: usize| {
+            problem.evaluate(&phi, &EvaluateOptions { rollouts, trajectories: true, ..Default::default() })
+        };
+        let rollouts = problem.rollouts(None);
+        let mut evaluation = match evaluate(rollouts) {
             Ok(evaluation) => evaluation,
             Err(error) => {
                 let (text, faults) = (String::new(), vec![error.to_string()]);
-                return Ok(Self { text, converged: false, touches: false, is_limited: false, verdict: None, faults });
+                let (converged, touches, is_limited, is_doubtful) = (false, false, false, false);
+                return Ok(Self { text, converged, touches, is_limited, verdict: None, is_doubtful, faults });
             }
         };
+        let mut draft = draft.limited(limit, first);
+        let needs_more = evaluation.tasks[0].trust.as_ref().is_some_and(Trust::needs_only_rollouts);
+        if needs_more
+            && rollouts < MANY
+            && let Ok(more) = evaluate(MANY)
+        {
+            evaluation = more;
+            draft.rollouts = Some(MANY);
+        }
         let task = &evaluation.tasks[0];
         let (converged, touches) = (task.status.is_converged(), task.contacts.iter().all(|contact| contact.touches));
         let mut faults: Vec<String> = task.warnings.clone();
@@ -220,31 +261,52 @@ impl Tried {
                 "the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at"
             )
         }));
+        faults.extend(beside(&draft, task));
         let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds);
+        let is_doubtful = converged && trust.is_some_and(|trust| !trust.needs_only_rollouts());
         if let Some(trust) = trust {
             let numbers = match draft.template {
-                Template::Reach => "--set disturbance, with less of it, or --set travel",
-                Template::Handle => "a smaller --set wall_sd or --set travel",
-                _ => "a larger --set smoothing or a smaller --set wall_sd",
+                Template::Reach => "; try --set disturbance, with less of it, or --set travel",
+                Template::Handle => "; try a smaller --set wall_sd or --set travel",
+                _ => "; try a larger --set smoothing or a smaller --set wall_sd",
             };
-            faults.push(format!("roll-outs of the first design: {trust}; try {numbers}"));
+            let numbers = if trust.needs_only_rollouts() { "" } else { numbers };
+            faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
         }
-        if coarse < precise * (1.0 + LEAST_USE) {
+        // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
+        if coarse < precise * (1.0 + LEAST_USE) && !is_doubtful {
             faults.push(of_little_use(draft.template, precise, coarse));
         }
-        let text = draft.limited(limit, first).text();
         let verdict = task.trust.as_ref().map(|trust| trust.verdict);
-        Ok(Self { text, converged, touches, is_limited: !task.limits_violated.is_empty(), verdict, faults })
-    }
-
-    fn is_doubtful(&self) -> bool {
-        self.converged && self.verdict.is_some_and(|verdict| verdict != Verdict::Holds)
+        let is_limited = !task.limits_violated.is_empty();
+        Ok(Self { text: draft.text(), converged, touches, is_limited, verdict, is_doubtful, faults })
     }
 
     /// The less, the better.
     fn rank(&self) -> (bool, bool, Option<Verdict>, usize) {
         (!self.converged, !self.touches, self.verdict, self.faults.len())
     }
+}
+
+/// The fault of a plan that ends beside its target.
+fn beside(draft: &Draft, task: &TaskEvaluation) -> Option<String> {
+    let (tolerance, name, unit) = match draft.template {
+        Template::Press | Template::Hold => return None,
+        Template::Handle => (draft.opening_tolerance(), "q.", "rad"),
+        _ => (draft.rules.tolerance, " of ", "m"),
+    };
+    let quantities = &task.trajectory.as_ref()?.quantities;
+    let wanted = quantities.iter().filter(|quantity| quantity.of.starts_with("cost ") && quantity.name.contains(name));
+    let wanted = wanted.filter(|quantity| quantity.unit == unit);
+    let off = wanted.filter_map(|quantity| Some(quantity.values.last()? - quantity.target?));
+    let off = off.map(|off| off * off).sum::<f64>().sqrt();
+    (off > BESIDE * tolerance).then(|| {
+        let (off, tolerance) = (short(off, 2), short(tolerance, 2));
+        format!(
+            "the plan ends {off} {unit} from its target, where {tolerance} {unit} are tolerable: the target may be at the edge of \
+             what the limb reaches; try a smaller --set travel, a longer --set time, or --at"
+        )
+    })
 }
 
 /// The warning about a sensor that the task hardly needs.

@@ -22,6 +22,8 @@ const LOADED: f64 = 0.8;
 /// Limbs of fewer joints cannot bring their tool to any place, but to a line or a surface: their tasks give joint positions,
 /// and their tools press in a direction in which they can move.
 pub const FEW: usize = 3;
+/// Factor on the distance of a target at which the limb still reaches: stretched, it would move no further.
+const SPARE: f64 = 1.1;
 /// Square of the share of their motion that joints of such a limb have along a wall's normal at least.
 const FACING: f64 = 0.25;
 
@@ -191,6 +193,19 @@ impl<'a> Search<'a> {
         (along / most).powi(2)
     }
 
+    /// Whether the tool can be brought to a place, in whatever orientation.
+    fn reaches(&self, position: [f64; 3], from: &[f64]) -> bool {
+        let limb = self.limb;
+        let goal = PoseGoal { link: limb.link, frame: limb.pose, position, rotation: None };
+        let reach = Reach {
+            start: from,
+            lower: &self.limits.iter().map(|limits| limits.lower).collect::<Vec<_>>(),
+            upper: &self.limits.iter().map(|limits| limits.upper).collect::<Vec<_>>(),
+            free: &vec![true; from.len()],
+        };
+        inverse_kinematics(&limb.planning.tree, &self.numbers, &goal, &reach).is_there()
+    }
+
     /// A start near a posture, with the tool before the wall.
     fn start(&self, near: &[f64], normal: [f64; 3], at: Option<[f64; 3]>) -> Option<Start> {
         let limb = self.limb;
@@ -247,11 +262,24 @@ impl<'a> Search<'a> {
 }
 
 impl Start {
+    /// Where the tool is once it has moved along the wall by `travel`, m, or by half of that: the first such place that it
+    /// reaches, with some way left.
+    pub fn along_wall(&self, limb: &Limb, travel: f64) -> [f64; 3] {
+        let search = Search::of(limb);
+        let [x, y] = self.along;
+        let place = |by: f64, along: [f64; 3]| add(self.position, scale(by, along));
+        let ways = [x, scale(-1.0, x), y, scale(-1.0, y)];
+        let mut tries = [travel, 0.5 * travel].into_iter().flat_map(|by| ways.map(|along| (by, along)));
+        let found = tries.find(|&(by, along)| search.reaches(place(SPARE * by, along), &self.q));
+        let (by, along) = found.unwrap_or((travel, x));
+        place(by, along)
+    }
+
     /// Where the tool is once it has moved by `travel`, m: along the wall, or, where the limb has few joints, as the one that
     /// moves it most turns or slides, away from the nearer of its limits.
     pub fn moved(&self, limb: &Limb, travel: f64) -> [f64; 3] {
         if self.q.len() >= FEW {
-            return add(self.position, scale(travel, self.along[0]));
+            return self.along_wall(limb, travel);
         }
         let search = Search::of(limb);
         let lengths: Vec<f64> = search.columns(&self.q).into_iter().map(norm).collect();

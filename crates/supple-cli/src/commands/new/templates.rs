@@ -31,6 +31,8 @@ pub struct Draft<'a> {
     pub enforced: bool,
     /// The stiffness at which searches begin, where the stiff mount exceeds the limit, N/m.
     pub first: Option<f64>,
+    /// Roll-outs, where the usual number would be too few.
+    pub rollouts: Option<usize>,
 }
 
 /// A limit of the expected cost.
@@ -78,8 +80,8 @@ impl Draft<'_> {
         self.costs(&mut text);
         self.followed(&mut text);
         text += "\n[design]                         # larger values explore more local minima but take longer\nstarts = 1\nrounds = 2\nbranch_attempts = 6\n";
-        if self.template == Template::Reach {
-            said(&mut text, "rollouts = 1000", "costs of single runs differ a lot here");
+        if let Some(rollouts) = self.rollouts {
+            said(&mut text, &format!("rollouts = {rollouts}"), "costs of single runs differ a lot here");
         }
         text
     }
@@ -90,6 +92,10 @@ impl Draft<'_> {
 
     fn door_name(&self) -> String {
         self.limb.free_name("door")
+    }
+
+    fn hinge_name(&self) -> String {
+        self.limb.free_name("hinge")
     }
 
     /// Joints of the mount: across, across and along the direction that it pushes in.

@@ -25,7 +25,7 @@ impl Draft<'_> {
             }
             Template::Wipe => {
                 self.force(text);
-                let end = pressed(start.normal, add(start.position, scale(rules.travel, start.along[0])));
+                let end = pressed(start.normal, start.along_wall(limb, rules.travel));
                 self.point(text, end, &along, true);
                 self.deflection(text, &z);
             }
@@ -86,7 +86,7 @@ impl Draft<'_> {
         let rules = self.rules;
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [\"{}_rz\"]", self.door_name());
         said(text, &format!("target = [{:?}]", self.opening()), "rad: the door is pulled open");
-        let (always, last) = (self.opening(), four_digits(0.1 * self.opening()));
+        let (always, last) = (self.opening(), self.opening_tolerance());
         said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} rad"));
         said(text, &format!("final_weight = {:?}", rules.final_weight(last)), &format!("tolerance {last:?} rad"));
         let (across, tolerance) = (&self.axes()[0], four_digits(0.2 * rules.force));

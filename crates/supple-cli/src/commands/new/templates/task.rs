@@ -69,7 +69,7 @@ impl Draft<'_> {
                 (true, false) => format!("\"{:?} / k\"", -normal),
                 (false, _) => format!("{beyond:?}"),
             };
-            said(text, &format!("\"c.wall\" = {value}"), "m: the wall from its `point`, where the tool is");
+            said(text, &format!("\"c.wall\" = {value}"), "m: position of the wall along its normal, from `point`");
         }
     }
 
@@ -91,16 +91,16 @@ impl Draft<'_> {
             initial.push(("c.wall".to_owned(), if wanders { 0.2 * rules.wall_sd } else { rules.wall_sd }));
         }
         if self.template == Template::Handle {
-            let door = self.door_name();
-            initial.push((format!("q.{door}_x"), 2.0 * rules.wall_sd));
-            initial.push((format!("v.{door}_x"), 0.0));
+            let hinge = self.hinge_name();
+            initial.push((format!("q.{hinge}_rz"), self.direction_sd()));
+            initial.push((format!("v.{hinge}_rz"), 0.0));
         }
         let mut process = vec![("v.*".to_owned(), wander), (format!("v.{mount}_*"), 0.2 * wander * limb.lever())];
         if wanders {
             process.push(("c.wall".to_owned(), rules.wall_sd));
         }
         if self.template == Template::Handle {
-            process.push((format!("v.{}_x", self.door_name()), 0.0));
+            process.push((format!("v.{}_rz", self.hinge_name()), 0.0));
         }
         let table = |rows: &[(String, f64)], factor: f64| -> String {
             let rows = rows.iter().map(|(name, number)| format!("\"{name}\" = {:?}", four_digits(factor * number)));
@@ -111,12 +111,15 @@ impl Draft<'_> {
             "\n[tasks.noise]                    # standard deviations; of the process per step\ninitial_deviation = {{ {} }}\n",
             table(&initial, 1.0)
         );
+        let wall = match wanders {
+            true => format!("the wall drifts by {:?} m and joint velocities", rules.wall_sd),
+            false => "joint velocities drift".to_owned(),
+        };
         let _ = writeln!(
             text,
-            "# Joint velocities drift by {wander:?} {} in one second{}; in a step, by that times the square root of the time step.\n\
+            "# In one second, {wall} by {wander:?} {}; in a step, by that times the square root of the time step.\n\
              process_deviation = {{ {} }}",
             limb.speed_unit(),
-            if wanders { format!(", the wall by {:?} m", rules.wall_sd) } else { String::new() },
             table(&process, dt.sqrt())
         );
     }

@@ -65,38 +65,50 @@ impl Draft<'_> {
         four_digits(self.rules.travel / self.width())
     }
 
+    /// Deviation from that at the end that matters, rad.
+    pub fn opening_tolerance(&self) -> f64 {
+        four_digits(0.1 * self.opening())
+    }
+
+    /// Standard deviation of the direction from the handle to the hinge, rad: the hinge is off sideways by twice as much as
+    /// a wall.
+    pub(super) fn direction_sd(&self) -> f64 {
+        2.0 * self.rules.wall_sd / self.width()
+    }
+
     fn door(&self, text: &mut String) {
         let Self { limb, start, rules, .. } = self;
         // The hinge is to the side of the handle, against y of the mount: pulling turns it by a positive angle.
         let (width, [x, y]) = (self.width(), start.along);
-        let hinge = add(start.position, scale(width, x));
         let z = scale(-1.0, y);
         let columns = [x, [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]], z];
         let pitch = (-columns[0][2]).atan2(columns[1][2].hypot(columns[2][2]));
         let rpy = [columns[1][2].atan2(columns[2][2]), pitch, columns[0][1].atan2(columns[0][0])];
-        let (door, mass) = (self.door_name(), round(0.1 * limb.mass));
+        let (hinge, door, mass) = (self.hinge_name(), self.door_name(), round(0.1 * limb.mass));
         let _ = write!(
             text,
-            "\n# A door: a link on a hinge in the world. Its x axis points from the handle to the hinge. Where the hinge is along it\n\
-             # is uncertain: that is the position of a slide with so much damping that it hardly moves.\n\
-             [[model.insert]]\nname = {door:?}\nframe = {:?}\nposition = {}\nrpy = {}\naxes = [\"x\", \"rz\"]\n",
+            "\n# A door. The tool hooks its handle, so the robot knows where the handle is, but not in which direction from there the\n\
+             # hinge is, and so not along which arc the handle moves. That direction, the x axis, is the angle of a joint at the\n\
+             # handle with so much damping that it hardly turns.\n\
+             [[model.insert]]\nname = {hinge:?}\nframe = {:?}\nposition = {}\nrpy = {}\naxes = [\"rz\"]\n",
             limb.planning.robot.links[0].name,
-            list(&hinge),
+            list(&start.position),
             list(&rpy),
+        );
+        let creep = four_digits(rules.force * width * rules.time / (0.02 * self.direction_sd()));
+        said(text, &format!("damping = {creep:?}"), "N m s/rad");
+        let _ = write!(
+            text,
+            "\n[[model.insert]]\nname = {door:?}\nframe = {hinge:?}\nposition = {}\naxes = [\"rz\"]\n",
+            list(&[width, 0.0, 0.0]),
         );
         said(text, &format!("mass = {mass:?}"), "kg");
         said(text, &format!("center = {}", list(&[-0.5 * width, 0.0, 0.0])), "m");
         let moment = mass * width * width / 12.0;
         said(text, &format!("inertia = {}", list(&[moment * 0.1, moment, moment])), "kg m^2");
         let closer = four_digits(rules.force * width / self.opening());
-        said(
-            text,
-            &format!("stiffness = [0.0, {closer:?}]"),
-            &format!("N m/rad: {:?} N hold the door open", rules.force),
-        );
-        let creep = four_digits(rules.force * rules.time / (0.02 * rules.wall_sd));
-        let damping = four_digits(0.05 * rules.force * width);
-        said(text, &format!("damping = [{creep:?}, {damping:?}]"), "N s/m, N m s/rad");
+        said(text, &format!("stiffness = {closer:?}"), &format!("N m/rad: {:?} N hold the door open", rules.force));
+        said(text, &format!("damping = {:?}", four_digits(0.05 * rules.force * width)), "N m s/rad");
         let k = four_digits(10.0 * rules.stiffness);
         let d = four_digits(0.2 * (k * rules.mass).sqrt());
         let handle = limb.free_name("handle");
