@@ -1,10 +1,10 @@
 //! That what a regulator prices is paid for (theory, "Proof").
 
-use super::elimination::{Symmetric, eliminated, gains};
+use super::elimination::{Row, Symmetric, gains};
 use super::interval::Interval;
 use super::law::{AlongStep, paid_within, plus_carried, sizes};
 use super::matrix::{Enclosure, Matrix, enclosed};
-use super::regulator::ROUNDING;
+use super::regulator::{ROUNDING, eliminated};
 use super::wide::Wide;
 use super::wides::Wides;
 
@@ -122,11 +122,18 @@ impl Priced {
         let (n, joint, r) = (s.rows, cost.rows, roots.rows.rows);
         let basis = basis(roots)?;
         let step = AlongStep { dynamics: dynamics.clone(), cost: cost.clone(), process: zeros(n) };
+        // Any `K` will do beside which the couplings vanish.
         let s = Symmetric::<2>::new(s);
         let h = plus_carried(&Symmetric::new(cost), &step, &s);
-        let Ok((rows, ..)) = eliminated(h, &sizes(&step, &s, None), n) else {
-            return Err("the regulator's controls could not be eliminated".into());
-        };
+        let h = Matrix::from_fn(joint, joint, |i, j| h.at(i, j).rounded());
+        let rows: Vec<Row<2>> = eliminated(&h, &sizes(&step, &s, None), n)
+            .into_iter()
+            .map(|(control, row)| Row {
+                control,
+                weight: Wide::new(row[control]).inverse(),
+                entries: row.into_iter().map(Wide::new).collect(),
+            })
+            .collect();
         let gains = gains(&rows, n, joint);
         // `z = (x, u)` of `(xi, eta, v)`.
         let follow = Long::from_fn(joint, joint, |i, j| match (i < n, j < n) {
@@ -240,5 +247,21 @@ mod tests {
             assert_eq!(found.is_ok(), accepted, "{s:?}: {found:?}");
         }
         assert!(bounded.at(1, 1) > 2.0 * least.at(1, 1), "{bounded:?}");
+    }
+
+    /// Two controls without a price hold both combinations of states that cost something at 0.
+    #[test]
+    fn costs_that_controls_remove_in_one_step_are_paid_once() {
+        let entries = vec![1.1, 0.3, -0.2, 0.7, 0.1, 0.4, -0.6, 0.9, -0.3, 1.3, 0.2, 0.8, 0.5, 0.6, -0.9];
+        let dynamics = Matrix { rows: 3, cols: 5, entries };
+        let rows = [[0.3, -1.7, 0.9], [1.1, 0.2, -0.4]];
+        let price = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
+        let s = Matrix::from_fn(3, 3, price);
+        let cost = Matrix::from_fn(5, 5, |i, j| if i < 3 && j < 3 { price(i, j) } else { 0.0 });
+        let found = payment_distance(&dynamics, &cost, &s);
+        assert!(found.as_ref().is_ok_and(|&distance| distance < 1e-12), "{found:?}");
+        // The third direction costs nothing.
+        let all = Matrix::from_fn(3, 3, |i, j| s.at(i, j) + f64::from(u8::from(i == j)));
+        assert!(payment_distance(&dynamics, &cost, &all).is_err());
     }
 }

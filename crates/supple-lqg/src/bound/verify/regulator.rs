@@ -41,7 +41,7 @@ pub(crate) fn distance(step: &Back) -> Result<f64, String> {
         }
     }
     let rows = eliminated(&h.middle(), &sizes, n);
-    let u = enclosed(&rows);
+    let u = enclosed(&Matrix::from_fn(rows.len(), joint, |i, j| rows[i].1[j]));
     let square = u.transpose().times(&u);
     let mut worst = relative(&h.minus(&square), &sizes);
     let prices = square.block(0..n, 0..n).scaled(Interval::point(0.5)).minus(&enclosed(step.price));
@@ -62,10 +62,10 @@ fn relative(of: &Enclosure, sizes: &Matrix) -> f64 {
     places.map(share).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }
 
-/// Rows `u` with `H - sum u'u` without controls: Cholesky's, the dearest control first.
-fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Matrix {
+/// Rows `u` with `H - sum u'u` without controls, each with the control that it is of: Cholesky's, the dearest control first.
+pub(super) fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Vec<(usize, Vec<f64>)> {
     let joint = h.rows;
-    let (mut left, mut rows) = (h.clone(), Vec::new());
+    let (mut left, mut rows): (_, Vec<(usize, Vec<f64>)>) = (h.clone(), Vec::new());
     let mut controls: Vec<usize> = (n..joint).collect();
     let share = |left: &Matrix, k: usize| {
         let pivot = left.at(k, k);
@@ -81,7 +81,7 @@ fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Matrix {
         let root = left.at(k, k).sqrt();
         let row: Vec<f64> = (0..joint).map(|j| left.at(k, j) / root).collect();
         left = Matrix::from_fn(joint, joint, |i, j| left.at(i, j) - row[i] * row[j]);
-        rows.push(row);
+        rows.push((k, row));
     }
-    Matrix::from_fn(rows.len(), joint, |i, j| rows[i][j])
+    rows
 }
