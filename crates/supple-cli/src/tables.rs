@@ -138,6 +138,6 @@ mod tests {
         let text = fitted(&wide(), 60);
         let parts: Vec<&str> = text.split("\n\n").collect();
         assert!(parts.len() > 1 && parts.iter().all(|part| part.trim_start().starts_with("factor")), "{text}");
-        assert_eq!(fitted(&wide(), usize::MAX), wide().0.to_string());
+        assert_eq!(fitted(&wide(), usize::MAX), wide().0.trim_fmt());
     }
 }
