@@ -71,7 +71,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
                 _ if same <= 1 => {
                     let more = if worse > 0 { "other starts found worse optima" } else { "a single start may find a local optimum" };
-                    format!("more starts, `--starts {}`: {more}", 2 * report.starts.len().max(2))
+                    format!("more starts, `--starts {}`: {more}", more_starts(report))
                 }
                 _ => "`supple robustness` shows how the design performs under other noise levels, `supple export` writes its controller"
                     .to_owned(),
@@ -85,8 +85,15 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
 fn unfinished(report: &DesignReport) -> String {
     let used_up = report.starts.iter().any(|start| start.evaluations >= report.settings.max_evaluations);
     let more = if used_up { "more evaluations, `max_evaluations` in [design], or " } else { "" };
-    let starts = 2 * report.starts.len().max(2);
-    format!("{more}more or other starts, `--starts {starts}` or `--seed {}`", report.seed.wrapping_add(1))
+    format!(
+        "{more}more starts, `--starts {}`, or others, `--seed {}`",
+        more_starts(report),
+        report.seed.wrapping_add(1)
+    )
+}
+
+fn more_starts(report: &DesignReport) -> usize {
+    2 * report.starts.len().max(2)
 }
 
 /// The task whose limit can be met without any measurement, where more than that is minimised; none where any limit

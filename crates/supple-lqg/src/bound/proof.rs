@@ -138,8 +138,8 @@ pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matri
     let (a, b) = (f.columns(0, n).into_owned(), f.columns(n, joint - n).into_owned());
     let (s, _) = regulator(&a, &b, &l).map_err(|error| error.to_string())?;
     let (f, l, s) = (matrix(&f), matrix(&l), matrix(&s));
-    let found = distance(&Back { dynamics: &f, cost: &l, next: &s, here: &s, price: &of(&system.price, 0) })?;
-    Ok(found.max(payment_distance(&f, &l, &s)?))
+    let back = Back { dynamics: &f, cost: &l, next: &s, here: &s, price: &of(&system.price, 0) };
+    Ok(distance(&back)?.max(payment_distance(&back)?))
 }
 
 /// What sensors achieve, computed by their filter on the problem as given.

@@ -234,6 +234,7 @@ impl<'s, 'a, 'b> OuterProblem<'s, 'a, 'b> {
         Some(OuterPoint { objective, ..known })
     }
 
+    /// What is known of a visit; the auxiliary variable is that of the point asked for.
     fn known_of(&self, visit: &Visit, variables: &[f64]) -> OuterPoint {
         let problem = self.search.problem();
         let auxiliary = self.has_auxiliary().then(|| variables[variables.len() - 1]);

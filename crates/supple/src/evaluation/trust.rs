@@ -104,9 +104,14 @@ impl Trust {
     }
 }
 
+/// By how much the sampled cost may be off by chance, and by how much it may differ from the predicted one.
+fn cost_error(predicted: &Predicted, sampled: &MonteCarlo) -> (f64, f64) {
+    (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs())
+}
+
 /// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits.
 fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize> {
-    let (error, tolerated) = (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs());
+    let (error, tolerated) = cost_error(predicted, sampled);
     if error <= tolerated {
         return None;
     }
@@ -124,7 +129,7 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
     if !predicted.status.is_converged() {
         reasons.push(format!("the plan did not converge ({})", predicted.status));
     }
-    let (error, tolerated) = (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs());
+    let (error, tolerated) = cost_error(predicted, sampled);
     if let Some(needed) = rollouts_needed {
         reasons.push(format!(
             "{} roll-outs are too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]",

@@ -181,7 +181,7 @@ fn best_at(
             slower = SLOWEST;
         } else if tried.is_limited && !enforced {
             enforced = true;
-        } else if tried.is_doubtful && template.touches() && longer * LONGER <= LONGEST {
+        } else if tried.is_doubtful() && template.touches() && longer * LONGER <= LONGEST {
             longer *= LONGER;
         } else {
             return Ok(better(best, tried));
@@ -204,10 +204,8 @@ struct Tried {
     touches: bool,
     /// Whether the plan exceeds limits of the robot.
     is_limited: bool,
-    /// The verdict of roll-outs on the linearisation; none where the plan did not converge.
-    verdict: Option<Verdict>,
-    /// Whether roll-outs find the linearisation doubtful, and not only that there are too few of them.
-    is_doubtful: bool,
+    /// What roll-outs say of the linearisation; none where nothing could be evaluated.
+    trust: Option<Trust>,
     /// What is wrong with it, for people.
     faults: Vec<String>,
 }
@@ -231,8 +229,7 @@ impl Tried {
             Ok(evaluation) => evaluation,
             Err(error) => {
                 let (text, faults) = (String::new(), vec![error.to_string()]);
-                let (converged, touches, is_limited, is_doubtful) = (false, false, false, false);
-                return Ok(Self { text, converged, touches, is_limited, verdict: None, is_doubtful, faults });
+                return Ok(Self { text, converged: false, touches: false, is_limited: false, trust: None, faults });
             }
         };
         let mut draft = draft.limited(limit, first);
@@ -262,9 +259,7 @@ impl Tried {
             )
         }));
         faults.extend(beside(&draft, task));
-        let trust = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds);
-        let is_doubtful = converged && trust.is_some_and(|trust| !trust.needs_only_rollouts());
-        if let Some(trust) = trust {
+        if let Some(trust) = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds) {
             let numbers = match draft.template {
                 Template::Reach => "; try --set disturbance, with less of it, or --set travel",
                 Template::Handle => "; try a smaller --set wall_sd or --set travel",
@@ -273,18 +268,24 @@ impl Tried {
             let numbers = if trust.needs_only_rollouts() { "" } else { numbers };
             faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
         }
-        // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
-        if coarse < precise * (1.0 + LEAST_USE) && !is_doubtful {
-            faults.push(of_little_use(draft.template, precise, coarse));
-        }
-        let verdict = task.trust.as_ref().map(|trust| trust.verdict);
         let is_limited = !task.limits_violated.is_empty();
-        Ok(Self { text: draft.text(), converged, touches, is_limited, verdict, is_doubtful, faults })
+        let mut tried = Self { text: draft.text(), converged, touches, is_limited, trust: task.trust.clone(), faults };
+        // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
+        if coarse < precise * (1.0 + LEAST_USE) && !tried.is_doubtful() {
+            tried.faults.push(of_little_use(draft.template, precise, coarse));
+        }
+        Ok(tried)
+    }
+
+    /// Whether roll-outs find the linearisation doubtful, and not only that there are too few of them.
+    fn is_doubtful(&self) -> bool {
+        let doubted = |trust: &Trust| trust.verdict != Verdict::Holds && !trust.needs_only_rollouts();
+        self.converged && self.trust.as_ref().is_some_and(doubted)
     }
 
     /// The less, the better.
     fn rank(&self) -> (bool, bool, Option<Verdict>, usize) {
-        (!self.converged, !self.touches, self.verdict, self.faults.len())
+        (!self.converged, !self.touches, self.trust.as_ref().map(|trust| trust.verdict), self.faults.len())
     }
 }
 

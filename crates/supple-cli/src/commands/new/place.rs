@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use supple_robot::vector::{add, cross, dot, scale, sub};
 use supple_robot::{
-    Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, bias, frame_jacobian, inverse_kinematics, mass_matrix,
+    Kinematics, Limits, Numbers, Pose, PoseGoal, Reach, Reached, bias, frame_jacobian, inverse_kinematics, mass_matrix,
 };
 
 use super::limb::Limb;
@@ -193,17 +193,18 @@ impl<'a> Search<'a> {
         (along / most).powi(2)
     }
 
-    /// Whether the tool can be brought to a place, in whatever orientation.
-    fn reaches(&self, position: [f64; 3], from: &[f64]) -> bool {
+    /// How near the joints bring the tool to a place, in any orientation where none is given.
+    fn reached(&self, from: &[f64], position: [f64; 3], rpy: Option<[f64; 3]>) -> Reached {
         let limb = self.limb;
-        let goal = PoseGoal { link: limb.link, frame: limb.pose, position, rotation: None };
+        let rotation = rpy.map(|rpy| Pose::from_rpy([0.0; 3], rpy).rotation);
+        let goal = PoseGoal { link: limb.link, frame: limb.pose, position, rotation };
         let reach = Reach {
             start: from,
             lower: &self.limits.iter().map(|limits| limits.lower).collect::<Vec<_>>(),
             upper: &self.limits.iter().map(|limits| limits.upper).collect::<Vec<_>>(),
             free: &vec![true; from.len()],
         };
-        inverse_kinematics(&limb.planning.tree, &self.numbers, &goal, &reach).is_there()
+        inverse_kinematics(&limb.planning.tree, &self.numbers, &goal, &reach)
     }
 
     /// A start near a posture, with the tool before the wall.
@@ -218,20 +219,8 @@ impl<'a> Search<'a> {
         let turn = upright(normal, &pose, self.push);
         let rpy = turn.map(|turn| rpy_of(&turn).map(four_decimals));
         let chosen = rpy.filter(|_| limb.joints().len() >= 6);
-        let reach = Reach {
-            start: &limb.planning.start,
-            lower: &self.limits.iter().map(|limits| limits.lower).collect::<Vec<_>>(),
-            upper: &self.limits.iter().map(|limits| limits.upper).collect::<Vec<_>>(),
-            free: &vec![true; limb.joints().len()],
-        };
-        let goal = |rpy: Option<[f64; 3]>| PoseGoal {
-            link: limb.link,
-            frame: limb.pose,
-            position,
-            rotation: rpy.map(|rpy| Pose::from_rpy([0.0; 3], rpy).rotation),
-        };
         let tree = &limb.planning.tree;
-        let reached = inverse_kinematics(tree, &self.numbers, &goal(chosen), &reach);
+        let reached = self.reached(&limb.planning.start, position, chosen);
         // A line or a surface seldom leads through a place that somebody names.
         if !(reached.is_there() || few && reached.distance < 0.01 * limb.reach) {
             return None;
@@ -270,7 +259,7 @@ impl Start {
         let place = |by: f64, along: [f64; 3]| add(self.position, scale(by, along));
         let ways = [x, scale(-1.0, x), y, scale(-1.0, y)];
         let mut tries = [travel, 0.5 * travel].into_iter().flat_map(|by| ways.map(|along| (by, along)));
-        let found = tries.find(|&(by, along)| search.reaches(place(SPARE * by, along), &self.q));
+        let found = tries.find(|&(by, along)| search.reached(&self.q, place(SPARE * by, along), None).is_there());
         let (by, along) = found.unwrap_or((travel, x));
         place(by, along)
     }

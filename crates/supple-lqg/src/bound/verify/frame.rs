@@ -10,7 +10,7 @@ use super::wides::Wides;
 const ROUNDING: f64 = 1e-9;
 
 /// Words of the numbers in which coordinates are changed.
-const WORDS: usize = 2;
+pub(super) const WORDS: usize = 2;
 
 /// The unit of their rounding.
 const UNIT: f64 = 1.0 / (1u128 << (64 * WORDS - 2)) as f64;

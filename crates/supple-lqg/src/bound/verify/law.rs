@@ -56,13 +56,9 @@ const MOST_WORK: f64 = 3e10;
 
 /// The law, by 128 bits and more where the two sides of the least cost do not meet; why it is not proved otherwise.
 pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, String> {
-    let (n, joint) = (along.last.rows as f64, along.steps.first().map_or(0, |step| step.cost.rows) as f64);
-    let products = 4.0 * joint * joint * n * along.steps.len() as f64;
+    let joint = along.steps.first().map_or(0, |step| step.cost.rows);
     let mut reason = String::new();
-    for words in [2, 4, 16, 64] {
-        if words > 2 && products * f64::from(words * words) > MOST_WORK {
-            break;
-        }
+    for words in widths(along.last.rows, joint, along.steps.len()) {
         let found = match words {
             2 => Sweep::<2>::run(along, is_stopped),
             4 => Sweep::<4>::run(along, is_stopped),
@@ -82,12 +78,21 @@ pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, S
     Err(reason)
 }
 
+/// Words of the numbers of sweeps, more where fewer do not suffice, as far as the work allows.
+fn widths(n: usize, joint: usize, steps: usize) -> impl Iterator<Item = u32> {
+    let products = 4.0 * (joint * joint * n * steps) as f64;
+    [2, 4, 16, 64].into_iter().take_while(move |&words| words == 2 || products * f64::from(words * words) <= MOST_WORK)
+}
+
 /// A lower bound on `V`, where `x'Vx / 2` is the least cost of so many equal steps whatever the state after them; none where
-/// 1024 bits do not determine it.
+/// as many digits as [`law`] may take do not determine it.
 pub(super) fn paid_within(step: &AlongStep, steps: usize) -> Option<Enclosure> {
-    Sweep::<2>::paid_within(step, steps)
-        .or_else(|| Sweep::<4>::paid_within(step, steps))
-        .or_else(|| Sweep::<16>::paid_within(step, steps))
+    widths(step.dynamics.rows, step.cost.rows, steps).find_map(|words| match words {
+        2 => Sweep::<2>::paid_within(step, steps),
+        4 => Sweep::<4>::paid_within(step, steps),
+        16 => Sweep::<16>::paid_within(step, steps),
+        _ => Sweep::<64>::paid_within(step, steps),
+    })
 }
 
 /// A sweep backwards from the end.
@@ -265,7 +270,7 @@ fn is_finite(a: &Matrix) -> bool {
 }
 
 /// `L + F' S F`.
-pub(super) fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symmetric<K>) -> Symmetric<K> {
+fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep, s: &Symmetric<K>) -> Symmetric<K> {
     let (n, joint, f) = (step.dynamics.rows, step.cost.rows, &step.dynamics);
     let mut moved = vec![Wide::<K>::ZERO; n * joint];
     for i in 0..n {
@@ -296,7 +301,7 @@ pub(super) fn plus_carried<const K: usize>(cost: &Symmetric<K>, step: &AlongStep
 
 /// Sums of absolute values that the entries of `L + F' S F` are at most, or of `[I; K]' (L + F' S F) [I; K]`, and some
 /// more.
-pub(super) fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec<Wide<K>>]>) -> Matrix {
+fn sizes<const K: usize>(step: &AlongStep, s: &Symmetric<K>, gains: Option<&[Vec<Wide<K>>]>) -> Matrix {
     let (n, joint) = (step.dynamics.rows, step.cost.rows);
     let (f, s) = (step.dynamics.abs(), Matrix::from_fn(n, n, |i, j| s.at(i, j).magnitude()));
     let carried = f.transpose().times(&s).times(&f);

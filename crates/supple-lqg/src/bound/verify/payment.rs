@@ -1,10 +1,11 @@
 //! That what a regulator prices is paid for (theory, "Proof").
 
-use super::elimination::{Row, Symmetric, gains};
+use super::elimination::{Row, gains};
+use super::frame::WORDS;
 use super::interval::Interval;
-use super::law::{AlongStep, paid_within, plus_carried, sizes};
+use super::law::{AlongStep, paid_within};
 use super::matrix::{Enclosure, Matrix, enclosed};
-use super::regulator::{ROUNDING, eliminated};
+use super::regulator::{Back, ROUNDING, rows};
 use super::wide::Wide;
 use super::wides::Wides;
 
@@ -24,10 +25,10 @@ const LOWERED: f64 = 1e-10;
 /// Steps within which states are to be paid for.
 const MOST_STEPS: usize = 150;
 
-/// Changes of coordinates are computed in 128 bits.
-type Long = Wides<2>;
+/// What changes coordinates.
+type Long = Wides<WORDS>;
 
-/// Proves that every state that `S` prices is paid for within some steps, whatever the controls do: `V >= c S`, where
+/// Proves that every state that the `S` of a step which repeats for ever prices is paid for within some steps, whatever the controls do: `V >= c S`, where
 /// `x'Vx / 2` is the least cost of these steps. Then `x'Sx` of a controller with a finite average cost is finite on
 /// average, and it pays at least `1/2 Tr(S W) + Tr(Theta P)` per step.
 ///
@@ -35,14 +36,13 @@ type Long = Wides<2>;
 ///
 /// # Errors
 /// Why it could not be proved.
-pub(crate) fn payment_distance(dynamics: &Matrix, cost: &Matrix, s: &Matrix) -> Result<f64, String> {
-    let roots = Roots::new(s);
+pub(crate) fn payment_distance(step: &Back) -> Result<f64, String> {
+    let roots = Roots::new(step.here);
     let r = roots.rows.rows;
     if r == 0 {
         return Ok(roots.left);
     }
-    let priced =
-        if r == s.rows { Priced::all(dynamics, cost, s, &roots) } else { Priced::some(dynamics, cost, s, &roots) }?;
+    let priced = if r == step.here.rows { Priced::all(step, &roots) } else { Priced::some(step, &roots) }?;
     let shares = |below: &Enclosure| {
         let left = below.minus(&enclosed(&priced.s).scaled(Interval::point(SHARE)));
         enclosed(&priced.units).transpose().around(&left).is_positive_semidefinite()
@@ -108,48 +108,35 @@ struct Priced {
 
 impl Priced {
     /// As given, where `S` prices all directions.
-    fn all(dynamics: &Matrix, cost: &Matrix, s: &Matrix, roots: &Roots) -> Result<Self, String> {
-        let n = s.rows;
+    fn all(step: &Back, roots: &Roots) -> Result<Self, String> {
+        let n = step.here.rows;
         let units = basis(roots)?;
         let units = Matrix::from_fn(n, n, |i, j| units.at(i, j).rounded());
-        let step = AlongStep { dynamics: dynamics.clone(), cost: cost.clone(), process: zeros(n) };
-        Ok(Self { step, s: s.clone(), units, distance: 0.0 })
+        let s = step.here.clone();
+        Ok(Self { step: quiet(step.dynamics.clone(), step.cost.clone()), s, units, distance: 0.0 })
     }
 
     /// In coordinates `xi = R x` and controls `u = K x + v` by the regulator: what stands beside them, `eta`, neither
     /// costs anything nor moves them, but for rounding.
-    fn some(dynamics: &Matrix, cost: &Matrix, s: &Matrix, roots: &Roots) -> Result<Self, String> {
-        let (n, joint, r) = (s.rows, cost.rows, roots.rows.rows);
-        let basis = basis(roots)?;
-        let step = AlongStep { dynamics: dynamics.clone(), cost: cost.clone(), process: zeros(n) };
-        // Any `K` will do beside which the couplings vanish.
-        let s = Symmetric::<2>::new(s);
-        let h = plus_carried(&Symmetric::new(cost), &step, &s);
-        let h = Matrix::from_fn(joint, joint, |i, j| h.at(i, j).rounded());
-        let rows: Vec<Row<2>> = eliminated(&h, &sizes(&step, &s, None), n)
-            .into_iter()
-            .map(|(control, row)| Row {
-                control,
-                weight: Wide::new(row[control]).inverse(),
-                entries: row.into_iter().map(Wide::new).collect(),
-            })
-            .collect();
-        let gains = gains(&rows, n, joint);
+    fn some(step: &Back, roots: &Roots) -> Result<Self, String> {
+        let (n, joint, r) = (step.here.rows, step.cost.rows, roots.rows.rows);
+        let of_control = |(control, row): (usize, Vec<f64>)| Row {
+            control,
+            weight: Wide::new(row[control]).inverse(),
+            entries: row.into_iter().map(Wide::new).collect(),
+        };
+        let gains = gains::<WORDS>(&rows(step).into_iter().map(of_control).collect::<Vec<_>>(), n, joint);
         // `z = (x, u)` of `(xi, eta, v)`.
+        let basis = basis(roots)?;
+        let followed = Long::from_fn(joint - n, n, |i, j| gains[i][j]).times(&basis);
+        let one = Long::identity(joint);
         let follow = Long::from_fn(joint, joint, |i, j| match (i < n, j < n) {
             (true, true) => basis.at(i, j),
-            (true, false) => Wide::ZERO,
-            (false, true) => (0..n).fold(Wide::ZERO, |sum, k| sum + gains[i - n][k] * basis.at(k, j)),
-            (false, false) => {
-                if i == j {
-                    Wide::power_of_two(0)
-                } else {
-                    Wide::ZERO
-                }
-            }
+            (false, true) => followed.at(i - n, j),
+            (_, false) => one.at(i, j),
         });
-        let (moved, moved_size) = product(&[&roots.rows, dynamics], &follow);
-        let (half, half_size) = product(&[cost], &follow);
+        let (moved, moved_size) = product(&[&roots.rows, step.dynamics], &follow);
+        let (half, half_size) = product(&[step.cost], &follow);
         let paid = follow.transpose().times(&half);
         let paid_size = follow.magnitude().transpose().times(&half_size);
         let mut distance = roots.left.max(f64::EPSILON);
@@ -182,8 +169,7 @@ impl Priced {
         }
         let dynamics = Matrix { rows: r, cols: kept.len(), entries: moves };
         let cost = Matrix { rows: kept.len(), cols: kept.len(), entries: pays };
-        let step = AlongStep { dynamics, cost, process: zeros(r) };
-        Ok(Self { step, s: Matrix::identity(r), units: Matrix::identity(r), distance })
+        Ok(Self { step: quiet(dynamics, cost), s: Matrix::identity(r), units: Matrix::identity(r), distance })
     }
 }
 
@@ -214,8 +200,10 @@ fn product(factors: &[&Matrix], last: &Long) -> (Long, Matrix) {
         .fold(first, |(product, size), factor| (Long::new(factor).times(&product), factor.abs().times(&size)))
 }
 
-fn zeros(n: usize) -> Matrix {
-    Matrix::from_fn(n, n, |_, _| 0.0)
+/// A step without noise.
+fn quiet(dynamics: Matrix, cost: Matrix) -> AlongStep {
+    let n = dynamics.rows;
+    AlongStep { dynamics, cost, process: Matrix::from_fn(n, n, |_, _| 0.0) }
 }
 
 #[cfg(test)]
@@ -240,10 +228,9 @@ mod tests {
             let h = dynamics.transpose().times(s).times(&dynamics);
             let h = Matrix::from_fn(3, 3, |i, j| cost.at(i, j) + h.at(i, j));
             let price = Matrix::from_fn(2, 2, |i, j| 0.5 * h.at(i, 2) * h.at(2, j) / h.at(2, 2));
-            let back =
-                super::super::regulator::Back { dynamics: &dynamics, cost: &cost, next: s, here: s, price: &price };
+            let back = Back { dynamics: &dynamics, cost: &cost, next: s, here: s, price: &price };
             assert!(super::super::regulator::distance(&back).is_ok(), "{s:?}");
-            let found = payment_distance(&dynamics, &cost, s);
+            let found = payment_distance(&back);
             assert_eq!(found.is_ok(), accepted, "{s:?}: {found:?}");
         }
         assert!(bounded.at(1, 1) > 2.0 * least.at(1, 1), "{bounded:?}");
@@ -258,10 +245,12 @@ mod tests {
         let price = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
         let s = Matrix::from_fn(3, 3, price);
         let cost = Matrix::from_fn(5, 5, |i, j| if i < 3 && j < 3 { price(i, j) } else { 0.0 });
-        let found = payment_distance(&dynamics, &cost, &s);
+        let none = Matrix::from_fn(3, 3, |_, _| 0.0);
+        let found_of = |s| payment_distance(&Back { dynamics: &dynamics, cost: &cost, next: s, here: s, price: &none });
+        let found = found_of(&s);
         assert!(found.as_ref().is_ok_and(|&distance| distance < 1e-12), "{found:?}");
         // The third direction costs nothing.
         let all = Matrix::from_fn(3, 3, |i, j| s.at(i, j) + f64::from(u8::from(i == j)));
-        assert!(payment_distance(&dynamics, &cost, &all).is_err());
+        assert!(found_of(&all).is_err());
     }
 }

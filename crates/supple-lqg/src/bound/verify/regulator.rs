@@ -24,9 +24,8 @@ const PRICELESS: f64 = 1e-10;
 /// How far, relatively, the cost is from one for which the step is exact and every price is paid.
 pub(super) const ROUNDING: f64 = 1e-8;
 
-/// By how much `L`, relatively, must change so that `L + F'S'F - diag(S, 0) = U'U` and `Theta = U_x'U_x / 2` exactly:
-/// then every controller pays `1/2 Tr(W S') + Tr(Theta P)` at this step.
-pub(crate) fn distance(step: &Back) -> Result<f64, String> {
+/// `H = L + F'S'F - diag(S, 0)`, and the sums of the absolute values of its terms.
+fn remainder(step: &Back) -> (Enclosure, Matrix) {
     let (n, joint) = (step.here.rows, step.cost.rows);
     let f = enclosed(step.dynamics);
     let mut h = enclosed(step.cost).plus(&f.transpose().around(&enclosed(step.next)));
@@ -40,6 +39,20 @@ pub(crate) fn distance(step: &Back) -> Result<f64, String> {
             sizes.entries[i * joint + j] += added.at(i, j) + here.abs();
         }
     }
+    (h, sizes)
+}
+
+/// Rows `u`, each with the control that it is of: at the controls where `u z = 0` of all, the least is paid.
+pub(super) fn rows(step: &Back) -> Vec<(usize, Vec<f64>)> {
+    let (h, sizes) = remainder(step);
+    eliminated(&h.middle(), &sizes, step.here.rows)
+}
+
+/// By how much `L`, relatively, must change so that `L + F'S'F - diag(S, 0) = U'U` and `Theta = U_x'U_x / 2` exactly:
+/// then every controller pays `1/2 Tr(W S') + Tr(Theta P)` at this step.
+pub(crate) fn distance(step: &Back) -> Result<f64, String> {
+    let (n, joint) = (step.here.rows, step.cost.rows);
+    let (h, sizes) = remainder(step);
     let rows = eliminated(&h.middle(), &sizes, n);
     let u = enclosed(&Matrix::from_fn(rows.len(), joint, |i, j| rows[i].1[j]));
     let square = u.transpose().times(&u);
@@ -63,7 +76,7 @@ fn relative(of: &Enclosure, sizes: &Matrix) -> f64 {
 }
 
 /// Rows `u` with `H - sum u'u` without controls, each with the control that it is of: Cholesky's, the dearest control first.
-pub(super) fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Vec<(usize, Vec<f64>)> {
+fn eliminated(h: &Matrix, sizes: &Matrix, n: usize) -> Vec<(usize, Vec<f64>)> {
     let joint = h.rows;
     let (mut left, mut rows): (_, Vec<(usize, Vec<f64>)>) = (h.clone(), Vec::new());
     let mut controls: Vec<usize> = (n..joint).collect();
