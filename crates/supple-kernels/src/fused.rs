@@ -1,5 +1,6 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::lanes::Single;
 use crate::scalar::derive_operators;
 use crate::{Scalar, math};
 
@@ -7,7 +8,16 @@ use crate::{Scalar, math};
 ///
 /// To be used under run-time dispatch only; elsewhere `mul_add` is a slow call.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
 pub struct Fused(f64);
+
+impl Single for Fused {
+    #[inline(always)]
+    fn slice_of(numbers: &mut [f64]) -> &mut [Self] {
+        // SAFETY: a `Fused` is laid out as the number that it holds.
+        unsafe { &mut *(std::ptr::from_mut(numbers) as *mut [Self]) }
+    }
+}
 
 impl From<Fused> for f64 {
     #[inline(always)]

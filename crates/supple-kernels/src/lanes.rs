@@ -17,10 +17,16 @@ pub trait Job {
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
+/// One number with the arithmetic of one lane.
+pub trait Single: Scalar + Into<f64> {
+    /// Numbers as such.
+    fn slice_of(numbers: &mut [f64]) -> &mut [Self];
+}
+
 /// Eight numbers worked on at once: eight knots of a trajectory, or eight entries of a padded row.
 pub trait Lanes: Scalar + Mul<f64, Output = Self> {
     /// One number with the arithmetic of one lane.
-    type Single: Scalar + Into<f64>;
+    type Single: Single;
 
     /// Whether there are registers enough to keep sixteen sets of lanes at once.
     const WIDE: bool;

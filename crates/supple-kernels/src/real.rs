@@ -1,6 +1,14 @@
 //! Plain numbers as scalars.
 
+use crate::lanes::Single;
 use crate::{Scalar, math};
+
+impl Single for f64 {
+    #[inline(always)]
+    fn slice_of(numbers: &mut [f64]) -> &mut [Self] {
+        numbers
+    }
+}
 
 impl Scalar for f64 {
     #[inline(always)]

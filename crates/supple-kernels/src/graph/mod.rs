@@ -19,4 +19,4 @@ pub use derive::{depends, jacobian, tangent, vjp};
 pub use function::{Function, call};
 pub use node::{Node, record};
 pub use program::{Program, Target};
-pub use run::{Batch, Source};
+pub use run::{Batch, OneByOne, Source};

@@ -26,13 +26,6 @@ pub enum Target {
     },
 }
 
-/// A number that is the same at every knot.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Fixed {
-    Constant(f64),
-    Parameter(usize),
-}
-
 /// Instructions name slots by this many times their number, so that no multiplication is needed to find them.
 pub(super) const SCALE: usize = 8;
 
@@ -41,8 +34,10 @@ pub(super) const SCALE: usize = 8;
 /// Slots hold constants and parameters first, then what is read at each knot, then results on the way.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// Inputs that are the same at every knot, each in the slot of its place.
-    pub(super) fixed: Vec<Fixed>,
+    /// Constants, in the first slots.
+    pub(super) constants: Vec<f64>,
+    /// Which parameters the slots after those hold.
+    pub(super) given: Vec<usize>,
     /// Inputs at each knot, in the slots after those: source and place in its matrix.
     pub(super) varying: Vec<(usize, usize)>,
     /// The slots that instructions name, one after the other: of the result and of the operands, as many as the kind has.
@@ -78,11 +73,15 @@ impl Program {
             }
         }
         let outputs = ends.iter().zip(outputs).map(|(&node, &(_, target))| (slots.of(node), target)).collect();
-        let Slots { fixed, varying, next, .. } = slots;
+        let Slots { constants, given, varying, next, .. } = slots;
         let sources = varying.iter().map(|&(source, _)| source + 1).max().unwrap_or(0);
-        let parameters = fixed.iter().map(|input| if let Fixed::Parameter(i) = input { i + 1 } else { 0 });
-        let parameters = parameters.max().unwrap_or(0);
-        Self { fixed, varying, instructions, runs, outputs, slots: next, sources, parameters }
+        let parameters = given.iter().map(|parameter| parameter + 1).max().unwrap_or(0);
+        Self { constants, given, varying, instructions, runs, outputs, slots: next, sources, parameters }
+    }
+
+    /// How many inputs are the same at every knot: constants and parameters.
+    pub(super) fn fixed(&self) -> usize {
+        self.constants.len() + self.given.len()
     }
 
     /// How many operations one knot takes.
@@ -98,13 +97,16 @@ impl Program {
 
 /// Which slot holds which node, and until when.
 struct Slots {
-    fixed: Vec<Fixed>,
+    constants: Vec<f64>,
+    given: Vec<usize>,
     varying: Vec<(usize, usize)>,
     place: Table<usize>,
     /// Place of the last instruction that reads a node.
     last: Table<usize>,
     free: Vec<usize>,
     next: usize,
+    /// How many slots hold inputs, which stay.
+    inputs: usize,
 }
 
 impl Slots {
@@ -118,27 +120,33 @@ impl Slots {
         for &end in ends {
             last.insert(end, usize::MAX);
         }
-        let mut slots =
-            Self { fixed: Vec::new(), varying: Vec::new(), place: Table::new(), last, free: Vec::new(), next: 0 };
-        let inputs: Vec<Node> = slots.last.nodes().collect();
+        let inputs: Vec<Node> = last.nodes().collect();
         let ops: Vec<(Node, Op)> = operations(|ops| inputs.into_iter().map(|node| (node, ops[node.index()])).collect());
+        let (mut place, mut count) = (Table::new(), 0);
+        let mut held = |node| {
+            place.insert(node, count);
+            count += 1;
+        };
+        let (mut constants, mut given, mut varying) = (Vec::new(), Vec::new(), Vec::new());
         for &(node, op) in &ops {
-            let input = match op {
-                Op::Constant(bits) => Fixed::Constant(f64::from_bits(bits)),
-                Op::Parameter(index) => Fixed::Parameter(index as usize),
-                _ => continue,
-            };
-            slots.place.insert(node, slots.fixed.len());
-            slots.fixed.push(input);
+            if let Op::Constant(bits) = op {
+                held(node);
+                constants.push(f64::from_bits(bits));
+            }
+        }
+        for &(node, op) in &ops {
+            if let Op::Parameter(index) = op {
+                held(node);
+                given.push(index as usize);
+            }
         }
         for &(node, op) in &ops {
             if let Op::Entry { source, offset } = op {
-                slots.place.insert(node, slots.fixed.len() + slots.varying.len());
-                slots.varying.push((source as usize, offset as usize));
+                held(node);
+                varying.push((source as usize, offset as usize));
             }
         }
-        slots.next = slots.fixed.len() + slots.varying.len();
-        slots
+        Self { constants, given, varying, place, last, free: Vec::new(), next: count, inputs: count }
     }
 
     fn of(&self, node: Node) -> usize {
@@ -156,10 +164,9 @@ impl Slots {
 
     fn instruction(&mut self, place: usize, step: &Step, out: &mut Vec<u32>) {
         let mut operands = step.operands.map(|node| node.map_or(0, |node| self.of(node) as u32));
-        let inputs = self.fixed.len() + self.varying.len();
         for node in step.reads() {
             let slot = self.of(node);
-            if self.last.get(node) == Some(place) && slot >= inputs {
+            if self.last.get(node) == Some(place) && slot >= self.inputs {
                 self.last.remove(node);
                 self.free.push(slot);
             }

@@ -1,7 +1,8 @@
 use std::cell::RefCell;
 
-use super::program::{Fixed, Program, SCALE, Target};
+use super::program::{Program, SCALE, Target};
 use super::schedule::Kind;
+use crate::lanes::Single as _;
 use crate::pair::Pair;
 use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
 
@@ -86,8 +87,31 @@ impl Program {
 
     /// Runs the program at one knot: sources and sinks are single matrices by rows, padded as those of [`Matrices`] are.
     pub fn run_single(&self, sources: &[&[f64]], parameters: &[f64], sinks: &mut [&mut [f64]]) {
-        assert!(self.sources <= sources.len() && self.parameters <= parameters.len(), "all that is read is given");
-        SINGLE.with_borrow_mut(|scratch| dispatch(Single { program: self, sources, parameters, sinks, scratch }));
+        SINGLE.with_borrow_mut(|scratch| self.with_parameters(parameters, scratch).run(sources, sinks));
+    }
+
+    /// The program for one knot after the other, with the same parameters.
+    pub fn with_parameters<'a>(&'a self, parameters: &[f64], scratch: &'a mut Scratch) -> OneByOne<'a> {
+        assert!(self.parameters <= parameters.len(), "all that is read is given");
+        // SAFETY: every slot is written before it is read.
+        let slots = unsafe { scratch.leftovers::<f64>(self.slots) };
+        fix(self, parameters, slots);
+        OneByOne { program: self, slots }
+    }
+}
+
+/// A [`Program`] for one knot after the other.
+#[derive(Debug)]
+pub struct OneByOne<'a> {
+    program: &'a Program,
+    slots: &'a mut [f64],
+}
+
+impl OneByOne<'_> {
+    /// Runs it as [`Program::run_single`] does.
+    pub fn run(&mut self, sources: &[&[f64]], sinks: &mut [&mut [f64]]) {
+        assert!(self.program.sources <= sources.len(), "all that is read is given");
+        dispatch(AtKnot { program: self.program, slots: self.slots, sources, sinks });
     }
 }
 
@@ -167,11 +191,12 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
 /// Sets the inputs that are the same at every knot.
 #[inline(always)]
 fn fix<V: Scalar>(program: &Program, parameters: &[f64], slots: &mut [V]) {
-    for (slot, input) in slots.iter_mut().zip(&program.fixed) {
-        *slot = V::constant(match *input {
-            Fixed::Constant(value) => value,
-            Fixed::Parameter(index) => parameters[index],
-        });
+    let (constants, others) = slots.split_at_mut(program.constants.len());
+    for (slot, &value) in constants.iter_mut().zip(&program.constants) {
+        *slot = V::constant(value);
+    }
+    for (slot, &parameter) in others.iter_mut().zip(&program.given) {
+        *slot = V::constant(parameters[parameter]);
     }
 }
 
@@ -199,7 +224,7 @@ impl Job for Run<'_> {
             fix(program, parameters, slots);
             for start in (0..whole).step_by(2 * LANES) {
                 let first = batch.first + start;
-                let inputs = &mut slots[program.fixed.len()..];
+                let inputs = &mut slots[program.fixed()..];
                 for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
                     let source = &sources[source];
                     *slot = Pair(gather(source, first, LANES, offset), gather(source, first + LANES, LANES, offset));
@@ -217,7 +242,7 @@ impl Job for Run<'_> {
         fix(program, parameters, slots);
         for start in (whole..batch.count).step_by(LANES) {
             let (first, count) = (batch.first + start, LANES.min(batch.count - start));
-            let inputs = &mut slots[program.fixed.len()..];
+            let inputs = &mut slots[program.fixed()..];
             for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
                 *slot = gather(&sources[source], first, count, offset);
             }
@@ -266,12 +291,12 @@ fn gather<L: Lanes>(source: &Source, first: usize, count: usize, offset: usize) 
     L::from_array(values)
 }
 
-struct Single<'a, 'b> {
+struct AtKnot<'a, 'b> {
     program: &'a Program,
+    /// With the inputs that are the same at every knot.
+    slots: &'a mut [f64],
     sources: &'a [&'a [f64]],
-    parameters: &'a [f64],
     sinks: &'a mut [&'b mut [f64]],
-    scratch: &'a mut Scratch,
 }
 
 thread_local! {
@@ -279,16 +304,14 @@ thread_local! {
     static SINGLE: RefCell<Scratch> = RefCell::default();
 }
 
-impl Job for Single<'_, '_> {
+impl Job for AtKnot<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { program, sources, parameters, sinks, scratch } = self;
-        // SAFETY: as in `Run`.
-        let slots = unsafe { scratch.leftovers::<L::Single>(program.slots) };
-        fix(program, parameters, slots);
-        let inputs = &mut slots[program.fixed.len()..];
+        let Self { program, slots, sources, sinks } = self;
+        let slots = L::Single::slice_of(slots);
+        let inputs = &mut slots[program.fixed()..];
         for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
             *slot = L::Single::constant(sources[source][offset]);
         }

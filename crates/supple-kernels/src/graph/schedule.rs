@@ -1,4 +1,5 @@
-use std::collections::HashSet;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashSet};
 
 use super::node::{Map, Node, Op, Table};
 use crate::Scalar;
@@ -40,6 +41,20 @@ impl Kind {
     /// How many places an instruction names: of its result, and of its operands or its second result.
     pub fn places(self) -> usize {
         2 + 2 * self.operations()
+    }
+
+    /// Cycles that an instruction keeps the processor busy: roughly.
+    fn issue(self) -> usize {
+        1 + self.operations()
+    }
+
+    /// Cycles until its result can be read, through memory, roughly.
+    fn latency(self) -> usize {
+        match self {
+            Self::MulAdd | Self::MulAdd2 | Self::MulAdd3 | Self::Select => 8 + 4 * self.operations(),
+            Self::Recip | Self::Sqrt => 24,
+            _ => 80,
+        }
     }
 
     /// The kind that does one product more, where there is one.
@@ -275,71 +290,112 @@ fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
     }
 }
 
-/// How many instructions are put in a new order together.
-const WINDOW: usize = 256;
-
-/// The same instructions in an order in which those of one kind follow one another, so that the loop over them seldom
-/// changes what it does: within each window, all that are ready of the kind that most are ready of, and again.
+/// The same instructions in an order in which a processor waits little. Of those that are ready at a time, the first is the
+/// one that most must still wait for; one of the kind before it goes first, unless another is more urgent by
+/// [`SWITCH_WORTH`], so that the loop over a kind is long.
 pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
-    // Where each result is made, within its window and which that is.
     let mut made = Table::new();
-    let mut out = Vec::with_capacity(steps.len());
-    for (number, window) in steps.chunks(WINDOW).enumerate() {
-        for (i, step) in window.iter().enumerate() {
-            made.insert(step.to, (number as u32, i as u32));
-            if let Some(second) = step.second {
-                made.insert(second, (number as u32, i as u32));
+    for (i, step) in steps.iter().enumerate() {
+        [Some(step.to), step.second].into_iter().flatten().for_each(|node| made.insert(node, i));
+    }
+    let readers = Readers::of(&steps, &made);
+    let mut waits_for: Vec<usize> =
+        steps.iter().map(|step| step.reads().filter(|&node| made.get(node).is_some()).count()).collect();
+    // How long it takes from the start of each to the end of all that need it. Operands stand before what reads them.
+    let mut urgency = vec![0; steps.len()];
+    for (i, step) in steps.iter().enumerate().rev() {
+        let after = readers.of_step(i).iter().map(|&reader| urgency[reader]).max().unwrap_or(0);
+        urgency[i] = step.kind.latency() + after;
+    }
+    let mut clock = Clock { now: 0, last: None, ready: Map::default(), coming: BinaryHeap::new() };
+    let mut possible_at = vec![0; steps.len()];
+    for i in (0..steps.len()).filter(|&i| waits_for[i] == 0) {
+        clock.coming.push(Reverse((0, i)));
+    }
+    let mut order = Vec::with_capacity(steps.len());
+    while let Some(i) = clock.next(&steps, &urgency) {
+        order.push(steps[i]);
+        for &reader in readers.of_step(i) {
+            possible_at[reader] = possible_at[reader].max(clock.now + steps[i].kind.latency());
+            waits_for[reader] -= 1;
+            if waits_for[reader] == 0 {
+                clock.coming.push(Reverse((possible_at[reader], reader)));
             }
         }
-        let maker = |node| made.get(node).filter(|&(window, _)| window == number as u32).map(|(_, i)| i as usize);
-        schedule_window(window, maker, &mut out);
     }
-    out
+    order
 }
 
-fn schedule_window(window: &[Step], maker: impl Fn(Node) -> Option<usize>, order: &mut Vec<Step>) {
-    let mut waits_for = vec![0; window.len()];
-    // The readers of step i are `readers[ends[i]..ends[i + 1]]` once all are counted and then written.
-    let mut ends = vec![0; window.len() + 1];
-    for step in window {
-        step.reads().filter_map(&maker).for_each(|maker| ends[maker + 1] += 1);
-    }
-    for i in 0..window.len() {
-        ends[i + 1] += ends[i];
-    }
-    let (mut readers, mut next) = (vec![0; ends[window.len()]], ends.clone());
-    for (i, step) in window.iter().enumerate() {
-        for maker in step.reads().filter_map(&maker) {
-            waits_for[i] += 1;
-            readers[next[maker]] = i;
-            next[maker] += 1;
+/// Cycles by which an instruction of another kind must be more urgent to go first.
+const SWITCH_WORTH: usize = 48;
+
+/// Cycles that a change of kinds takes.
+const SWITCH: usize = 8;
+
+/// Which instructions read the results of each.
+struct Readers {
+    all: Vec<usize>,
+    /// Those of instruction i are `all[ends[i]..ends[i + 1]]`.
+    ends: Vec<usize>,
+}
+
+impl Readers {
+    fn of(steps: &[Step], made: &Table<usize>) -> Self {
+        let mut ends = vec![0; steps.len() + 1];
+        for maker in steps.iter().flat_map(Step::reads).filter_map(|node| made.get(node)) {
+            ends[maker + 1] += 1;
         }
-    }
-    let mut ready: Map<Kind, Vec<usize>> = Map::default();
-    for i in (0..window.len()).filter(|&i| waits_for[i] == 0) {
-        ready.entry(window[i].kind).or_default().push(i);
-    }
-    let mut last = None;
-    let end = order.len() + window.len();
-    while order.len() < end {
-        // Ties are broken by the order of first appearance, so that the result is always the same.
-        let most = ready.iter().filter(|(_, list)| !list.is_empty());
-        let Some(kind) = most.max_by_key(|(kind, list)| (last == Some(**kind), list.len(), std::cmp::Reverse(list[0])))
-        else {
-            break;
-        };
-        let kind = *kind.0;
-        last = Some(kind);
-        let mut now = ready.remove(&kind).unwrap_or_default();
-        now.sort_unstable();
-        for i in now {
-            order.push(window[i]);
-            for &reader in &readers[ends[i]..ends[i + 1]] {
-                waits_for[reader] -= 1;
-                if waits_for[reader] == 0 {
-                    ready.entry(window[reader].kind).or_default().push(reader);
-                }
+        for i in 0..steps.len() {
+            ends[i + 1] += ends[i];
+        }
+        let (mut all, mut next) = (vec![0; ends[steps.len()]], ends.clone());
+        for (i, step) in steps.iter().enumerate() {
+            for maker in step.reads().filter_map(|node| made.get(node)) {
+                all[next[maker]] = i;
+                next[maker] += 1;
             }
         }
+        Self { all, ends }
+    }
+
+    fn of_step(&self, i: usize) -> &[usize] {
+        &self.all[self.ends[i]..self.ends[i + 1]]
+    }
+}
+
+/// A processor that runs one instruction after the other, and what it could run next.
+struct Clock {
+    now: usize,
+    last: Option<Kind>,
+    /// By kind, those whose operands are there: the most urgent on top, of equals the first recorded.
+    ready: Map<Kind, BinaryHeap<(usize, Reverse<usize>)>>,
+    /// Those whose operands are there from a time on.
+    coming: BinaryHeap<Reverse<(usize, usize)>>,
+}
+
+impl Clock {
+    /// The instruction to run now; none once all have been.
+    fn next(&mut self, steps: &[Step], urgency: &[usize]) -> Option<usize> {
+        if self.ready.values().all(BinaryHeap::is_empty) {
+            let Reverse((time, _)) = *self.coming.peek()?;
+            self.now = self.now.max(time);
+        }
+        while let Some(&Reverse((time, i))) = self.coming.peek()
+            && time <= self.now
+        {
+            self.coming.pop();
+            self.ready.entry(steps[i].kind).or_default().push((urgency[i], Reverse(i)));
+        }
+        let last = self.last;
+        let worth = |kind: Kind, urgency: usize| urgency + if last == Some(kind) { SWITCH_WORTH } else { 0 };
+        let tops = self.ready.iter().filter_map(|(&kind, heap)| heap.peek().map(|&(urgency, place)| (kind, urgency, place)));
+        let (kind, ..) = tops.max_by_key(|&(kind, urgency, place)| (worth(kind, urgency), place))?;
+        let (_, Reverse(i)) = self.ready.get_mut(&kind)?.pop()?;
+        if last != Some(kind) {
+            self.now += SWITCH;
+        }
+        self.last = Some(kind);
+        self.now += kind.issue();
+        Some(i)
     }
 }

@@ -63,6 +63,15 @@ impl Policy {
         self.roots.get_or_insert_with(|| Matrices::zeros(steps, m, m));
     }
 
+    /// Writes the control `u = ubar + step k + K (x - xbar)` of step `t` at the state `x`.
+    pub fn control(&self, t: usize, step: f64, x: &[f64], [xbar, ubar]: [&[f64]; 2], u: &mut [f64]) {
+        let (gains, stride) = (self.feedback.at(t), self.feedback.stride());
+        for (a, (u, (ubar, k))) in u.iter_mut().zip(ubar.iter().zip(self.feedforward.vector(t))).enumerate() {
+            let terms = gains[a * stride..].iter().zip(x).zip(xbar).map(|((gain, x), xbar)| gain * (x - xbar));
+            *u = ubar + step * k + terms.sum::<f64>();
+        }
+    }
+
     /// The sizes of the sweep.
     pub(super) fn dimensions(&self) -> Dimensions {
         Dimensions { states: self.feedback.cols(), controls: self.feedback.rows(), measurements: 0 }

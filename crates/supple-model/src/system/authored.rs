@@ -8,6 +8,7 @@ use super::batch::{after, at_points, parts};
 use super::kept::Kept;
 use super::products::CurvatureProducts;
 use super::programs::{Recorder, TOGETHER};
+use super::roll_out::{RollOut, step_by_step};
 use super::trace::{residuals, values};
 use super::wide::Along;
 use super::{Adjoints, Constraints, Curvature, Points, System, Variation, make_convex};
@@ -16,6 +17,7 @@ use crate::cost::Cost;
 use crate::followed::{self, Followed, FollowedNumber};
 use crate::quantity::{Quantity, Vocabulary};
 use crate::scene::Seen;
+use crate::trajectory::Trajectory;
 use crate::{Channels, Limit, Model, Point, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
@@ -172,6 +174,16 @@ impl<M: Model> System for Authored<M> {
         let program = self.program(&self.programs.advance, |r| r.advance());
         program.run_single(&[x, u], phi, &mut [next, &mut cost]);
         cost[0]
+    }
+
+    fn roll_out(&self, law: RollOut, phi: &[f64], out: &mut Trajectory, scratch: &mut Scratch) -> f64 {
+        let mut program = self.program(&self.programs.advance, |r| r.advance()).with_parameters(phi, scratch);
+        let cost = step_by_step(law, out, |_, x, u, next| {
+            let mut cost = [0.0];
+            program.run(&[x, u], &mut [next, &mut cost]);
+            cost[0]
+        });
+        cost + self.cost(out.states.vector(out.steps()), &[], phi, true)
     }
 
     fn observe(&self, _: usize, x: &[f64], phi: &[f64], y: &mut [f64]) {

@@ -191,7 +191,8 @@ pub trait System: Send + Sync {
 
     /// Fills `out` with the noise-free trajectory from step 0 on under `law`; returns its cost.
     fn roll_out(&self, law: RollOut, phi: &[f64], out: &mut Trajectory, scratch: &mut Scratch) -> f64 {
-        roll_out::step_by_step(self, law, phi, out, scratch)
+        let cost = roll_out::step_by_step(law, out, |t, x, u, next| self.advance(t, x, u, phi, next, scratch));
+        cost + self.final_cost(out.states.vector(out.steps()), phi, scratch)
     }
 
     /// `[A B] = [f_x f_u]` at every stage: n x (n + m).

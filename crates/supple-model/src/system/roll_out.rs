@@ -1,7 +1,5 @@
-use supple_kernels::Scratch;
 use supple_lqg::{ControlBounds, Policy};
 
-use super::System;
 use crate::trajectory::Trajectory;
 
 /// What decides the controls of a noise-free roll-out.
@@ -34,28 +32,19 @@ impl RollOut<'_> {
     #[inline(always)]
     pub fn control(&self, t: usize, x: &[f64], u: &mut [f64]) {
         let Self::Law { reference, policy, step, bounds } = self else { return };
-        let (n, stride) = (x.len(), policy.feedback.stride());
-        let (xbar, ubar) = (reference.states.vector(t), reference.controls.vector(t));
-        let (feedback, feedforward) = (policy.feedback.at(t), policy.feedforward.vector(t));
-        for (a, u) in u.iter_mut().enumerate() {
-            let gains = &feedback[a * stride..a * stride + n];
-            *u = ubar[a]
-                + step * feedforward[a]
-                + gains.iter().zip(x).zip(xbar).map(|((g, x), xbar)| g * (x - xbar)).sum::<f64>();
-        }
+        policy.control(t, *step, x, [reference.states.vector(t), reference.controls.vector(t)], u);
         if let Some(bounds) = bounds {
             bounds.clamp(u);
         }
     }
 }
 
-/// A roll-out that asks the system for one step after the other; returns its cost. Allocates nothing.
-pub(super) fn step_by_step<S: System + ?Sized>(
-    system: &S,
+/// A roll-out by one step after the other: `advance` writes the next state at a step, a state and a control, and returns the
+/// cost of the stage. Returns the sum of these. Allocates nothing.
+pub(super) fn step_by_step(
     law: RollOut,
-    phi: &[f64],
     out: &mut Trajectory,
-    scratch: &mut Scratch,
+    mut advance: impl FnMut(usize, &[f64], &[f64], &mut [f64]) -> f64,
 ) -> f64 {
     let (steps, n) = (out.steps(), out.states.cols());
     law.start(out);
@@ -65,7 +54,7 @@ pub(super) fn step_by_step<S: System + ?Sized>(
         let x = &x[..n];
         let u = out.controls.vector_mut(t);
         law.control(t, x, u);
-        cost += system.advance(t, x, u, phi, &mut next[..n], scratch);
+        cost += advance(t, x, u, &mut next[..n]);
     }
-    cost + system.final_cost(out.states.vector(steps), phi, scratch)
+    cost
 }
