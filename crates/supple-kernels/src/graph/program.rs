@@ -1,5 +1,5 @@
 use super::node::{Node, Op, Table, operations};
-use super::schedule::{Kind, Step, Units, chain, fuse, results, schedule, without_negatives};
+use super::schedule::{ARITHMETIC, Kind, Step, Units, chain, fuse, plain, results, schedule, without_negatives};
 use crate::Scalar;
 
 /// Where a result of a program goes.
@@ -29,6 +29,34 @@ pub enum Target {
 /// Instructions name slots by this many times their number, so that no multiplication is needed to find them.
 pub(super) const SCALE: usize = 8;
 
+/// Instructions of each arithmetic kind, in the order of the kinds, and then some of one other kind: loops whose ends a
+/// processor foresees, where it seldom foresees a jump to any of many places.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Round {
+    pub arithmetic: [u32; ARITHMETIC],
+    pub other: Option<(Kind, u32)>,
+}
+
+/// The rounds of instructions in this order.
+fn rounds(steps: &[Step]) -> Vec<Round> {
+    let mut rounds: Vec<Round> = Vec::new();
+    // The kind from which on the last round goes on.
+    let mut from = None;
+    for run in steps.chunk_by(|one, next| one.kind == next.kind) {
+        let (kind, count) = (run[0].kind, run.len() as u32);
+        if !from.is_some_and(|from| from <= kind) {
+            rounds.push(Round::default());
+        }
+        let Some(round) = rounds.last_mut() else { continue };
+        match kind.arithmetic() {
+            Some(place) => round.arithmetic[place] = count,
+            None => round.other = Some((kind, count)),
+        }
+        from = kind.arithmetic().map(|_| kind);
+    }
+    rounds
+}
+
 /// A straight sequence of arithmetic, compiled from a graph: no branches, no memory but numbered slots.
 ///
 /// Slots hold constants and parameters first, then what is read at each knot, then results on the way.
@@ -42,8 +70,9 @@ pub struct Program {
     pub(super) varying: Vec<(usize, usize)>,
     /// The slots that instructions name, one after the other: of the result and of the operands, as many as the kind has.
     pub(super) instructions: Vec<u32>,
-    /// How many instructions of each kind follow one another.
-    pub(super) runs: Vec<(Kind, usize)>,
+    /// How many of these are of which kind.
+    pub(super) rounds: Vec<Round>,
+    operations: usize,
     pub(super) outputs: Vec<(usize, Target)>,
     pub(super) slots: usize,
     /// How many sources and parameters there must be.
@@ -59,24 +88,19 @@ impl Program {
         let ends = operations(|ops| results(ops, nodes));
         let units = Units { zero: Node::zero(), one: Node::one(), minus_one: -Node::one() };
         let steps = operations(|ops| fuse(ops, &ends, units));
-        let steps = schedule(chain(without_negatives(steps, units), &ends));
+        let steps = schedule(plain(chain(without_negatives(steps, units), &ends), units));
         let mut slots = Slots::new(&steps, &ends);
         let mut instructions = Vec::with_capacity(4 * steps.len());
         for (place, step) in steps.iter().enumerate() {
             slots.instruction(place, step, &mut instructions);
         }
-        let mut runs: Vec<(Kind, usize)> = Vec::new();
-        for step in &steps {
-            match runs.last_mut() {
-                Some((kind, count)) if *kind == step.kind => *count += 1,
-                _ => runs.push((step.kind, 1)),
-            }
-        }
+        let rounds = rounds(&steps);
+        let operations = steps.iter().map(|step| step.kind.operations()).sum();
         let outputs = ends.iter().zip(outputs).map(|(&node, &(_, target))| (slots.of(node), target)).collect();
         let Slots { constants, given, varying, next, .. } = slots;
         let sources = varying.iter().map(|&(source, _)| source + 1).max().unwrap_or(0);
         let parameters = given.iter().map(|parameter| parameter + 1).max().unwrap_or(0);
-        Self { constants, given, varying, instructions, runs, outputs, slots: next, sources, parameters }
+        Self { constants, given, varying, instructions, rounds, operations, outputs, slots: next, sources, parameters }
     }
 
     /// How many inputs are the same at every knot: constants and parameters.
@@ -86,7 +110,7 @@ impl Program {
 
     /// How many operations one knot takes.
     pub fn len(&self) -> usize {
-        self.runs.iter().map(|(kind, count)| kind.operations() * count).sum()
+        self.operations
     }
 
     /// Whether nothing is computed.

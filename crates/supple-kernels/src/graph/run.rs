@@ -1,6 +1,6 @@
 use std::cell::RefCell;
 
-use super::program::{Program, SCALE, Target};
+use super::program::{Program, Round, SCALE, Target};
 use super::schedule::Kind;
 use crate::lanes::Single as _;
 use crate::pair::Pair;
@@ -137,47 +137,74 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
             *unsafe { &mut *base.byte_add($place as usize * (size_of::<V>() / SCALE)) }
         };
     }
-    // `to` and the operands of every instruction of a run.
+    let mut rest = program.instructions.as_slice();
+    // The next instructions: of each, `to` and the operands.
     macro_rules! each {
-        ($now:ident, [$($operand:ident),*] $value:expr) => {{
-            let (all, _) = $now.as_chunks::<{ 1 + [$(stringify!($operand)),*].len() }>();
-            let (fours, odd) = all.as_chunks::<4>();
+        ($count:expr, [$($operand:ident),*] $value:expr) => {{
+            const PLACES: usize = 1 + [$(stringify!($operand)),*].len();
+            let (now, later): (&[u32], _) = rest.split_at($count as usize * PLACES);
+            rest = later;
+            let (fours, odd) = now.as_chunks::<PLACES>().0.as_chunks::<4>();
             for four in fours {
                 for &[to, $($operand),*] in four {
                     slot!(to) = $value;
                 }
             }
-            for &[to, $($operand),*] in odd {
+            // Fewer than four: two branches instead of a loop whose end is seldom foreseen.
+            let (two, one) = odd.as_chunks::<2>();
+            if let [two] = two {
+                for &[to, $($operand),*] in two {
+                    slot!(to) = $value;
+                }
+            }
+            if let &[[to, $($operand),*]] = one {
                 slot!(to) = $value;
             }
         }};
     }
-    let mut rest = program.instructions.as_slice();
-    for &(kind, count) in &program.runs {
-        let (now, later): (&[u32], _) = rest.split_at(count * kind.places());
-        rest = later;
+    macro_rules! some {
+        ($count:expr, $operands:tt $value:expr) => {
+            if $count > 0 {
+                each!($count, $operands $value);
+            }
+        };
+    }
+    for &Round { arithmetic, other } in &program.rounds {
+        let [add, sub, mul, mul2, mul3, mul_add, mul_add2, mul_add3] = arithmetic;
+        some!(add, [a, b] slot!(a) + slot!(b));
+        some!(sub, [a, b] slot!(b) - slot!(a));
+        some!(mul, [a, b] slot!(a) * slot!(b));
+        some!(mul2, [a, b, d, e] slot!(d).mul_add(slot!(e), slot!(a) * slot!(b)));
+        some!(mul3, [a, b, d, e, f, g] slot!(f).mul_add(slot!(g), slot!(d).mul_add(slot!(e), slot!(a) * slot!(b))));
+        some!(mul_add, [a, b, c] slot!(a).mul_add(slot!(b), slot!(c)));
+        some!(mul_add2, [a, b, c, d, e] slot!(d).mul_add(slot!(e), slot!(a).mul_add(slot!(b), slot!(c))));
+        some!(mul_add3, [a, b, c, d, e, f, g] {
+            let sum = slot!(d).mul_add(slot!(e), slot!(a).mul_add(slot!(b), slot!(c)));
+            slot!(f).mul_add(slot!(g), sum)
+        });
+        let Some((kind, count)) = other else { continue };
         match kind {
-            Kind::MulAdd => each!(now, [a, b, c] slot!(a).mul_add(slot!(b), slot!(c))),
-            Kind::MulAdd2 => {
-                each!(now, [a, b, c, d, e] slot!(d).mul_add(slot!(e), slot!(a).mul_add(slot!(b), slot!(c))));
-            }
-            Kind::MulAdd3 => {
-                each!(now, [a, b, c, d, e, f, g] {
-                    let sum = slot!(d).mul_add(slot!(e), slot!(a).mul_add(slot!(b), slot!(c)));
-                    slot!(f).mul_add(slot!(g), sum)
-                });
-            }
-            Kind::Recip => each!(now, [a, _b, _c] slot!(a).recip()),
-            Kind::Sqrt => each!(now, [a, _b, _c] slot!(a).sqrt()),
-            Kind::Atan2 => each!(now, [a, b, _c] slot!(a).atan2(slot!(b))),
-            Kind::Exp => each!(now, [a, _b, _c] slot!(a).exp()),
-            Kind::Ln => each!(now, [a, _b, _c] slot!(a).ln()),
-            Kind::Tanh => each!(now, [a, _b, _c] slot!(a).tanh()),
-            Kind::ExpM1 => each!(now, [a, _b, _c] slot!(a).exp_m1()),
-            Kind::Ln1p => each!(now, [a, _b, _c] slot!(a).ln_1p()),
-            Kind::Cos => each!(now, [a, _b, _c] slot!(a).sin_cos().1),
-            Kind::Select => each!(now, [a, b, c] slot!(a).select(slot!(b), slot!(c))),
+            Kind::Add
+            | Kind::Sub
+            | Kind::Mul
+            | Kind::Mul2
+            | Kind::Mul3
+            | Kind::MulAdd
+            | Kind::MulAdd2
+            | Kind::MulAdd3 => {}
+            Kind::Recip => each!(count, [a, _b, _c] slot!(a).recip()),
+            Kind::Sqrt => each!(count, [a, _b, _c] slot!(a).sqrt()),
+            Kind::Atan2 => each!(count, [a, b, _c] slot!(a).atan2(slot!(b))),
+            Kind::Exp => each!(count, [a, _b, _c] slot!(a).exp()),
+            Kind::Ln => each!(count, [a, _b, _c] slot!(a).ln()),
+            Kind::Tanh => each!(count, [a, _b, _c] slot!(a).tanh()),
+            Kind::ExpM1 => each!(count, [a, _b, _c] slot!(a).exp_m1()),
+            Kind::Ln1p => each!(count, [a, _b, _c] slot!(a).ln_1p()),
+            Kind::Cos => each!(count, [a, _b, _c] slot!(a).sin_cos().1),
+            Kind::Select => each!(count, [a, b, c] slot!(a).select(slot!(b), slot!(c))),
             Kind::SinCos => {
+                let (now, later): (&[u32], _) = rest.split_at(count as usize * kind.places());
+                rest = later;
                 for &[to, a, _, second] in now.as_chunks::<4>().0 {
                     let (sin, cos) = slot!(a).sin_cos();
                     slot!(second) = cos;

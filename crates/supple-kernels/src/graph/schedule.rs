@@ -4,11 +4,20 @@ use std::collections::{BinaryHeap, HashSet};
 use super::node::{Map, Node, Op, Table};
 use crate::Scalar;
 
-/// What an instruction does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// What an instruction does. The first [`ARITHMETIC`] are nearly all instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Kind {
-    /// `a b + c`: also every sum, difference and product, so that nearly all instructions are of one kind and a program
-    /// hardly branches.
+    /// `a + b`
+    Add,
+    /// `b - a`
+    Sub,
+    /// `a b`
+    Mul,
+    /// `d e + a b`
+    Mul2,
+    /// `f g + (d e + a b)`
+    Mul3,
+    /// `a b + c`
     MulAdd,
     /// `d e + (a b + c)`: what is between is never stored.
     MulAdd2,
@@ -28,19 +37,29 @@ pub(super) enum Kind {
     Select,
 }
 
+/// Kinds that a program runs one after the other, in their order, before it asks which other kind is next.
+pub(super) const ARITHMETIC: usize = 8;
+
 impl Kind {
+    /// Its place among the [`ARITHMETIC`]; none of the others.
+    pub fn arithmetic(self) -> Option<usize> {
+        let place = self as usize;
+        (place < ARITHMETIC).then_some(place)
+    }
+
     /// How many operations an instruction is.
     pub fn operations(self) -> usize {
         match self {
-            Self::MulAdd2 => 2,
-            Self::MulAdd3 => 3,
+            Self::Mul2 | Self::MulAdd2 => 2,
+            Self::Mul3 | Self::MulAdd3 => 3,
             _ => 1,
         }
     }
 
     /// How many places an instruction names: of its result, and of its operands or its second result.
     pub fn places(self) -> usize {
-        2 + 2 * self.operations()
+        let without_term = matches!(self, Self::Add | Self::Sub | Self::Mul | Self::Mul2 | Self::Mul3);
+        2 + 2 * self.operations() - usize::from(without_term)
     }
 
     /// Cycles that an instruction keeps the processor busy: roughly.
@@ -51,9 +70,9 @@ impl Kind {
     /// Cycles until its result can be read, through memory, roughly.
     fn latency(self) -> usize {
         match self {
-            Self::MulAdd | Self::MulAdd2 | Self::MulAdd3 | Self::Select => 8 + 4 * self.operations(),
             Self::Recip | Self::Sqrt => 24,
-            _ => 80,
+            Self::SinCos | Self::Cos | Self::Atan2 | Self::Exp | Self::Ln | Self::Tanh | Self::ExpM1 | Self::Ln1p => 80,
+            _ => 8 + 4 * self.operations(),
         }
     }
 
@@ -270,6 +289,29 @@ pub(super) fn chain(steps: Vec<Step>, ends: &[Node]) -> Vec<Step> {
     out.into_iter().flatten().collect()
 }
 
+/// The same instructions, with those of fewer operands that do the same: what is multiplied by 1 or added to 0 is not read.
+pub(super) fn plain(mut steps: Vec<Step>, Units { zero, one, minus_one }: Units) -> Vec<Step> {
+    for step in &mut steps {
+        let [a, b, c, ..] = step.operands;
+        let (kind, operands) = match step.kind {
+            Kind::MulAdd if b == Some(one) => (Kind::Add, padded([a, c])),
+            Kind::MulAdd if b == Some(minus_one) && c != Some(zero) => (Kind::Sub, padded([a, c])),
+            Kind::MulAdd | Kind::MulAdd2 | Kind::MulAdd3 if c == Some(zero) => {
+                let kind = match step.kind {
+                    Kind::MulAdd => Kind::Mul,
+                    Kind::MulAdd2 => Kind::Mul2,
+                    _ => Kind::Mul3,
+                };
+                let [_, _, _, d, e, f, g] = step.operands;
+                (kind, padded([a, b, d, e, f, g]))
+            }
+            _ => continue,
+        };
+        (step.kind, step.operands) = (kind, operands);
+    }
+    steps
+}
+
 /// Makes sine and cosine of one angle the two results of one instruction. An opaque node is an angle of its own: its
 /// sine is another node than that of what stands behind it.
 fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
@@ -290,9 +332,10 @@ fn pair_sines(steps: &mut [Step], ops: &[Op], uses: &[u32]) {
     }
 }
 
-/// The same instructions in an order in which a processor waits little. Of those that are ready at a time, the first is the
-/// one that most must still wait for; one of the kind before it goes first, unless another is more urgent by
-/// [`SWITCH_WORTH`], so that the loop over a kind is long.
+/// The same instructions in an order in which a processor waits little. Of those that are ready at a time the most urgent is
+/// first: the one from which it takes longest to the end. So that loops over a kind are long and programs seldom begin the
+/// kinds anew, one of the same kind as the last counts as more urgent by [`SAME_WORTH`], and one of a later kind by
+/// [`LATER_WORTH`].
 pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
     let mut made = Table::new();
     for (i, step) in steps.iter().enumerate() {
@@ -326,8 +369,9 @@ pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
     order
 }
 
-/// Cycles by which an instruction of another kind must be more urgent to go first.
-const SWITCH_WORTH: usize = 48;
+/// Cycles: of several that were tried, those with which robots' programs are fastest.
+const SAME_WORTH: usize = 100;
+const LATER_WORTH: usize = 50;
 
 /// Cycles that a change of kinds takes.
 const SWITCH: usize = 8;
@@ -387,8 +431,13 @@ impl Clock {
             self.ready.entry(steps[i].kind).or_default().push((urgency[i], Reverse(i)));
         }
         let last = self.last;
-        let worth = |kind: Kind, urgency: usize| urgency + if last == Some(kind) { SWITCH_WORTH } else { 0 };
-        let tops = self.ready.iter().filter_map(|(&kind, heap)| heap.peek().map(|&(urgency, place)| (kind, urgency, place)));
+        let worth = |kind: Kind, urgency: usize| match last {
+            Some(last) if last == kind => urgency + SAME_WORTH,
+            Some(last) if last < kind => urgency + LATER_WORTH,
+            _ => urgency,
+        };
+        let tops =
+            self.ready.iter().filter_map(|(&kind, heap)| heap.peek().map(|&(urgency, place)| (kind, urgency, place)));
         let (kind, ..) = tops.max_by_key(|&(kind, urgency, place)| (worth(kind, urgency), place))?;
         let (_, Reverse(i)) = self.ready.get_mut(&kind)?.pop()?;
         if last != Some(kind) {
