@@ -1,8 +1,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::lanes::Single;
 use crate::scalar::derive_operators;
-use crate::{Scalar, math};
+use crate::{Scalar, Single, math};
 
 /// One number whose multiply-add is rounded once: what one lane does where the machine has the instruction.
 ///

@@ -1,7 +1,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::scalar::derive_operators;
-use crate::{Scalar, math};
+use crate::{Scalar, Single, math};
 
 /// How many numbers every [`Lanes`] type holds.
 pub const LANES: usize = 8;
@@ -15,12 +15,6 @@ pub trait Job {
 
     /// Does the work with lanes of type `L`.
     fn run<L: Lanes>(self) -> Self::Output;
-}
-
-/// One number with the arithmetic of one lane.
-pub trait Single: Scalar + Into<f64> {
-    /// Numbers as such.
-    fn slice_of(numbers: &mut [f64]) -> &mut [Self];
 }
 
 /// Eight numbers worked on at once: eight knots of a trajectory, or eight entries of a padded row.

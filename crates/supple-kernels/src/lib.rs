@@ -64,10 +64,10 @@ mod scratch;
 pub use band::{Band, BandRow, RIGHT_SIDES};
 pub use dispatch::{Level, dispatch, dispatch_portable};
 pub use dual::Dual;
-pub use lanes::{Job, LANES, Lanes, Single};
+pub use lanes::{Job, LANES, Lanes};
 pub use ldl::Ldl;
 pub use matrices::{Matrices, padded};
-pub use scalar::Scalar;
+pub use scalar::{Scalar, Single};
 pub use scratch::Scratch;
 
 #[doc = include_str!("../README.md")]

@@ -1,7 +1,6 @@
 //! Plain numbers as scalars.
 
-use crate::lanes::Single;
-use crate::{Scalar, math};
+use crate::{Scalar, Single, math};
 
 impl Single for f64 {
     #[inline(always)]

@@ -136,6 +136,12 @@ pub trait Scalar:
     }
 }
 
+/// One number with the arithmetic of one lane.
+pub trait Single: Scalar + Into<f64> {
+    /// Numbers as such.
+    fn slice_of(numbers: &mut [f64]) -> &mut [Self];
+}
+
 /// Implements the operators with an `f64` on the right, and the assigning ones, from the operators between two `Self`.
 macro_rules! derive_operators {
     ([$($generics:tt)*] $name:ty) => {

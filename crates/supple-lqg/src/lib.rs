@@ -83,7 +83,8 @@ pub use noise::Noise;
 pub use partials::Partials;
 pub use recursion::{recursion_radius, spectral_radius};
 pub use riccati::{
-    ControlBounds, Decrease, Limits, Lq, Policy, Regularisation, Rooted, solve_limited, solve_lq, solve_riccati,
+    ControlBounds, Decrease, Limits, Lq, Policy, Regularisation, Rooted, least_cost_rounding, solve_limited, solve_lq,
+    solve_riccati,
 };
 pub use riccati_adjoint::{RiccatiAdjoint, RiccatiSeeds, reverse_riccati};
 pub use supple_kernels::Matrices;

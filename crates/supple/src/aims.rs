@@ -145,16 +145,8 @@ fn needed_information(limit: Option<&Limit>, state: &mut TaskState) -> Result<(N
 ///
 /// # Errors
 /// Where there is no law of least cost along the plan, or the minimum was not found.
-pub(crate) fn needed_beyond(budget: f64, state: &mut TaskState) -> Result<Needed, Error> {
+fn needed_beyond(budget: f64, state: &mut TaskState) -> Result<Needed, Error> {
     Ok(Needed::of(&horizon_of(state)?, budget, &mut state.nearby)?)
-}
-
-/// As [`needed_beyond`]; none where that would take longer than evaluations should.
-///
-/// # Errors
-/// As that.
-pub(crate) fn needed_soon(budget: f64, state: &mut TaskState) -> Result<Option<Needed>, Error> {
-    Ok(Needed::soon(&horizon_of(state)?, budget, &mut state.nearby)?)
 }
 
 /// The horizon of a plan, whose costs count from the least.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use supple_lqg::bound::Spread;
-use supple_lqg::{Horizon, Knots, Noise, Policy, Regularisation, solve_riccati};
+use supple_lqg::{Horizon, Knots, Noise, Policy, Regularisation, least_cost_rounding, solve_riccati};
 
 use crate::Error;
 use crate::plan::{Plan, PlanMode, PlanStatus};
@@ -34,7 +34,52 @@ impl ProvedHorizon {
         let (rounded, least) = (self.rounded_least, self.horizon.base_cost);
         (rounded - least).abs() > SAME_LEAST * rounded.abs().max(least.abs())
     }
+
+    /// What to know where it did.
+    pub fn remark(&self) -> Option<String> {
+        self.is_other_law().then(|| {
+            format!(
+                "rounding affects this design's control law: the least cost computed along its plan is {:.7}, and the proved \
+                 one {:.7}; bounds and the information needed hold for the proved one, and the cost and information of this \
+                 design may be inaccurate",
+                self.rounded_least, self.horizon.base_cost
+            )
+        })
+    }
 }
+
+/// The horizon of a plan with a law that rounding does not change, where that of the plan may be another: `None` where it is
+/// known not to be.
+pub(crate) struct DespiteRounding {
+    /// None where no law is known.
+    pub horizon: Option<Horizon>,
+    /// What to know about it, for people.
+    pub remark: String,
+}
+
+impl DespiteRounding {
+    pub fn of(plan: &Plan, noise: &Noise) -> Option<Self> {
+        let law = law_of(plan).ok()?;
+        let least = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost).base_cost;
+        let off = least_cost_rounding(&plan.knots, &law, noise);
+        if off <= SAME_LEAST * least.abs() {
+            return None;
+        }
+        let proved = proved_horizon(plan, noise).ok()?;
+        if let Err(reason) = &proved.law {
+            let remark = format!(
+                "rounding may change the least cost along the plan, {least:.7}, by about {off:.1e}, and with it this design's \
+                 control law: {reason}. Give every control a price"
+            );
+            return (off > UNSURE * least.abs()).then_some(Self { horizon: None, remark });
+        }
+        let remark = proved.remark()?;
+        Some(Self { horizon: Some(proved.horizon), remark })
+    }
+}
+
+/// Least costs that rounding may change by more than this, relatively, and that are not proved are doubtful.
+const UNSURE: f64 = 1e-6;
 
 /// Least costs closer than this, relatively, are of the same law.
 const SAME_LEAST: f64 = 1e-9;

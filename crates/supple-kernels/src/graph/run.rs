@@ -2,7 +2,7 @@ use std::cell::RefCell;
 
 use super::program::{Program, Round, SCALE, Target};
 use super::schedule::Kind;
-use crate::lanes::Single as _;
+use crate::Single as _;
 use crate::pair::Pair;
 use crate::{Job, LANES, Lanes, Matrices, Scalar, Scratch, dispatch};
 

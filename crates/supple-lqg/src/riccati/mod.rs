@@ -11,6 +11,7 @@ mod policy;
 mod products;
 mod quadratic;
 mod rooted;
+mod rounding;
 
 use supple_kernels::rows::{Rows, fetch, fetch_lower};
 use supple_kernels::{Job, Lanes, Matrices, dispatch};
@@ -24,6 +25,7 @@ use self::minimise::minimise;
 pub use self::policy::Policy;
 use self::quadratic::{Knot, form};
 pub use self::rooted::Rooted;
+pub use self::rounding::least_cost_rounding;
 use crate::carried::Carried;
 use crate::shape::{Shape, by_length};
 

@@ -44,13 +44,7 @@ impl Own {
                 "{held} of {all} controls are at a limit along the plan; all bounds are for controllers that keep them there"
             ));
         }
-        if proved.is_other_law() {
-            remarks.push(format!(
-                "rounding affects this design's control law: the least cost computed along its plan is {:.7}, and the proved one \
-                 {:.7}; the bounds hold for the proved one, and the cost and information of this design may be inaccurate",
-                proved.rounded_least, proved.horizon.base_cost
-            ));
-        }
+        remarks.extend(proved.remark());
         let is_optimal = state.plan.mode != PlanMode::Risk && !proved.is_other_law();
         // What is lost by rounding is paid too.
         let lost = (proved.rounded_least - proved.horizon.base_cost).max(0.0);

@@ -1,5 +1,6 @@
 //! Reports from what is known of a task at a design.
 
+use supple_lqg::bound::Needed;
 use supple_lqg::{control_information, entropy_form, paper_form};
 use supple_model::{Channels, time_of};
 
@@ -7,8 +8,8 @@ use super::curves::{contact_curves, cost_curves, quantity_curves};
 use super::report::{ControlInformation, CostReport, InformationReport, NeededInformation, TrajectoryReport};
 use super::sensing::measurements;
 use crate::Error;
-use crate::aims::{needed_beyond, needed_soon};
 use crate::film::film;
+use crate::horizon::{DespiteRounding, horizon_of_plan};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 use crate::simulate::{sample, sample_number};
@@ -52,14 +53,22 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
 pub(super) fn add_needed(
     (task, phi): (&Task, &[f64]),
     counts: bool,
+    despite_rounding: Option<&DespiteRounding>,
     state: &mut TaskState,
     information: &mut InformationReport,
 ) {
+    let horizon = match despite_rounding {
+        None => horizon_of_plan(&state.plan, &state.noise).ok(),
+        Some(known) => known.horizon.clone(),
+    };
+    let Some(horizon) = horizon else { return };
     let bound = task.bound.map(|bound| bound.resolve::<f64>(phi));
-    let least = state.cost.expected() - state.cost.belief;
-    let cost = bound.filter(|&bound| bound > least).unwrap_or(state.cost.expected());
-    let budget = cost - least;
-    let found = if counts { needed_beyond(budget, state).map(Some) } else { needed_soon(budget, state) };
+    let cost = bound.filter(|&bound| bound > horizon.base_cost).unwrap_or(state.cost.expected());
+    let found = if counts {
+        Needed::of(&horizon, cost, &mut state.nearby).map(Some)
+    } else {
+        Needed::soon(&horizon, cost, &mut state.nearby)
+    };
     information.needed_takes_long = matches!(found, Ok(None));
     information.needed = found.ok().flatten().map(|found| NeededInformation {
         total_nats: found.nats,

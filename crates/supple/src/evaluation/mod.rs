@@ -10,6 +10,7 @@ use crate::Error;
 use crate::branches::{Attempts, plan_at};
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
+use crate::horizon::DespiteRounding;
 use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
 use crate::problem::{Problem, Task, check_count, check_rollouts};
@@ -135,8 +136,10 @@ fn evaluate_task(
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let mut information = information_report(task, phi, state)?;
     let counts = options.weights(problem).needed != 0.0;
-    if options.needed || counts {
-        add_needed((task, phi), counts, state, &mut information);
+    let asks_needed = options.needed || counts;
+    let despite_rounding = if asks_needed { DespiteRounding::of(&state.plan, &state.noise) } else { None };
+    if asks_needed {
+        add_needed((task, phi), counts, despite_rounding.as_ref(), state, &mut information);
     }
     Error::check_stop()?;
     let predicted = Predicted {
@@ -158,7 +161,7 @@ fn evaluate_task(
         branches,
         limits_violated: violations((task, phi), state),
         limits_reached: limits_reached(task, phi, &state.plan),
-        warnings: warnings((task, phi), state, &contacts, monte_carlo.as_ref()),
+        warnings: warnings((task, phi), state, &contacts, monte_carlo.as_ref(), despite_rounding),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
@@ -207,11 +210,13 @@ fn warnings(
     state: &TaskState,
     contacts: &[ContactReport],
     sampled: Option<&MonteCarlo>,
+    despite_rounding: Option<DespiteRounding>,
 ) -> Vec<String> {
     [
         plan_warnings(task, phi, &state.plan),
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),
+        despite_rounding.map(|despite| despite.remark).into_iter().collect(),
     ]
     .concat()
 }
