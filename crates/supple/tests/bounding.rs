@@ -362,4 +362,11 @@ fn a_law_that_rounding_changed_is_named_and_bounds_nothing() {
     let tight = at(Some(5.5));
     assert!(tight.proved && tight.minimum_lower_bits_per_step > 0.01, "{tight:?}");
     assert!(tight.duality_gap_bits >= 0.0 && tight.duality_gap_bits < 1e-6, "{tight:?}");
+    // What an evaluation says is needed at this limit is what the proved law needs, too.
+    let limited = supple_file::parse(&text.replace("steps = 40", "steps = 40\n        bound = 5.5"), "test").unwrap();
+    let options = EvaluateOptions { needed: true, ..EvaluateOptions::default() };
+    let task = limited.evaluate(&[], &options).unwrap().tasks.remove(0);
+    let needed = task.information.needed.unwrap().total_bits;
+    assert!((needed - tight.minimum_bits).abs() < 1e-6, "{needed} of {}", tight.minimum_bits);
+    assert!(task.warnings.iter().any(|warning| warning.starts_with("rounding affects")), "{:?}", task.warnings);
 }
