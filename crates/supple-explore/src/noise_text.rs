@@ -131,7 +131,7 @@ impl Edits<'_> {
                 Ok(format!("{:?}", number * time_step))
             }
             Value::Parameter(parameter) if !per_second => {
-                Ok(toml::Value::String(problem.parameters.get(*parameter).name.clone()).to_string())
+                Ok(toml::Value::String(problem.parameters.get(parameter.index()).name.clone()).to_string())
             }
             _ => Err(refused(first, "the noise of another sensor is an expression")),
         };
@@ -154,6 +154,8 @@ impl Edits<'_> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use supple::ParameterHandle;
+
     use super::*;
 
     const FILE: &str = r#"
@@ -229,7 +231,8 @@ weight = 1.0
             ("noise.initial = [1.0]", "noise.measurement = [9.0, \"v\"]\nnoise.initial = [1.0]"),
         ] {
             let mut problem = supple_file::parse(FILE, "task.toml").unwrap();
-            problem.tasks[0].noise.measurement = Covariance::Diagonal(vec![Value::Number(1.0), Value::Parameter(0)]);
+            problem.tasks[0].noise.measurement =
+                Covariance::diagonal([Value::from(1.0), ParameterHandle::at(0).into()]);
             let text = format!("[[tasks]]\n{before}\n");
             let edits = noise_edits(&text, &problem, &[factor(0, Kind::Measurement, Some(0), 3.0)]).unwrap();
             let [(span, new)] = &edits[..] else { panic!("{edits:?}") };

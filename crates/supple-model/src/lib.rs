@@ -72,7 +72,7 @@ pub use physics::{CENTER_OF_MASS, FRAME_SIGNALS, FileSensor, Model, OwnCost, POW
 pub use supple_kernels::{Matrices, Scalar, Scratch};
 pub use supple_lqg::Dimensions;
 pub use trajectory::{Trajectory, time_of};
-pub use value::{Names, Value, is_name};
+pub use value::{Names, ParameterHandle, Value, is_name};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

@@ -5,16 +5,17 @@
 
 use std::error::Error;
 use std::io::Write;
-use std::sync::Arc;
 
 use supple::cost::Cost;
 use supple::design::{Control, DesignSettings, design};
 use supple::noise::{Covariance, NoiseModel};
-use supple::parameters::{Parameter, Parameters, Role, Scale};
-use supple::plan::PlanSettings;
+use supple::parameters::{Parameter, Parameters, Scale};
 use supple::quantity::{Control as Effort, State};
 use supple::system::Authored;
 use supple::{Dimensions, EvaluateOptions, Model, Point, Problem, Scalar, Task, Value};
+
+/// s
+const TIME_STEP: f64 = 0.02;
 
 /// A pole on a cart, upright at angle 0, with a spring at its foot; the cart's place and the pole's angle are measured.
 /// State `[x, a, x', a']`, control: the force on the cart.
@@ -46,63 +47,31 @@ impl Model for CartPole {
     }
 }
 
-fn number(number: f64) -> Value {
-    Value::Number(number)
-}
-
-fn diagonal(variances: &[f64]) -> Covariance {
-    Covariance::Diagonal(variances.iter().map(|&variance| number(variance)).collect())
-}
-
 /// Brings the cart to its place with the pole upright.
 fn problem() -> Problem {
+    let mut parameters = Parameters::default();
+    let stiffness = Parameter::new("stiffness", 0.1, [0.01, 0.4]).with_unit("N m/rad").with_scale(Scale::Log);
+    let stiffness = parameters.declare(stiffness);
+    let variance = Parameter::new("angle_variance", 1e-4, [1e-5, 1e-2]).with_unit("rad^2").with_scale(Scale::Log);
+    let variance = parameters.declare(variance);
     let costs = vec![
         Cost::new(State::new([0, 1]), 1.0).with_final_weight(20.0),
         Cost::new(State::new([2, 3]), 0.1).with_final_weight(2.0),
         Cost::new(Effort::all(1), 0.01),
     ];
-    let parameter = |name: &str, initial, bounds, unit: &str| Parameter {
-        catalogue: Vec::new(),
-        name: name.to_owned(),
-        initial,
-        bounds,
-        scale: Scale::Log,
-        unit: unit.to_owned(),
-        price: None,
-        role: Role::Design,
-    };
-    let parameters = vec![
-        parameter("stiffness", 0.1, [0.01, 0.4], "N m/rad"),
-        parameter("angle_variance", 1e-4, [1e-5, 1e-2], "rad^2"),
-    ];
-    let task = Task {
-        name: "balance".to_owned(),
-        steps: 150,
-        time_step: number(0.02),
-        bound: Some(number(28.0)),
-        information_weight: 1.0,
-        initial_state: [-0.5, 0.1, 0.0, 0.0].map(number).to_vec(),
-        initial_control: vec![vec![number(0.0)]],
-        control_bounds: None,
-        noise: NoiseModel {
-            initial: diagonal(&[1e-3, 1e-3, 1e-2, 1e-2]),
-            process: diagonal(&[0.0, 0.0, 1e-4, 1e-3]),
-            measurement: Covariance::Diagonal(vec![number(1e-4), Value::Parameter(1)]),
-            varying: Vec::new(),
-        },
-        system: Arc::new(Authored::new(CartPole { stiffness: Value::Parameter(0) }, costs, number(0.02), 2)),
-    };
-    Problem {
-        title: "A pole on a cart".to_owned(),
-        parameters: Parameters::new(parameters),
-        tasks: vec![task],
-        planning: PlanSettings::default(),
-        design: DesignSettings { starts: 2, ..Default::default() },
-        files: Vec::new(),
-        catalogue: None,
-        warnings: Vec::new(),
-        every_warning: Vec::new(),
-    }
+    let noise = NoiseModel::new(
+        Covariance::diagonal([1e-3, 1e-3, 1e-2, 1e-2]),
+        Covariance::diagonal([0.0, 0.0, 1e-4, 1e-3]),
+        Covariance::diagonal([Value::from(1e-4), variance.into()]),
+    );
+    let model = CartPole { stiffness: stiffness.into() };
+    let system = Authored::new(model, costs, TIME_STEP.into(), parameters.len());
+    let task = Task::new("balance", system, noise, 150, TIME_STEP)
+        .starting_at([-0.5, 0.1, 0.0, 0.0])
+        .guessing([0.0])
+        .within_cost(28.0);
+    let settings = DesignSettings { starts: 2, ..Default::default() };
+    Problem::new("A pole on a cart", parameters, vec![task]).with_design(settings)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

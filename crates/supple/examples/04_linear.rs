@@ -5,14 +5,11 @@
 
 use std::error::Error;
 use std::io::Write;
-use std::sync::Arc;
 
-use supple::design::DesignSettings;
 use supple::noise::{Covariance, NoiseModel};
 use supple::parameters::Parameters;
-use supple::plan::PlanSettings;
 use supple::system::{Arrays, Sequence};
-use supple::{EvaluateOptions, Matrices, Problem, Task, Value};
+use supple::{EvaluateOptions, Matrices, Problem, Task};
 
 const STEPS: usize = 100;
 
@@ -50,39 +47,15 @@ fn arrays() -> Arrays {
     }
 }
 
-fn diagonal(variances: &[f64]) -> Covariance {
-    Covariance::Diagonal(variances.iter().map(|&variance| Value::Number(variance)).collect())
-}
-
 fn problem(variance: f64) -> Result<Problem, supple::Error> {
-    let task = Task {
-        name: "linear".to_owned(),
-        steps: STEPS,
-        time_step: Value::Number(0.05),
-        bound: None,
-        information_weight: 1.0,
-        initial_state: vec![Value::Number(1.0), Value::Number(0.0)],
-        initial_control: vec![vec![Value::Number(0.0)]],
-        control_bounds: None,
-        noise: NoiseModel {
-            initial: diagonal(&[1e-2, 1e-2]),
-            process: diagonal(&[0.0, 1e-3]),
-            measurement: diagonal(&[variance]),
-            varying: Vec::new(),
-        },
-        system: Arc::new(Sequence::new(STEPS, &arrays())?),
-    };
-    Ok(Problem {
-        title: String::new(),
-        parameters: Parameters::default(),
-        tasks: vec![task],
-        planning: PlanSettings::default(),
-        design: DesignSettings::default(),
-        files: Vec::new(),
-        catalogue: None,
-        warnings: Vec::new(),
-        every_warning: Vec::new(),
-    })
+    let noise = NoiseModel::new(
+        Covariance::diagonal([1e-2, 1e-2]),
+        Covariance::diagonal([0.0, 1e-3]),
+        Covariance::diagonal([variance]),
+    );
+    let system = Sequence::new(STEPS, &arrays())?;
+    let task = Task::new("linear", system, noise, STEPS, 0.05).starting_at([1.0, 0.0]).guessing([0.0]);
+    Ok(Problem::new("", Parameters::default(), vec![task]))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

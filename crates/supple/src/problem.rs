@@ -109,6 +109,74 @@ pub(crate) fn check_count(what: impl Into<String>, found: usize, most: usize) ->
 }
 
 impl Problem {
+    /// Tasks that share parameters, planned and designed with default settings.
+    ///
+    /// Two masses in series that press on a wall, with one stiffness to design:
+    ///
+    /// ```
+    /// use supple::cost::Cost;
+    /// use supple::noise::{Covariance, NoiseModel};
+    /// use supple::parameters::{Parameter, Parameters, Scale};
+    /// use supple::quantity::{ContactForce, Control, State};
+    /// use supple::system::Authored;
+    /// use supple::{EvaluateOptions, Problem, Task, TwoMass};
+    ///
+    /// let mut parameters = Parameters::default();
+    /// let stiffness = Parameter::new("stiffness", 300.0, [50.0, 600.0]).with_scale(Scale::Log).with_unit("N/m");
+    /// let stiffness = parameters.declare(stiffness);
+    /// let model = TwoMass {
+    ///     mass: [0.8, 0.4].map(Into::into),
+    ///     damping: [60.0, 35.0].map(Into::into),
+    ///     stiffness: [stiffness.into(), 200.0.into()],
+    ///     contact_smoothing: 0.01.into(),
+    /// };
+    /// let costs = vec![
+    ///     Cost::new(ContactForce::new(0).with_smoothing(0.1), 0.05).with_targets([10.0]),
+    ///     Cost::new(State::new([1, 3]), 0.1),
+    ///     Cost::new(Control::all(1), 1e-4),
+    /// ];
+    /// let noise = NoiseModel::new(
+    ///     Covariance::diagonal([1e-3, 1e-3, 1e-3, 1e-3, 3e-2]),
+    ///     Covariance::diagonal([1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
+    ///     Covariance::diagonal([0.1, 1.0]),
+    /// );
+    /// let system = Authored::new(model, costs, 0.02.into(), parameters.len());
+    /// let task = Task::new("press", system, noise, 125, 0.02)
+    ///     .starting_at([0.0, 0.0, 0.0, 0.0, 0.75])
+    ///     .guessing([60.0])
+    ///     .within_cost(301.0);
+    /// let problem = Problem::new("Two masses", parameters, vec![task]);
+    /// let found = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default())?;
+    /// assert!(found.tasks[0].status.is_converged());
+    /// # Ok::<(), supple::Error>(())
+    /// ```
+    #[must_use]
+    pub fn new(title: impl Into<String>, parameters: Parameters, tasks: Vec<Task>) -> Self {
+        Self {
+            title: title.into(),
+            parameters,
+            tasks,
+            planning: PlanSettings::default(),
+            design: DesignSettings::default(),
+            files: Vec::new(),
+            catalogue: None,
+            warnings: Vec::new(),
+            every_warning: Vec::new(),
+        }
+    }
+
+    /// Planned so.
+    #[must_use]
+    pub fn with_planning(self, planning: PlanSettings) -> Self {
+        Self { planning, ..self }
+    }
+
+    /// Designed so.
+    #[must_use]
+    pub fn with_design(self, design: DesignSettings) -> Self {
+        Self { design, ..self }
+    }
+
     /// Checks that a design has one number per parameter, and that no task has more steps than there is room for.
     ///
     /// # Errors
@@ -201,6 +269,54 @@ pub struct Task {
 }
 
 impl Task {
+    /// A task of so many steps of the time step, s, from the state 0, with controls that hold it as a first guess and
+    /// without limits.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        system: impl System + 'static,
+        noise: NoiseModel,
+        steps: usize,
+        time_step: impl Into<Value>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            steps,
+            time_step: time_step.into(),
+            bound: None,
+            information_weight: 1.0,
+            initial_state: vec![Value::default(); system.dimensions().states],
+            initial_control: Vec::new(),
+            control_bounds: None,
+            noise,
+            system: Arc::new(system),
+        }
+    }
+
+    /// From this state, of length n: numbers or parameters.
+    #[must_use]
+    pub fn starting_at(self, state: impl IntoIterator<Item = impl Into<Value>>) -> Self {
+        Self { initial_state: state.into_iter().map(Into::into).collect(), ..self }
+    }
+
+    /// With these controls, of length m, as a first guess of every step.
+    #[must_use]
+    pub fn guessing(self, control: impl IntoIterator<Item = impl Into<Value>>) -> Self {
+        Self { initial_control: vec![control.into_iter().map(Into::into).collect()], ..self }
+    }
+
+    /// At an expected cost of at most this.
+    #[must_use]
+    pub fn within_cost(self, bound: impl Into<Value>) -> Self {
+        Self { bound: Some(bound.into()), ..self }
+    }
+
+    /// With controls that plans keep within these bounds.
+    #[must_use]
+    pub fn within_controls(self, bounds: ControlBounds) -> Self {
+        Self { control_bounds: Some(bounds), ..self }
+    }
+
     /// What its plan is searched for at `phi`.
     #[must_use]
     pub fn nominal<'a>(&'a self, phi: &'a [f64]) -> NominalProblem<'a> {

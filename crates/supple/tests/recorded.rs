@@ -18,8 +18,8 @@ use supple::plan::PlanSettings;
 use supple::quantity::{ContactForce, Control, State};
 use supple::system::{Adjoints, Authored, Curvature, System, Variation};
 use supple::{
-    Instruction, Matrices, Model, Point, Recorded, Scalar, Scratch, Tape, TapeError, TapeParts, Trajectory, TwoMass,
-    Value,
+    Instruction, Matrices, Model, ParameterHandle, Point, Recorded, Scalar, Scratch, Tape, TapeError, TapeParts,
+    Trajectory, TwoMass, Value,
 };
 
 /// Every function and derivative of a system at random points.
@@ -89,7 +89,7 @@ proptest! {
     fn written_down_a_model_has_the_same_derivatives(phi in finger::design(), seed in any::<u64>()) {
         let costs = finger::costs();
         let model = recorded(&finger::Finger, &costs, phi.len());
-        let time_step = Value::Parameter(finger::parameter::TIME_STEP);
+        let time_step = ParameterHandle::at(finger::parameter::TIME_STEP).into();
         let written = Authored::new(model, Vec::new(), time_step, phi.len());
         prop_assert_eq!(written.depends_on(phi.len()), finger::system().depends_on(phi.len()));
         let pairs = everything(&written, &phi, seed).into_iter().zip(everything(&finger::system(), &phi, seed));
@@ -106,7 +106,7 @@ fn two_mass() -> TwoMass {
     TwoMass {
         mass: [0.8, 0.4].map(Value::Number),
         damping: [60.0, 35.0].map(Value::Number),
-        stiffness: [0, 1].map(Value::Parameter),
+        stiffness: [0, 1].map(|index| ParameterHandle::at(index).into()),
         contact_smoothing: Value::Number(0.01),
     }
 }

@@ -1,12 +1,12 @@
 //! A model of this crate: one `impl Model`, and everything else follows.
 
 use std::error::Error;
-use std::sync::Arc;
 
 use outsider::{CartPole, GRAVITY};
 use supple::cost::Cost;
 use supple::gradient::{FrozenGradient, Functional};
 use supple::noise::{Covariance, NoiseModel};
+use supple::parameters::{Parameter, Parameters};
 use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::quantity::{Control, State};
@@ -21,37 +21,24 @@ const START: [f64; 4] = [-0.5, 0.3, 0.0, 0.0];
 /// Parameters: cart's mass, pole's length, and the variance of the sensor of place.
 const DESIGN: [f64; 3] = [1.0, 0.5, 1e-4];
 
-fn numbers(list: &[f64]) -> Vec<Value> {
-    list.iter().map(|&number| Value::Number(number)).collect()
-}
-
 /// Brings the cart to its place with the pole upright, from a tilt.
 fn balance() -> Task {
-    let model = CartPole { cart_mass: Value::Parameter(0), pole_mass: Value::Number(0.1), length: Value::Parameter(1) };
+    let mut parameters = Parameters::default();
+    let [cart_mass, length, variance] = ["cart_mass", "length", "variance"]
+        .map(|name| parameters.declare(Parameter::new(name, 1.0, [0.0, 1.0])));
+    let model = CartPole { cart_mass: cart_mass.into(), pole_mass: 0.1.into(), length: length.into() };
     let costs = vec![
         Cost::new(State::new([0, 1]), 1.0).with_final_weight(20.0),
         Cost::new(State::new([2, 3]), 0.1).with_final_weight(2.0),
         Cost::new(Control::all(1), 0.01),
     ];
-    let noise = NoiseModel {
-        initial: Covariance::Diagonal(numbers(&[1e-3, 1e-3, 1e-2, 1e-2])),
-        process: Covariance::Diagonal(numbers(&[0.0, 0.0, 1e-4, 1e-3])),
-        measurement: Covariance::Diagonal(vec![Value::Parameter(2), Value::Number(1e-4)]),
-        varying: Vec::new(),
-    };
-    let system = Authored::new(model, costs, Value::Number(TIME_STEP), DESIGN.len());
-    let mut task = Task {
-        name: "balance".into(),
-        steps: 150,
-        time_step: Value::Number(TIME_STEP),
-        bound: None,
-        information_weight: 1.0,
-        initial_state: numbers(&START),
-        initial_control: Vec::new(),
-        control_bounds: None,
-        noise,
-        system: Arc::new(system),
-    };
+    let noise = NoiseModel::new(
+        Covariance::diagonal([1e-3, 1e-3, 1e-2, 1e-2]),
+        Covariance::diagonal([0.0, 0.0, 1e-4, 1e-3]),
+        Covariance::diagonal([Value::from(variance), 1e-4.into()]),
+    );
+    let system = Authored::new(model, costs, TIME_STEP.into(), parameters.len());
+    let mut task = Task::new("balance", system, noise, 150, TIME_STEP).starting_at(START);
     task.initial_control = guess(&task, &DESIGN);
     task
 }
@@ -63,7 +50,7 @@ fn guess(task: &Task, phi: &[f64]) -> Vec<Vec<Value>> {
         let force = 2.0 * x[0] + 30.0 * x[1] + 3.0 * x[2] + 6.0 * x[3];
         task.system.step(t, &x, &[force], phi, &mut next);
         x = next;
-        numbers(&[force])
+        vec![Value::from(force)]
     };
     (0..task.steps).map(push).collect()
 }

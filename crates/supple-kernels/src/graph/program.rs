@@ -44,7 +44,7 @@ fn rounds(steps: &[Step]) -> Vec<Round> {
     let mut from = None;
     for run in steps.chunk_by(|one, next| one.kind == next.kind) {
         let (kind, count) = (run[0].kind, run.len() as u32);
-        if !from.is_some_and(|from| from <= kind) {
+        if from.is_none_or(|from| from > kind) {
             rounds.push(Round::default());
         }
         let Some(round) = rounds.last_mut() else { continue };

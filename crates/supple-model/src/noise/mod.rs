@@ -24,6 +24,12 @@ pub enum Covariance {
 }
 
 impl Covariance {
+    /// Of these variances, independent of one another: numbers or parameters.
+    #[must_use]
+    pub fn diagonal(variances: impl IntoIterator<Item = impl Into<Value>>) -> Self {
+        Self::Diagonal(variances.into_iter().map(Into::into).collect())
+    }
+
     /// Changes every entry that is a value.
     fn change(&mut self, change: impl Fn(Value) -> Value) {
         match self {
@@ -120,6 +126,12 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
+    /// `X_0`, `W` and `V`, the same in every state.
+    #[must_use]
+    pub fn new(initial: Covariance, process: Covariance, measurement: Covariance) -> Self {
+        Self { initial, process, measurement, varying: Vec::new() }
+    }
+
     /// Takes what is given per second as what it is per step: variances of the process times the time step, and those of
     /// measurements divided by it.
     pub fn per_second(&mut self, time_step: Value) {

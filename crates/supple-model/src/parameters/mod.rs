@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use supple_kernels::math;
 use supple_text::{digits, quoted};
 
-use crate::{Value, is_name};
+use crate::{ParameterHandle, Value, is_name};
 
 mod error;
 mod named;
@@ -52,6 +52,55 @@ pub struct CatalogueEntry {
 }
 
 impl Parameter {
+    /// One that the design search moves between these bounds in equal steps, without unit and price.
+    #[must_use]
+    pub fn new(name: impl Into<String>, initial: f64, bounds: [f64; 2]) -> Self {
+        Self {
+            name: name.into(),
+            initial,
+            bounds,
+            scale: Scale::Linear,
+            unit: String::new(),
+            role: Role::Design,
+            price: None,
+            catalogue: Vec::new(),
+        }
+    }
+
+    /// Moved on this scale.
+    #[must_use]
+    pub fn with_scale(self, scale: Scale) -> Self {
+        Self { scale, ..self }
+    }
+
+    /// In this unit.
+    #[must_use]
+    pub fn with_unit(self, unit: impl Into<String>) -> Self {
+        Self { unit: unit.into(), ..self }
+    }
+
+    /// Changed by these.
+    #[must_use]
+    pub fn with_role(self, role: Role) -> Self {
+        Self { role, ..self }
+    }
+
+    /// At this price.
+    #[must_use]
+    pub fn with_price(self, price: Price) -> Self {
+        Self { price: Some(price), ..self }
+    }
+
+    /// With these values only.
+    #[must_use]
+    pub fn with_catalogue(self, catalogue: Vec<CatalogueEntry>) -> Self {
+        Self { catalogue, ..self }
+    }
+
+    fn sort_catalogue(&mut self) {
+        self.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
+    }
+
     /// Whether a value is at an end of the bounds but for what a search leaves: a millionth of their distance, and no
     /// more than a thousandth of the end itself, which may be far smaller.
     pub fn is_at(&self, end: f64, value: f64) -> bool {
@@ -190,10 +239,23 @@ impl Parameters {
     /// The given parameters, their catalogues put in order.
     #[must_use]
     pub fn new(mut list: Vec<Parameter>) -> Self {
-        for parameter in &mut list {
-            parameter.catalogue.sort_by(|a, b| a.value.total_cmp(&b.value));
-        }
+        list.iter_mut().for_each(Parameter::sort_catalogue);
         Self(list)
+    }
+
+    /// Adds a parameter, which models and tasks name by its handle.
+    pub fn declare(&mut self, mut parameter: Parameter) -> ParameterHandle {
+        parameter.sort_catalogue();
+        self.0.push(parameter);
+        ParameterHandle::at(self.0.len() - 1)
+    }
+
+    /// The parameter `name`.
+    ///
+    /// # Errors
+    /// As [`Parameters::index`].
+    pub fn handle(&self, name: &str) -> Result<ParameterHandle, ParameterError> {
+        self.index(name).map(ParameterHandle::at)
     }
 
     /// How many there are.
@@ -263,7 +325,7 @@ impl Parameters {
     pub fn least(&self, value: Value) -> Option<f64> {
         match value {
             Value::Number(number) => Some(number),
-            Value::Parameter(index) => self.0.get(index).map(|parameter| parameter.bounds[0]),
+            Value::Parameter(handle) => self.0.get(handle.index()).map(|parameter| parameter.bounds[0]),
             Value::Expression(expression) => {
                 let bounds = |index: usize| self.0.get(index).map(|parameter| parameter.bounds);
                 expression.range(&bounds).map(|[least, _]| least)

@@ -18,7 +18,7 @@ use crate::followed::{self, Followed, FollowedNumber};
 use crate::quantity::{Quantity, Vocabulary};
 use crate::scene::Seen;
 use crate::trajectory::Trajectory;
-use crate::{Channels, Limit, Model, Point, Value};
+use crate::{Channels, Limit, Model, ParameterHandle, Point, Value};
 
 /// A model and the costs of one task, differentiated: the [`System`] of every authored [`Model`].
 ///
@@ -247,7 +247,7 @@ impl<M: Model> System for Authored<M> {
 
     fn dynamics_jacobian_with(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
         let program = self.program(&self.programs.dynamics_jacobian_with, |recorder| {
-            let time_step = Value::Parameter(recorder.parameters);
+            let time_step = ParameterHandle::at(recorder.parameters).into();
             Recorder { time_step, parameters: recorder.parameters + 1, ..*recorder }.dynamics_jacobian()
         });
         let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
@@ -262,7 +262,7 @@ impl<M: Model> System for Authored<M> {
 
     fn widened(&self) -> Option<&dyn System> {
         let widened = self.widened.get_or_init(|| {
-            let [length, speed] = [0, 1].map(|more| Value::Parameter(self.parameters + more));
+            let [length, speed] = [0, 1].map(|more| ParameterHandle::at(self.parameters + more).into());
             let model = self.model.widened(length, speed)?;
             Some(Box::new(Self::new(model, self.costs.clone(), self.time_step, self.parameters + 2)))
         });

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 mod expression;
+mod handle;
 mod names;
 mod parse;
 mod range;
@@ -11,6 +12,7 @@ mod symmetric;
 
 pub use expression::Expression;
 use expression::{Operator, Tree};
+pub use handle::ParameterHandle;
 pub use names::Names;
 pub use read::{OneOrList, VALUE};
 pub use symmetric::symmetrise;
@@ -26,8 +28,8 @@ use supple_text::{digits, quoted};
 pub enum Value {
     /// The number itself.
     Number(f64),
-    /// The parameter with this index in [`Parameters`](crate::parameters::Parameters).
-    Parameter(usize),
+    /// One of [`Parameters`](crate::parameters::Parameters).
+    Parameter(ParameterHandle),
     /// An expression of parameters.
     Expression(Expression),
 }
@@ -37,7 +39,7 @@ impl Value {
     pub fn resolve<S: Scalar>(self, phi: &[S]) -> S {
         match self {
             Self::Number(number) => S::constant(number),
-            Self::Parameter(index) => phi[index],
+            Self::Parameter(parameter) => phi[parameter.index()],
             Self::Expression(expression) => expression.resolve(phi),
         }
     }
@@ -47,7 +49,7 @@ impl Value {
     pub fn slopes(self, phi: &[f64]) -> Vec<(usize, f64)> {
         match self {
             Self::Number(_) => Vec::new(),
-            Self::Parameter(index) => vec![(index, 1.0)],
+            Self::Parameter(parameter) => vec![(parameter.index(), 1.0)],
             Self::Expression(expression) => expression.slopes(phi),
         }
     }
@@ -56,7 +58,7 @@ impl Value {
     pub fn add_gradient(self, phi: &[f64], weight: f64, out: &mut [f64]) {
         match self {
             Self::Number(_) => {}
-            Self::Parameter(index) => out[index] += weight,
+            Self::Parameter(parameter) => out[parameter.index()] += weight,
             Self::Expression(_) => {
                 self.slopes(phi).into_iter().for_each(|(index, slope)| out[index] += weight * slope);
             }
@@ -69,7 +71,7 @@ impl Value {
     /// What is wrong with it.
     fn read(text: &str, index_of: &mut impl FnMut(&str) -> Option<usize>, declared: &[String]) -> Result<Self, String> {
         if let Some(index) = index_of(text) {
-            return Ok(Self::Parameter(index));
+            return Ok(Self::Parameter(ParameterHandle::at(index)));
         }
         if text.trim().is_empty() {
             return Err(format!(
@@ -127,7 +129,7 @@ impl Value {
     fn tree(self) -> Tree {
         match self {
             Self::Number(number) => Tree::Number(number),
-            Self::Parameter(index) => Tree::Parameter(index),
+            Self::Parameter(parameter) => Tree::Parameter(parameter.index()),
             Self::Expression(expression) => expression.tree().clone(),
         }
     }
@@ -146,6 +148,12 @@ impl Value {
     /// Whether this is a number, and zero: a term that can be left out.
     pub fn is_zero(self) -> bool {
         self == Self::Number(0.0)
+    }
+}
+
+impl From<ParameterHandle> for Value {
+    fn from(parameter: ParameterHandle) -> Self {
+        Self::Parameter(parameter)
     }
 }
 

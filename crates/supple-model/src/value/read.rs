@@ -3,7 +3,7 @@
 
 use serde::de::{self, Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
-use super::{Expression, Names, Value};
+use super::{Expression, Names, ParameterHandle, Value};
 
 /// The name of the newtype struct as which values ask readers for themselves.
 pub const VALUE: &str = "$supple::Value";
@@ -14,7 +14,7 @@ impl Value {
     pub(crate) fn visit<'de, V: Visitor<'de>, E: Error>(self, visitor: V) -> Result<V::Value, E> {
         match self {
             Self::Number(number) => visitor.visit_f64(number),
-            Self::Parameter(index) => visitor.visit_u128(index as u128),
+            Self::Parameter(parameter) => visitor.visit_u128(parameter.index() as u128),
             Self::Expression(expression) => visitor.visit_i128(expression.place() as i128),
         }
     }
@@ -43,7 +43,7 @@ impl<'de> Visitor<'de> for One {
         self.visit_f64(number as f64)
     }
     fn visit_u128<E: Error>(self, index: u128) -> Result<Value, E> {
-        Ok(Value::Parameter(index as usize))
+        Ok(ParameterHandle::at(index as usize).into())
     }
     fn visit_i128<E: Error>(self, place: i128) -> Result<Value, E> {
         let expression = usize::try_from(place).ok().and_then(Expression::at);

@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn parameters_must_be_the_same() {
-        let parameter = Value::Parameter;
+        let parameter = |index| Value::Parameter(crate::ParameterHandle::at(index));
         let mut rows = vec![vec![Value::Number(1.0), parameter(0)], vec![parameter(0), Value::Number(1.0)]];
         assert_eq!(symmetrise(&mut rows), Ok(()));
         rows[1][0] = parameter(1);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::system::{Authored, System};
-use supple::{Recorded, Value};
+use supple::{ParameterHandle, Recorded, Value};
 
 use super::{Context, field};
 use crate::errors;
@@ -32,7 +32,7 @@ pub fn system(description: &Bound<'_, PyDict>, context: &Context<'_>) -> PyResul
 fn value(given: &Bound<'_, PyAny>, context: &Context<'_>) -> PyResult<Value> {
     let Ok(name) = given.extract::<String>() else { return Ok(Value::Number(given.extract()?)) };
     let place = context.parameters.iter().position(|parameter| *parameter == name);
-    place.map(Value::Parameter).ok_or_else(|| {
+    place.map(|place| ParameterHandle::at(place).into()).ok_or_else(|| {
         let valid = context.parameters.join(", ");
         errors::usage(given.py(), &format!("time_step: no parameter `{name}`; there are: {valid}"))
     })

@@ -178,40 +178,28 @@ impl<'a> Visitor<'a> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use supple_model::cost::Cost;
     use supple_model::noise::{Covariance, NoiseModel};
-    use supple_model::parameters::{Parameter, Parameters, Role, Scale};
+    use supple_model::parameters::{Parameter, Parameters, Scale};
     use supple_model::quantity::{ContactForce, Control as Effort, State};
     use supple_model::system::Authored;
     use supple_model::{TwoMass, Value};
 
     use super::*;
     use crate::branches::best_of_guesses;
-    use crate::settings::PlanSettings;
-
-    fn diagonal(variances: &[f64]) -> Covariance {
-        Covariance::Diagonal(variances.iter().map(|&variance| Value::Number(variance)).collect())
-    }
 
     /// Two masses that press on a wall, with stiffnesses to design and cheap, poor sensors.
     fn two_masses() -> Problem {
         let number = Value::Number;
-        let parameter = |name: &str, initial: f64, bounds: [f64; 2]| Parameter {
-            name: name.to_owned(),
-            initial,
-            bounds,
-            scale: Scale::Log,
-            unit: "N/m".to_owned(),
-            role: Role::Design,
-            price: None,
-            catalogue: Vec::new(),
-        };
+        let mut parameters = Parameters::default();
+        let stiffness = [("k1", 550.0, 50.0), ("k2", 100.0, 100.0)].map(|(name, initial, least)| {
+            let parameter = Parameter::new(name, initial, [least, 600.0]).with_scale(Scale::Log).with_unit("N/m");
+            parameters.declare(parameter).into()
+        });
         let model = TwoMass {
             mass: [0.8, 0.4].map(number),
             damping: [60.0, 35.0].map(number),
-            stiffness: [Value::Parameter(0), Value::Parameter(1)],
+            stiffness,
             contact_smoothing: number(0.01),
         };
         // The force is the model's first signal.
@@ -221,37 +209,17 @@ mod tests {
             Cost::new(State::new([1, 3]), 0.1),
             Cost::new(Effort::all(1), 1e-4),
         ];
-        let task = Task {
-            name: "press".to_owned(),
-            steps: 125,
-            time_step: number(0.02),
-            bound: Some(number(301.0)),
-            information_weight: 1.0,
-            initial_state: [0.0, 0.0, 0.0, 0.0, 0.75].map(number).to_vec(),
-            initial_control: vec![vec![number(60.0)]],
-            control_bounds: None,
-            noise: NoiseModel {
-                initial: diagonal(&[1e-3, 1e-3, 1e-3, 1e-3, 3e-2]),
-                process: diagonal(&[1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
-                measurement: diagonal(&[0.1, 1.0]),
-                varying: Vec::new(),
-            },
-            system: Arc::new(Authored::new(model, costs, number(0.02), 2)),
-        };
-        Problem {
-            title: String::new(),
-            parameters: Parameters::new(vec![
-                parameter("k1", 550.0, [50.0, 600.0]),
-                parameter("k2", 100.0, [100.0, 600.0]),
-            ]),
-            tasks: vec![task],
-            planning: PlanSettings::default(),
-            design: DesignSettings::default(),
-            files: Vec::new(),
-            catalogue: None,
-            warnings: Vec::new(),
-            every_warning: Vec::new(),
-        }
+        let noise = NoiseModel::new(
+            Covariance::diagonal([1e-3, 1e-3, 1e-3, 1e-3, 3e-2]),
+            Covariance::diagonal([1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
+            Covariance::diagonal([0.1, 1.0]),
+        );
+        let system = Authored::new(model, costs, number(0.02), parameters.len());
+        let task = Task::new("press", system, noise, 125, 0.02)
+            .starting_at([0.0, 0.0, 0.0, 0.0, 0.75])
+            .guessing([60.0])
+            .within_cost(301.0);
+        Problem::new("", parameters, vec![task])
     }
 
     /// A plan taken over from 355 N/m to 384 N/m at once falls to a worse branch, of a cost of some 310.

@@ -3,7 +3,7 @@ use supple::cost::{Absolute, Cost, Weights};
 use supple::noise::{Covariance, NoiseModel};
 use supple::quantity::{ContactForce, Control, Penetration, State};
 use supple::system::Authored;
-use supple::{Dimensions, Model, Point, Scalar, Task, Value};
+use supple::{Dimensions, Model, ParameterHandle, Point, Scalar, Task, Value};
 
 use super::numbers;
 
@@ -121,9 +121,13 @@ impl Model for Finger {
     }
 }
 
+fn named(index: usize) -> Value {
+    ParameterHandle::at(index).into()
+}
+
 /// Costs of every norm and weight, with parameters in weights, norms, targets and matrices.
 pub fn costs() -> Vec<Cost> {
-    let (number, named) = (Value::Number, Value::Parameter);
+    let number = Value::Number;
     let mut matrix = vec![numbers(&[0.0; 4]); 4];
     for (i, row) in matrix.iter_mut().enumerate() {
         row[i] = number(0.5);
@@ -151,12 +155,11 @@ pub fn costs() -> Vec<Cost> {
 }
 
 pub fn system() -> Authored<Finger> {
-    Authored::new(Finger, costs(), Value::Parameter(parameter::TIME_STEP), parameter::COUNT)
+    Authored::new(Finger, costs(), named(parameter::TIME_STEP), parameter::COUNT)
 }
 
 /// The whole task: parameters in the noise, in the first state and in the time step, too. The surface is constant.
 pub fn task(steps: usize) -> Task {
-    let named = Value::Parameter;
     let diagonal = |mut variances: Vec<Value>, place: usize, parameter: usize| {
         variances[place] = named(parameter);
         Covariance::Diagonal(variances)

@@ -2,7 +2,7 @@ use supple::cost::{Absolute, Cost};
 use supple::noise::{Covariance, NoiseModel};
 use supple::quantity::{Control, State};
 use supple::system::Authored;
-use supple::{Dimensions, Model, Point, Scalar, Task, Value};
+use supple::{Dimensions, Model, ParameterHandle, Point, Scalar, Task, Value};
 
 use super::numbers;
 
@@ -48,8 +48,8 @@ pub fn task(states: usize, controls: usize, measurements: usize, steps: usize) -
     ];
     let noise = NoiseModel {
         initial: super::diagonal(&vec![0.05; states]),
-        process: Covariance::Diagonal(vec![Value::Parameter(3); states]),
-        measurement: Covariance::Diagonal(vec![Value::Parameter(4); measurements]),
+        process: Covariance::Diagonal(vec![ParameterHandle::at(3).into(); states]),
+        measurement: Covariance::Diagonal(vec![ParameterHandle::at(4).into(); measurements]),
         varying: Vec::new(),
     };
     let system = Authored::new(model, costs, Value::Number(0.1), DESIGN.len());
