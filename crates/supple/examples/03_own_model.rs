@@ -65,7 +65,7 @@ fn problem() -> Problem {
         Covariance::diagonal([Value::from(1e-4), variance.into()]),
     );
     let model = CartPole { stiffness: stiffness.into() };
-    let system = Authored::new(model, costs, TIME_STEP.into(), parameters.len());
+    let system = Authored::new(model, costs, TIME_STEP, parameters.len());
     let task = Task::new("balance", system, noise, 150, TIME_STEP)
         .starting_at([-0.5, 0.1, 0.0, 0.0])
         .guessing([0.0])

@@ -140,7 +140,7 @@ impl Problem {
     ///     Covariance::diagonal([1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
     ///     Covariance::diagonal([0.1, 1.0]),
     /// );
-    /// let system = Authored::new(model, costs, 0.02.into(), parameters.len());
+    /// let system = Authored::new(model, costs, 0.02, parameters.len());
     /// let task = Task::new("press", system, noise, 125, 0.02)
     ///     .starting_at([0.0, 0.0, 0.0, 0.0, 0.75])
     ///     .guessing([60.0])

@@ -89,7 +89,7 @@ proptest! {
     fn written_down_a_model_has_the_same_derivatives(phi in finger::design(), seed in any::<u64>()) {
         let costs = finger::costs();
         let model = recorded(&finger::Finger, &costs, phi.len());
-        let time_step = ParameterHandle::at(finger::parameter::TIME_STEP).into();
+        let time_step = ParameterHandle::at(finger::parameter::TIME_STEP);
         let written = Authored::new(model, Vec::new(), time_step, phi.len());
         prop_assert_eq!(written.depends_on(phi.len()), finger::system().depends_on(phi.len()));
         let pairs = everything(&written, &phi, seed).into_iter().zip(everything(&finger::system(), &phi, seed));

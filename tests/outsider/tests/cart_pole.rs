@@ -37,7 +37,7 @@ fn balance() -> Task {
         Covariance::diagonal([0.0, 0.0, 1e-4, 1e-3]),
         Covariance::diagonal([Value::from(variance), 1e-4.into()]),
     );
-    let system = Authored::new(model, costs, TIME_STEP.into(), parameters.len());
+    let system = Authored::new(model, costs, TIME_STEP, parameters.len());
     let mut task = Task::new("balance", system, noise, 150, TIME_STEP).starting_at(START);
     task.initial_control = guess(&task, &DESIGN);
     task

@@ -34,8 +34,8 @@ impl ContactForce {
 
     /// The same, with pulling cut off over a force, N.
     #[must_use]
-    pub fn with_smoothing(self, smoothing: Value) -> Self {
-        Self { smoothing: Some(smoothing), ..self }
+    pub fn with_smoothing(self, smoothing: impl Into<Value>) -> Self {
+        Self { smoothing: Some(smoothing.into()), ..self }
     }
 }
 

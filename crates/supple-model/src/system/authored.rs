@@ -71,7 +71,8 @@ struct Programs {
 
 impl<M: Model> Authored<M> {
     /// A model with the costs of a task, its time step in s, and how many parameters there are.
-    pub fn new(model: M, costs: Vec<Cost>, time_step: Value, parameters: usize) -> Self {
+    pub fn new(model: M, costs: Vec<Cost>, time_step: impl Into<Value>, parameters: usize) -> Self {
+        let time_step = time_step.into();
         let (size, programs, widened) = (model.dimensions(), Programs::default(), OnceLock::new());
         let (followed, kept, vocabulary) = (Vec::new(), None, OnceLock::new());
         Self { model, costs, followed, kept, vocabulary, time_step, parameters, size, programs, widened }

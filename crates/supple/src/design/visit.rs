@@ -203,7 +203,7 @@ mod tests {
             contact_smoothing: number(0.01),
         };
         // The force is the model's first signal.
-        let force = ContactForce::new(0).with_smoothing(number(0.1));
+        let force = ContactForce::new(0).with_smoothing(0.1);
         let costs = vec![
             Cost::new(force, 0.05).with_targets([10.0]),
             Cost::new(State::new([1, 3]), 0.1),
@@ -214,7 +214,7 @@ mod tests {
             Covariance::diagonal([1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
             Covariance::diagonal([0.1, 1.0]),
         );
-        let system = Authored::new(model, costs, number(0.02), parameters.len());
+        let system = Authored::new(model, costs, 0.02, parameters.len());
         let task = Task::new("press", system, noise, 125, 0.02)
             .starting_at([0.0, 0.0, 0.0, 0.0, 0.75])
             .guessing([60.0])
