@@ -6,7 +6,7 @@ use supple_lqg::bound::Spread;
 use supple_lqg::{Horizon, Knots, Noise, Policy, Regularisation, least_cost_rounding, solve_riccati};
 
 use crate::Error;
-use crate::plan::{Plan, PlanMode, PlanStatus};
+use crate::plan::{Plan, PlanMode};
 
 /// The horizon of a plan's linearisation. A risk-sensitive plan gives its trajectory only: the prices are those of the law of
 /// least expected cost along it.
@@ -85,7 +85,7 @@ const UNSURE: f64 = 1e-6;
 const SAME_LEAST: f64 = 1e-9;
 
 /// The same with the law of least expected cost, computed and proved in as many digits as it takes. Plans in belief space
-/// and those with an indefinite curvature keep their own law, which remarks name.
+/// keep their own law, which remarks name.
 ///
 /// # Errors
 /// Where there is no law.
@@ -94,7 +94,7 @@ pub(crate) fn proved_horizon(plan: &Plan, noise: &Noise) -> Result<ProvedHorizon
     let horizon = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
     let rounded_least = horizon.base_cost;
     let unproved = |law| ProvedHorizon { horizon: horizon.clone(), spread: Spread::default(), law, rounded_least };
-    if plan.mode == PlanMode::Belief || plan.status == PlanStatus::Indefinite {
+    if plan.mode == PlanMode::Belief {
         return Ok(unproved(Ok(0.0)));
     }
     Ok(match Horizon::proved(&plan.knots, &law, noise, plan.nominal_cost) {

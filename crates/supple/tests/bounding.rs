@@ -370,3 +370,57 @@ fn a_law_that_rounding_changed_is_named_and_bounds_nothing() {
     assert!((needed - tight.minimum_bits).abs() < 1e-6, "{needed} of {}", tight.minimum_bits);
     assert!(task.warnings.iter().any(|warning| warning.starts_with("rounding affects")), "{:?}", task.warnings);
 }
+
+/// A linear task of so many steps, without first guess and mean, whose states are all measured.
+fn linear(arrays: &str, costs: &str, noise: &str, steps: usize, states: usize, controls: usize) -> Problem {
+    let (zeros, ones) = (vec![0.0; states.max(controls)], vec![1.0; states]);
+    let text = format!(
+        "[model]\nkind = \"linear\"\n{arrays}\n[[tasks]]\nname = \"t\"\nsteps = {steps}\ntime_step = 1.0\n\
+         initial_state = {:?}\ninitial_control = {:?}\n[tasks.noise]\n{noise}\nmeasurement = {ones:?}\n\
+         [[tasks.costs]]\nkind = \"quadratic\"\n{costs}",
+        &zeros[..states],
+        &zeros[..controls],
+    );
+    supple_file::parse(&text, "test").unwrap()
+}
+
+/// The zeros of `z^2 + 2.5 z - 1.5` are 0.5 and -3: the best is to keep the output at what the noise adds, at a cost of 1
+/// per step, and double precision finds laws that cost more, or a curvature that is not convex.
+#[test]
+fn bounds_are_those_of_the_exact_law_where_rounding_makes_plans_indefinite() {
+    let costs = "Q = [[1.0, 2.5, -1.5], [2.5, 6.25, -3.75], [-1.5, -3.75, 2.25]]\nR = [[0.0]]";
+    let noise = "initial = [0.0, 0.0, 0.0]\nprocess = [1.0, 0.0, 0.0]";
+    let eye = "[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]";
+    let mut indefinite = 0;
+    for [a, b, c] in
+        [[-0.5, 0.25, 0.05], [-0.48318163665516267, 0.25753978461780164, 0.05307120031184715], [0.3, -0.7, 0.2]]
+    {
+        for steps in [12, 18, 26] {
+            let arrays = format!(
+                "A = [[{a}, {b}, {c}], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]\nB = [[1.0], [0.0], [0.0]]\nC = {eye}"
+            );
+            let problem = linear(&arrays, costs, noise, steps, 3, 1);
+            let options = BoundOptions { cost: Some(3.0 * steps as f64), ..BoundOptions::default() };
+            let bound = problem.bound(&[], &options).unwrap().tasks.remove(0);
+            assert!(bound.proved, "{bound:?}");
+            assert!((bound.minimum_cost - steps as f64).abs() < 1e-9 * steps as f64, "{}", bound.minimum_cost);
+            indefinite += usize::from(bound.remarks.iter().any(|remark| remark.contains("indefinite")));
+        }
+    }
+    assert!(indefinite > 0, "some of these plans are indefinite in double precision");
+}
+
+/// After the second step nothing moves that costs anything.
+#[test]
+fn decisions_before_which_nothing_is_left_to_know_need_no_bits() {
+    let arrays = "A = [[0.0, 0.7], [0.0, 0.0]]\nB = [[0.0, -0.7], [0.0, 0.2]]\nC = [[1.0, 0.0], [0.0, 1.0]]";
+    let costs = "Q = [[0.25, 0.0], [0.0, 0.0]]\nR = [[1.625, 0.9375], [0.9375, 2.5625]]";
+    let noise = "initial = [[0.09090222429851177, -0.056497808982419656], [-0.056497808982419656, 0.03511467892503745]]\n\
+                 process = [0.0, 0.0]";
+    let problem = linear(arrays, costs, noise, 26, 2, 2);
+    for cost in [0.0268, 0.0269, 0.02698971325919385, 0.027] {
+        let options = BoundOptions { cost: Some(cost), ..BoundOptions::default() };
+        let bound = problem.bound(&[], &options).unwrap().tasks.remove(0);
+        assert!(bound.proved && bound.minimum_bits > 0.0, "{bound:?}");
+    }
+}

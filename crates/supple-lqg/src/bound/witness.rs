@@ -72,7 +72,8 @@ impl Witness {
         };
         let (bases, slacks): (Vec<Dense>, Vec<Dense>) = (0..chain.stages.len()).map(step).unzip();
         let steps = bases.iter().zip(slacks).enumerate().map(|(t, (basis, slack))| {
-            let next = chain.next(t).map(|next| &bases[next]);
+            // A decision before which nothing is left to know has no coordinates, and an empty matrix no inverse.
+            let next = chain.next(t).map(|next| &bases[next]).filter(|next| !next.is_empty());
             let dynamics = next.map(|next| next.clone().lu().solve(&(&found.local[t].dynamics * basis)));
             WitnessStep {
                 basis: &chain.stages[t].basis * &found.place.factors[t] * basis,

@@ -36,7 +36,7 @@ impl Own {
         let control = control_information(&state.plan.knots, &state.plan.policy, &state.belief, &state.noise)?;
         let (last, before) =
             state.information.per_step.split_last().map_or((None, &[][..]), |(last, before)| (Some(*last), before));
-        let mut remarks = plan_remarks(state);
+        let mut remarks = plan_remarks(state, proved);
         let held = state.plan.policy.clamped.iter().filter(|&&held| held).count();
         if held > 0 {
             let all = task.steps * state.plan.knots.dimensions.controls;
@@ -91,10 +91,16 @@ impl Own {
 }
 
 /// Where the linearisation along a plan is not all there is to it.
-fn plan_remarks(state: &TaskState) -> Vec<String> {
+fn plan_remarks(state: &TaskState, proved: &ProvedHorizon) -> Vec<String> {
     let plan = &state.plan;
     if plan.status == PlanStatus::Indefinite {
-        let what = "the curvature in the controls is indefinite along the plan and was regularised; the bounds hold for the regularised law, not for the task";
+        let what = if proved.law.is_ok() {
+            "the curvature in the controls was indefinite along the plan by rounding, and was regularised: the bounds hold for \
+             the optimal law, this design's cost and information for the regularised one"
+        } else {
+            "the curvature in the controls is indefinite along the plan and was regularised; the bounds hold for the regularised \
+             law, not for the task"
+        };
         return vec![what.to_owned()];
     }
     if plan.mode == PlanMode::Belief {
