@@ -16,8 +16,9 @@ from dataclasses import dataclass, field
 
 import mpmath
 import numpy as np
-import supple
 from numpy.typing import NDArray
+
+import supple
 
 Array = NDArray[np.float64]
 DIGITS = 200
@@ -111,7 +112,9 @@ def growth(draw: np.random.Generator) -> Plant:
     w = np.zeros((n, n))
     w[0, 0] = draw.choice([0.0, 0.5])
     q = dyadic(draw.normal(size=(int(draw.integers(1, n + 1)), n)))
-    return Plant(1.5 * draw.normal(size=(n, n)), draw.normal(size=(n, m)), w, q.T @ q, np.eye(m) * draw.choice([0, 1.0]))
+    return Plant(
+        1.5 * draw.normal(size=(n, n)), draw.normal(size=(n, m)), w, q.T @ q, np.eye(m) * draw.choice([0, 1.0])
+    )
 
 
 def delay(draw: np.random.Generator) -> Plant:
@@ -126,9 +129,7 @@ def delay(draw: np.random.Generator) -> Plant:
     return plant.in_units(2.0 ** draw.integers(-10, 11, size=n))
 
 
-KINDS = {
-    kind.__name__: kind for kind in (unit_circle, free_controls, zeros_outside, singular, growth, delay)
-}
+KINDS = {kind.__name__: kind for kind in (unit_circle, free_controls, zeros_outside, singular, growth, delay)}
 
 
 def wide(a: Array) -> NDArray[np.object_]:
@@ -217,9 +218,7 @@ def attack(kind: str, seed: int, count: Count) -> None:
     count.systems += 1
     variance = np.ones(n)
     try:
-        task = supple.linear(
-            plant.A, plant.B, np.eye(n), plant.W, variance, initial, plant.Q, plant.R, N=steps
-        )
+        task = supple.linear(plant.A, plant.B, np.eye(n), plant.W, variance, initial, plant.Q, plant.R, N=steps)
     except supple.SuppleError as error:
         count.refused += len(tried)
         count.reasons[f"{kind} {seed}: {error}"] += len(tried)
@@ -256,7 +255,9 @@ def main() -> None:
         for seed in range(options.first, options.first + options.count):
             attack(kind, seed, count)
         numbers = (count.systems, count.proved, count.unproved, count.refused, len(count.wrong))
-        print(f"{kind:16}" + "".join(f"{number:>{width}}" for number, width in zip(numbers, (8, 8, 9, 8, 7))), flush=True)
+        print(
+            f"{kind:16}" + "".join(f"{number:>{width}}" for number, width in zip(numbers, (8, 8, 9, 8, 7))), flush=True
+        )
         wrong += count.wrong
         reasons += count.reasons
     print("\n".join([*wrong, *(f"{times} x {reason}" for reason, times in reasons.items())]))

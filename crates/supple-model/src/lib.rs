@@ -21,7 +21,7 @@
 //!
 //! ```
 //! use supple_model::system::{Authored, System};
-//! use supple_model::{Names, TwoMass, Value};
+//! use supple_model::{Names, TwoMass};
 //!
 //! // Masses of 1 kg and 2 kg; the spring between them, N/m, is a parameter, and the wall is half as stiff.
 //! let names = Names::new(vec!["k".to_owned()]);
@@ -34,7 +34,7 @@
 //! assert_eq!(model.stiffness[1].resolve(&[300.0]), 150.0);
 //!
 //! // One explicit step of 0.1 s with k = 10 N/m from x = [x1, v1, x2, v2, wall], under a force u of 3 N.
-//! let system = Authored::new(model, Vec::new(), Value::Number(0.1), 1);
+//! let system = Authored::new(model, Vec::new(), 0.1, 1);
 //! let (x, u, phi) = ([0.5, 0.0, 0.0, 0.0, 1.0], [3.0], [10.0]);
 //! let mut next = [0.0; 5];
 //! system.step(0, &x, &u, &phi, &mut next);
