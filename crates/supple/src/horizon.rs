@@ -48,33 +48,35 @@ impl ProvedHorizon {
     }
 }
 
-/// The horizon of a plan with a law that rounding does not change, where that of the plan may be another: `None` where it is
-/// known not to be.
+/// The horizon of a plan with a law that rounding does not change: that of the plan where it is known not to, and else the
+/// proved one.
+#[derive(Default)]
 pub(crate) struct DespiteRounding {
     /// None where no law is known.
     pub horizon: Option<Horizon>,
-    /// What to know about it, for people.
-    pub remark: String,
+    /// What to know about it, for people, where it is not that of the plan.
+    pub remark: Option<String>,
 }
 
 impl DespiteRounding {
-    pub fn of(plan: &Plan, noise: &Noise) -> Option<Self> {
-        let law = law_of(plan).ok()?;
-        let least = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost).base_cost;
-        let off = least_cost_rounding(&plan.knots, &law, noise);
+    pub fn of(plan: &Plan, noise: &Noise) -> Self {
+        let Ok(law) = law_of(plan) else { return Self::default() };
+        let horizon = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
+        let (least, off) = (horizon.base_cost, least_cost_rounding(&plan.knots, &law, noise));
         if off <= SAME_LEAST * least.abs() {
-            return None;
+            return Self { horizon: Some(horizon), remark: None };
         }
-        let proved = proved_horizon(plan, noise).ok()?;
-        if let Err(reason) = &proved.law {
-            let remark = format!(
-                "rounding may change the least cost along the plan, {least:.7}, by about {off:.1e}, and with it this design's \
-                 control law: {reason}. Give every control a price"
-            );
-            return (off > UNSURE * least.abs()).then_some(Self { horizon: None, remark });
+        let proved = proved_along(plan, &law, horizon, noise);
+        match &proved.law {
+            Err(reason) if off > UNSURE * least.abs() => {
+                let remark = format!(
+                    "rounding may change the least cost along the plan, {least:.7}, by about {off:.1e}, and with it this \
+                     design's control law: {reason}. Give every control a price"
+                );
+                Self { horizon: None, remark: Some(remark) }
+            }
+            _ => Self { remark: proved.remark(), horizon: Some(proved.horizon) },
         }
-        let remark = proved.remark()?;
-        Some(Self { horizon: Some(proved.horizon), remark })
     }
 }
 
@@ -91,16 +93,21 @@ const SAME_LEAST: f64 = 1e-9;
 /// Where there is no law.
 pub(crate) fn proved_horizon(plan: &Plan, noise: &Noise) -> Result<ProvedHorizon, Error> {
     let law = law_of(plan)?;
-    let horizon = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
-    let rounded_least = horizon.base_cost;
-    let unproved = |law| ProvedHorizon { horizon: horizon.clone(), spread: Spread::default(), law, rounded_least };
+    let rounded = Horizon::along(&plan.knots, &law, noise, plan.nominal_cost);
+    Ok(proved_along(plan, &law, rounded, noise))
+}
+
+/// The same, given the law and its horizon in double precision.
+fn proved_along(plan: &Plan, law: &Policy, rounded: Horizon, noise: &Noise) -> ProvedHorizon {
+    let rounded_least = rounded.base_cost;
+    let unproved = |law| ProvedHorizon { horizon: rounded, spread: Spread::default(), law, rounded_least };
     if plan.mode == PlanMode::Belief {
-        return Ok(unproved(Ok(0.0)));
+        return unproved(Ok(0.0));
     }
-    Ok(match Horizon::proved(&plan.knots, &law, noise, plan.nominal_cost) {
+    match Horizon::proved(&plan.knots, law, noise, plan.nominal_cost) {
         Err(reason) => unproved(Err(reason)),
         Ok((horizon, spread)) => ProvedHorizon { law: Ok(spread.distance), horizon, spread, rounded_least },
-    })
+    }
 }
 
 /// The law of least expected cost along a plan.

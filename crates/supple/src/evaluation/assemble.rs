@@ -1,7 +1,7 @@
 //! Reports from what is known of a task at a design.
 
 use supple_lqg::bound::Needed;
-use supple_lqg::{control_information, entropy_form, paper_form};
+use supple_lqg::{Horizon, control_information, entropy_form, paper_form};
 use supple_model::{Channels, time_of};
 
 use super::curves::{contact_curves, cost_curves, quantity_curves};
@@ -9,7 +9,6 @@ use super::report::{ControlInformation, CostReport, InformationReport, NeededInf
 use super::sensing::measurements;
 use crate::Error;
 use crate::film::film;
-use crate::horizon::{DespiteRounding, horizon_of_plan};
 use crate::pipeline::TaskState;
 use crate::problem::Task;
 use crate::simulate::{sample, sample_number};
@@ -48,26 +47,21 @@ pub(super) fn information_report(task: &Task, phi: &[f64], state: &TaskState) ->
     })
 }
 
-/// Adds the least information; nothing where it was not found: at plans that are no optima, and beyond what rounding
-/// allows. Unless it counts in what is minimised, it is left out too where it takes long.
+/// Adds the least information over a plan's horizon; nothing where it was not found: at plans that are no optima, and beyond
+/// what rounding allows. Unless it counts in what is minimised, it is left out too where it takes long.
 pub(super) fn add_needed(
     (task, phi): (&Task, &[f64]),
     counts: bool,
-    despite_rounding: Option<&DespiteRounding>,
+    horizon: &Horizon,
     state: &mut TaskState,
     information: &mut InformationReport,
 ) {
-    let horizon = match despite_rounding {
-        None => horizon_of_plan(&state.plan, &state.noise).ok(),
-        Some(known) => known.horizon.clone(),
-    };
-    let Some(horizon) = horizon else { return };
     let bound = task.bound.map(|bound| bound.resolve::<f64>(phi));
     let cost = bound.filter(|&bound| bound > horizon.base_cost).unwrap_or(state.cost.expected());
     let found = if counts {
-        Needed::of(&horizon, cost, &mut state.nearby).map(Some)
+        Needed::of(horizon, cost, &mut state.nearby).map(Some)
     } else {
-        Needed::soon(&horizon, cost, &mut state.nearby)
+        Needed::soon(horizon, cost, &mut state.nearby)
     };
     information.needed_takes_long = matches!(found, Ok(None));
     information.needed = found.ok().flatten().map(|found| NeededInformation {

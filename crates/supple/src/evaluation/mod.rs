@@ -136,10 +136,13 @@ fn evaluate_task(
     let contacts = contact_reports(task, phi, &state.plan.trajectory);
     let mut information = information_report(task, phi, state)?;
     let counts = options.weights(problem).needed != 0.0;
-    let asks_needed = options.needed || counts;
-    let despite_rounding = if asks_needed { DespiteRounding::of(&state.plan, &state.noise) } else { None };
-    if asks_needed {
-        add_needed((task, phi), counts, despite_rounding.as_ref(), state, &mut information);
+    let mut law_remark = None;
+    if options.needed || counts {
+        let DespiteRounding { horizon, remark } = DespiteRounding::of(&state.plan, &state.noise);
+        if let Some(horizon) = horizon {
+            add_needed((task, phi), counts, &horizon, state, &mut information);
+        }
+        law_remark = remark;
     }
     Error::check_stop()?;
     let predicted = Predicted {
@@ -161,7 +164,7 @@ fn evaluate_task(
         branches,
         limits_violated: violations((task, phi), state),
         limits_reached: limits_reached(task, phi, &state.plan),
-        warnings: warnings((task, phi), state, &contacts, monte_carlo.as_ref(), despite_rounding),
+        warnings: warnings((task, phi), state, &contacts, monte_carlo.as_ref(), law_remark),
         contacts,
         stability: stability(task, phi, &state.plan.trajectory, &state.plan.knots),
         cost: cost_report(task, phi, state),
@@ -210,13 +213,13 @@ fn warnings(
     state: &TaskState,
     contacts: &[ContactReport],
     sampled: Option<&MonteCarlo>,
-    despite_rounding: Option<DespiteRounding>,
+    law_remark: Option<String>,
 ) -> Vec<String> {
     [
         plan_warnings(task, phi, &state.plan),
         contact_warnings(task, phi, contacts),
         number_warnings(task, state, sampled),
-        despite_rounding.map(|despite| despite.remark).into_iter().collect(),
+        law_remark.into_iter().collect(),
     ]
     .concat()
 }
