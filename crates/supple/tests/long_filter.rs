@@ -14,7 +14,7 @@ use supple::lqg::Knots;
 use supple::lqg::Noise;
 use supple::lqg::{Belief, kalman};
 use supple::lqg::{Information, information};
-use supple::noise::NoiseModel;
+use supple::noise::{Covariance, NoiseModel};
 
 const STEPS: usize = 100_000;
 
@@ -51,7 +51,8 @@ impl Filter<'_> {
                 knots.measurement.set(t, i, j, c[(i, j)]);
             }
         }
-        let [initial, process, measurement] = [self.x0, self.w, self.v].map(reference::diagonal);
+        let [initial, process, measurement] =
+            [self.x0, self.w, self.v].map(|list| Covariance::diagonal(list.iter().copied()));
         let mut noise = Noise::zeros(n, p);
         NoiseModel { initial, process, measurement, varying: Vec::new() }.resolve(&[], &mut noise).unwrap();
         let mut belief = Belief::zeros(n, p, STEPS);

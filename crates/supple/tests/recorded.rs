@@ -9,11 +9,11 @@ use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::written::{Written, recorded, tape};
-use reference::{cases, diagonal, evaluated, fill_random, finger, numbers, relative_error, task};
+use reference::{cases, evaluated, fill_random, finger, numbers, relative_error, task};
 use supple::cost::Cost;
 use supple::gradient::Functional;
 use supple::lqg::KnotAdjoints;
-use supple::noise::NoiseModel;
+use supple::noise::{Covariance, NoiseModel};
 use supple::plan::PlanSettings;
 use supple::quantity::{ContactForce, Control, State};
 use supple::system::{Adjoints, Authored, Curvature, System, Variation};
@@ -122,9 +122,9 @@ fn two_mass_costs() -> Vec<Cost> {
 /// The numbers of `tasks/two_mass.toml`.
 fn press(system: impl System + 'static) -> supple::Task {
     let noise = NoiseModel {
-        initial: diagonal(&[1e-3, 1e-3, 1e-3, 1e-3, 1e-4]),
-        process: diagonal(&[1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
-        measurement: diagonal(&[1e-3, 1e-2]),
+        initial: Covariance::diagonal([1e-3, 1e-3, 1e-3, 1e-3, 1e-4]),
+        process: Covariance::diagonal([1e-7, 5e-3, 1e-7, 1e-2, 0.0]),
+        measurement: Covariance::diagonal([1e-3, 1e-2]),
         varying: Vec::new(),
     };
     task(system, 125, numbers(&[0.0, 0.0, 0.0, 0.0, 0.75]), &[57.0], noise)
@@ -266,9 +266,9 @@ fn plans_with_a_cost_that_is_no_sum_of_squares() {
     };
     let system = Authored::new(cart(lobes), Vec::new(), Value::Number(0.1), 1);
     let noise = NoiseModel {
-        initial: diagonal(&[1e-3, 1e-3]),
-        process: diagonal(&[1e-5, 1e-4]),
-        measurement: diagonal(&[1e-3]),
+        initial: Covariance::diagonal([1e-3, 1e-3]),
+        process: Covariance::diagonal([1e-5, 1e-4]),
+        measurement: Covariance::diagonal([1e-3]),
         varying: Vec::new(),
     };
     // The first guess stays where the cost is concave.

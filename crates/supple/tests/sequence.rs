@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::time_varying::{TimeVarying, sequence};
-use reference::{assert_matrix_near, assert_near, diagonal, evaluated, full, numbers, random_matrix, relative_error};
+use reference::{assert_matrix_near, assert_near, evaluated, full, numbers, random_matrix, relative_error};
 use supple::check::check;
 use supple::noise::{Covariance, NoiseModel};
 use supple::pipeline::TaskState;
@@ -352,9 +352,9 @@ fn names_of_channels_are_those_given() {
 fn constant_arrays_have_the_steps_that_are_asked_for() {
     let arrays = arrays_of_file(constant);
     let noise = || NoiseModel {
-        initial: diagonal(&[0.1, 0.2]),
-        process: diagonal(&[0.02, 0.03]),
-        measurement: diagonal(&[0.05]),
+        initial: Covariance::diagonal([0.1, 0.2]),
+        process: Covariance::diagonal([0.02, 0.03]),
+        measurement: Covariance::diagonal([0.05]),
         varying: Vec::new(),
     };
     let nats = |steps: usize| {

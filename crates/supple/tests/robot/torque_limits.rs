@@ -3,7 +3,7 @@
 
 use supple::cost::Cost;
 use supple::lqg::ControlBounds;
-use supple::noise::NoiseModel;
+use supple::noise::{Covariance, NoiseModel};
 use supple::pipeline::TaskState;
 use supple::plan::bounds_of;
 use supple::plan::{PlanSettings, PlanStatus};
@@ -17,7 +17,7 @@ use crate::bad_tasks::error_of;
 use crate::common::repository;
 use crate::reference::differences::total_gradient_errors;
 use crate::reference::finger::{self, BOUNDS, scales};
-use crate::reference::{diagonal, evaluated, numbers, relative_error, task};
+use crate::reference::{evaluated, numbers, relative_error, task};
 
 const KEY: &str = "enforce_effort_limits = true\n";
 
@@ -53,8 +53,13 @@ const WEIGHTS: [[f64; 2]; 2] = [[1.0, 0.01], [50.0, 20.0]];
 fn stop() -> Task {
     let cost = |state: usize| Cost::new(State::new([state]), WEIGHTS[0][state]).with_final_weight(WEIGHTS[1][state]);
     let costs = vec![cost(0), cost(1), Cost::new(Control::all(1), FORCE_WEIGHT)];
-    let small = || diagonal(&[1e-8, 1e-8]);
-    let noise = NoiseModel { initial: small(), process: small(), measurement: diagonal(&[1e-6]), varying: Vec::new() };
+    let small = || Covariance::diagonal([1e-8, 1e-8]);
+    let noise = NoiseModel {
+        initial: small(),
+        process: small(),
+        measurement: Covariance::diagonal([1e-6]),
+        varying: Vec::new(),
+    };
     let system = Authored::new(Mass, costs, Value::Number(TIME_STEP), 0);
     let control_bounds = bounds_of(&system.limits(), 1);
     Task { control_bounds, ..task(system, STEPS, numbers(&START), &[0.0], noise) }

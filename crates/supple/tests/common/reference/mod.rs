@@ -57,10 +57,6 @@ pub fn numbers(list: &[f64]) -> Vec<Value> {
     list.iter().map(|&number| Value::Number(number)).collect()
 }
 
-pub fn diagonal(variances: &[f64]) -> Covariance {
-    Covariance::Diagonal(numbers(variances))
-}
-
 pub fn full(covariance: &DMatrix<f64>) -> Covariance {
     Covariance::Full(
         covariance.row_iter().map(|row| row.iter().map(|&number| Value::Number(number)).collect()).collect(),

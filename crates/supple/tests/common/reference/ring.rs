@@ -47,7 +47,7 @@ pub fn task(states: usize, controls: usize, measurements: usize, steps: usize) -
         Cost::new(Control::all(controls), 0.3),
     ];
     let noise = NoiseModel {
-        initial: super::diagonal(&vec![0.05; states]),
+        initial: Covariance::diagonal(vec![0.05; states]),
         process: Covariance::Diagonal(vec![ParameterHandle::at(3).into(); states]),
         measurement: Covariance::Diagonal(vec![ParameterHandle::at(4).into(); measurements]),
         varying: Vec::new(),
