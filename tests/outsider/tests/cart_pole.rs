@@ -24,8 +24,8 @@ const DESIGN: [f64; 3] = [1.0, 0.5, 1e-4];
 /// Brings the cart to its place with the pole upright, from a tilt.
 fn balance() -> Task {
     let mut parameters = Parameters::default();
-    let [cart_mass, length, variance] = ["cart_mass", "length", "variance"]
-        .map(|name| parameters.declare(Parameter::new(name, 1.0, [0.0, 1.0])));
+    let [cart_mass, length, variance] =
+        ["cart_mass", "length", "variance"].map(|name| parameters.declare(Parameter::new(name, 1.0, [0.0, 1.0])));
     let model = CartPole { cart_mass: cart_mass.into(), pole_mass: 0.1.into(), length: length.into() };
     let costs = vec![
         Cost::new(State::new([0, 1]), 1.0).with_final_weight(20.0),
