@@ -57,6 +57,18 @@
     return { range: [least - size, most + size], worst: above > below ? highest : lowest };
   }
 
+  /** Height of a panel's plot and size of its texts: texts grow with those of the page. */
+  const HEIGHT = () => Math.round(190 * E.larger());
+  const FONT = () => `${Math.round(11 * E.larger())}px system-ui, sans-serif`;
+
+  /** The number of a curve under the pointer; without one, the last number of the curve. */
+  function shown(u, value, index, at) {
+    if (at !== null && at !== undefined) return value;
+    const list = u.data[index] ?? [];
+    for (let n = list.length - 1; n >= 0; n -= 1) if (list[n] !== null && list[n] !== undefined) return list[n];
+    return null;
+  }
+
   class Panel {
     constructor(key) {
       this.quantity = D.tasks[D.task].quantities.find((one) => one.key === key);
@@ -106,24 +118,27 @@
 
     options(series) {
       const { unit } = this.quantity;
-      const axis = { stroke: colour("@ink"), grid: { stroke: colour("@faint"), width: 1 }, ticks: { stroke: colour("@faint"), width: 1 }, font: "11px system-ui, sans-serif" };
+      const axis = { stroke: colour("@ink"), grid: { stroke: colour("@faint"), width: 1 }, ticks: { stroke: colour("@faint"), width: 1 }, font: FONT() };
       const index = (role) => series.findIndex((one) => one.role === role && !one.pin) + 1;
       const bands = index("high") ? [{ series: [index("high"), index("low")], fill: colour("@1/0.14") }] : [];
       return {
-        width: this.width(), height: 190, bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
+        width: this.width(), height: HEIGHT(), bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
         scales: {
           x: { time: false },
           y: { range: (_, least, most) => this.clip?.range ?? (least === null ? [0, 1] : uPlot.rangeNum(least, most, 0.1, true)) },
         },
         legend: { live: true },
-        axes: [{ ...axis, size: 30, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : `${E.number(tick)} s`)) },
-          { ...axis, size: 58, values: (_, ticks) => ticks.map((tick) => E.number(tick)) }],
-        series: [{ label: "time", value: (_, value) => (value === null ? "–" : `${E.number(value)} s`) },
+        axes: [{ ...axis, size: 30 * E.larger(), values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : `${E.number(tick)} s`)) },
+          { ...axis, size: 58 * E.larger(), values: (_, ticks) => ticks.map((tick) => E.number(tick)) }],
+        series: [{ label: "time", value: (...at) => `${E.number(shown(...at))} s` },
           ...series.map(({ role, label, pin }) => {
             const [, tint, width, dash] = ROLES[role];
             return {
               label, stroke: colour(pin ? PINS[pin] : tint), width: pin ? 2 : width, dash: pin ? [8, 3] : dash, spanGaps: !pin ? false : true, points: { show: false },
-              value: (_, value) => `${E.number(value)}${unit && value !== null ? ` ${unit}` : ""}`,
+              value: (...at) => {
+                const value = shown(...at);
+                return `${E.number(value)}${unit && Number.isFinite(value) ? ` ${unit}` : ""}`;
+              },
             };
           })],
         hooks: { drawClear: [shade, (u) => this.threads(u)] },
@@ -202,7 +217,7 @@
   const watch = new ResizeObserver((entries) => {
     for (const { target } of entries) {
       const panel = panels.find((one) => one.element === target);
-      if (panel?.plot && panel.plot.width !== panel.width()) panel.plot.setSize({ width: panel.width(), height: 190 });
+      if (panel?.plot && panel.plot.width !== panel.width()) panel.plot.setSize({ width: panel.width(), height: HEIGHT() });
     }
   });
 

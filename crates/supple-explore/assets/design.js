@@ -106,6 +106,39 @@
     return (power === undefined ? short : `${short}e${Number(power)}`).replace(/-/g, "−");
   };
 
+  /** How many times as large as on a screen of usual size texts are. */
+  E.larger = () => (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16) / 16;
+
+  /** Round numbers within two ends, at most so many: 1, 2 or 5 times powers of ten apart; on a logarithmic scale at those numbers. */
+  E.ticks = ({ scale, bounds: [low, high] }, most) => {
+    const steps = (factors, from, to) => {
+      const list = [];
+      for (let power = from; power <= to; power += 1) for (const factor of factors) list.push(Number(`${factor}e${power}`));
+      return list;
+    };
+    const inside = (list) => {
+      const slack = 1e-9 * (high - low);
+      return list.filter((value) => value >= low - slack && value <= high + slack);
+    };
+    if (!(high > low)) return [low];
+    if (scale === "log") {
+      const [from, to] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+      for (const factors of [[1, 2, 5], [1, 3], [1]]) {
+        const list = inside(steps(factors, from, to));
+        if (list.length >= 2 && list.length <= most) return list;
+      }
+      const powers = inside(steps([1], from, to));
+      if (powers.length > most) return powers.filter((_, n) => n % Math.ceil(powers.length / most) === 0);
+    }
+    const power = Math.floor(Math.log10((high - low) / most));
+    for (const step of steps([1, 2, 5], power, power + 1)) {
+      const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
+      // Products of whole numbers and powers of ten have needless digits.
+      if (count <= most) return Array.from({ length: count }, (_, n) => Number(((first + n) * step).toPrecision(12)));
+    }
+    return [low, high];
+  };
+
   /** An element with attributes and children. */
   E.make = (tag, attributes, ...children) => {
     const node = document.createElement(tag);

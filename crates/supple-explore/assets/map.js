@@ -101,12 +101,15 @@
     const context = canvas.getContext("2d", { willReadFrequently: true });
     context.setTransform(scale, 0, 0, scale, 0, 0);
     context.clearRect(0, 0, width, height);
-    context.font = "11px system-ui, sans-serif";
+    context.font = `${11 * E.larger()}px system-ui, sans-serif`;
     return [context, width, height];
   }
 
-  const EDGE = { left: 56, right: 10, top: 8, bottom: 34 };
-  const frame = (width, height) => ({ x: EDGE.left, y: EDGE.top, w: width - EDGE.left - EDGE.right, h: height - EDGE.top - EDGE.bottom });
+  /** The area within the axes: texts beside it grow with those of the page. */
+  const frame = (width, height) => {
+    const [left, right, top, bottom] = [56, 12, 9, 36].map((room) => room * E.larger());
+    return { x: left, y: top, w: width - left - right, h: height - top - bottom };
+  };
 
   function draw() {
     if (queued) {
@@ -207,7 +210,7 @@
 
   function dot(context, [x, y], colour, text) {
     context.beginPath();
-    context.arc(x, y, text ? 8 : 6, 0, 2 * Math.PI);
+    context.arc(x, y, (text ? 8 : 6) * E.larger(), 0, 2 * Math.PI);
     context.fillStyle = colour;
     context.fill();
     context.lineWidth = 2;
@@ -229,27 +232,37 @@
   }
 
   function frameAxes(context, box, [x, y], height) {
+    const size = 11 * E.larger(), middle = box.y + box.h / 2;
     context.strokeStyle = SuppleTheme.colour("@ink/0.5");
     context.lineWidth = 1;
     context.strokeRect(box.x, box.y, box.w, box.h);
     context.fillStyle = SuppleTheme.colour("@ink");
-    context.textBaseline = "top";
-    for (const share of [0, 0.5, 1]) {
-      context.textAlign = share === 0 ? "left" : share === 1 ? "right" : "center";
-      context.fillText(E.number(E.valueAt(x, share), 3), box.x + share * box.w, box.y + box.h + 4);
-    }
+    context.beginPath();
     context.textAlign = "center";
-    context.fillText(`${x.name}${x.unit ? `, ${x.unit}` : ""}`, box.x + box.w / 2, height - 13);
-    context.textAlign = "right";
-    for (const share of [0, 0.5, 1]) {
-      context.textBaseline = share === 0 ? "bottom" : share === 1 ? "top" : "middle";
-      context.fillText(E.number(E.valueAt(y, share), 3), box.x - 5, box.y + (1 - share) * box.h);
+    context.textBaseline = "top";
+    let free = -Infinity;
+    for (const value of E.ticks(x, Math.max(2, Math.min(7, Math.floor(box.w / (4 * size)))))) {
+      const text = E.number(value, 6), half = context.measureText(text).width / 2, at = box.x + E.share(x, value) * box.w;
+      context.moveTo(at, box.y + box.h);
+      context.lineTo(at, box.y + box.h + 4);
+      if (at - half < free) continue;
+      context.fillText(text, Math.min(at, box.x + box.w + 11 - half), box.y + box.h + 6);
+      free = at + half + 0.5 * size;
     }
+    context.fillText(`${x.name}${x.unit ? `, ${x.unit}` : ""}`, box.x + box.w / 2, height - size - 2);
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    for (const value of E.ticks(y, Math.max(2, Math.min(7, Math.floor(box.h / (2.5 * size)))))) {
+      const at = box.y + (1 - E.share(y, value)) * box.h;
+      context.moveTo(box.x, at);
+      context.lineTo(box.x - 4, at);
+      context.fillText(E.number(value, 6), box.x - 6, at);
+    }
+    context.stroke();
     context.save();
-    context.translate(10, box.y + box.h / 2);
+    context.translate(size, middle);
     context.rotate(-Math.PI / 2);
     context.textAlign = "center";
-    context.textBaseline = "middle";
     context.fillText(`${y.name}${y.unit ? `, ${y.unit}` : ""}`, 0, 0);
     context.restore();
   }

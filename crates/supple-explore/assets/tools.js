@@ -103,7 +103,7 @@
 
   function histogram() {
     const canvas = element("histogram"), { costs } = roll;
-    const scale = Math.min(2, window.devicePixelRatio || 1), width = canvas.clientWidth || 300, height = 150;
+    const scale = Math.min(2, window.devicePixelRatio || 1), width = canvas.clientWidth || 300, height = Math.round(150 * E.larger());
     Object.assign(canvas, { width: width * scale, height: height * scale });
     canvas.style.height = `${height}px`;
     const context = canvas.getContext("2d", { willReadFrequently: true });
@@ -130,7 +130,7 @@
     mark(task?.expected, "@2", []);
     mark(task?.bound, "@ink", [5, 3]);
     context.fillStyle = SuppleTheme.colour("@ink");
-    context.font = "11px system-ui, sans-serif";
+    context.font = `${11 * E.larger()}px system-ui, sans-serif`;
     context.fillText(number(low, 3), 8, height - 8);
     context.textAlign = "right";
     context.fillText(sorted[sorted.length - 1] > high ? `≥ ${number(high, 3)}` : number(high, 3), width - 8, height - 8);

@@ -3,6 +3,12 @@
 const supplePlots = (data) => {
   const unpacked = new Map();
   const PRINT_WIDTH = 670;
+  const NARROW = 500;
+
+  // How many times as large as on a screen of usual size texts are; printed pages are of usual size.
+  function larger(printing) {
+    return printing ? 1 : (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16) / 16;
+  }
 
   function bytes(text) {
     const raw = atob(text);
@@ -92,19 +98,19 @@ const supplePlots = (data) => {
     const colour = SuppleTheme.colour;
     return {
       automargin: true, gridcolor: colour("@faint"), linecolor: colour("@ink/0.5"), zerolinecolor: colour("@ink/0.4"),
-      exponentformat: "power", ...(own.type === "log" ? { tickformat: "~g" } : {}), ...own, title: { standoff: 8, ...(own.title ?? {}) },
+      tickangle: 0, exponentformat: "power", ...(own.type === "log" ? { tickformat: "~g" } : {}), ...own, title: { standoff: 8, ...(own.title ?? {}) },
     };
   }
 
-  function layoutOf(plot, view, width, height) {
+  function layoutOf(plot, view, width, height, size) {
     const own = resolve(plot.layout, "");
     for (const [path, value] of Object.entries(view?.layout ?? {})) setPath(own, path, typeof value === "string" ? plain(value) : value);
     const colour = SuppleTheme.colour;
     const layout = {
       autosize: true, hovermode: "x unified", height,
-      font: { family: "system-ui, sans-serif", size: width < 500 ? 11 : 13, color: colour("@ink") },
+      font: { family: "system-ui, sans-serif", size: size * (width < NARROW ? 11 : 13), color: colour("@ink") },
       paper_bgcolor: colour("@paper"), plot_bgcolor: colour("@paper"),
-      margin: { l: width < 500 ? 44 : 64, r: 12, t: 12, b: 44 },
+      margin: { l: size * (width < NARROW ? 44 : 64), r: 12, t: 12, b: 44 * size },
       legend: { orientation: "h", x: 0, y: 1.01, xanchor: "left", yanchor: "bottom" },
       hoverlabel: { bgcolor: colour("@paper"), font: { color: colour("@ink") } },
       ...own,
@@ -113,8 +119,12 @@ const supplePlots = (data) => {
       layout[key] = axis(layout[key]);
       // Logarithmic ticks at 1, 2 and 5 of a decade at most, as the texts of all nine would touch.
       if (key.startsWith("x") && layout[key].type === "log" && layout[key].tickvals === undefined) layout[key].nticks ??= 3;
+      if (layout[key].type === "category") {
+        layout[key].dtick = 1;
+        continue;
+      }
       // Few ticks on narrow screens, so that their texts do not touch.
-      if (width < 500 && layout[key].tickvals === undefined) layout[key].nticks ??= key.startsWith("x") ? 5 : 6;
+      if (width < NARROW && layout[key].tickvals === undefined) layout[key].nticks ??= key.startsWith("x") ? 5 : 6;
     }
     layout.xaxis ??= axis({});
     layout.yaxis ??= axis({});
@@ -136,13 +146,38 @@ const supplePlots = (data) => {
     });
   }
 
+  // Bars side by side become bars below one another where their names would touch.
+  function lay(traces, layout, width, height, size) {
+    const names = traces[0]?.x ?? [];
+    const longest = Math.max(0, ...names.map((name) => String(name).length)) * size * (width < NARROW ? 6.4 : 7.6) + 12;
+    if (layout.xaxis.type !== "category" || names.length * longest < width - 100 * size) return height;
+    for (const trace of traces) [trace.x, trace.y, trace.orientation] = [trace.y, trace.x, "h"];
+    [layout.xaxis, layout.yaxis] = [{ ...layout.yaxis, nticks: 4 }, { ...layout.xaxis, autorange: "reversed" }];
+    layout.hovermode = "y unified";
+    return Math.max(height, Math.round(size * (120 + names.length * Math.max(24, 12 * traces.length))));
+  }
+
+  // A text in lines of at most so many letters, as far as it has spaces.
+  function broken(text, most) {
+    const lines = [""];
+    for (const word of text.split(" ")) {
+      const last = lines[lines.length - 1];
+      if (!last) lines[lines.length - 1] = word;
+      else if (last.length + 1 + word.length <= most) lines[lines.length - 1] = `${last} ${word}`;
+      else lines.push(word);
+    }
+    return lines.join("<br>");
+  }
+
   // Height that the legend takes above the plot.
-  function legendHeight(traces, width) {
+  function legendHeight(traces, width, size) {
     const names = new Map();
     for (const trace of traces) if (trace.showlegend !== false) names.set(trace.legendgroup ?? trace.name, trace.name);
     if (names.size < 2 && !traces.some((trace) => trace.showlegend === true)) return 0;
-    const longest = Math.max(0, ...[...names.values()].map((name) => name.length)) * (width < 500 ? 6 : 7.2) + 48;
-    return 21 * Math.ceil(names.size / Math.max(1, Math.floor((width - 60) / longest)));
+    const lines = [...names.values()].map((name) => name.split("<br>"));
+    const longest = Math.max(0, ...lines.flat().map((line) => line.length)) * size * (width < NARROW ? 6 : 7.2) + 48;
+    const tallest = Math.max(1, ...lines.map((parts) => parts.length));
+    return 21 * size * (0.3 + 0.7 * tallest) * Math.ceil(names.size / Math.max(1, Math.floor((width - 60) / longest)));
   }
 
   class Figure {
@@ -167,8 +202,13 @@ const supplePlots = (data) => {
       const view = this.view(printing);
       const width = printing ? PRINT_WIDTH : this.canvas.clientWidth;
       const traces = tracesOf(this.plot, view);
-      const height = this.plot.height + legendHeight(traces, width);
-      const layout = layoutOf(this.plot, view, width, height);
+      const size = larger(printing);
+      // Names of the legend are no wider than the plot.
+      const most = Math.floor((width - 100 * size) / (size * (width < NARROW ? 6 : 7.2)));
+      for (const trace of traces) if (trace.name) trace.name = broken(trace.name, Math.max(12, most));
+      let height = Math.round(this.plot.height * size + legendHeight(traces, width, size));
+      const layout = layoutOf(this.plot, view, width, height, size);
+      layout.height = height = lay(traces, layout, width, height, size);
       if (printing) Object.assign(layout, { autosize: false, width });
       this.canvas.style.height = `${height}px`;
       this.canvas.setAttribute("aria-label", view?.alternative ?? this.canvas.getAttribute("aria-label"));
@@ -176,7 +216,7 @@ const supplePlots = (data) => {
       if (this.drawn && this.plot.traces.some((trace) => trace.type === "contour")) Plotly.purge(this.canvas);
       this.drawn = true;
       return Plotly.react(this.canvas, traces, layout, {
-        responsive: !printing, displaylogo: false, displayModeBar: printing || width < 500 ? false : "hover",
+        responsive: !printing, displaylogo: false, displayModeBar: printing || width < NARROW ? false : "hover",
         modeBarButtonsToRemove: ["select2d", "lasso2d", "toImage"],
       });
     }

@@ -195,11 +195,12 @@
       const text = getComputedStyle(this.element).color;
       const [r, g, b] = (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
       const dark = 0.299 * r + 0.587 * g + 0.114 * b > 140;
-    const faint = `rgba(${r},${g},${b},0.18)`;
+      const faint = `rgba(${r},${g},${b},0.18)`;
       const { clientWidth: width, clientHeight: height } = this.view, narrow = width < 640;
       const count = this.overlaid ? 1 : this.designs.length;
       const aspect = (narrow ? width / (height / count) : width / count / height) || 1;
-      return { text, faint, dark, narrow, aspect };
+      const size = (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16) / 16;
+      return { text, faint, dark, narrow, aspect, size };
     }
 
     /** Which traces there are: kind and design of each. */

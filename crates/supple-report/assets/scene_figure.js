@@ -218,8 +218,8 @@
     const unit = Math.min(1.15 / lengths[2], (1.2 * wide) / Math.hypot(lengths[0], lengths[1]));
     const [width, depth, height] = lengths.map((length) => unit * length);
     const axis = (title, n) => ({
-      title: { text: title, font: { size: 11 } }, range: box[n], autorange: false, nticks: 4, showbackground: false,
-      color: style.text, gridcolor: style.faint, zeroline: false, showspikes: false, tickfont: { size: 10 },
+      title: { text: title, font: { size: 11 * style.size } }, range: box[n], autorange: false, nticks: 4, showbackground: false,
+      color: style.text, gridcolor: style.faint, zeroline: false, showspikes: false, tickfont: { size: 10 * style.size },
     });
     const out = {
       margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, uirevision: "supple",
@@ -236,7 +236,7 @@
       if (names[n]) {
         out.annotations.push({
           text: names[n], x: domain.x[0], y: domain.y[1], xref: "paper", yref: "paper", xanchor: "left", yanchor: "top",
-          showarrow: false, font: { size: 13, color: style.text }, xshift: 8, yshift: -4,
+          showarrow: false, font: { size: 13 * style.size, color: style.text }, xshift: 8, yshift: -4,
         });
       }
     }

@@ -86,9 +86,11 @@ impl Plots {
                 div.controls {
                     p.title { (title) }
                     @if let Some(choice) = choice.filter(|choice| choice.views.len() > 1) {
-                        label for=(select) { (choice.label) }
-                        select id=(select) {
-                            @for (view, choice) in choice.views.iter().enumerate() { option value=(view) { (choice.name) } }
+                        span.choice {
+                            label for=(select) { (choice.label) }
+                            select id=(select) {
+                                @for (view, choice) in choice.views.iter().enumerate() { option value=(view) { (choice.name) } }
+                            }
                         }
                     }
                 }

@@ -56,6 +56,6 @@ pub fn draw(canvas: &mut Canvas, panel: &Panel, place: &PanelLayout, frame: &Fra
     }
     for (index, line) in place.title.iter().enumerate() {
         let up = (place.title.len() - 1 - index) as f64 * LABEL * LEADING;
-        canvas.text(line, (left, top - 3.5 - up), LABEL, Hold::Left, 0.0, BLACK);
+        canvas.text(line, (left, top - place.title_gap - up), LABEL, Hold::Left, 0.0, BLACK);
     }
 }

@@ -3,7 +3,7 @@
 use super::canvas::Ruler;
 use super::legend::Legend;
 use super::scale::{Ticks, ticks};
-use super::sizes::{BAR, LABEL, LEADING, SMALL, TICK};
+use super::sizes::{BAR, LABEL, LEADING, REACH, SMALL, TICK};
 use crate::figure::{Axis, Figure, Grid, Panel, Shape};
 use crate::words;
 
@@ -33,6 +33,8 @@ pub struct PanelLayout {
     pub labelled_y: bool,
     /// Lines of the title.
     pub title: Vec<String>,
+    /// From the upper axis to the title.
+    pub title_gap: f64,
     /// Lines of the label of the vertical axis.
     pub y_label: Vec<String>,
     /// From the vertical axis to the middle of its label.
@@ -56,14 +58,18 @@ impl Layout {
         let mut margins = vec![[0.0; 4]; count];
         // Ticks need the size of panels, which needs the room of ticks; the second round is near enough.
         for _ in 0..2 {
+            let gap = if figure.panels.iter().any(|panel| marked_above(panel, size[1])) { REACH + 3.5 } else { 3.5 };
             let at = |(index, panel): (usize, &Panel)| {
                 let labelled_x = !figure.shared_x || index + columns >= count;
                 let labelled_y = !figure.shared_y || index % columns == 0;
-                panel_layout(panel, (labelled_x, labelled_y), (index, count), size, ruler)
+                panel_layout(panel, (labelled_x, labelled_y), (index, count), (size, gap), ruler)
             };
             let (laid, rooms): (Vec<_>, Vec<_>) = figure.panels.iter().enumerate().map(at).unzip();
             places = laid;
             margins = rooms.iter().map(|margins: &Margins| margins.0).collect();
+            for (places, margins) in places.chunks_mut(columns).zip(margins.chunks_mut(columns)) {
+                break_alike(places, margins);
+            }
             let sides: f64 =
                 (0..columns).map(|c| column(&margins, c, columns, 0) + column(&margins, c, columns, 1)).sum();
             size[0] = ((width - sides) / columns as f64).max(20.0);
@@ -88,6 +94,33 @@ impl Layout {
     }
 }
 
+/// Room above a panel.
+fn above(title: &[String], gap: f64) -> f64 {
+    if title.is_empty() { 5.0 } else { 1.5 + gap + title.len() as f64 * LABEL * LEADING }
+}
+
+/// Whether a marker of a panel lies on its upper axis, or reaches beyond it.
+fn marked_above(panel: &Panel, height: f64) -> bool {
+    let map = super::scale::Mapping::new(&panel.y, height, 0.0);
+    let near = |y: &f64| (-0.1..REACH).contains(&map.at(*y));
+    panel.series.iter().any(|series| matches!(&series.shape, Shape::Points { y, .. } if y.iter().any(near)))
+}
+
+/// Where a title of a row takes several lines, all titles of the row break after their last comma, so that they look alike
+/// and what belongs together stays together.
+fn break_alike(row: &mut [PanelLayout], margins: &mut [[f64; 4]]) {
+    if row.iter().all(|place| place.title.len() < 2) {
+        return;
+    }
+    for (place, margins) in row.iter_mut().zip(margins) {
+        let whole = place.title.join(" ");
+        if let Some((first, second)) = whole.rsplit_once(", ").filter(|_| place.title.len() < 3) {
+            place.title = vec![format!("{first},"), second.to_owned()];
+            margins[2] = above(&place.title, place.title_gap);
+        }
+    }
+}
+
 /// The most room on a side that a panel of a column needs.
 fn column(margins: &[[f64; 4]], column: usize, columns: usize, side: usize) -> f64 {
     margins.iter().skip(column).step_by(columns).map(|room| room[side]).fold(0.0, f64::max)
@@ -97,7 +130,7 @@ fn panel_layout(
     panel: &Panel,
     (labelled_x, labelled_y): (bool, bool),
     (index, count): (usize, usize),
-    size: [f64; 2],
+    (size, title_gap): ([f64; 2], f64),
     ruler: &Ruler,
 ) -> (PanelLayout, Margins) {
     let x = apart(&panel.x, size[0], ruler);
@@ -116,14 +149,14 @@ fn panel_layout(
     let tag = if count > 1 { format!("({}) ", letter(index)) } else { String::new() };
     let title = tag + &panel.title;
     let title = if title.trim().is_empty() { Vec::new() } else { wrap(title.trim_end(), size[0] + right, ruler) };
-    let top = if title.is_empty() { 5.0 } else { 5.0 + title.len() as f64 * LABEL * LEADING };
+    let top = above(&title, title_gap);
     let named = !words::label(&panel.x.label, &panel.x.unit, x.exponent).is_empty();
     let bottom = match (labelled_x, named) {
         (true, true) => TICK + 2.0 + (SMALL + LABEL) * LEADING + 3.0,
         (true, false) => TICK + 4.0 + SMALL * LEADING,
         _ => 4.0,
     };
-    let layout = PanelLayout { area: [0.0; 4], x, y, labelled_x, labelled_y, title, y_label, y_label_gap };
+    let layout = PanelLayout { area: [0.0; 4], x, y, labelled_x, labelled_y, title, title_gap, y_label, y_label_gap };
     (layout, Margins([left, right, top, bottom]))
 }
 

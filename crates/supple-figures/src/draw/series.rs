@@ -3,10 +3,8 @@
 use super::canvas::{Canvas, Paint};
 use super::contour::{Place, Sheet};
 use super::scale::Mapping;
+use super::sizes::RADIUS;
 use crate::figure::{Dash, Marker, Series, Shape, Style, Values};
-
-/// Radius of a marker, pt.
-const RADIUS: f64 = 2.1;
 
 /// Length of the head of an arrow, in widths of its line.
 const HEAD: f64 = 4.0;

@@ -14,3 +14,9 @@ pub const LEADING: f64 = 1.2;
 
 /// Width of a colour bar, and of the gap before it, pt.
 pub const BAR: f64 = 6.0;
+
+/// Radius of a marker, pt.
+pub const RADIUS: f64 = 2.1;
+
+/// From the middle of a marker to the outermost of its lines, pt: those of stars reach farthest.
+pub const REACH: f64 = 2.1 * RADIUS + 0.7;

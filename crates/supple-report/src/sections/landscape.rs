@@ -212,7 +212,7 @@ fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
             plots.add(Plot {
                 title: format!("{}, {}{suffix}", quantity.name, quantity.unit),
                 alternative: alternative.clone(),
-                caption: "Along the labelled lines, an expected cost equals its limit. Gaps: designs that \
+                caption: "Where a line of the legend is at a bound, the expected cost equals its limit. Gaps: designs that \
                           could not be evaluated."
                     .into(),
                 height: 520,
