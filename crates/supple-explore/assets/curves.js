@@ -58,7 +58,7 @@
   }
 
   /** Height of a panel's plot and size of its texts: texts grow with those of the page. */
-  const HEIGHT = () => Math.round(190 * E.larger());
+  const height = (width) => Math.round(Math.max(190 * E.larger(), Math.min(320 * E.larger(), 0.42 * width)));
   const FONT = () => `${Math.round(11 * E.larger())}px system-ui, sans-serif`;
 
   /** The number of a curve under the pointer; without one, the last number of the curve. */
@@ -122,7 +122,7 @@
       const index = (role) => series.findIndex((one) => one.role === role && !one.pin) + 1;
       const bands = index("high") ? [{ series: [index("high"), index("low")], fill: colour("@1/0.14") }] : [];
       return {
-        width: this.width(), height: HEIGHT(), bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
+        width: this.width(), height: height(this.width()), bands, cursor: { sync: { key: "time" }, points: { size: 5 } },
         scales: {
           x: { time: false },
           y: { range: (_, least, most) => this.clip?.range ?? (least === null ? [0, 1] : uPlot.rangeNum(least, most, 0.1, true)) },
@@ -217,7 +217,7 @@
   const watch = new ResizeObserver((entries) => {
     for (const { target } of entries) {
       const panel = panels.find((one) => one.element === target);
-      if (panel?.plot && panel.plot.width !== panel.width()) panel.plot.setSize({ width: panel.width(), height: HEIGHT() });
+      if (panel?.plot && panel.plot.width !== panel.width()) panel.plot.setSize({ width: panel.width(), height: height(panel.width()) });
     }
   });
 

@@ -213,7 +213,7 @@
     /** Draws all anew. */
     draw() {
       const style = this.style(), count = this.overlaid ? 1 : this.designs.length;
-      this.narrow = style.narrow;
+      Object.assign(this, { narrow: style.narrow, aspect: style.aspect });
       this.traces = this.plan();
       const traces = this.traces.map(({ kind, design, index }) => {
         const scene = this.overlaid || !index ? "scene" : `scene${index + 1}`;
@@ -371,7 +371,9 @@
       document.addEventListener("supple-theme", () => this.draw());
       new ResizeObserver(() => {
         if (!this.view.clientWidth) return;
-        if (this.narrow !== this.view.clientWidth < 640) this.draw();
+        // The robot fills the window as it was when all was drawn.
+        const { narrow, aspect } = this.style();
+        if (this.narrow !== narrow || Math.abs(this.aspect / aspect - 1) > 0.05) this.draw();
         Plotly.Plots.resize(this.view);
       }).observe(this.view);
       let seen = false;

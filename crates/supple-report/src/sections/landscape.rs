@@ -212,8 +212,8 @@ fn planes(part: &Part, sweep: &Sweep, suffix: &str, plots: &mut Plots) -> Markup
             plots.add(Plot {
                 title: format!("{}, {}{suffix}", quantity.name, quantity.unit),
                 alternative: alternative.clone(),
-                caption: "Where a line of the legend is at a bound, the expected cost equals its limit. Gaps: designs that \
-                          could not be evaluated."
+                caption: "On a thick orange line, an expected cost equals its limit. Gaps: designs that could not be \
+                          evaluated."
                     .into(),
                 height: 520,
                 traces,

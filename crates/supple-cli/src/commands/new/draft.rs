@@ -291,21 +291,27 @@ impl Tried {
 
 /// The fault of a plan that ends beside its target.
 fn beside(draft: &Draft, task: &TaskEvaluation) -> Option<String> {
-    let (tolerance, name, unit) = match draft.template {
+    let trajectory = task.trajectory.as_ref()?;
+    let (off, tolerance, unit) = match draft.template {
         Template::Press | Template::Hold => return None,
-        Template::Handle => (draft.opening_tolerance(), "q.", "rad"),
-        _ => (draft.rules.tolerance, " of ", "m"),
+        Template::Handle => {
+            let name = format!("q.{}_rz", draft.door_name());
+            let hinge = trajectory.state_names.iter().position(|state| *state == name)?;
+            (trajectory.states.last()?[hinge] - draft.opening(), draft.opening_tolerance(), "rad")
+        }
+        _ => {
+            let of_cost = trajectory.quantities.iter().filter(|quantity| quantity.of.starts_with("cost "));
+            let places = of_cost.filter(|quantity| quantity.unit == "m" && quantity.name.contains(" of "));
+            let off = places.filter_map(|quantity| Some(quantity.values.last()? - quantity.target?));
+            (off.map(|off| off * off).sum::<f64>().sqrt(), draft.rules.tolerance, "m")
+        }
     };
-    let quantities = &task.trajectory.as_ref()?.quantities;
-    let wanted = quantities.iter().filter(|quantity| quantity.of.starts_with("cost ") && quantity.name.contains(name));
-    let wanted = wanted.filter(|quantity| quantity.unit == unit);
-    let off = wanted.filter_map(|quantity| Some(quantity.values.last()? - quantity.target?));
-    let off = off.map(|off| off * off).sum::<f64>().sqrt();
+    let off = off.abs();
     (off > BESIDE * tolerance).then(|| {
         let (off, tolerance) = (short(off, 2), short(tolerance, 2));
         format!(
-            "the plan ends {off} {unit} from its target, where {tolerance} {unit} are tolerable: the target may be at the edge of \
-             what the limb reaches; try a smaller --set travel, a longer --set time, or --at"
+            "the plan ends {off} {unit} from its target, with a tolerance of {tolerance} {unit}: the target may be out of reach; try \
+             a smaller --set travel, a longer --set time, or --at"
         )
     })
 }

@@ -90,7 +90,7 @@ impl Draft<'_> {
         self.limb.free_name("mount")
     }
 
-    fn door_name(&self) -> String {
+    pub(super) fn door_name(&self) -> String {
         self.limb.free_name("door")
     }
 

@@ -61,7 +61,7 @@ impl Draft<'_> {
     }
 
     /// How far it opens, rad.
-    pub(super) fn opening(&self) -> f64 {
+    pub fn opening(&self) -> f64 {
         four_digits(self.rules.travel / self.width())
     }
 

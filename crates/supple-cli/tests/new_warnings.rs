@@ -1,0 +1,146 @@
+//! Warnings of `supple new` about tasks that it writes nonetheless: their numbers are those that the tasks have.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Folder, repository};
+use serde_json::Value;
+
+const ARM: &str = include_str!("../templates/arm.urdf");
+
+/// The warnings of `supple new` about a task that it writes nonetheless, and the result of an evaluation with trajectories.
+fn warned(folder: &Folder, words: &[&str]) -> (Vec<String>, String, Value) {
+    let run = folder.run(&[&["new", "task"][..], words].concat());
+    assert_eq!(run.code, Some(0), "{words:?}: {}", run.stderr);
+    let warnings = run.stderr.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
+    folder.run(&["evaluate", "task.toml", "--rollouts", "0", "--out", "out"]);
+    let result = std::fs::read_to_string(folder.path("out/result.json")).unwrap();
+    let result: Value = serde_json::from_str(&result).unwrap();
+    let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+    (warnings, text, result["result"]["evaluation"]["tasks"][0].clone())
+}
+
+/// The numbers of a text, in their order.
+fn numbers(text: &str) -> Vec<f64> {
+    let parts = text.split([' ', ',', ':', ';', '(', ')', '=']);
+    parts.filter_map(|part| part.trim_end_matches('.').parse().ok()).collect()
+}
+
+/// How far from its target the tool is at the end of a plan, m.
+fn missed_by(task: &Value) -> f64 {
+    let quantities = task["trajectory"]["quantities"].as_array().unwrap().iter();
+    let places = quantities.filter(|q| q["of"].as_str().unwrap().starts_with("cost ") && q["unit"] == "m");
+    let off = places
+        .map(|q| q["values"].as_array().unwrap().last().unwrap().as_f64().unwrap() - q["target"].as_f64().unwrap());
+    off.map(|off| off * off).sum::<f64>().sqrt()
+}
+
+/// A place beyond the length of the arm, and one within it: the first is told with how far the plan ends from it.
+#[test]
+fn targets_out_of_reach_are_told() {
+    let robot = repository("models/wiping_arm.sdf").display().to_string();
+    for (travel, is_far) in [("travel=1.5", true), ("travel=0.2", false)] {
+        let folder = Folder::new();
+        let words = ["--robot", &robot, "--template", "reach", "--frame", "hand", "--set", travel];
+        let (warnings, text, task) = warned(&folder, &words);
+        let about = warnings.iter().find(|warning| warning.contains("from its target"));
+        let missed = missed_by(&task);
+        assert_eq!(about.is_some(), is_far, "{missed} m: {warnings:?}\n{text}");
+        let Some(about) = about else {
+            assert!(missed < 0.05, "{missed}\n{text}");
+            continue;
+        };
+        // How far, and the tolerance.
+        let said = numbers(about);
+        assert!((said[0] / missed - 1.0).abs() < 0.06 && missed > 0.5, "{missed} m, but {about}");
+        assert!(text.contains(&format!("# tolerance {:?} m", said[1])), "{about}\n{text}");
+        // On the way, the last joint turns beyond its range: by as much as the evaluation finds.
+        let worst = &task["limits_violated"][0];
+        let about = warnings.iter().find(|warning| warning.contains("exceeds")).unwrap();
+        assert!(about.contains(worst["name"].as_str().unwrap()), "{about}: {worst}");
+        for (said, found) in numbers(about).iter().zip([&worst["worst"], &worst["limit"]]) {
+            assert!((said / found.as_f64().unwrap() - 1.0).abs() < 0.01, "{about}: {worst}");
+        }
+    }
+}
+
+/// Doors that open farther than the arm can pull them: the angle of the hinge is a state, and no quantity of the cost.
+#[test]
+fn doors_that_open_too_far_are_told() {
+    let folder = Folder::new();
+    let robot = repository("models/wiping_arm.sdf").display().to_string();
+    let words = ["--robot", &robot, "--template", "handle", "--frame", "hand", "--set", "travel=2"];
+    let (warnings, text, task) = warned(&folder, &words);
+    let about = warnings
+        .iter()
+        .find(|warning| warning.contains("rad from its target"))
+        .unwrap_or_else(|| panic!("{warnings:?}"));
+    let trajectory = &task["trajectory"];
+    let names = trajectory["state_names"].as_array().unwrap();
+    let hinge = names.iter().position(|name| name == "q.door_rz").unwrap();
+    let end = trajectory["states"].as_array().unwrap().last().unwrap()[hinge].as_f64().unwrap();
+    let table: toml::Value = toml::from_str(&text).unwrap();
+    let costs = table["tasks"][0]["costs"].as_array().unwrap();
+    let target = costs.iter().find(|cost| cost["kind"].as_str() == Some("joint_position")).unwrap();
+    let target = target["target"][0].as_float().unwrap();
+    let said = numbers(about)[0];
+    assert!((said / (end - target).abs() - 1.0).abs() < 0.06, "from {end} to {target} rad, but {about}");
+}
+
+/// Where the sensor hardly lowers the cost, that is said with both costs, which are those in the file.
+#[test]
+fn sensors_of_little_use_are_told() {
+    let folder = Folder::new();
+    let robot = repository("models/elastic_elbow.urdf").display().to_string();
+    let words = ["--robot", &robot, "--template", "reach", "--frame", "fingertip", "--set", "travel=3"];
+    let (warnings, text, _) = warned(&folder, &words);
+    let about = warnings.iter().find(|warning| warning.contains("--set disturbance")).unwrap();
+    let (said, costs) = (numbers(about), common::costs(&text));
+    assert!(said[0] < said[1] && said[1] < 1.05 * said[0], "{about}");
+    assert!(said.iter().zip(costs).all(|(said, cost)| (said / cost - 1.0).abs() < 1e-3), "{about}, but {costs:?}");
+    // Of use with what it measures.
+    let words = [&words[..6], &["--set", "disturbance=0.5"]].concat();
+    let (warnings, ..) = warned(&Folder::new(), &words);
+    assert!(!warnings.iter().any(|warning| warning.contains("--set disturbance")), "{warnings:?}");
+}
+
+/// A speed limit that no joint reaches, and a range of a single position: both are told with the joint, and the second is
+/// locked.
+#[test]
+fn odd_limits_of_robot_files_are_told() {
+    let folder = Folder::new();
+    let fast = ARM.replacen("velocity=\"3\"", "velocity=\"500\"", 1);
+    std::fs::write(folder.path("arm.urdf"), fast).unwrap();
+    let words = ["--robot", "arm.urdf", "--template", "press"];
+    let (warnings, text, _) = warned(&folder, &words);
+    let about: Vec<_> = warnings.iter().filter(|warning| warning.contains("`velocity`")).collect();
+    assert!(about.len() == 1 && about[0].contains("`turn`") && numbers(about[0]) == [500.0], "{warnings:?}");
+    assert!(!text.contains("locked"), "{text}");
+    let folder = Folder::new();
+    let still = ARM.replacen("lower=\"-3.1\" upper=\"3.1\"", "lower=\"0.2\" upper=\"0.2\"", 1);
+    assert_ne!(still, ARM);
+    std::fs::write(folder.path("arm.urdf"), still).unwrap();
+    let (warnings, text, task) = warned(&folder, &words);
+    let about: Vec<_> = warnings.iter().filter(|warning| warning.contains("`turn`")).collect();
+    assert!(about.len() == 1 && about[0].contains("`lower`") && about[0].contains("`upper`"), "{warnings:?}");
+    let table: toml::Value = toml::from_str(&text).unwrap();
+    assert_eq!(table["model"]["locked"].as_array().unwrap()[0].as_str(), Some("turn"), "{text}");
+    assert!(!task["trajectory"]["state_names"].as_array().unwrap().iter().any(|name| name == "q.turn"));
+}
+
+/// Costs of single runs of free motions differ a lot: their tasks ask for more roll-outs than the default, and an evaluation
+/// then needs no more.
+#[test]
+fn free_motions_ask_for_enough_rollouts() {
+    for (template, asked) in [("reach", Some(1000)), ("press", None)] {
+        let folder = Folder::new();
+        std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+        assert_eq!(folder.run(&["new", "task", "--robot", "arm.urdf", "--template", template]).code, Some(0));
+        let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+        let table: toml::Value = toml::from_str(&text).unwrap();
+        let found = table.get("design").and_then(|part| part.get("rollouts")).and_then(toml::Value::as_integer);
+        assert_eq!(found, asked, "{text}");
+        let task = folder.run(&["evaluate", "task.toml", "--json"]).json(0)["tasks"][0].clone();
+        assert_eq!(task["trust"]["verdict"], "holds", "{template}: {}", task["trust"]);
+    }
+}
