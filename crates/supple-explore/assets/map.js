@@ -231,6 +231,13 @@
     dot(context, position(D.values, box), "#d62728", "");
   }
 
+  /** The text of a tick, short enough to stand beside the name of its axis. */
+  function tickText(value) {
+    if (Math.abs(value) < 1e4) return E.number(value, 6);
+    const power = Math.floor(Math.log10(Math.abs(value)) + 1e-9);
+    return `${E.number(value / 10 ** power)}e${power}`;
+  }
+
   function frameAxes(context, box, [x, y], height) {
     const size = 11 * E.larger(), middle = box.y + box.h / 2;
     context.strokeStyle = SuppleTheme.colour("@ink/0.5");
@@ -242,7 +249,7 @@
     context.textBaseline = "top";
     let free = -Infinity;
     for (const value of E.ticks(x, Math.max(2, Math.min(7, Math.floor(box.w / (4 * size)))))) {
-      const text = E.number(value, 6), half = context.measureText(text).width / 2, at = box.x + E.share(x, value) * box.w;
+      const text = tickText(value), half = context.measureText(text).width / 2, at = box.x + E.share(x, value) * box.w;
       context.moveTo(at, box.y + box.h);
       context.lineTo(at, box.y + box.h + 4);
       if (at - half < free) continue;
@@ -256,7 +263,7 @@
       const at = box.y + (1 - E.share(y, value)) * box.h;
       context.moveTo(box.x, at);
       context.lineTo(box.x - 4, at);
-      context.fillText(E.number(value, 6), box.x - 6, at);
+      context.fillText(tickText(value), box.x - 6, at);
     }
     context.stroke();
     context.save();

@@ -141,16 +141,17 @@ pub fn line(index: usize) -> Value {
     json!({ "color": colour(index), "dash": dash(index), "width": 2 })
 }
 
-/// The layout of panels above one another that share the horizontal axis, each with its title, and the same vertical
+/// The layout of panels above one another that share the horizontal axis, each below its title, and the same vertical
 /// axis.
 pub fn panels(titles: &[String], horizontal: &str, vertical: &str) -> Value {
     let count = titles.len().max(1) as f64;
-    let gap = 0.04;
-    let height = (1.0 - gap * (count - 1.0)) / count;
+    // Room for a line of text above each of several panels, which are about 200 pixels high.
+    let gap = if titles.len() > 1 { 22.0 / (200.0 * count) } else { 0.0 };
+    let height = 1.0 / count - gap;
     let mut layout = Map::new();
     let mut notes = Vec::new();
     for (index, title) in titles.iter().enumerate() {
-        let top = 1.0 - index as f64 * (height + gap);
+        let top = 1.0 - gap - index as f64 * (height + gap);
         let mut axis = json!({ "domain": [(top - height).max(0.0), top], "title": { "text": vertical } });
         if index > 0 {
             axis["matches"] = "y".into();
@@ -158,8 +159,8 @@ pub fn panels(titles: &[String], horizontal: &str, vertical: &str) -> Value {
         layout.insert(axis_key("yaxis", index), axis);
         if titles.len() > 1 {
             notes.push(json!({
-                "text": title, "x": 0.005, "y": top, "xref": "paper", "yref": "paper", "xanchor": "left",
-                "yanchor": "top", "showarrow": false, "bgcolor": "@paper/0.8",
+                "text": title, "x": 0.0, "y": top, "xref": "paper", "yref": "paper", "xanchor": "left",
+                "yanchor": "bottom", "showarrow": false,
             }));
         }
     }

@@ -14,7 +14,7 @@ use crate::words::list;
 /// A table by task.
 pub fn section(context: &mut Context) -> Option<Markup> {
     let about = html! {
-        "A contact touches at a step if its clearance is below one smoothing length and its normal force is above 1e-6 of "
+        "A contact touches at a step if its clearance is below one smoothing length and its normal force is above 1e−6 of "
         "stiffness times smoothing. Times, forces and clearances refer to the plan without noise; the mean force is over "
         "the steps at which it touches, and a negative clearance is a penetration. The last column is the greatest force "
         "at steps with a clearance of more than one smoothing length."
