@@ -41,7 +41,8 @@ pub use kinematics::{Kinematics, Twist};
 pub use mass::mass_matrix;
 pub use massless::{SingularMass, check_inertia, massless_joints};
 pub use passive::{
-    Resisted, dry_friction, passive_forces, passive_forces_ahead, passive_resistance, sliding_rate, sliding_share,
+    Resisted, dry_friction, friction_resistance, passive_forces, passive_forces_ahead, passive_resistance,
+    sliding_rate, sliding_share,
 };
 pub use solve::solve;
 pub use wrench::Wrench;

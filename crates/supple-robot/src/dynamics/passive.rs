@@ -70,12 +70,23 @@ pub fn passive_forces_ahead<S: Scalar>(
 /// As [`passive_forces`].
 pub fn passive_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, v: &[S], lead: S, smoothing: S) -> Vec<S> {
     assert_eq!(v.len(), tree.dofs(), "velocities of other dofs");
-    let mut resistance = vec![S::zero(); tree.dofs()];
+    let mut resistance = friction_resistance(tree, numbers, v, smoothing);
     for body in tree.bodies() {
         let joint = &numbers.joints[body.joint];
+        resistance[body.dof] += (joint.damping + lead * joint.stiffness) * (body.ratio * body.ratio);
+    }
+    resistance
+}
+
+/// The part of [`passive_resistance`] that is that of friction.
+///
+/// # Panics
+/// As [`passive_forces`].
+pub fn friction_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, v: &[S], smoothing: S) -> Vec<S> {
+    let mut resistance = vec![S::zero(); tree.dofs()];
+    for body in tree.bodies() {
         let speed = friction_speed(v[body.dof] * body.ratio, smoothing);
-        let own = joint.damping + joint.friction / speed + lead * joint.stiffness;
-        resistance[body.dof] += own * (body.ratio * body.ratio);
+        resistance[body.dof] += numbers.joints[body.joint].friction / speed * (body.ratio * body.ratio);
     }
     resistance
 }
@@ -92,10 +103,10 @@ pub fn dry_friction<S: Scalar>(tree: &Tree, numbers: &Numbers<S>) -> Vec<S> {
     friction
 }
 
-/// The rate to which friction slows a degree of freedom in a step, if only that degree of freedom moved, rad/s or m/s
-/// (theory, equation R.23): nearly `rate - loss` in the direction of `rate`, and nearly 0 where `loss` is more.
+/// The rate to which friction slows a degree of freedom in a step, rad/s or m/s (theory, equation R.23): nearly
+/// `rate - loss` in the direction of `rate`, and nearly 0 where `loss` is more.
 ///
-/// `rate` is the rate at the end of the step without friction, and `loss`, not negative, what dry friction takes from it:
+/// `rate` is the rate at the end of the step without this friction, and `loss`, not negative, what it takes from it at most:
 /// the step times the friction by the inertia. With `loss = 0` it is `rate`. `smoothing` is more than 0.
 pub fn sliding_rate<S: Scalar>(rate: S, loss: S, smoothing: S) -> S {
     rate * sliding_share(friction_speed(rate, smoothing), loss, smoothing)

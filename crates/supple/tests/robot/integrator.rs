@@ -1,6 +1,6 @@
 //! Implicit steps: of first order, never gaining energy from what resists motion, and bounded at any time step.
 
-use supple::Problem;
+use supple::{EvaluateOptions, Problem};
 
 use crate::arm::{Description, arm, compliance, cost, sensor, step, steps};
 use crate::examples;
@@ -183,17 +183,17 @@ fn both_integrators_have_one_limit() {
     }
 }
 
-/// The positions after a time in seconds, at rest before, driven by a wave of efforts with these amplitudes and 0.3 s.
-fn driven(problem: &Problem, time_step: f64, seconds: f64, efforts: &[f64]) -> Vec<f64> {
+/// The positions after 0.2 s, at rest before, driven by constant efforts and a wave of efforts with 0.3 s.
+fn driven<const N: usize>(problem: &Problem, time_step: f64, constant: [f64; N], wave: [f64; N]) -> Vec<f64> {
     let size = problem.tasks[0].system.dimensions();
-    let count = (seconds / time_step).round() as usize;
+    let count = (0.2 / time_step).round() as usize;
     let mut x = vec![0.0; size.states];
     for k in 0..count {
-        let wave = (std::f64::consts::TAU * k as f64 * time_step / 0.3).sin();
-        let u: Vec<f64> = efforts.iter().map(|effort| effort * wave).collect();
+        let height = (std::f64::consts::TAU * k as f64 * time_step / 0.3).sin();
+        let u: Vec<f64> = constant.iter().zip(wave).map(|(constant, wave)| constant + wave * height).collect();
         x = step(problem, &x, &u, &[]);
     }
-    x.truncate(efforts.len());
+    x.truncate(N);
     x
 }
 
@@ -202,24 +202,80 @@ fn driven(problem: &Problem, time_step: f64, seconds: f64, efforts: &[f64]) -> V
 fn a_joint_breaks_away_within_the_step_at_any_time_step() {
     let turn = "friction_smoothing = 1e-3\n[model.joints.turn]\nfriction = 30.0\n";
     for (time_step, expected) in [(1e-2, 0.1852), (1e-3, 0.1831), (1e-4, 0.1836)] {
-        let turned = driven(&disc(turn, time_step), time_step, 0.2, &[0.0, 0.0, 45.0])[2];
+        let turned = driven(&disc(turn, time_step), time_step, [0.0; 3], [0.0, 0.0, 45.0])[2];
         assert!((turned - expected).abs() < 5.1e-5, "{time_step} s: {turned} rad");
         assert!((turned - 0.1836).abs() < 0.01 * 0.1836, "{time_step} s: {turned} rad");
     }
 }
 
-/// The same where joints move one another, beside a hundredth of the time step.
+/// The arm with dry friction in its joints, N m and N.
+fn rubbing(friction: [f64; 3], integrator: &str, time_step: f64) -> Problem {
+    let joints = ["shoulder", "elbow", "slide"].iter().zip(friction);
+    let joints: String =
+        joints.map(|(joint, friction)| format!("[model.joints.{joint}]\nfriction = {friction:?}\n")).collect();
+    let model = format!("file = \"arm.urdf\"\nintegrator = \"{integrator}\"\ngravity = [0.0, 0.0, 0.0]\n{joints}");
+    Description { model, time_step: format!("{time_step:?}"), ..arm() }.problem()
+}
+
+/// The same where joints move one another, beside explicit steps of 10 us: all slide; friction holds a loaded shoulder while
+/// the elbow moves; all are loaded and held, and creep at less than the speed of smoothing.
 #[test]
 fn an_arm_with_dry_friction_moves_alike_at_long_and_short_time_steps() {
-    let friction = ["shoulder", "elbow", "slide"].map(|joint| format!("[model.joints.{joint}]\nfriction = 2.0\n"));
-    let moved = |time_step: f64| {
-        let model = format!("file = \"arm.urdf\"\ngravity = [0.0, 0.0, 0.0]\n{}", friction.concat());
-        let problem = Description { model, time_step: format!("{time_step:?}"), ..arm() }.problem();
-        driven(&problem, time_step, 0.2, &[4.0, 3.0, 3.0])
+    let cases = [
+        ([2.0, 2.0, 2.0], [0.0; 3], [4.0, 3.0, 3.0], 0.02),
+        ([20.0, 0.5, 2.0], [12.0, 0.0, 0.0], [0.0, 1.5, 0.0], 0.02),
+        ([20.0, 6.0, 2.0], [12.0, -4.0, 1.2], [0.0; 3], 0.0),
+    ];
+    for (friction, constant, wave, moves) in cases {
+        let moved =
+            |integrator, time_step| driven(&rubbing(friction, integrator, time_step), time_step, constant, wave);
+        let fine = moved("semi_implicit", 1e-5);
+        let farthest = fine.iter().fold(0.0, |far: f64, q| far.max(q.abs()));
+        assert!(farthest > moves, "{fine:?}");
+        for (time_step, share) in [(1e-2, 0.05), (2e-3, 0.02), (5e-4, 0.01)] {
+            let found = moved("implicit", time_step);
+            let error = found.iter().zip(&fine).fold(0.0, |far: f64, (q, fine)| far.max((q - fine).abs()));
+            assert!(error < share * farthest + 5e-4, "{friction:?} {time_step} s: {found:?} and {fine:?}");
+        }
+    }
+}
+
+/// A leg that a floor holds: its joints cannot move alone. Friction of theirs that is taken for sliding at one state and for
+/// sticking beside it makes modes that grow threefold in a step.
+#[test]
+fn friction_of_joints_that_a_wall_holds_makes_no_mode_that_grows() {
+    let floor = "frame = \"foot\"\nnormal = [0.0, 0.0, 1.0]\nstiffness = 2e4\ndissipation = 0.5\nsmoothing = 1e-3\n\
+                 friction = 0.8\nslip = 0.05";
+    let landing = |time_step: f64, steps: usize| {
+        let per_second = 500.0 * time_step;
+        let weigh =
+            |kind: &str, keys: &str, weight: f64| cost(kind, &format!("{keys}\nweight = {:?}", weight * per_second));
+        Description {
+            model: format!(
+                "file = \"leg.urdf\"\nactuated = [\"hip\", \"knee\"]\n{}",
+                compliance("contact", "floor", floor)
+            ),
+            sensors: sensor("joint_position", "select = [\"hip\", \"knee\"]\nvariance = 1e-6"),
+            start: "\"q.slide\" = 0.36\n\"q.hip\" = 0.6\n\"q.knee\" = -1.2\n".into(),
+            noise: "initial = { \"*\" = 1e-6 }\nprocess = { \"v.*\" = 1e-5 }\n".into(),
+            costs: weigh("joint_position", "select = [\"slide\"]\ntarget = [0.3]", 500.0)
+                + &weigh("frame_point", "frame = \"foot\"\naxes = [\"x\"]\ntarget = [0.0]", 100.0)
+                + &weigh("joint_velocity", "", 0.1)
+                + &weigh("control", "", 1e-3),
+            time_step: format!("{time_step:?}"),
+            steps,
+            ..arm()
+        }
+        .problem()
     };
-    let (long, short) = (moved(2e-3), moved(2e-5));
-    assert!(short.iter().any(|q| q.abs() > 0.02), "{short:?}");
-    assert!(relative_error(&long, &short) < 0.06, "{long:?} and {short:?}");
+    let costs = [(2e-3, 400), (1e-3, 800)].map(|(time_step, steps)| {
+        let task = landing(time_step, steps).evaluate(&[], &EvaluateOptions::default()).unwrap().tasks.remove(0);
+        let (status, stability) = (&task.status, &task.stability);
+        assert!(status.is_converged() && !stability.numerically_unstable, "{time_step} s: {status:?}, {stability:?}");
+        assert!(stability.spectral_radius < 1.03, "{time_step} s: {stability:?}");
+        task.cost.parts.nominal
+    });
+    assert!((costs[0] / costs[1] - 1.0).abs() < 0.02, "{costs:?}");
 }
 
 /// Where a disc that is pressed on a wall with 100 N is after 0.2 s, driven along the wall by a wave of 45 N and 0.3 s.

@@ -2,7 +2,8 @@
 
 use supple_kernels::{Ldl, Scalar};
 use supple_robot::{
-    dry_friction, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance, sliding_rate, sliding_share,
+    dry_friction, friction_resistance, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance,
+    sliding_rate, sliding_share,
     vector::{dot, scale},
 };
 
@@ -34,22 +35,38 @@ impl Robot {
         self.compliance.iter().any(|element| !element.kind.frames().is_empty())
     }
 
-    /// The same, with friction that resists as at the rates to which it slows each degree of freedom in an implicit step, as
-    /// if that moved alone (theory, equation R.23): at the rates of the beginning it would hold what breaks away within the
-    /// step.
+    /// The same, with friction of joints that resists as at the rates to which it slows each degree of freedom in an implicit
+    /// step (theory, equation R.23): at the rates of the beginning it would hold what breaks away within the step. First as
+    /// if each moved alone; then among the others, with the friction that this gives them.
     fn sliding<'a, S: Native>(&self, mut now: Situation<'a, S>) -> Situation<'a, S> {
         let numbers = now.numbers.clone();
         let friction = dry_friction(&self.bodies.tree, &now.numbers);
         now.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
         let still = vec![S::zero(); self.positions().1];
         now = now.at_end(&still, self.sees_frames());
-        let (inertia, needed) = (self.inertia(&now), self.unbalanced(&now, &still));
+        let (mut inertia, mut needed) = (self.inertia(&now), self.unbalanced(&now, &still));
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
-        let slowed = |(dof, &friction): (usize, &S)| {
+        let alone = |(dof, &friction): (usize, &S)| {
             let mobility = lead / inertia[dof][dof];
             sliding_rate(now.v()[dof] - mobility * needed[dof], mobility * friction, smoothing)
         };
-        let rates = friction.iter().enumerate().map(slowed).collect();
+        let rates: Vec<S> = friction.iter().enumerate().map(alone).collect();
+
+        let resistance = friction_resistance(&self.bodies.tree, &numbers, &rates, smoothing);
+        for (dof, &resistance) in resistance.iter().enumerate() {
+            inertia[dof][dof] += lead * resistance;
+            needed[dof] += resistance * now.v()[dof];
+        }
+        let inertia = Ldl::new(&inertia);
+        let (needed, mobilities) = (inertia.solve(needed), inertia.inverse_diagonal());
+        let among_others = |(dof, &friction): (usize, &S)| {
+            let rate = now.v()[dof] - lead * needed[dof];
+            let mobility = lead * mobilities[dof];
+            // Both without the friction of the degree of freedom itself.
+            let share = S::one() - mobility * resistance[dof];
+            sliding_rate(rate / share, mobility * friction / share, smoothing)
+        };
+        let rates = friction.iter().enumerate().map(among_others).collect();
         now.numbers = numbers;
         now.sliding_at(rates)
     }
