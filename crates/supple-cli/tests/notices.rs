@@ -55,7 +55,7 @@ const LIMIT: &str = "    position of joint `slide`: 0.35 at step 0, above 0.3 ("
 
 fn arm() -> Folder {
     let folder = Folder::with_task(ARM);
-    std::fs::copy(repository("crates/supple/tests/robot/data/arm.urdf"), folder.path("arm.urdf")).unwrap();
+    std::fs::copy(repository("crates/supple/tests/data/arm.urdf"), folder.path("arm.urdf")).unwrap();
     folder
 }
 

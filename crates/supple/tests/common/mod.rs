@@ -1,6 +1,10 @@
 //! What several tests share.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
 
+pub mod bound;
+pub mod reference;
+pub mod same_text;
+
 use std::path::{Path, PathBuf};
 
 use supple::{Matrices, Problem};

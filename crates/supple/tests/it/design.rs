@@ -1,0 +1,165 @@
+//! The main job: the optimum of the shipped tasks, from many starts.
+
+use crate::common;
+
+use std::sync::atomic::AtomicBool;
+
+use crate::common::shipped;
+use supple::Problem;
+use supple::design::{Control, Design, DesignSettings, DesignStatus, GradientKind, Method, StartSummary, design};
+
+fn search(problem: &Problem, settings: &DesignSettings) -> Design {
+    let control = Control::default();
+    design(problem, &problem.parameters.initial(), settings, control).unwrap()
+}
+
+/// From the file's start and ten random ones.
+fn eleven_starts() -> DesignSettings {
+    DesignSettings { starts: 11, ..Default::default() }
+}
+
+#[test]
+fn all_starts_reach_one_optimum() {
+    let problem = shipped("two_mass.toml");
+    let found = search(&problem, &eleven_starts());
+    assert_eq!(found.status, DesignStatus::Converged);
+    for StartSummary { status, information, costs, to, branches, .. } in &found.starts {
+        assert_eq!(*status, DesignStatus::Converged);
+        assert!(*information <= 169.0, "{information} nat");
+        assert!(costs[0] <= 250.05, "cost {}", costs[0]);
+        assert!((information - 168.28594).abs() < 1e-4, "{information} nat");
+        assert!((to[0] - 135.9121).abs() < 1e-3 && (150.0..200.0).contains(&to[1]), "{to:?}");
+        assert!(*branches > 1);
+    }
+}
+
+/// What the paper's method does from the same starts: it scatters, and most of its ends are no optima.
+#[test]
+fn barrier_with_the_frozen_gradient_does_not_meet_in_one_point() {
+    let problem = shipped("two_mass.toml");
+    let settings = DesignSettings { method: Method::Barrier, gradient: GradientKind::Frozen, ..eleven_starts() };
+    let found = search(&problem, &settings);
+    let feasible = found.starts.iter().filter(|start| start.violation <= 1e-6);
+    let ends: Vec<f64> = feasible.map(|start| start.information).collect();
+    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = ends.iter().copied().fold(0.0, f64::max);
+    assert!(least > 168.29 + 10.0, "none comes near the optimum: {least}");
+    assert!(most - least > 20.0, "they scatter: {least} to {most}");
+    assert!(found.starts.iter().all(|start| start.status != DesignStatus::Converged));
+}
+
+/// Without gradients it takes more designs, and ends at the same one.
+#[test]
+fn linear_approximations_reach_the_same_optimum() {
+    let problem = shipped("two_mass.toml");
+    let settings = DesignSettings { method: Method::Cobyla, starts: 2, tolerance: 1e-8, ..Default::default() };
+    let found = search(&problem, &settings);
+    for StartSummary { information, costs, to, status, .. } in &found.starts {
+        assert!(costs[0] <= 250.05, "cost {}", costs[0]);
+        assert!((information - 168.28594).abs() < 1e-2, "{information} nat, {status:?}");
+        assert!((to[0] - 135.9121).abs() < 0.1, "{to:?}");
+    }
+    let small =
+        search(&shipped("two_mass_small.toml"), &DesignSettings { method: Method::Cobyla, ..Default::default() });
+    assert!((small.starts[small.best].to[0] - 20.0).abs() < 1e-3, "k1 at its lower bound");
+}
+
+#[test]
+fn small_task_ends_at_the_box() {
+    let problem = shipped("two_mass_small.toml");
+    let found = search(&problem, &DesignSettings::default());
+    assert_eq!(found.status, DesignStatus::Converged);
+    let best = &found.starts[found.best];
+    assert!((best.to[0] - 20.0).abs() < 1e-9, "k1 at its lower bound: {:?}", best.to);
+    assert!(best.costs[0] < 25.0 && best.multipliers[0] == 0.0, "the bound on the cost is not active");
+}
+
+#[test]
+fn impossible_bound_is_reported_with_its_violation() {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
+    let problem = supple_file::parse(&text.replace("bound = 25.0", "bound = 5.0"), "test").unwrap();
+    let found = search(&problem, &DesignSettings { starts: 2, ..Default::default() });
+    assert_eq!(found.status, DesignStatus::BoundViolated);
+    let best = &found.starts[found.best];
+    assert!((best.violation - 0.9343).abs() < 1e-3, "the least that can be missed by: {}", best.violation);
+    assert_eq!(best.multipliers, [0.0], "no price is put on a bound that cannot be met");
+}
+
+#[test]
+fn no_bound_gives_the_least_information_of_the_box() {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass_small.toml")).unwrap();
+    let problem = supple_file::parse(&text.replace("bound = 25.0\n", ""), "test").unwrap();
+    let found = search(&problem, &DesignSettings { starts: 2, ..Default::default() });
+    assert_eq!(found.status, DesignStatus::Converged);
+    assert!((found.starts[found.best].to[0] - 20.0).abs() < 1e-9);
+}
+
+#[test]
+fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
+    let problem = shipped("two_mass.toml");
+    let settings = DesignSettings { starts: 3, seed: 5, ..Default::default() };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let found = pool.install(|| search(&problem, &settings));
+        found.starts.into_iter().map(|start| (start.to, start.information, start.costs)).collect::<Vec<_>>()
+    };
+    assert_eq!(run(1), run(8));
+}
+
+#[test]
+fn a_stop_keeps_what_was_found() {
+    let problem = shipped("two_mass.toml");
+    let stop = AtomicBool::new(true);
+    let control = Control { stop: &stop, ..Control::default() };
+    let settings = DesignSettings { starts: 1, ..Default::default() };
+    let found = design(&problem, &problem.parameters.initial(), &settings, control).unwrap();
+    assert_eq!(found.status, DesignStatus::Stopped);
+    assert!(found.starts[0].information.is_finite() && !found.starts[0].controls.is_empty());
+}
+
+/// Above `v = 1.6` there is no system. The first step of the search leads there; the optimum is below.
+#[test]
+fn searches_step_back_from_designs_that_cannot_be_evaluated() {
+    let text = r#"
+[model]
+kind = "linear"
+A = [["1 + 0.001 * sqrt(1.6 - v)"]]
+B = [[1.0]]
+C = [[1.0]]
+
+[parameters.v]
+initial = 0.001
+bounds = [1e-6, 4.0]
+scale = "log"
+
+[[tasks]]
+name = "hold"
+steps = 30
+time_step = 1.0
+initial_state = [0]
+initial_control = [0]
+bound = 10.0
+
+[tasks.noise]
+initial = [1.0]
+process = [0.1]
+measurement = ["v"]
+
+[[tasks.costs]]
+kind = "quadratic"
+Q = [[1]]
+R = [[1]]
+
+[design]
+branch_attempts = 0
+"#;
+    let problem = supple_file::parse(text, "hold.toml").unwrap();
+    let found = search(&problem, &DesignSettings { starts: 1, ..problem.design.clone() });
+    assert_eq!(found.status, DesignStatus::Converged);
+    let StartSummary { costs, to, error, .. } = &found.starts[0];
+    assert!(error.is_none() && (costs[0] - 10.0).abs() < 1e-6 && (to[0] - 0.256_912).abs() < 1e-5, "{to:?}, {error:?}");
+    // Methods without a line search end there, and say why.
+    let cobyla = DesignSettings { method: Method::Cobyla, starts: 1, ..problem.design.clone() };
+    let found = search(&problem, &cobyla);
+    assert!(found.starts[0].status == DesignStatus::Converged || found.starts[0].error.is_some());
+}

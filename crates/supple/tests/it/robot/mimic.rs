@@ -1,0 +1,38 @@
+//! Joints that follow others, and the key that makes them joints of their own.
+
+use crate::robot::arm::{Description, accelerations, arm, cost, observe, sensor};
+use crate::robot::assert_close;
+
+/// A gripper whose right finger follows the left one: `right = 0.01 - left / 2`.
+fn gripper(keys: &str, sensors: &str) -> Description {
+    Description {
+        model: format!("file = \"gripper.urdf\"\n{keys}"),
+        sensors: sensors.into(),
+        start: String::new(),
+        costs: cost("control", "weight = 1.0"),
+        time_step: "1.0".into(),
+        ..arm()
+    }
+}
+
+#[test]
+fn a_follower_has_no_state_and_adds_its_inertia() {
+    let sensors = sensor("frame_point", "frame = \"right_finger\"\nvariance = 1.0")
+        + &sensor("frame_point", "frame = \"left_finger\"\nvariance = 1.0");
+    let problem = gripper("", &sensors).problem();
+    assert_eq!(problem.tasks[0].system.state_names(), ["q.left", "v.left"]);
+    assert_eq!(observe(&problem, &[0.06, 0.0], &[]), [0.0, 0.01 - 0.03, 0.0, 0.0, 0.06, 0.0]);
+    // The follower moves at half the speed: a quarter of its mass is felt.
+    let found = accelerations(&problem, &[0.06, 0.3], &[2.0], &[], 1);
+    assert_close("acceleration", &found, &[2.0 / (0.3 + 0.25 * 0.4)], 1e-13);
+}
+
+#[test]
+fn independent_followers_are_joints_of_their_own() {
+    let sensors = sensor("joint_position", "select = [\"right\", \"left\"]\nvariance = 1.0");
+    let problem = gripper("independent_mimic = true\n", &sensors).problem();
+    assert_eq!(problem.tasks[0].system.state_names(), ["q.left", "q.right", "v.left", "v.right"]);
+    assert_eq!(observe(&problem, &[0.06, 0.02, 0.0, 0.0], &[]), [0.02, 0.06]);
+    let found = accelerations(&problem, &[0.06, 0.02, 0.0, 0.0], &[2.0, -1.0], &[], 2);
+    assert_close("accelerations", &found, &[2.0 / 0.3, -1.0 / 0.4], 1e-13);
+}

@@ -1,0 +1,200 @@
+//! Plans without a first guess, of robots that are hard to plan for.
+
+use std::fmt::Write;
+
+use supple::plan::PlanStatus;
+use supple::system::{Points, System, Times};
+use supple::{EvaluateOptions, Matrices, Problem, Scratch, TaskEvaluation};
+
+use crate::robot::arm::{Description, arm, compliance, cost, sensor};
+
+fn evaluate(problem: &Problem) -> TaskEvaluation {
+    let phi = problem.parameters.initial();
+    problem.evaluate(&phi, &EvaluateOptions::default()).unwrap().tasks.remove(0)
+}
+
+/// Without a guess the controls carry the weight: one step from rest moves nothing.
+#[test]
+fn weights_are_carried() {
+    let mut description = arm();
+    description.start = "\"q.shoulder\" = 0.3\n\"q.elbow\" = -0.4\n\"q.slide\" = 0.1\n".into();
+    let problem = description.problem();
+    let task = &problem.tasks[0];
+    let guess = task.guess(&[], 1.0);
+    assert!(guess.vector(0).iter().any(|u| u.abs() > 1.0), "gravity has to be carried: {:?}", guess.vector(0));
+    let x: Vec<f64> = task.initial_state.iter().map(|value| value.resolve(&[])).collect();
+    let mut next = vec![0.0; x.len()];
+    task.system.step(0, &x, guess.vector(0), &[], &mut next);
+    let drift = next.iter().zip(&x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(drift < 1e-12, "{drift}");
+}
+
+/// A disc far from a wall, from which 5 N are wanted.
+fn apart(clearance: f64, smoothing: f64) -> Description {
+    let keys = format!(
+        "frame = \"disc\"\nnormal = [0.0, 1.0, 0.0]\nradius = 0.1\nstiffness = 2e3\nsmoothing = {smoothing:?}\n\
+         dissipation = 0.5"
+    );
+    Description {
+        model: "file = \"disc.urdf\"\ngravity = [0.0, 0.0, 0.0]\n".into(),
+        sensors: sensor("joint_position", "select = [\"x\", \"y\", \"turn\"]\nvariance = 1e-4"),
+        steps: 200,
+        time_step: "5e-3".into(),
+        start: format!("\"q.y\" = {:?}\n", 0.1 + clearance),
+        costs: cost("contact_force", "contact = \"wall\"\ntarget = 5.0\nsmoothing = 0.5\nweight = 0.1")
+            + &cost("joint_velocity", "weight = 0.1")
+            + &cost("control", "weight = 1e-3"),
+        ..arm()
+    }
+    .with(&compliance("contact", "wall", &keys))
+}
+
+#[test]
+fn contacts_are_found_from_afar() {
+    for (clearance, smoothing) in [(0.02, 1e-3), (0.1, 1e-3), (0.3, 5e-3), (0.05, 1e-4)] {
+        let task = evaluate(&apart(clearance, smoothing).problem());
+        let contact = &task.contacts[0];
+        assert!(task.status.is_converged() && contact.touches, "{clearance} m, {smoothing} m: {:?}", task.warnings);
+        assert!(contact.first_s.unwrap() < 0.5 && contact.greatest_force_apart == 0.0, "{contact:?}");
+        assert!((contact.mean_force - 5.0).abs() < 1.0, "{contact:?}");
+    }
+}
+
+/// Plans stop at the time limit, and say so.
+#[test]
+fn a_time_limit_ends_planning() {
+    let mut problem = arm().problem();
+    problem.planning.time_limit = Some(1e-9);
+    let task = evaluate(&problem);
+    assert_eq!(task.status, PlanStatus::TimeLimit);
+    assert!(task.warnings[0].contains("time_limit"), "{:?}", task.warnings);
+}
+
+/// An arm behind springs that Gauss-Newton steps overshoot at. The least cost moves smoothly with the motor's inertia.
+#[test]
+fn elastic_arms_are_planned_on_one_branch() {
+    let elastic = |inertia: f64| {
+        let joint = |joint: &str| {
+            let keys = format!("joint = \"{joint}\"\nstiffness = 25.0\ndamping = 0.05\nmotor_inertia = {inertia:?}");
+            compliance("elastic_joint", &format!("flexible_{joint}"), &keys)
+        };
+        Description {
+            steps: 150,
+            time_step: "0.01".into(),
+            start: "\"q.shoulder\" = 0.3\n\"q.elbow\" = -0.4\n\"q.slide\" = 0.1\n\"q.flexible_shoulder\" = 0.3\n\
+                    \"q.flexible_elbow\" = -0.4\n"
+                .into(),
+            costs: cost("joint_position", "target = [-1.5, 1.4, 0.05]\nweight = 1.0\nfinal_weight = 500.0")
+                + &cost("joint_velocity", "weight = 0.01\nfinal_weight = 20.0")
+                + &cost("control", "weight = 1e-4"),
+            ..arm()
+        }
+        .with(&joint("shoulder"))
+        .with(&joint("elbow"))
+    };
+    let mut last: Option<f64> = None;
+    for i in 0..9 {
+        let inertia = 0.01 * 1.4_f64.powi(i);
+        let task = evaluate(&elastic(inertia).problem());
+        assert!(task.status.is_converged(), "{inertia}: {:?}", task.warnings);
+        let cost = task.cost.parts.nominal;
+        if let Some(last) = last.replace(cost) {
+            assert!((cost / last - 1.0).abs() < 0.15, "from {last} to {cost} at an inertia of {inertia}");
+        }
+    }
+}
+
+/// A chain of links that hang on one another, as a file of the system's temporary folder.
+fn chain(links: usize) -> (Problem, std::path::PathBuf) {
+    let mut urdf = "<robot name=\"chain\">\n<link name=\"link0\"/>\n".to_owned();
+    for i in 1..=links {
+        let parent = i - 1;
+        let axis = ["1 0 0", "0 1 0"][i % 2];
+        writeln!(
+            urdf,
+            "<link name=\"link{i}\"><inertial><origin xyz=\"0 0.01 -0.1\"/><mass value=\"0.5\"/><inertia ixx=\"2e-3\" \
+             iyy=\"2e-3\" izz=\"1e-3\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\n<joint name=\"joint{i}\" \
+             type=\"continuous\"><parent link=\"link{parent}\"/><child link=\"link{i}\"/><origin xyz=\"0 0 -0.2\"/><axis \
+             xyz=\"{axis}\"/><dynamics damping=\"0.1\" friction=\"0.05\"/></joint>"
+        )
+        .unwrap();
+    }
+    urdf += "</robot>\n";
+    let folder = std::env::temp_dir().join(format!("supple-chain-{}-{links}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("chain.urdf"), urdf).unwrap();
+    let text = "[model]\nkind = \"robot\"\nfile = \"chain.urdf\"\n[[model.sensors]]\nkind = \"joint_position\"\n\
+                select = [\"joint1\"]\nvariance = 1e-3\n[[tasks]]\nname = \"swing\"\nsteps = 3\ntime_step = 0.01\n\
+                [tasks.initial_state]\n[tasks.noise]\ninitial = { \"*\" = 1e-4 }\nprocess = { \"*\" = 1e-5 }\n\
+                [[tasks.costs]]\nkind = \"control\"\nweight = 1.0\n";
+    (supple_file::parse(text, &folder.join("task.toml").display().to_string()).unwrap(), folder)
+}
+
+/// Where products with second derivatives are offered, they are those of all of them.
+fn compare_products(system: &dyn System, at: Points, costates: &Matrices, all: &Matrices) {
+    let mut scratch = Scratch::new();
+    let Some(mut products) = system.curvature_products(at, &[], costates, &mut scratch) else {
+        return assert!(!system.has_costly_curvature());
+    };
+    assert!(system.has_costly_curvature());
+    let joint = system.dimensions().joint();
+    let (mut variation, mut out) = (Matrices::vectors(2, joint), Matrices::vectors(2, joint));
+    (0..joint).for_each(|i| variation.vector_mut(0)[i] = (0.7 * i as f64).cos());
+    out.vector_mut(0).fill(1.0);
+    products.add(&variation, &mut out, &mut scratch);
+    for a in 0..joint {
+        let row = (0..joint).map(|b| all.get(0, a, b) * variation.vector(0)[b]);
+        let (expected, size) = (row.clone().sum::<f64>(), row.map(f64::abs).sum::<f64>());
+        let error = (out.vector(0)[a] - 1.0 - expected).abs();
+        assert!(error < 1e-12 * (1.0 + size), "{a}: {} for {expected}", out.vector(0)[a] - 1.0);
+    }
+    assert!(out.vector(1).iter().all(|&end| end == 0.0));
+}
+
+/// Second derivatives of dynamics with few and with many unknowns, which are found in two ways, against differences of the
+/// first ones.
+#[test]
+fn second_derivatives_of_chains_of_any_length() {
+    for links in [5, 18] {
+        let (problem, folder) = chain(links);
+        std::fs::remove_dir_all(folder).unwrap();
+        let system = &problem.tasks[0].system;
+        let size = system.dimensions();
+        let (n, joint) = (size.states, size.joint());
+        let value = |i: usize, scale: f64| scale * (1.3 * i as f64 + 0.4).sin();
+        let z: Vec<f64> = (0..joint).map(|i| value(i, 0.4)).collect();
+        let gradient = |z: &[f64]| -> Vec<f64> {
+            let (mut states, mut controls) = (Matrices::vectors(1, n), Matrices::vectors(1, size.controls));
+            states.vector_mut(0).copy_from_slice(&z[..n]);
+            controls.vector_mut(0).copy_from_slice(&z[n..]);
+            let at = Points { states: &states, controls: &controls, stages: 1, has_end: false, times: Times::From(0) };
+            let mut jacobian = Matrices::zeros(1, n, joint);
+            system.dynamics_jacobians(at, &[], &mut jacobian, &mut Scratch::new());
+            (0..joint).map(|j| (0..n).map(|i| value(i + 7, 1.0) * jacobian.get(0, i, j)).sum()).collect()
+        };
+        let (mut states, mut controls) = (Matrices::vectors(2, n), Matrices::vectors(1, size.controls));
+        states.vector_mut(0).copy_from_slice(&z[..n]);
+        controls.vector_mut(0).copy_from_slice(&z[n..]);
+        let mut costates = Matrices::vectors(2, n);
+        (0..n).for_each(|i| costates.vector_mut(1)[i] = value(i + 7, 1.0));
+        let at = Points { states: &states, controls: &controls, stages: 1, has_end: true, times: Times::From(0) };
+        let mut found = Matrices::zeros(2, joint, joint + 1);
+        system.add_dynamics_curvature(at, &[], &costates, &mut found, &mut Scratch::new());
+        compare_products(&**system, at, &costates, &found);
+        let largest = (0..joint).flat_map(|a| (0..joint).map(move |b| (a, b)));
+        let largest = largest.fold(0.0, |most: f64, (a, b)| most.max(found.get(0, a, b).abs()));
+        for b in 0..joint {
+            let moved = |h: f64| {
+                let mut z = z.clone();
+                z[b] += h;
+                gradient(&z)
+            };
+            let (above, below) = (moved(1e-5), moved(-1e-5));
+            for a in 0..joint {
+                let numeric = (above[a] - below[a]) / 2e-5;
+                let error = (found.get(0, a, b) - numeric).abs();
+                assert!(error < 1e-6 * largest, "{links} links, {a}, {b}: {} for {numeric}", found.get(0, a, b));
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Whether verdicts on predictions are those of many more samples.
+
+use crate::common;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use supple::{EvaluateOptions, Problem, Verdict};
+
+
+/// A number from `low` to `high`, uniform in its logarithm.
+fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    let share = random.next_u64() as f64 / u64::MAX as f64;
+    low * (high / low).powf(share)
+}
+
+/// Two masses before a wall with stiffnesses, noise, smoothing and weights at random: from tasks whose plan is all there is to
+/// them to such as never do what is planned.
+fn random_task(number: u64) -> Problem {
+    let text = std::fs::read_to_string(common::repository("tasks/two_mass.toml")).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(number);
+    let mut draw = |low: f64, high: f64| between(&mut random, low, high).to_string();
+    let text = text
+        .replace("contact_smoothing = 0.01", &format!("contact_smoothing = {}", draw(1e-3, 1e-1)))
+        .replace("smoothing = 0.1 ", &format!("smoothing = {} ", draw(1e-2, 1.0)))
+        .replace("weight = 0.05", &format!("weight = {}", draw(5e-3, 0.5)))
+        .replace("bound = 250.0 ", "");
+    let text =
+        [("k1", 50.0, 600.0), ("k2", 100.0, 600.0), ("wall_variance", 1e-6, 1e-1), ("drive_variance", 1e-4, 1e-1)]
+            .into_iter()
+            .fold(text, |text, (name, low, high)| {
+                let start = text.find(&format!("[parameters.{name}]")).unwrap();
+                let from = start + text[start..].find("initial = ").unwrap() + "initial = ".len();
+                let to = from + text[from..].find('\n').unwrap();
+                format!("{}{}{}", &text[..from], draw(low, high), &text[to..])
+            });
+    supple_file::parse(&text, "random.toml").unwrap()
+}
+
+fn verdict(problem: &Problem, rollouts: usize, seed: u64) -> Option<Verdict> {
+    let options = EvaluateOptions { rollouts, seed, ..Default::default() };
+    let at = problem.evaluate(&problem.parameters.initial(), &options).ok()?;
+    at.tasks[0].trust.as_ref().map(|trust| trust.verdict)
+}
+
+/// How many verdicts of 256 roll-outs those of `many` others confirm, of how many; and how often each was given.
+fn confirmed(tasks: u64, many: usize) -> (usize, usize, [usize; 3]) {
+    let (mut same, mut all, mut given) = (0, 0, [0; 3]);
+    for number in 0..tasks {
+        let problem = random_task(number);
+        let (Some(few), Some(sure)) = (verdict(&problem, 256, 1), verdict(&problem, many, 2)) else { continue };
+        all += 1;
+        same += usize::from(few == sure);
+        given[few as usize] += 1;
+    }
+    eprintln!("{same} of {all} verdicts confirmed by {many} roll-outs; holds, doubtful, broken: {given:?}");
+    (same, all, given)
+}
+
+#[test]
+fn verdicts_are_those_of_many_more_samples() {
+    let (same, all, given) = confirmed(30, 2000);
+    assert!(all >= 28 && given[0] >= 5 && given[1] >= 5, "{all} {given:?}");
+    assert!(same as f64 >= 0.85 * all as f64, "{same} of {all}");
+}
+
+/// The same of 200 tasks with 20000 samples: minutes.
+#[test]
+#[ignore = "takes minutes"]
+fn verdicts_of_many_tasks() {
+    let (same, all, _) = confirmed(200, 20_000);
+    assert!(same as f64 >= 0.9 * all as f64, "{same} of {all}");
+}
