@@ -144,3 +144,15 @@ fn free_motions_ask_for_enough_rollouts() {
         assert_eq!(task["trust"]["verdict"], "holds", "{template}: {}", task["trust"]);
     }
 }
+
+/// A travel that is longer than from end to end of the arm is refused before anything is planned.
+#[test]
+fn a_travel_beyond_the_length_of_the_arm_is_refused() {
+    let robot = repository("models/wiping_arm.sdf").display().to_string();
+    let folder = Folder::new();
+    let run =
+        folder.run(&["new", "task", "--robot", &robot, "--template", "wipe", "--frame", "hand", "--set", "travel=5"]);
+    assert_eq!(run.code, Some(2), "{}", run.stderr);
+    assert!(run.stderr.contains("--set travel: the tool at `hand` can move by"), "{}", run.stderr);
+    assert!(!folder.path("task.toml").exists());
+}

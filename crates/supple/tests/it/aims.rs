@@ -8,7 +8,6 @@ use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::{Problem, Task};
 
-
 /// All shipped tasks with total gradients and 20 states or fewer.
 fn tasks() -> Vec<(String, Problem)> {
     let problems = common::task_files().into_iter().map(|name| (name.clone(), common::shipped(&name)));

@@ -2,13 +2,14 @@
 
 use crate::common::reference;
 
-
+use crate::common::reference::time_varying::{Shape, TimeVarying};
+use crate::common::reference::{
+    assert_matrix_near, assert_near, cases, dense, evaluated, random, random_covariance, random_matrix,
+};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use crate::common::reference::time_varying::{Shape, TimeVarying};
-use crate::common::reference::{assert_matrix_near, assert_near, cases, dense, evaluated, random, random_covariance, random_matrix};
 use supple::cost_parts;
 use supple::lqg::{control_information, entropy_form, paper_form};
 

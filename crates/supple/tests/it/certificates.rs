@@ -7,8 +7,8 @@ mod another_filter;
 
 use std::path::Path;
 
-use another_filter::filtered;
 use crate::common::bound::{matrix, sequence};
+use another_filter::filtered;
 use nalgebra::DMatrix;
 use serde_json::Value as Json;
 use supple::bound::{BoundSettings, Horizon, Proof, Stationary, minimum_information, stationary_minimum};

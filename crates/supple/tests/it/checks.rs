@@ -3,7 +3,6 @@
 
 use crate::common;
 
-
 use crate::common::{shipped, task_files};
 use supple::Problem;
 use supple::check::{ComparedGradient, VISIBLE, check, compare_gradients, plan_for_check};

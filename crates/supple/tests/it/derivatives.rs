@@ -2,13 +2,12 @@
 
 use crate::common::reference;
 
-
-use proptest::prelude::*;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 use crate::common::reference::differences::{derivative, gradients};
 use crate::common::reference::finger::{self, design, parameter, scales};
 use crate::common::reference::{cases, fill_random, relative_error};
+use proptest::prelude::*;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
 use supple::Linearise;
 use supple::lqg::KnotAdjoints;
 use supple::lqg::Knots;

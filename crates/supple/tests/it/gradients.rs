@@ -2,11 +2,10 @@
 
 use crate::common::reference;
 
-
-use proptest::prelude::*;
 use crate::common::reference::differences::{FUNCTIONALS, gradients, total_gradient_errors};
 use crate::common::reference::finger::{self, design, parameter, scales};
 use crate::common::reference::{cases, evaluated, relative_error, ring};
+use proptest::prelude::*;
 use supple::gradient::{FrozenGradient, Functional};
 use supple::lqg::Noise;
 use supple::lqg::{Belief, kalman};

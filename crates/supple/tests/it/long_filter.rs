@@ -2,11 +2,10 @@
 
 use crate::common::reference;
 
-
+use crate::common::reference::{dense, random};
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use crate::common::reference::{dense, random};
 use supple::Dimensions;
 use supple::lqg::Knots;
 use supple::lqg::Noise;

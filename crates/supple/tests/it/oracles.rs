@@ -4,7 +4,6 @@
 
 use crate::common::reference;
 
-
 use crate::common::reference::{assert_near, evaluated};
 use supple::Task;
 use supple::lqg::entropy_form;

@@ -2,12 +2,11 @@
 
 use crate::common::reference;
 
-
+use crate::common::reference::written::{Written, recorded, tape};
+use crate::common::reference::{cases, evaluated, fill_random, finger, numbers, relative_error, task};
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use crate::common::reference::written::{Written, recorded, tape};
-use crate::common::reference::{cases, evaluated, fill_random, finger, numbers, relative_error, task};
 use supple::cost::Cost;
 use supple::gradient::Functional;
 use supple::lqg::KnotAdjoints;

@@ -3,9 +3,9 @@
 use crate::common;
 use crate::common::reference;
 
+use crate::common::reference::dense;
 use crate::common::{repository, shipped};
 use nalgebra::{DMatrix, DVector};
-use crate::common::reference::dense;
 use supple::pipeline::TaskState;
 use supple::plan::{PlanMode, PlanSettings, PlanStatus};
 use supple::{Problem, Scratch, Task};

@@ -2,7 +2,6 @@
 
 use crate::common;
 
-
 use crate::common::shipped;
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Evaluation, Matrices, Problem};

@@ -2,11 +2,13 @@
 
 use crate::common::reference;
 
+use crate::common::reference::time_varying::{TimeVarying, sequence};
+use crate::common::reference::{
+    assert_matrix_near, assert_near, evaluated, full, numbers, random_matrix, relative_error,
+};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use crate::common::reference::time_varying::{TimeVarying, sequence};
-use crate::common::reference::{assert_matrix_near, assert_near, evaluated, full, numbers, random_matrix, relative_error};
 use supple::check::check;
 use supple::noise::{Covariance, NoiseModel};
 use supple::pipeline::TaskState;

@@ -1,6 +1,5 @@
 //! Measurements that are single states, taken one at a time, against the same taken together.
 
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use supple::lqg::KnotAdjoints;

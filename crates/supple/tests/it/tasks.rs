@@ -4,9 +4,8 @@
 use crate::common;
 use crate::common::reference;
 
-
-use crate::common::{repository, shipped, task_files};
 use crate::common::reference::differences::total_gradient_errors;
+use crate::common::{repository, shipped, task_files};
 use supple::design::{Control, DesignSettings, DesignStatus, design};
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Problem};

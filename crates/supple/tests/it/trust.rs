@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use supple::{EvaluateOptions, Problem, Verdict};
 
-
 /// A number from `low` to `high`, uniform in its logarithm.
 fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     let share = random.next_u64() as f64 / u64::MAX as f64;

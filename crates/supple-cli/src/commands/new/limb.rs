@@ -73,6 +73,11 @@ impl Limb {
         self.of_kind(false).next().is_none()
     }
 
+    /// Whether no joint of it slides without end.
+    pub fn is_bounded(&self) -> bool {
+        self.of_kind(true).all(|joint| (joint.limits.upper - joint.limits.lower).is_finite())
+    }
+
     /// How far the tool moves at most for joints that move by 1, m: the reach, or 1 where all joints slide.
     pub fn lever(&self) -> f64 {
         if self.slides() { 1.0 } else { self.reach }

@@ -74,6 +74,14 @@ impl Rules {
             margin: 0.25,
         };
         let given = set.iter().map(|setting| rules.set(setting)).collect::<Result<Vec<_>, _>>()?;
+        let farthest = 2.0 * limb.reach;
+        if given.contains(&"travel") && limb.is_bounded() && rules.travel > farthest {
+            let (found, most) = (supple_text::digits(rules.travel), supple_text::short(farthest, 3));
+            return Err(Failure::usage(format!(
+                "--set travel: the tool at `{}` can move by {most} m at most, from end to end; found {found}",
+                limb.frame
+            )));
+        }
         // In order: later rules use earlier numbers.
         let unless_given = |name: &str, number: &mut f64, rule: f64| {
             if !given.contains(&name) {

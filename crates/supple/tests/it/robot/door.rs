@@ -4,9 +4,9 @@ use supple::pipeline::TaskState;
 use supple::plan::PlanSettings;
 use supple::{EvaluateOptions, Problem, Task};
 
-use crate::common::{numbers, shipped};
 use crate::common::reference::differences::{FUNCTIONALS, gradients, numbers as values, tight};
 use crate::common::reference::{assert_near, relative_error};
+use crate::common::{numbers, shipped};
 
 fn door() -> Problem {
     shipped("iiwa_door.toml")

@@ -3,10 +3,10 @@
 use serde_json::Value as Json;
 use supple::Problem;
 
+use crate::common::reference::relative_error;
+use crate::common::{numbers, repository};
 use crate::robot::arm::accelerations;
 use crate::robot::assert_close;
-use crate::common::{numbers, repository};
-use crate::common::reference::relative_error;
 
 const JOINTS: usize = 8;
 

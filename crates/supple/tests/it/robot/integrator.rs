@@ -2,9 +2,9 @@
 
 use supple::{EvaluateOptions, Problem};
 
+use crate::common::reference::relative_error;
 use crate::robot::arm::{Description, arm, compliance, cost, sensor, step, steps};
 use crate::robot::examples;
-use crate::common::reference::relative_error;
 
 /// A disc of 2 kg along x, 1.5 kg along y and 0.3 kg m^2 about z, with more in its model.
 fn disc(more: &str, time_step: f64) -> Problem {

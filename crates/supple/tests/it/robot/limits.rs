@@ -2,9 +2,9 @@
 
 use supple::{Dimensions, EvaluateOptions, Limit, LimitViolation, Problem, Trajectory, limits_violated};
 
-use crate::robot::arm::arm;
-use crate::common::{numbers, shipped};
 use crate::common::reference::assert_near;
+use crate::common::{numbers, shipped};
+use crate::robot::arm::arm;
 
 /// Two states over five steps and one control over four.
 fn trajectory() -> Trajectory {

@@ -8,8 +8,7 @@ use crate::robot::arm::{Description, arm, compliance, sensor};
 use crate::robot::examples;
 
 fn evaluated(text: &str) -> Evaluation {
-    let problem =
-        supple_file::parse(text, "tests/data/task.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let problem = supple_file::parse(text, "tests/data/task.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
     let options = EvaluateOptions { trajectories: true, ..Default::default() };
     problem.evaluate(&problem.parameters.initial(), &options).unwrap()
 }

@@ -2,8 +2,8 @@
 
 use supple::{Error, EvaluateOptions, Stability};
 
-use crate::robot::arm::{Description, arm, compliance, cost, sensor};
 use crate::common::shipped;
+use crate::robot::arm::{Description, arm, compliance, cost, sensor};
 
 /// A disc of 0.3 kg m^2 on a spring with the frequency `omega` and the damping ratio `zeta`.
 fn spring(omega: f64, zeta: f64, time_step: f64) -> Description {

@@ -231,8 +231,7 @@ fn angles_in_degrees_are_warned_of() {
 #[test]
 fn time_steps_in_milliseconds_are_warned_of() {
     let text = arm().text();
-    let said =
-        |text: &str| supple_file::parse(text, "tests/data/task.toml").map(|problem| problem.warnings.join("\n"));
+    let said = |text: &str| supple_file::parse(text, "tests/data/task.toml").map(|problem| problem.warnings.join("\n"));
     let step = text.lines().find(|line| line.starts_with("time_step")).unwrap().to_owned();
     let slow = said(&text.replace(&step, "time_step = 10.0")).unwrap_or_else(|error| error.to_string());
     let warning = "task `task`: `time_step` is 10 s, which is long for a robot (times are in s: 10 ms are 0.01)";

@@ -12,12 +12,12 @@ use supple::simulate::{Rollouts, monte_carlo};
 use supple::system::{Authored, System};
 use supple::{Dimensions, Limit, Model, Point, Problem, Scalar, Task, Value};
 
-use crate::robot::arm::{Description, arm};
-use crate::robot::bad_tasks::error_of;
-use crate::common::repository;
 use crate::common::reference::differences::total_gradient_errors;
 use crate::common::reference::finger::{self, BOUNDS, scales};
 use crate::common::reference::{evaluated, numbers, relative_error, task};
+use crate::common::repository;
+use crate::robot::arm::{Description, arm};
+use crate::robot::bad_tasks::error_of;
 
 const KEY: &str = "enforce_effort_limits = true\n";
 
