@@ -65,7 +65,7 @@ impl Folder {
     /// Runs the program in the folder.
     pub fn run(&self, arguments: &[&str]) -> Run {
         let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_supple"));
-        command.args(arguments).current_dir(self.0.path()).timeout(Duration::from_secs(60));
+        command.args(arguments).current_dir(self.0.path()).timeout(Duration::from_secs(300));
         Run::of(&command.output().unwrap())
     }
 }
