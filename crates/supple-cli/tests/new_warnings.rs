@@ -39,7 +39,7 @@ fn missed_by(task: &Value) -> f64 {
 #[test]
 fn targets_out_of_reach_are_told() {
     let robot = repository("models/wiping_arm.sdf").display().to_string();
-    for (travel, is_far) in [("travel=1.5", true), ("travel=0.2", false)] {
+    for (travel, is_far) in [("travel=1.3", true), ("travel=0.2", false)] {
         let folder = Folder::new();
         let words = ["--robot", &robot, "--template", "reach", "--frame", "hand", "--set", travel];
         let (warnings, text, task) = warned(&folder, &words);
@@ -92,7 +92,7 @@ fn doors_that_open_too_far_are_told() {
 fn sensors_of_little_use_are_told() {
     let folder = Folder::new();
     let robot = repository("models/elastic_elbow.urdf").display().to_string();
-    let words = ["--robot", &robot, "--template", "reach", "--frame", "fingertip", "--set", "travel=3"];
+    let words = ["--robot", &robot, "--template", "reach", "--frame", "fingertip", "--set", "travel=0.79"];
     let (warnings, text, _) = warned(&folder, &words);
     let about = warnings.iter().find(|warning| warning.contains("--set disturbance")).unwrap();
     let (said, costs) = (numbers(about), common::costs(&text));

@@ -1,7 +1,5 @@
 //! The least directed information against pinned numbers: Tanaka's plant, and what cvxpy finds for random horizons.
 
-use crate::common::bound as horizons;
-
 use crate::common::bound::{horizon_of, matrix, tanaka, tanaka_horizon};
 use serde_json::Value as Json;
 use supple::bound::{BoundSettings, Stationary, minimum_information, stationary_minimum};

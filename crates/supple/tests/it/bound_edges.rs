@@ -1,7 +1,5 @@
 //! The least directed information where problems are at their limits: right answers, or errors that say what to change.
 
-use crate::common::bound as horizons;
-
 use crate::common::bound::{dense, finite, horizon_of, matrix, sequence, tanaka_horizon};
 use nalgebra::DMatrix;
 use serde_json::Value as Json;

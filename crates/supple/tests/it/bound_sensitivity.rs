@@ -1,7 +1,5 @@
 //! Derivatives of the least information against differences of problems solved again.
 
-use crate::common::bound as horizons;
-
 use crate::common::bound::{tanaka, tanaka_horizon};
 use supple::Matrices;
 use supple::bound::{BoundSettings, Horizon, Stationary, minimum_information, stationary_minimum};

@@ -1,7 +1,5 @@
 //! The library against joint covariances of whole trajectories, for linear systems that vary with time.
 
-use crate::common::reference;
-
 use crate::common::reference::time_varying::{Shape, TimeVarying};
 use crate::common::reference::{
     assert_matrix_near, assert_near, cases, dense, evaluated, random, random_covariance, random_matrix,

@@ -1,7 +1,6 @@
 //! Lower bounds that are proved: numbers from elsewhere, systems at their limits, and that no proof is above what a sensor
 //! achieves.
 
-use crate::common::bound as horizons;
 #[path = "../../../supple-lqg/tests/common/another_filter.rs"]
 mod another_filter;
 

@@ -1,7 +1,5 @@
 //! What plans touch: reports of contacts, warnings of those that are missed, and every shipped task.
 
-use crate::common;
-
 use crate::common::{repository, shipped, task_files};
 use supple::design::{Control, DesignSettings, design};
 use supple::{EvaluateOptions, Evaluation, Problem, Task};

@@ -1,7 +1,5 @@
 //! The controller along a plan: against roll-outs with the extended filter, and against its own formulas.
 
-use crate::common;
-
 use crate::common::shipped;
 use supple::design::{Attempts, plan_at};
 use supple::pipeline::TaskState;

@@ -1,7 +1,5 @@
 //! The shipped two-mass tasks against an independent program (see `golden/README.md`).
 
-use crate::common;
-
 use crate::common::{controls, numbers, shipped, starting_with};
 use serde_json::Value as Json;
 use supple::{EvaluateOptions, Evaluation, Problem};

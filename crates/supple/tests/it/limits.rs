@@ -1,7 +1,5 @@
 //! Plans keep the limits that tasks ask them to keep, and designs move along them.
 
-use crate::common;
-
 use std::sync::atomic::AtomicBool;
 
 use crate::common::{shipped, shipped_with};

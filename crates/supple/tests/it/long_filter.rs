@@ -1,7 +1,5 @@
 //! The Kalman recursion over 100,000 steps of systems that are hard on rounding.
 
-use crate::common::reference;
-
 use crate::common::reference::{dense, random};
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;

@@ -2,8 +2,6 @@
 //!
 //! `x+ = a x + b u + w`, `y = c x + v`, cost `q x^2 + r u^2` with `q_end x^2` at the end.
 
-use crate::common::reference;
-
 use crate::common::reference::{assert_near, evaluated};
 use supple::Task;
 use supple::lqg::entropy_form;

@@ -1,6 +1,5 @@
 //! The tables of docs/paper.md are what the code gives.
 
-use crate::common;
 use crate::common::same_text;
 
 #[allow(dead_code)]

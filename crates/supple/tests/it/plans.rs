@@ -1,7 +1,5 @@
 //! Belief-space plans: what they minimise, what they cost and what they look like.
 
-use crate::common;
-
 use std::sync::atomic::AtomicBool;
 
 use crate::common::{repository, shipped};

@@ -1,7 +1,6 @@
 //! Walks every registry: each kind of model and cost has a problem here whose every derivative agrees with finite
 //! differences. A new kind without one fails. What robots are made of is walked in `robot/registries.rs`.
 
-use crate::robot::arm;
 use crate::robot::examples;
 use std::collections::BTreeSet;
 

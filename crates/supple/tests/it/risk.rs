@@ -1,6 +1,5 @@
 //! Risk-sensitive plans against brute force, against the nominal plan, and what noise does to their gains.
 
-use crate::common;
 use crate::common::reference;
 
 use crate::common::reference::dense;

@@ -1,7 +1,5 @@
 //! Scenes show what the numbers say.
 
-use crate::common;
-
 use crate::common::{repository, shipped};
 use supple::scene::{Body, Connection, MOST_FRAMES, Pose, Scene, Solid, Track, quaternion, turned_to};
 use supple::{EvaluateOptions, Problem, TaskEvaluation, TrajectoryReport};

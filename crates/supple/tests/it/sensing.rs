@@ -1,7 +1,5 @@
 //! What each measurement gives, how much a controller changes, and that reports survive JSON.
 
-use crate::common;
-
 use crate::common::shipped;
 use supple::pipeline::TaskState;
 use supple::{EvaluateOptions, Evaluation, Matrices, Problem};

@@ -1,7 +1,6 @@
 //! Every shipped task file loads, plans from its first guess and has right gradients; robots' files say what a design
 //! gives.
 
-use crate::common;
 use crate::common::reference;
 
 use crate::common::reference::differences::total_gradient_errors;

@@ -75,7 +75,9 @@ impl Rules {
         };
         let given = set.iter().map(|setting| rules.set(setting)).collect::<Result<Vec<_>, _>>()?;
         let farthest = 2.0 * limb.reach;
-        if given.contains(&"travel") && limb.is_bounded() && rules.travel > farthest {
+        // That of a door is along its circle.
+        let is_straight = template != Template::Handle;
+        if given.contains(&"travel") && is_straight && limb.is_bounded() && rules.travel > farthest {
             let (found, most) = (supple_text::digits(rules.travel), supple_text::short(farthest, 3));
             return Err(Failure::usage(format!(
                 "--set travel: the tool at `{}` can move by {most} m at most, from end to end; found {found}",
