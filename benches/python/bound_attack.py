@@ -1,10 +1,12 @@
-"""Attacks the bounds over a horizon: random systems of kinds that are hard on rounding, against sensors that achieve less.
+"""Attacks proved bounds: random plants of kinds that are hard on rounding, against sensors that achieve less.
 
-    python benches/python/bound_attack.py [--first 0] [--count 40] [--kinds unit_circle,delay,..]
+    python benches/python/bound_attack.py [--stationary] [--first 0] [--count 40] [--kinds unit_circle,delay,..]
 
 Needs supple and mpmath. The law of least cost is computed here in 200 digits, and each random sensor's information and cost
-by its Kalman filter. At that cost the bound must not be above that information, and the least cost must be that of the law
-here. Bounds that are refused or not proved are counted, which is honest; the others are wrong, and end the program with 1.
+by its Kalman filter: over a horizon, or per step in the steady state. At that cost the bound must not be above that
+information, the least cost must be that of the law here, and the virtual sensor of a stationary bound must achieve what is
+reported. Bounds that are refused or not proved are counted, which is honest; the others are wrong, and end the program
+with 1.
 """
 
 from __future__ import annotations
@@ -16,125 +18,28 @@ from dataclasses import dataclass, field
 
 import mpmath
 import numpy as np
-from numpy.typing import NDArray
+from bound_digits import (
+    DIGITS,
+    NOTHING,
+    Filtered,
+    Law,
+    NoLaw,
+    Seen,
+    eliminated,
+    in_rows,
+    largest,
+    narrow,
+    stationary_law,
+    steady_filter,
+    wide,
+)
+from bound_plants import KINDS, Array, Plant
 
 import supple
+from supple.bounds import BoundReport
 
-Array = NDArray[np.float64]
-DIGITS = 200
-#: Pivots below this share of what they are summed from are 0. Between this and the other, what is 0 is decided by how the
-#: plant was rounded: the least cost means nothing.
-NOTHING, ROUNDED = mpmath.mpf(10) ** (-60), mpmath.mpf(10) ** (-24)
 #: Sensors tried for each system.
 SENSORS = 4
-
-
-@dataclass
-class Plant:
-    """``x+ = A x + B u + w`` with the cost ``x'Qx + u'Ru``."""
-
-    A: Array
-    B: Array
-    W: Array
-    Q: Array
-    R: Array
-
-    def in_units(self, scales: Array) -> Plant:
-        """The same with states in other units."""
-        inverse = 1.0 / scales
-        a = inverse[:, None] * self.A * scales
-        w = inverse[:, None] * self.W * inverse
-        return Plant(a, inverse[:, None] * self.B, w, scales[:, None] * self.Q * scales, self.R)
-
-
-def dyadic(a: Array) -> Array:
-    """Numbers of few digits: squares and sums of these are exact, so that a cost made of them is semidefinite exactly."""
-    return np.round(8.0 * a) / 8.0
-
-
-def unit_circle(draw: np.random.Generator) -> Plant:
-    """Modes on the unit circle, single and double, of which few directions cost something."""
-    n, m = int(draw.integers(2, 6)), int(draw.integers(1, 3))
-    blocks, i = np.zeros((n, n)), 0
-    while i < n:
-        kind = int(draw.integers(5))
-        if kind == 0 and i + 1 < n:
-            angle = draw.uniform(0.1, 3.0)
-            blocks[i : i + 2, i : i + 2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-            i += 2
-        elif kind == 1 and i + 1 < n:
-            blocks[i : i + 2, i : i + 2] = [[1.0, 1.0], [0.0, 1.0]]
-            i += 2
-        else:
-            blocks[i, i] = [draw.choice([-1.0, 1.0]), draw.uniform(1.05, 2.0), draw.uniform(-0.95, 0.95)][kind % 3]
-            i += 1
-    turn = np.linalg.qr(draw.normal(size=(n, n)))[0]
-    g, q = draw.normal(size=(n, n)), dyadic(draw.normal(size=(int(draw.integers(1, n)), n)))
-    prices = np.eye(m) * draw.choice([0.0, 0.5])
-    plant = Plant(turn @ blocks @ turn.T, draw.normal(size=(n, m)), 0.3 * g @ g.T, q.T @ q, prices)
-    return plant.in_units(2.0 ** draw.integers(-10, 11, size=n))
-
-
-def free_controls(draw: np.random.Generator) -> Plant:
-    """Round numbers, controls without a price."""
-    n = int(draw.integers(2, 5))
-    a, c = np.round(1.2 * draw.normal(size=(n, n)), 1), dyadic(draw.normal(size=(1, n)))
-    g = np.round(draw.normal(size=(n, n)), 1)
-    return Plant(a, np.round(draw.normal(size=(n, 1)), 1), g @ g.T + 0.1 * np.eye(n), c.T @ c, np.zeros((1, 1)))
-
-
-def zeros_outside(draw: np.random.Generator) -> Plant:
-    """Controls without a price, of plants with zeros inside, on and outside of the unit circle."""
-    n = int(draw.integers(2, 6))
-    a = np.zeros((n, n))
-    a[1:, :-1] = np.eye(n - 1)
-    a[0] = 0.5 * draw.normal(size=n)
-    c = np.poly(draw.choice([0.5, -0.5, 1.5, 2.0, -3.0, 1.0625, 1.0], size=n - 1))
-    b, g = np.eye(n)[:, :1], draw.normal(size=(n, n))
-    w = b @ b.T if draw.integers(2) else 0.2 * g @ g.T + 0.05 * np.eye(n)
-    return Plant(a, b, w, np.outer(c, c), np.zeros((1, 1)))
-
-
-def singular(draw: np.random.Generator) -> Plant:
-    """Round and sparse numbers; everything may be singular, and controls may do the same."""
-    n, m = int(draw.integers(2, 6)), int(draw.integers(1, 4))
-    a = np.round(draw.normal(size=(n, n)) * draw.choice([0.5, 1.0, 2.0]), 1) * (draw.uniform(size=(n, n)) < 0.6)
-    b = np.round(draw.normal(size=(n, m)), 1) * (draw.uniform(size=(n, m)) < 0.6)
-    g = np.round(draw.normal(size=(n, int(draw.integers(n + 1)))), 1)
-    q = dyadic(draw.normal(size=(int(draw.integers(1, n + 1)), n)))
-    r = dyadic(draw.normal(size=(int(draw.integers(m + 1)), m)))
-    return Plant(a, b, g @ g.T, q.T @ q, r.T @ r)
-
-
-def growth(draw: np.random.Generator) -> Plant:
-    """Unstable plants with little or no process noise."""
-    n, m = int(draw.integers(1, 5)), int(draw.integers(1, 3))
-    w = np.zeros((n, n))
-    w[0, 0] = draw.choice([0.0, 0.5])
-    q = dyadic(draw.normal(size=(int(draw.integers(1, n + 1)), n)))
-    return Plant(
-        1.5 * draw.normal(size=(n, n)), draw.normal(size=(n, m)), w, q.T @ q, np.eye(m) * draw.choice([0, 1.0])
-    )
-
-
-def delay(draw: np.random.Generator) -> Plant:
-    """Delay lines that a state sums up, in unequal units."""
-    n, fall = int(draw.integers(3, 13)), draw.uniform(0.2, 0.95)
-    a, w, q = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-    a[np.arange(1, n - 1), np.arange(n - 2)] = 1.0
-    a[n - 1, : n - 1] = fall ** np.arange(n - 1)
-    a[n - 1, n - 1] = draw.choice([0.0, 0.5, 1.0, 1.2])
-    w[0, 0] = q[n - 1, n - 1] = 1.0
-    plant = Plant(a, -np.eye(n)[:, n - 1 :], w, q, np.full((1, 1), draw.choice([0.0, 0.125])))
-    return plant.in_units(2.0 ** draw.integers(-10, 11, size=n))
-
-
-KINDS = {kind.__name__: kind for kind in (unit_circle, free_controls, zeros_outside, singular, growth, delay)}
-
-
-def wide(a: Array) -> NDArray[np.object_]:
-    """In as many digits as mpmath has."""
-    return np.array([[mpmath.mpf(float(x)) for x in row] for row in a], dtype=object)
 
 
 def law(plant: Plant, steps: int, initial: Array) -> tuple[float, list[Array]] | None:
@@ -147,21 +52,12 @@ def law(plant: Plant, steps: int, initial: Array) -> tuple[float, list[Array]] |
     least = mpmath.mpf(0)
     for _ in range(steps):
         least += (s * wide(plant.W)).sum()
-        left = stage + f.T.dot(s).dot(f)
-        size = np.abs(stage) + np.abs(f.T).dot(np.abs(s)).dot(np.abs(f))
-        price, controls = np.zeros((n, n), dtype=object), list(range(n, n + m))
-        while controls:
-            k = max(controls, key=lambda k: left[k, k] / size[k, k] if size[k, k] else mpmath.mpf(0))
-            if not size[k, k] or left[k, k] / size[k, k] < NOTHING:
-                break
-            if left[k, k] / size[k, k] < ROUNDED:
-                return None
-            controls.remove(k)
-            row = left[k].copy()
-            price = price + np.outer(row[:n], row[:n]) / row[k]
-            left = left - np.outer(row, row) / row[k]
-        s = (left[:n, :n] + left[:n, :n].T) / 2
-        prices.append(price.astype(np.float64))
+        form = stage + f.T.dot(s).dot(f)
+        found = eliminated(form, np.abs(stage) + np.abs(f.T).dot(np.abs(s)).dot(np.abs(f)), n)
+        if found is None:
+            return None
+        s = found.left
+        prices.append(narrow(found.rows.T.dot(found.rows)))
     return float(least + (s * wide(initial)).sum()), prices[::-1]
 
 
@@ -216,9 +112,8 @@ def attack(kind: str, seed: int, count: Count) -> None:
     if not tried:
         return
     count.systems += 1
-    variance = np.ones(n)
     try:
-        task = supple.linear(plant.A, plant.B, np.eye(n), plant.W, variance, initial, plant.Q, plant.R, N=steps)
+        task = linear(plant, steps, initial)
     except supple.SuppleError as error:
         count.refused += len(tried)
         count.reasons[f"{kind} {seed}: {error}"] += len(tried)
@@ -232,6 +127,7 @@ def attack(kind: str, seed: int, count: Count) -> None:
             continue
         if not bound.proved:
             count.unproved += 1
+            count.reasons[f"{kind} {seed}: {bound.not_proved}"] += 1
             continue
         count.proved += 1
         lower = bound.minimum_lower_bits_per_step * steps
@@ -241,19 +137,133 @@ def attack(kind: str, seed: int, count: Count) -> None:
             count.wrong.append(f"{kind} {seed}: costs at least {bound.minimum_cost}, and {least} in {DIGITS} digits")
 
 
+def random_sensor(seen: Seen, draw: np.random.Generator) -> tuple[Array, Array]:
+    """``C``, of what may cost something, and the variances of its noise."""
+    rank, scale = 1 + int(draw.integers(2)), 10.0 ** draw.uniform(-2.0, 2.0)
+    of = narrow(seen.U) if draw.integers(2) else np.eye(len(seen.A))
+    c = draw.normal(size=(rank, len(of))) @ of
+    w = narrow(seen.W)
+    w = w + np.eye(len(w)) * (0.1 * np.trace(w) / len(w) if w.any() else 1.0)
+    return c, np.full(rank, scale * max(np.trace(c @ w @ c.T), 1e-12))
+
+
+def virtual_filter(plant: Plant, seen: Seen, bound: BoundReport) -> tuple[Filtered, Array] | None:
+    """The steady filter of the virtual sensor as printed, and its gain as printed; none where it has no steady state.
+
+    What it measures of states that never cost anything is left out where it is rounding.
+    """
+    rank = bound.virtual_sensor.rank
+    variances = np.array([mpmath.mpf(float(v)) for v in bound.virtual_sensor.variances[0]], dtype=object)
+    c = wide(bound.virtual_sensor.measurement[0].reshape(rank, len(plant.A))).dot(seen.D)
+    read = c.dot(seen.T.T)
+    rest = c - read.dot(seen.T)
+    if any(largest(row) > 1e-9 * largest(of) for row, of in zip(rest, c)):
+        inverse = wide(np.diag(1.0 / np.diag(narrow(seen.D))))
+        priced = seen.U.dot(seen.T).dot(inverse)
+        other = in_rows(plant, np.vstack([priced, c.dot(inverse)]), priced)
+        if other is None:
+            return None
+        seen, read = other, c.dot(other.T.T)
+    found = steady_filter(seen, read, variances)
+    gain = seen.T.dot(wide(bound.virtual_sensor.gain[0].reshape(len(plant.A), rank) / np.diag(narrow(seen.D))[:, None]))
+    return None if found is None else (found, narrow(gain))
+
+
+def wrongs(plant: Plant, known: Law, bound: BoundReport, bits: float, paid: float) -> list[str]:
+    """What is wrong with a proved stationary bound at the cost of a sensor."""
+    least, found = float(known.least), []
+    # It is proved for a plant that differs by this: the least cost may be off by as much.
+    off = 1e-14 + 10.0 * (bound.proof_distance or 0.0)
+    lower = bound.minimum_lower_bits_per_step
+    if lower > bits * (1.0 + 1e-7) + 1e-9 + bound.price_bits_per_cost * off * least:
+        found.append(f"at least {lower} bits, and a sensor has {bits}")
+    if abs(bound.minimum_cost - least) > 1e-9 * least + 1e-9 * paid:
+        found.append(f"costs at least {bound.minimum_cost}, and {least} in {DIGITS} digits")
+    if bound.achieved_bits_per_step is None or bound.achieved_cost is None:
+        return found
+    virtual = virtual_filter(plant, known.seen, bound)
+    if virtual is None:
+        return [*found, f"the virtual sensor has no steady state, and is to achieve {bound.achieved_bits_per_step} bits"]
+    filtered, gain = virtual
+    achieved, costs = float(filtered.bits), float(filtered.paid)
+    if abs(achieved - bound.achieved_bits_per_step) > 1e-7 * achieved + 1e-9:
+        found.append(f"the virtual sensor achieves {bound.achieved_bits_per_step} bits, and {achieved} in {DIGITS} digits")
+    if abs(costs + least - bound.achieved_cost) > 1e-6 * paid + 1e-9 * least:
+        found.append(f"the virtual sensor costs {bound.achieved_cost}, and {costs + least} in {DIGITS} digits")
+    sizes = np.sqrt(np.abs(np.diag(narrow(filtered.covariance))))
+    kept = sizes > 0.0
+    of, off = (np.abs(x[kept] / sizes[kept, None]) for x in (narrow(filtered.gain), gain - narrow(filtered.gain)))
+    if np.any(off > 1e-6 * of.max(axis=0, initial=0.0)):
+        found.append(f"the gain of the virtual sensor is {gain.tolist()}, and {narrow(filtered.gain).tolist()}")
+    return found
+
+
+def attack_stationary(kind: str, seed: int, count: Count) -> None:
+    """One plant in the steady state, and its sensors."""
+    draw = np.random.default_rng([list(KINDS).index(kind), seed, 1])
+    plant = KINDS[kind](draw)
+    n = len(plant.A)
+    name = f"{kind} {seed}"
+    try:
+        known = stationary_law(plant)
+    except NoLaw:
+        task = linear(plant, 2, np.eye(n))
+        try:
+            bound = task.bound(cost=1.0, stationary=True).tasks["linear"]
+        except supple.SuppleError:
+            return
+        if bound.proved and bound.minimum_cost < np.inf:
+            count.wrong.append(f"{name}: no law has a finite cost, and a bound is proved")
+        return
+    if known is None or not len(known.seen.U):
+        return
+    least, tried = float(known.least), []
+    for _ in range(SENSORS):
+        c, variances = random_sensor(known.seen, draw)
+        filtered = steady_filter(known.seen, wide(c), wide(variances[None])[0])
+        if filtered is not None and filtered.paid > max(1e-6 * least, NOTHING):
+            tried.append((float(filtered.bits), float(filtered.paid)))
+    if not tried:
+        return
+    count.systems += 1
+    task = linear(plant, 2, np.eye(n))
+    for bits, paid in tried:
+        try:
+            bound = task.bound(cost=least + paid, stationary=True).tasks["linear"]
+        except supple.SuppleError as error:
+            count.refused += 1
+            count.reasons[f"{name}: {error}"] += 1
+            continue
+        if not bound.proved:
+            count.unproved += 1
+            count.reasons[f"{name}: {bound.not_proved}"] += 1
+            continue
+        count.proved += 1
+        count.wrong += [f"{name}: {what}" for what in wrongs(plant, known, bound, bits, paid)]
+
+
+def linear(plant: Plant, steps: int, initial: Array) -> supple.Task:
+    """A task with sensors of all states."""
+    n = len(plant.A)
+    return supple.linear(
+        plant.A, plant.B, np.eye(n), plant.W, np.ones(n), initial, plant.Q, plant.R, N=steps
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--stationary", action="store_true", help="bounds per step of the steady state")
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--kinds", default=",".join(KINDS))
     options = parser.parse_args()
-    mpmath.mp.dps = DIGITS
+    one = attack_stationary if options.stationary else attack
     print(f"{'kind':16}{'systems':>8}{'proved':>8}{'unproved':>9}{'refused':>8}{'wrong':>7}")
     wrong, reasons = [], Counter()
     for kind in options.kinds.split(","):
         count = Count()
         for seed in range(options.first, options.first + options.count):
-            attack(kind, seed, count)
+            one(kind, seed, count)
         numbers = (count.systems, count.proved, count.unproved, count.refused, len(count.wrong))
         print(
             f"{kind:16}" + "".join(f"{number:>{width}}" for number, width in zip(numbers, (8, 8, 9, 8, 7))), flush=True
