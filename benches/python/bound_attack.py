@@ -174,20 +174,27 @@ def wrongs(plant: Plant, known: Law, bound: BoundReport, bits: float, paid: floa
     least, found = float(known.least), []
     # It is proved for a plant that differs by this: the least cost may be off by as much.
     off = 1e-14 + 10.0 * (bound.proof_distance or 0.0)
-    lower = bound.minimum_lower_bits_per_step
-    if lower > bits * (1.0 + 1e-7) + 1e-9 + bound.price_bits_per_cost * off * least:
-        found.append(f"at least {lower} bits, and a sensor has {bits}")
+    above = bits * (1.0 + 1e-7) + 1e-9 + bound.price_bits_per_cost * off * least
+    for what in ("minimum_lower", "closed_form"):
+        lower = getattr(bound, f"{what}_bits_per_step")
+        if lower > above:
+            found.append(f"{what}: at least {lower} bits, and a sensor has {bits}")
     if abs(bound.minimum_cost - least) > 1e-9 * least + 1e-9 * paid:
         found.append(f"costs at least {bound.minimum_cost}, and {least} in {DIGITS} digits")
     if bound.achieved_bits_per_step is None or bound.achieved_cost is None:
         return found
     virtual = virtual_filter(plant, known.seen, bound)
     if virtual is None:
-        return [*found, f"the virtual sensor has no steady state, and is to achieve {bound.achieved_bits_per_step} bits"]
+        return [
+            *found,
+            f"the virtual sensor has no steady state, and is to achieve {bound.achieved_bits_per_step} bits",
+        ]
     filtered, gain = virtual
     achieved, costs = float(filtered.bits), float(filtered.paid)
     if abs(achieved - bound.achieved_bits_per_step) > 1e-7 * achieved + 1e-9:
-        found.append(f"the virtual sensor achieves {bound.achieved_bits_per_step} bits, and {achieved} in {DIGITS} digits")
+        found.append(
+            f"the virtual sensor achieves {bound.achieved_bits_per_step} bits, and {achieved} in {DIGITS} digits"
+        )
     if abs(costs + least - bound.achieved_cost) > 1e-6 * paid + 1e-9 * least:
         found.append(f"the virtual sensor costs {bound.achieved_cost}, and {costs + least} in {DIGITS} digits")
     sizes = np.sqrt(np.abs(np.diag(narrow(filtered.covariance))))
@@ -245,9 +252,7 @@ def attack_stationary(kind: str, seed: int, count: Count) -> None:
 def linear(plant: Plant, steps: int, initial: Array) -> supple.Task:
     """A task with sensors of all states."""
     n = len(plant.A)
-    return supple.linear(
-        plant.A, plant.B, np.eye(n), plant.W, np.ones(n), initial, plant.Q, plant.R, N=steps
-    )
+    return supple.linear(plant.A, plant.B, np.eye(n), plant.W, np.ones(n), initial, plant.Q, plant.R, N=steps)
 
 
 def main() -> None:
