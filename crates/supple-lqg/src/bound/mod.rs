@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! horizon -> reduce -> local -> certificate, newton -> interior    coordinates, and the search in them
-//! subspace, units, zeros -> regulator                              the optimal regulator in a steady state
+//! verify -> regulator; settle                                      the optimal regulator and filters in a steady state
 //! verify -> witness -> proof, sensor, sensitivity -> solution      what is made of the place that a search found
 //! minimum, stationary, needed                                      the questions, on top of all of these
 //! ```
@@ -26,6 +26,7 @@ mod regulator;
 mod sensitivity;
 mod sensor;
 mod settings;
+mod settle;
 mod size;
 mod solution;
 mod start;

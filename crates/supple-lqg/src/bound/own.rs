@@ -4,7 +4,8 @@ use nalgebra::{Cholesky, Dyn};
 use supple_kernels::{Matrices, halt, math};
 
 use super::horizon::Stationary;
-use super::regulator::{doubling, regulator};
+use super::regulator::regulator;
+use super::settle::settled;
 use crate::Error;
 use crate::belief::{Belief, kalman};
 use crate::dense::{Dense, dense, eigenvalues, first, store, symmetric};
@@ -52,11 +53,11 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
         predicted[(i, i)] += if mean > 0.0 { mean } else { 1.0 };
     }
     let filter = Filter { a: &a, w: &w, c: &c, v: &v };
-    let settled = match filter.settle(predicted.clone())? {
+    let steady = match filter.settle(predicted.clone())? {
         None => {
-            // Modes that are close to the unit circle take their time. Where noise drives nothing, doubling may lose one.
+            // Modes that are close to the unit circle take their time.
             let precision = symmetric(c.transpose() * of_noise.solve(&c));
-            let far = doubling(&a.transpose(), precision, &w, &predicted, 0.0);
+            let far = settled(&a, &precision, &w, &predicted);
             let found = far.map_or(Ok(None), |far| filter.settle(far))?;
             found.filter(|step| {
                 let closed = &a * (Dense::identity(a.nrows(), a.nrows()) - &step.gain * &c);
@@ -65,7 +66,7 @@ pub fn own_rates(problem: &Stationary, knots: &Knots, noise: &Noise) -> Result<O
         }
         found => found,
     };
-    let Some(Step { next, corrected, innovation, .. }) = settled else { return Ok(None) };
+    let Some(Step { next, corrected, innovation, .. }) = steady else { return Ok(None) };
     let log = |factor: &Dense| factor.diagonal().iter().map(|pivot| math::ln(*pivot)).sum::<f64>();
     Ok(Some(OwnRates {
         price: dense(&problem.price, 0).dot(&corrected).max(0.0),
@@ -135,7 +136,7 @@ fn control_nats(
     let (n, m, joint) = (size.states, size.controls, size.joint());
     let (a, b) = (f.columns(0, n).into_owned(), f.columns(n, m).into_owned());
     let l = l.view((0, 0), (joint, joint)).into_owned();
-    let (s, _) = regulator(&a, &b, &l)?;
+    let s = regulator(&f.columns(0, joint).into_owned(), &l, &dense(&problem.process, 0))?.s;
     let curvature = symmetric(l.view((n, n), (m, m)) + b.transpose() * &s * &b);
     let Some(factor) = curvature.cholesky() else { return Ok(None) };
     let feedback = -factor.solve(&(l.view((n, 0), (m, n)) + b.transpose() * s * a));

@@ -6,10 +6,10 @@ use supple_kernels::{Matrices, halt};
 
 use super::along::Spread;
 use super::horizon::{Horizon, Stationary};
-use super::regulator::regulator;
+use super::regulator::matrix;
 use super::verify::{
-    Back, Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, distance, over_horizon,
-    payment_distance, steady,
+    Dual, DualStep, Filtered, Given, Interval, Matrix, Proving, Sensor, Stage, over_horizon, steady,
+    steady_law_distance,
 };
 use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
@@ -125,7 +125,9 @@ impl Lower {
 
     /// Per step, where nothing changes over time.
     pub fn of_stationary(system: &Stationary, cost: f64, attempt: &Attempt) -> Self {
-        let budget = Interval::point(cost) - Interval::point(system.base_cost);
+        // The least cost is rounded to the nearest number.
+        let least = Interval { low: system.base_cost.next_down(), high: system.base_cost.next_up() };
+        let budget = Interval::point(cost) - least;
         Self::of_any(&Given { stages: vec![stage(system)], initial: None, budget }, attempt)
     }
 }
@@ -133,13 +135,7 @@ impl Lower {
 /// How far, relatively, the cost given is from one for which the regulator of a system that does not change is exact;
 /// why it is none of it otherwise.
 pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
-    let (n, joint) = (dynamics.rows(), dynamics.cols());
-    let (f, l) = (dense(dynamics, 0), dense(cost, 0));
-    let (a, b) = (f.columns(0, n).into_owned(), f.columns(n, joint - n).into_owned());
-    let (s, _) = regulator(&a, &b, &l).map_err(|error| error.to_string())?;
-    let (f, l, s) = (matrix(&f), matrix(&l), matrix(&s));
-    let back = Back { dynamics: &f, cost: &l, next: &s, here: &s, price: &of(&system.price, 0) };
-    Ok(distance(&back)?.max(payment_distance(&back)?))
+    steady_law_distance(&matrix(&dense(dynamics, 0)), &matrix(&dense(cost, 0)), &of(&system.price, 0))
 }
 
 /// What sensors achieve, computed by their filter on the problem as given.
@@ -204,8 +200,4 @@ fn stage(system: &Stationary) -> Stage {
 /// Symmetric matrices are read as the mean with their transposes elsewhere; here as they are.
 fn of(matrices: &Matrices, t: usize) -> Matrix {
     Matrix::from_fn(matrices.rows(), matrices.cols(), |i, j| matrices.get(t, i, j))
-}
-
-fn matrix(a: &Dense) -> Matrix {
-    Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }

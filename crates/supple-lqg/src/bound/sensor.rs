@@ -4,7 +4,7 @@ use supple_kernels::Matrices;
 
 use super::interior::Found;
 use super::reduce::Chain;
-use super::regulator::doubling;
+use super::settle::settled;
 use super::virtual_sensor::VirtualSensor;
 use crate::dense::{Dense, cholesky, congruence, eigen, inverse_lower, solve_lower, store, symmetric};
 
@@ -128,11 +128,5 @@ fn steady(chain: &Chain, sensor: &Reduced, precision: f64) -> Option<Dense> {
     let n = stage.price.nrows();
     let c = &sensor.measurement;
     let weighted = Dense::from_fn(c.nrows(), n, |i, k| c[(i, k)] / sensor.variances[i] * precision);
-    doubling(
-        &stage.dynamics.transpose(),
-        symmetric(c.transpose() * weighted),
-        &stage.process,
-        &Dense::identity(n, n),
-        0.0,
-    )
+    settled(&stage.dynamics, &symmetric(c.transpose() * weighted), &stage.process, &Dense::identity(n, n))
 }

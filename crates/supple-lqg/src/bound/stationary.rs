@@ -8,10 +8,10 @@ use super::local::nats;
 use super::minimum::{LEAST_MARGIN, SHARE, budget, certified};
 use super::proof::{Achieved, Attempt, Lower, Proof};
 use super::reduce::{Chain, Stage, measured_root, reach};
-use super::regulator::doubling;
 use super::sensitivity::Worth;
 use super::sensor::sensors;
 use super::settings::{BoundSettings, BoundStatus};
+use super::settle::settled;
 use super::solution::StationaryMinimum;
 use super::start::{begin, inside, once_measured};
 use super::subspace::{GROWTH, complement, invariant_hull, observed, seen_states, unstable};
@@ -304,7 +304,7 @@ fn without_sensors(stage: &Stage) -> Option<Dense> {
 fn measured(stage: &Stage, variance: f64) -> Option<(Dense, f64)> {
     let n = stage.price.nrows();
     let identity = Dense::identity(n, n);
-    let mut predicted = doubling(&stage.dynamics.transpose(), &identity / variance, &stage.process, &identity, 0.0)?;
+    let mut predicted = settled(&stage.dynamics, &(&identity / variance), &stage.process, &identity)?;
     let mut posterior = once_measured(&predicted, variance)?;
     // Doubling leaves rounding that steps take away.
     for _ in 0..POLISHING {

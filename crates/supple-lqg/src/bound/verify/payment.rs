@@ -1,16 +1,17 @@
 //! That what a regulator prices is paid for (theory, "Proof").
 
-use super::elimination::{Row, gains};
-use super::frame::WORDS;
 use super::interval::Interval;
 use super::law::{AlongStep, paid_within};
 use super::matrix::{Enclosure, Matrix, enclosed};
-use super::regulator::{Back, ROUNDING, rows};
+use super::steady_law::{ROUNDING, Regulated, first, widths};
 use super::wide::Wide;
 use super::wides::Wides;
 
 /// Directions of `S` below this share, in units of its diagonal, have no price.
-const NO_PRICE: f64 = 1e-9;
+const NO_PRICE: f64 = 1e-40;
+
+/// Below this share coordinates of the states themselves are not those in which prices are compared.
+const ILL_CONDITIONED: f64 = 1e-9;
 
 /// Numbers below this share of what they are summed from are 0.
 const ZERO: f64 = 1e-12;
@@ -25,26 +26,41 @@ const LOWERED: f64 = 1e-10;
 /// Steps within which states are to be paid for.
 const MOST_STEPS: usize = 150;
 
-/// What changes coordinates.
-type Long = Wides<WORDS>;
+/// By how much the cost, relatively, must change so that the optimal regulator is exact, `Theta` is its price, and every
+/// price is paid.
+///
+/// # Errors
+/// Why that could not be proved.
+pub(crate) fn steady_law_distance(dynamics: &Matrix, cost: &Matrix, price: &Matrix) -> Result<f64, String> {
+    fn proved<const K: usize>(law: &Regulated<K>, price: &Matrix) -> Result<f64, String> {
+        Ok(law.distance(price)?.max(payment_distance(law)?))
+    }
+    let of = |words| match words {
+        4 => Regulated::<4>::least(dynamics, cost).map(|law| proved(&law, price)),
+        16 => Regulated::<16>::least(dynamics, cost).map(|law| proved(&law, price)),
+        _ => Regulated::<64>::least(dynamics, cost).map(|law| proved(&law, price)),
+    };
+    first(widths(dynamics), of).map_err(|_| "rounding leaves the optimal regulator unknown".to_owned())?
+}
 
-/// Proves that every state that the `S` of a step which repeats for ever prices is paid for within some steps, whatever the controls do: `V >= c S`, where
-/// `x'Vx / 2` is the least cost of these steps. Then `x'Sx` of a controller with a finite average cost is finite on
-/// average, and it pays at least `1/2 Tr(S W) + Tr(Theta P)` per step.
+/// Proves that every state that the `S` of a regulator prices is paid for within some steps, whatever the controls do:
+/// `V >= c S`, where `x'Vx / 2` is the least cost of these steps. Then `x'Sx` of a controller with a finite average cost is
+/// finite on average, and it pays at least `1/2 Tr(S W) + Tr(Theta P)` per step.
 ///
 /// Returns by how much numbers differ, relatively, from those for which that is proved: 0 if `S` prices all directions.
 ///
 /// # Errors
 /// Why it could not be proved.
-pub(crate) fn payment_distance(step: &Back) -> Result<f64, String> {
-    let roots = Roots::new(step.here);
+fn payment_distance<const K: usize>(law: &Regulated<K>) -> Result<f64, String> {
+    let roots = Roots::new(&law.s);
     let r = roots.rows.rows;
     if r == 0 {
         return Ok(roots.left);
     }
-    let priced = if r == step.here.rows { Priced::all(step, &roots) } else { Priced::some(step, &roots) }?;
+    let is_as_given = r == law.dynamics.rows && roots.least > ILL_CONDITIONED;
+    let priced = if is_as_given { Priced::all(law, &roots) } else { Priced::some(law, &roots) }?;
     let shares = |below: &Enclosure| {
-        let left = below.minus(&enclosed(&priced.s).scaled(Interval::point(SHARE)));
+        let left = below.minus(&priced.s.scaled(Interval::point(SHARE)));
         enclosed(&priced.units).transpose().around(&left).is_positive_semidefinite()
     };
     let mut step = priced.step;
@@ -63,44 +79,56 @@ pub(crate) fn payment_distance(step: &Back) -> Result<f64, String> {
     }
 }
 
-/// `R` of `S = R'R`, without directions that have no price.
-struct Roots {
-    rows: Matrix,
+/// `R` of `S = R' c R`, `c` being diagonal and from 1 to 4, without directions that have no price.
+struct Roots<const K: usize> {
+    rows: Wides<K>,
+    weights: Vec<Wide<K>>,
     /// The columns of its pivots.
     places: Vec<usize>,
-    /// What is left of `S`, relatively.
+    /// The least pivot, and what is left of `S`, relatively.
+    least: f64,
     left: f64,
 }
 
-impl Roots {
-    fn new(s: &Matrix) -> Self {
+impl<const K: usize> Roots<K> {
+    fn new(s: &Wides<K>) -> Self {
         let n = s.rows;
-        let unit: Vec<f64> = (0..n).map(|i| s.at(i, i).max(0.0).sqrt()).collect();
-        let by = |i: usize| if unit[i] > 0.0 { 1.0 / unit[i] } else { 0.0 };
-        let mut left = Matrix::from_fn(n, n, |i, j| s.at(i, j) * by(i) * by(j));
-        let (mut rows, mut places): (Vec<Vec<f64>>, _) = (Vec::new(), Vec::new());
+        let unit: Vec<f64> = (0..n).map(|i| s.at(i, i).rounded().max(0.0).sqrt()).collect();
+        let share = |left: &Wides<K>, i: usize, j: usize| {
+            let size = unit[i] * unit[j];
+            if size > 0.0 { left.at(i, j).rounded() / size } else { 0.0 }
+        };
+        let (mut left, mut rows, mut weights) = (s.clone(), Vec::new(), Vec::new());
+        let (mut places, mut least) = (Vec::new(), 1.0f64);
         for _ in 0..n {
             let free = (0..n).filter(|i| !places.contains(i));
-            let Some(k) = free.max_by(|&a, &b| left.at(a, a).total_cmp(&left.at(b, b))) else { break };
-            let pivot = left.at(k, k);
-            if pivot.is_nan() || pivot <= NO_PRICE {
+            let of = |i: usize| share(&left, i, i);
+            let Some(k) = free.max_by(|&a, &b| of(a).total_cmp(&of(b))) else { break };
+            if of(k).is_nan() || of(k) <= NO_PRICE {
                 break;
             }
-            let row: Vec<f64> =
-                (0..n).map(|i| if places.contains(&i) { 0.0 } else { left.at(i, k) / pivot.sqrt() }).collect();
-            left = Matrix::from_fn(n, n, |i, j| left.at(i, j) - row[i] * row[j]);
+            least = least.min(of(k));
+            let pivot = left.at(k, k);
+            // Powers of 2 near its root.
+            let half = (pivot.exponent() + 1).div_euclid(2);
+            let along = |i: usize| if places.contains(&i) { Wide::ZERO } else { left.at(i, k) };
+            let row: Vec<Wide<K>> = (0..n).map(|i| along(i) * Wide::power_of_two(-half)).collect();
+            let weight = pivot.inverse() * Wide::power_of_two(2 * half);
+            left = Wides::from_fn(n, n, |i, j| left.at(i, j) - row[i] * row[j] * weight);
             places.push(k);
             rows.push(row);
+            weights.push(weight);
         }
-        let left = left.entries.iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
-        Self { rows: Matrix::from_fn(rows.len(), n, |i, j| rows[i][j] * unit[j]), places, left }
+        let every = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let left = every.map(|(i, j)| share(&left, i, j).abs()).fold(0.0, f64::max);
+        Self { rows: Wides::from_fn(rows.len(), n, |i, j| rows[i][j]), weights, places, least, left }
     }
 }
 
 /// A system of the states that `S` prices.
 struct Priced {
     step: AlongStep,
-    s: Matrix,
+    s: Enclosure,
     /// By columns, coordinates in which `S` is about the identity.
     units: Matrix,
     distance: f64,
@@ -108,35 +136,32 @@ struct Priced {
 
 impl Priced {
     /// As given, where `S` prices all directions.
-    fn all(step: &Back, roots: &Roots) -> Result<Self, String> {
-        let n = step.here.rows;
+    fn all<const K: usize>(law: &Regulated<K>, roots: &Roots<K>) -> Result<Self, String> {
+        let n = law.dynamics.rows;
         let units = basis(roots)?;
         let units = Matrix::from_fn(n, n, |i, j| units.at(i, j).rounded());
-        let s = step.here.clone();
-        Ok(Self { step: quiet(step.dynamics.clone(), step.cost.clone()), s, units, distance: 0.0 })
+        let s = law.s.enclosed(&Matrix::from_fn(n, n, |_, _| 0.0));
+        Ok(Self { step: quiet(law.dynamics.clone(), law.given.clone()), s, units, distance: 0.0 })
     }
 
     /// In coordinates `xi = R x` and controls `u = K x + v` by the regulator: what stands beside them, `eta`, neither
     /// costs anything nor moves them, but for rounding.
-    fn some(step: &Back, roots: &Roots) -> Result<Self, String> {
-        let (n, joint, r) = (step.here.rows, step.cost.rows, roots.rows.rows);
-        let of_control = |(control, row): (usize, Vec<f64>)| Row {
-            control,
-            weight: Wide::new(row[control]).inverse(),
-            entries: row.into_iter().map(Wide::new).collect(),
-        };
-        let gains = gains::<WORDS>(&rows(step).into_iter().map(of_control).collect::<Vec<_>>(), n, joint);
+    fn some<const K: usize>(law: &Regulated<K>, roots: &Roots<K>) -> Result<Self, String> {
+        let (n, joint, r) = (law.dynamics.rows, law.dynamics.cols, roots.rows.rows);
         // `z = (x, u)` of `(xi, eta, v)`.
         let basis = basis(roots)?;
-        let followed = Long::from_fn(joint - n, n, |i, j| gains[i][j]).times(&basis);
-        let one = Long::identity(joint);
-        let follow = Long::from_fn(joint, joint, |i, j| match (i < n, j < n) {
+        let followed = law.gains().times(&basis);
+        let one = Wides::identity(joint);
+        let follow = Wides::from_fn(joint, joint, |i, j| match (i < n, j < n) {
             (true, true) => basis.at(i, j),
             (false, true) => followed.at(i - n, j),
             (_, false) => one.at(i, j),
         });
-        let (moved, moved_size) = product(&[&roots.rows, step.dynamics], &follow);
-        let (half, half_size) = product(&[step.cost], &follow);
+        let reached = Wides::new(law.dynamics).times(&follow);
+        let moved = roots.rows.times(&reached);
+        let moved_size = roots.rows.magnitude().times(&law.dynamics.abs()).times(&follow.magnitude());
+        let half = law.cost.times(&follow);
+        let half_size = law.given.abs().times(&follow.magnitude());
         let paid = follow.transpose().times(&half);
         let paid_size = follow.magnitude().transpose().times(&half_size);
         let mut distance = roots.left.max(f64::EPSILON);
@@ -169,35 +194,31 @@ impl Priced {
         }
         let dynamics = Matrix { rows: r, cols: kept.len(), entries: moves };
         let cost = Matrix { rows: kept.len(), cols: kept.len(), entries: pays };
-        Ok(Self { step: quiet(dynamics, cost), s: Matrix::identity(r), units: Matrix::identity(r), distance })
+        let s = Enclosure::from_fn(r, r, |i, j| if i == j { interval(roots.weights[i]) } else { Interval::ZERO });
+        Ok(Self { step: quiet(dynamics, cost), s, units: Matrix::identity(r), distance })
     }
 }
 
+fn interval<const K: usize>(value: Wide<K>) -> Interval {
+    let (low, high) = value.around(0.0);
+    Interval { low, high }
+}
+
 /// Columns `[X, M]` with `R X = I` and `R M = 0`.
-fn basis(roots: &Roots) -> Result<Long, String> {
+fn basis<const K: usize>(roots: &Roots<K>) -> Result<Wides<K>, String> {
     let Roots { rows, places, .. } = roots;
     let (r, n) = (rows.rows, rows.cols);
-    let wide = Long::new(rows);
-    let pivots = Long::from_fn(r, r, |i, j| wide.at(i, places[j]));
-    let back = pivots.solve(&Long::identity(r)).ok_or("the regulator's cost could not be factored")?;
-    let along = back.times(&wide);
+    let pivots = Wides::from_fn(r, r, |i, j| rows.at(i, places[j]));
+    let back = pivots.solve(&Wides::identity(r)).ok_or("the regulator's cost could not be factored")?;
+    let along = back.times(rows);
     let others: Vec<usize> = (0..n).filter(|place| !places.contains(place)).collect();
     let place = |i: usize| places.iter().position(|&place| place == i);
-    Ok(Long::from_fn(n, n, |i, j| match (place(i), j < r) {
+    Ok(Wides::from_fn(n, n, |i, j| match (place(i), j < r) {
         (Some(row), true) => back.at(row, j),
         (Some(row), false) => -along.at(row, others[j - r]),
         (None, false) if others[j - r] == i => Wide::power_of_two(0),
         (None, _) => Wide::ZERO,
     }))
-}
-
-/// The product of all, and of their absolute values.
-fn product(factors: &[&Matrix], last: &Long) -> (Long, Matrix) {
-    let first = (last.clone(), last.magnitude());
-    factors
-        .iter()
-        .rev()
-        .fold(first, |(product, size), factor| (Long::new(factor).times(&product), factor.abs().times(&size)))
 }
 
 /// A step without noise.
@@ -208,7 +229,23 @@ fn quiet(dynamics: Matrix, cost: Matrix) -> AlongStep {
 
 #[cfg(test)]
 mod tests {
+    use super::super::steady_law::steady_law;
     use super::*;
+
+    /// A state that never costs anything, in other coordinates and units.
+    #[test]
+    fn states_that_cost_nothing_need_not_be_paid_for() {
+        // z1+ = .75 z1 + u, z2+ = 3 z2 + z1; only z1 costs; x = (z1 + z2, z2).
+        let dynamics = Matrix { rows: 2, cols: 3, entries: vec![1.75, 1.25, 1.0, 1.0, 2.0, 0.0] };
+        let entries = vec![1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.25];
+        let cost = Matrix { rows: 3, cols: 3, entries };
+        let law = steady_law(&dynamics, &cost, &Matrix::identity(2)).unwrap_or_else(|why| panic!("{why:?}"));
+        let distance = steady_law_distance(&dynamics, &cost, &law.price);
+        assert!(distance.as_ref().is_ok_and(|&distance| distance < 1e-14), "{distance:?}");
+        // Twice the price is not what the law pays.
+        let dearer = Matrix::from_fn(2, 2, |i, j| 2.0 * law.price.at(i, j));
+        assert!(steady_law_distance(&dynamics, &cost, &dearer).is_err());
+    }
 
     /// `c'x` costs and the control does not; with `c'x` held at 0 the states grow by 1.9 per step, at no cost.
     #[test]
@@ -228,9 +265,9 @@ mod tests {
             let h = dynamics.transpose().times(s).times(&dynamics);
             let h = Matrix::from_fn(3, 3, |i, j| cost.at(i, j) + h.at(i, j));
             let price = Matrix::from_fn(2, 2, |i, j| 0.5 * h.at(i, 2) * h.at(2, j) / h.at(2, 2));
-            let back = Back { dynamics: &dynamics, cost: &cost, next: s, here: s, price: &price };
-            assert!(super::super::regulator::distance(&back).is_ok(), "{s:?}");
-            let found = payment_distance(&back);
+            let law = Regulated::<16>::at(&dynamics, &cost, Wides::new(s)).unwrap();
+            assert!(law.distance(&price).is_ok(), "{s:?}");
+            let found = payment_distance(&law);
             assert_eq!(found.is_ok(), accepted, "{s:?}: {found:?}");
         }
         assert!(bounded.at(1, 1) > 2.0 * least.at(1, 1), "{bounded:?}");
@@ -245,8 +282,7 @@ mod tests {
         let price = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
         let s = Matrix::from_fn(3, 3, price);
         let cost = Matrix::from_fn(5, 5, |i, j| if i < 3 && j < 3 { price(i, j) } else { 0.0 });
-        let none = Matrix::from_fn(3, 3, |_, _| 0.0);
-        let found_of = |s| payment_distance(&Back { dynamics: &dynamics, cost: &cost, next: s, here: s, price: &none });
+        let found_of = |s| payment_distance(&Regulated::<16>::at(&dynamics, &cost, Wides::new(s)).unwrap());
         let found = found_of(&s);
         assert!(found.as_ref().is_ok_and(|&distance| distance < 1e-12), "{found:?}");
         // The third direction costs nothing.

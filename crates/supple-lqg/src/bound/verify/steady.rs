@@ -4,9 +4,13 @@ use super::filter::{Filtered, Sensor};
 use super::frame::others;
 use super::given::{DualStep, Stage};
 use super::matrix::Matrix;
+use super::riccati::Steps;
 use super::wide::Wide;
 use super::wides::Wides;
 use supple_kernels::math;
+
+/// Steps before their number is doubled, beside one for every state.
+const FIRST_STEPS: usize = 30;
 
 /// Doublings of the number of steps at most.
 const DOUBLINGS: usize = 50;
@@ -89,19 +93,23 @@ impl<'a, const K: usize> Local<'a, K> {
         })
     }
 
-    /// Where `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`, leads to, by doubling the number of its steps.
-    ///
-    /// After 2^k steps it is `H + F P (I + G P)^-1 F'`, with `H` what they lead to from 0.
+    /// Where `P <- A (P^-1 + G)^-1 A' + W`, `G = C' V^-1 C`, leads to: some steps, and from there on their number is doubled.
+    /// In the closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.
     fn steady(&self) -> Option<Steady> {
         let n = self.dynamics.rows;
-        let identity = Wides::<K>::identity(n);
-        let start = self.dynamics.times(&self.dynamics.transpose()).plus(&self.process).scaled(Wide::new(LARGER));
-        // `F'` is what is doubled.
-        let (mut f, mut g, mut h) = (self.dynamics.transpose(), self.precision(), self.process.clone());
+        let precision = self.precision();
+        let mut first =
+            self.dynamics.times(&self.dynamics.transpose()).plus(&self.process).scaled(Wide::new(LARGER)).symmetric();
+        for _ in 0..FIRST_STEPS + n {
+            first = self.step(&first, &precision)?.0;
+        }
+        let (next, kept) = self.step(&first, &precision)?;
+        let closed = self.dynamics.times(&kept);
+        let gained = precision.times(&kept).symmetric();
+        let mut steps = Steps::new(closed.transpose(), gained, next.plus(&first.scaled(-Wide::power_of_two(0))));
         let (mut last, mut settled) = (Filtered { nats: f64::NAN, price: f64::NAN }, 0);
         for _ in 0..DOUBLINGS {
-            let carried = identity.plus(&g.times(&start)).solve(&f)?;
-            let predicted = h.plus(&f.transpose().times(&start.times(&carried))).symmetric();
+            let predicted = first.plus(&steps.from_zero).symmetric();
             let now = self.corrected(&predicted)?;
             let near = |a: f64, b: f64| (a - b).abs() <= SETTLED * (a.abs() + b.abs());
             settled = if near(last.nats, now.nats) && near(last.price, now.price) { settled + 1 } else { 0 };
@@ -111,13 +119,17 @@ impl<'a, const K: usize> Local<'a, K> {
                 return Some(Steady { filtered: now, predicted });
             }
             last = now;
-            let both = identity.plus(&g.times(&h)).solve(&f.beside(&g))?;
-            let (f_next, g_next) = (both.columns(0, n), both.columns(n, n));
-            h = h.plus(&f.transpose().times(&h).times(&f_next)).symmetric();
-            g = g.plus(&f.times(&g_next).times(&f.transpose())).symmetric();
-            f = f.times(&f_next);
+            steps = steps.twice()?;
         }
         None
+    }
+
+    /// One step, and `(I + P G)^-1`: what is left of an error once measured.
+    fn step(&self, p: &Wides<K>, precision: &Wides<K>) -> Option<(Wides<K>, Wides<K>)> {
+        let identity = Wides::identity(p.rows);
+        let kept = identity.plus(&p.times(precision)).solve(&identity)?;
+        let carried = self.dynamics.times(&kept.times(p).symmetric()).times(&self.dynamics.transpose());
+        Some((carried.plus(&self.process).symmetric(), kept))
     }
 
     /// `C' V^-1 C`.

@@ -1,0 +1,78 @@
+//! The steady covariance of a Kalman filter.
+
+use crate::dense::{Dense, congruence, symmetric};
+
+/// Steps before their number is doubled, beside two for every state.
+const FIRST_STEPS: usize = 30;
+
+/// Doublings after which a filter counts as without a steady state.
+const DOUBLINGS: usize = 60;
+
+/// Where `P <- A (P^-1 + G)^-1 A' + W` leads to from a covariance `start`; none where it leads nowhere.
+///
+/// Some steps, and from there on their number is doubled, for what is left beside the covariance that they led to: in the
+/// closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.
+pub(super) fn settled(a: &Dense, precision: &Dense, process: &Dense, start: &Dense) -> Option<Dense> {
+    let n = a.nrows();
+    let mut first = start.clone();
+    for _ in 0..FIRST_STEPS + 2 * n {
+        first = step(a, precision, process, &first)?.0;
+    }
+    let (next, kept) = step(a, precision, process, &first)?;
+    let more = doubled((a * &kept).transpose(), symmetric(precision * &kept), symmetric(next - &first), first.norm())?;
+    Some(symmetric(first + more))
+}
+
+/// One step, and `(I + P G)^-1`: what is left of an error once measured.
+fn step(a: &Dense, precision: &Dense, process: &Dense, p: &Dense) -> Option<(Dense, Dense)> {
+    let kept = (Dense::identity(p.nrows(), p.nrows()) + p * precision).try_inverse()?;
+    let next = congruence(a, &symmetric(&kept * p)) + process;
+    next.iter().all(|entry| entry.is_finite()).then_some((symmetric(next), kept))
+}
+
+/// Where `X <- Q + A'X (I + G X)^-1 A` leads to from 0, by doubling the number of its steps. What rounding leaves of a
+/// matrix of the size `beside` does not count.
+fn doubled(mut a: Dense, mut g: Dense, q: Dense, beside: f64) -> Option<Dense> {
+    let n = a.nrows();
+    let mut h = q;
+    for _ in 0..DOUBLINGS {
+        let lu = (Dense::identity(n, n) + &g * &h).lu();
+        let (a_next, g_next) = (lu.solve(&a)?, lu.solve(&g)?);
+        let more = symmetric(a.transpose() * &h * &a_next);
+        h += &more;
+        if !h.iter().all(|entry| entry.is_finite()) {
+            return None;
+        }
+        if more.norm() <= 1e-15 * (h.norm() + beside) {
+            return Some(h);
+        }
+        g += symmetric(&a * g_next * a.transpose());
+        a = &a * a_next;
+    }
+    Some(h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Modes that grow without noise: steps of the filter from a covariance lead to the same, those from 0 do not.
+    #[test]
+    fn modes_that_grow_without_noise_stay_uncertain() {
+        let a = Dense::from_row_slice(3, 3, &[2.0, 1.0, 0.5, 0.0, -1.5, 0.25, 0.0, 0.0, 0.5]);
+        let process = Dense::from_diagonal(&nalgebra::DVector::from_vec(vec![0.0, 0.0, 1.0]));
+        let c = Dense::from_row_slice(1, 3, &[1.0, -0.7, 0.4]);
+        let identity = Dense::identity(3, 3);
+        let found = settled(&a, &(c.transpose() * &c), &process, &identity).unwrap();
+        let mut steps = identity;
+        for _ in 0..400 {
+            let gain = &steps * c.transpose() / (1.0 + (&c * &steps * c.transpose())[(0, 0)]);
+            let kept = Dense::identity(3, 3) - &gain * &c;
+            steps = &a * (&kept * &steps * kept.transpose() + &gain * gain.transpose()) * a.transpose() + &process;
+        }
+        assert!((&found - &steps).norm() < 1e-9 * steps.norm(), "{found} {steps}");
+        // 2 * 1.5 of growth is information.
+        let innovation = 1.0 + (&c * &found * c.transpose())[(0, 0)];
+        assert!(0.5 * innovation.ln() > 3f64.ln(), "{innovation}");
+    }
+}
