@@ -127,7 +127,7 @@ pub fn kostina_hassibi(stationary: &Stationary, cost: f64, floor: f64) -> Kostin
     let price = log_determinant_semidefinite(&dense(&stationary.price, 0));
     let (Some(noise), Some(price)) = (noise, price) else {
         let vacuous = if noise.is_none() { Vacuous::SingularProcess } else { Vacuous::SingularPrice };
-        return KostinaHassibi { nats: 0.5 * n * own, vacuous: Some(vacuous) };
+        return KostinaHassibi { nats: f64::NEG_INFINITY, vacuous: Some(vacuous) };
     };
     let driven = (noise + price) / n - math::ln((cost - stationary.base_cost) / n);
     let (greater, less) = (own.max(driven), own.min(driven));

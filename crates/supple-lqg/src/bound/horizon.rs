@@ -35,6 +35,8 @@ pub struct Stationary {
     pub price: Matrices,
     /// `1/2 Tr(W S)`: the expected cost per step with the state known exactly.
     pub base_cost: f64,
+    /// States that never cost anything, by columns, n x k, as far as they are known: those that grow need no information.
+    pub unpriced: Matrices,
 }
 
 impl Horizon {
@@ -115,6 +117,10 @@ impl Stationary {
             prices: once(&self.price),
             base_cost: self.base_cost,
         };
+        let (n, found) = (self.price.rows(), self.unpriced.rows());
+        if found != n {
+            return Err(Error::Shape { what: "a column of the states without a cost".into(), found, expected: n });
+        }
         horizon.check()
     }
 }

@@ -51,7 +51,5 @@ pub use sensitivity::Sensitivity;
 pub use settings::{BoundSettings, BoundStatus};
 pub use solution::{MinimumInformation, StationaryMinimum, virtual_sensors};
 pub use stationary::stationary_minimum;
-pub use subspace::observed;
-pub use units::InUnits;
 pub use unmeasured::Unmeasured;
 pub use virtual_sensor::VirtualSensor;

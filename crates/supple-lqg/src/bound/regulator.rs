@@ -47,14 +47,16 @@ impl Stationary {
         let (mut price, mut system) = (Matrices::constant(n, n), Matrices::constant(n, n));
         store(&mut price, 0, &found.price);
         store(&mut system, 0, &f.columns(0, n).into_owned());
-        Ok(Self { dynamics: system, process: process.clone(), price, base_cost: found.least })
+        let mut unpriced = Matrices::constant(n, found.unpriced.ncols());
+        store(&mut unpriced, 0, &found.unpriced);
+        Ok(Self { dynamics: system, process: process.clone(), price, base_cost: found.least, unpriced })
     }
 }
 
 /// The least-cost regulator of `x+ = F z + w`, `w` of covariance `process`, (theory, equation L.14).
 pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
-    let SteadyLaw { s, price, least } =
-        steady_law(&matrix(dynamics), &matrix(cost), &matrix(process)).map_err(|why| match why {
+    let SteadyLaw { s, price, least, unpriced } = steady_law(&matrix(dynamics), &matrix(cost), &matrix(process))
+        .map_err(|why| match why {
             Unsettled::Grows => Error::NoBound {
                 what: "no regulator achieves a finite expected cost per step".into(),
                 advice: "let the controls act on every unstable state that costs something",
@@ -65,8 +67,8 @@ pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Resu
             },
         })?;
     let n = dynamics.nrows();
-    let of = |a: &Matrix| Dense::from_fn(n, n, |i, j| a.at(i, j));
-    Ok(Regulator { s: of(&s), price: of(&price), least })
+    let of = |a: &Matrix| Dense::from_fn(n, a.cols, |i, j| a.at(i, j));
+    Ok(Regulator { s: of(&s), price: of(&price), least, unpriced: of(&unpriced) })
 }
 
 /// What the optimal regulator costs.
@@ -77,6 +79,8 @@ pub(super) struct Regulator {
     pub price: Dense,
     /// The expected cost per step with the state known.
     pub least: f64,
+    /// States that never cost anything, by columns.
+    pub unpriced: Dense,
 }
 
 /// In the form that proofs read.

@@ -14,7 +14,7 @@ use super::settings::{BoundSettings, BoundStatus};
 use super::settle::settled;
 use super::solution::StationaryMinimum;
 use super::start::{begin, inside, once_measured};
-use super::subspace::{GROWTH, complement, invariant_hull, observed, seen_states, unstable};
+use super::subspace::{GROWTH, complement, invariant_hull, observed, range, seen_states, unit_columns, unstable};
 use super::units::InUnits;
 use super::virtual_sensor::VirtualSensor;
 use super::witness::{Witness, WitnessStep};
@@ -149,7 +149,7 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let InUnits { d, a, price } = InUnits::of(system);
     let driven = Dense::from_fn(n, driven.ncols(), |i, k| driven[(i, k)] / d[i]);
     let price = price / budget;
-    let unseen = unseen(&a, &price)?;
+    let unseen = unseen(&a, &price, &unpriced(system, &d))?;
     let seen = complement(&unseen);
     let mut root = seen.transpose() * &driven;
     for (mut seen, whole) in root.column_iter_mut().zip(driven.column_iter()) {
@@ -179,19 +179,47 @@ fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
 /// An orthonormal basis of the modes that no price ever sees and that do not die out, by columns: however little is
 /// known of them, they need no information. Those that die out may stay.
 ///
-/// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first.
-fn unseen(a: &Dense, price: &Dense) -> Result<Dense, Error> {
+/// States that no price sees by the zeros of the matrices alone are left out in any case: exactly, and first. Those that are
+/// known to cost nothing (`unpriced`) follow.
+fn unseen(a: &Dense, price: &Dense, unpriced: &Dense) -> Result<Dense, Error> {
     let n = a.nrows();
     let priced = seen_states(a, |i| price.row(i).iter().any(|entry| *entry != 0.0));
     let identity = Dense::identity(n, n);
     let of = |wanted: bool| (0..n).filter(|&i| priced[i] == wanted).collect::<Vec<_>>();
     let (kept, left_out) = (identity.select_columns(&of(true)), identity.select_columns(&of(false)));
-    let (a, price) = (kept.transpose() * a * &kept, congruence(&kept.transpose(), price));
-    let others = kept * unseen_modes(&a, &price)?;
-    let mut both = Dense::zeros(n, left_out.ncols() + others.ncols());
-    both.columns_mut(0, left_out.ncols()).copy_from(&left_out);
-    both.columns_mut(left_out.ncols(), others.ncols()).copy_from(&others);
-    Ok(both)
+    let known = kept.transpose() * unpriced;
+    let known = known.select_columns(&(0..known.ncols()).filter(|&k| known.column(k).amax() > 0.0).collect::<Vec<_>>());
+    let known = range(unit_columns(known));
+    let rest = complement(&known);
+    let of_rest = &kept * &rest;
+    let (a, price) = (of_rest.transpose() * a * &of_rest, congruence(&of_rest.transpose(), price));
+    let parts = [left_out, &kept * known, of_rest * unseen_modes(&a, &price)?];
+    let mut all = Dense::zeros(n, parts.iter().map(Dense::ncols).sum());
+    let mut first = 0;
+    for part in parts {
+        all.columns_mut(first, part.ncols()).copy_from(&part);
+        first += part.ncols();
+    }
+    Ok(all)
+}
+
+/// States that are known to cost nothing, in other units.
+fn unpriced(system: &Stationary, units: &[f64]) -> Dense {
+    dense(&system.unpriced, 0).map_with_location(|i, _, entry| entry / units[i])
+}
+
+impl Stationary {
+    /// `A` of what costs something, now or later: what grows and costs nothing needs no information.
+    #[must_use]
+    pub fn priced_dynamics(&self) -> Matrices {
+        let InUnits { d, a, price } = InUnits::of(self);
+        let rest = complement(&range(unit_columns(unpriced(self, &d))));
+        let (a, price) = (rest.transpose() * a * &rest, congruence(&rest.transpose(), &price));
+        let seen = observed(&a, &price);
+        let mut out = Matrices::constant(seen.ncols(), seen.ncols());
+        store(&mut out, 0, &(seen.transpose() * a * seen));
+        out
+    }
 }
 
 fn unseen_modes(a: &Dense, price: &Dense) -> Result<Dense, Error> {

@@ -2,10 +2,10 @@
 
 use supple_kernels::Matrices;
 use supple_lqg::bound::{
-    Achieved, BoundSettings, BoundStatus, Horizon, InUnits, Proof, Spread, Stationary, VirtualSensor, data_rate_floor,
-    kostina_hassibi, minimum_information_within, observed, product_growth, stationary_minimum, virtual_sensors,
+    Achieved, BoundSettings, BoundStatus, Horizon, Proof, Spread, Stationary, VirtualSensor, data_rate_floor,
+    kostina_hassibi, minimum_information_within, product_growth, stationary_minimum, virtual_sensors,
 };
-use supple_lqg::dense::{congruence, dense, store};
+use supple_lqg::dense::{congruence, dense};
 use supple_model::Channel;
 
 use super::own::Own;
@@ -113,7 +113,7 @@ impl Bounding {
         let (kind, own, (floor_nats, certain_nats), regulator) = if options.stationary {
             let (problem, regulator) = stationary(task, phi, &state)?;
             let own = Own::steady(&problem, task, &state)?;
-            let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&priced(&problem))?);
+            let floors = (data_rate_floor(&problem.dynamics)?, data_rate_floor(&problem.priced_dynamics())?);
             (Kind::Stationary(problem), own, floors, regulator)
         } else {
             let proved = proved_horizon(&state.plan, &state.noise)?;
@@ -203,10 +203,11 @@ impl Bounding {
         })
     }
 
-    /// The best bound in closed form: nats per step.
+    /// The best bound in closed form, nats per step: 0 where the regulator that it rests on is not proved.
     pub(super) fn closed_form_nats(&self, cost: f64) -> f64 {
         match &self.kind {
             Kind::Horizon(..) => 0.0,
+            Kind::Stationary(_) if self.regulator.is_err() => 0.0,
             Kind::Stationary(problem) => kostina_hassibi(problem, cost, self.certain_nats).nats.max(self.certain_nats),
         }
     }
@@ -271,13 +272,4 @@ impl Bounding {
             }
         }
     }
-}
-
-/// `A` of what the cost sees, now or later: what grows unseen needs no information.
-fn priced(problem: &Stationary) -> Matrices {
-    let InUnits { a, price, .. } = InUnits::of(problem);
-    let seen = observed(&a, &price);
-    let mut out = Matrices::constant(seen.ncols(), seen.ncols());
-    store(&mut out, 0, &(seen.transpose() * a * seen));
-    out
 }

@@ -34,6 +34,8 @@ pub(crate) struct SteadyLaw {
     pub price: Matrix,
     /// `1/2 Tr(S W)`: the cost per step with the state known.
     pub least: f64,
+    /// States that never cost anything, known or not, by columns.
+    pub unpriced: Matrix,
 }
 
 /// Why there is no regulator.
@@ -92,11 +94,8 @@ pub(super) struct Regulated<'a, const K: usize> {
 impl<'a, const K: usize> Regulated<'a, K> {
     /// One step back from `S`; none where rounding decides which controls have a price.
     pub fn at(dynamics: &'a Matrix, given: &'a Matrix, s: Wides<K>) -> Option<Self> {
-        Self::step(dynamics, given, semidefinite(given), s)
-    }
-
-    fn step(dynamics: &'a Matrix, given: &'a Matrix, cost: Wides<K>, s: Wides<K>) -> Option<Self> {
         let (n, joint) = (dynamics.rows, dynamics.cols);
+        let cost = semidefinite(given);
         let f = Wides::new(dynamics);
         let form = cost.plus(&f.transpose().times(&s.times(&f))).symmetric();
         let f = dynamics.abs();
@@ -107,8 +106,16 @@ impl<'a, const K: usize> Regulated<'a, K> {
         if !sizes.entries.iter().all(|size| size.is_finite()) {
             return None;
         }
-        let (rows, left, _) = eliminated(Symmetric::from_fn(joint, |i, j| form.at(i, j)), &sizes, n).ok()?;
-        let left = Wides::from_fn(n, n, |i, j| left.at(i, j));
+        let (mut rows, left, _) = eliminated(Symmetric::from_fn(joint, |i, j| form.at(i, j)), &sizes, n).ok()?;
+        // What cancels is 0.
+        let kept = |entry: Wide<K>, i: usize, j: usize| {
+            let size = sizes.at(i, i).sqrt() * sizes.at(j, j).sqrt();
+            if entry.magnitude() <= size * nothing::<K>() { Wide::ZERO } else { entry }
+        };
+        for row in &mut rows {
+            row.entries = row.entries.iter().enumerate().map(|(j, &entry)| kept(entry, row.control, j)).collect();
+        }
+        let left = Wides::from_fn(n, n, |i, j| kept(left.at(i, j), i, j));
         Some(Self { dynamics, given, cost, s, form, sizes, rows, left })
     }
 
@@ -116,8 +123,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
     /// their number is doubled.
     pub fn least(dynamics: &'a Matrix, given: &'a Matrix) -> Result<Self, Unsettled> {
         let n = dynamics.rows;
-        let cost = semidefinite(given);
-        let step = |s| Self::step(dynamics, given, cost.clone(), s).ok_or(Unsettled::Digits);
+        let step = |s| Self::at(dynamics, given, s).ok_or(Unsettled::Digits);
         let mut here = step(Wides::from_fn(n, n, |_, _| Wide::ZERO))?;
         for _ in 0..n {
             here = step(here.left)?;
@@ -150,7 +156,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
             }
         }
         if change <= 2f64.powi(STEADY) {
-            return step(here.s.plus(&steps.from_zero));
+            return step(step(here.s.plus(&steps.from_zero))?.left);
         }
         // Digits that were lost to growth may tell.
         Err(if steps.growth() > i64::from(K as u32) { Unsettled::Digits } else { Unsettled::Grows })
@@ -203,7 +209,56 @@ impl<'a, const K: usize> Regulated<'a, K> {
             s: Matrix::from_fn(n, n, |i, j| round(self.s.at(i, j), self.size(i, j))),
             price: Matrix::from_fn(n, n, |i, j| round(self.price(i, j), self.size(i, j))),
             least: round(sum * Wide::power_of_two(-1), size),
+            unpriced: self.unpriced(),
         }
+    }
+
+    /// States `x` with `U_x A^k x = 0` for all `k`, by columns: what rows that are reduced as in Gauss and Jordan's elimination
+    /// leave free.
+    fn unpriced(&self) -> Matrix {
+        let n = self.dynamics.rows;
+        let a = Wides::from_fn(n, n, |i, j| Wide::new(self.dynamics.at(i, j)));
+        let mut waiting: Vec<Vec<Wide<K>>> = self.rows.iter().map(|row| row.entries[..n].to_vec()).collect();
+        let mut reduced: Vec<(usize, Vec<Wide<K>>)> = Vec::new();
+        let minus = |row: &[Wide<K>], place: usize, by: &[Wide<K>]| -> Vec<Wide<K>> {
+            let factor = row[place];
+            let taken = row.iter().zip(by).map(|(&entry, &by)| {
+                let (term, size) = (factor * by, entry.magnitude());
+                let left = entry - term;
+                let cancels = left.magnitude() <= (size + term.magnitude()) * nothing::<K>();
+                if cancels { Wide::ZERO } else { left }
+            });
+            taken.collect()
+        };
+        while let Some(mut row) = waiting.pop() {
+            for (place, by) in &reduced {
+                row = minus(&row, *place, by);
+            }
+            let Some(place) = (0..n).max_by_key(|&j| if row[j].is_zero() { i64::MIN } else { row[j].exponent() })
+            else {
+                break;
+            };
+            if row[place].is_zero() {
+                continue;
+            }
+            let by = row[place].inverse();
+            let one: Vec<Wide<K>> = row
+                .iter()
+                .enumerate()
+                .map(|(j, &entry)| if j == place { Wide::power_of_two(0) } else { entry * by })
+                .collect();
+            for (_, other) in &mut reduced {
+                *other = minus(other, place, &one);
+            }
+            let row = Wides::from_fn(1, n, |_, j| one[j]);
+            waiting.push(row.times_without_rounding(&a, nothing::<K>()).entries);
+            reduced.push((place, one));
+        }
+        let free: Vec<usize> = (0..n).filter(|j| reduced.iter().all(|(place, _)| place != j)).collect();
+        Matrix::from_fn(n, free.len(), |i, k| match reduced.iter().find(|(place, _)| *place == i) {
+            Some((_, row)) => -row[free[k]].rounded(),
+            None => f64::from(u8::from(i == free[k])),
+        })
     }
 
     /// By how much `L`, relatively, must change so that `L + F'S F - diag(S, 0) = U' c U` and `Theta = 1/2 U_x' c U_x`
@@ -270,7 +325,7 @@ fn semidefinite<const K: usize>(given: &Matrix) -> Wides<K> {
 }
 
 /// Entries below this share of what they are summed from are 0.
-fn nothing<const K: usize>() -> f64 {
+pub(super) fn nothing<const K: usize>() -> f64 {
     2f64.powi(NOTHING * i32::try_from(K.min(24)).unwrap_or(24))
 }
 
@@ -316,5 +371,6 @@ mod tests {
         for entries in [&law.price.entries, &law.s.entries] {
             assert!(entries[1] == -entries[0] && entries[3] == entries[0], "{entries:?}");
         }
+        assert_eq!((law.unpriced.cols, &law.unpriced.entries[..]), (1, &[1.0, 1.0][..]));
     }
 }

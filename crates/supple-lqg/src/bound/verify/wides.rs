@@ -70,6 +70,15 @@ impl<const K: usize> Wides<K> {
         out
     }
 
+    /// The product, in which entries below this share of what they are summed from are 0.
+    pub fn times_without_rounding(&self, other: &Self, share: f64) -> Self {
+        let (product, size) = (self.times(other), self.magnitude().times(&other.magnitude()));
+        Self::from_fn(product.rows, product.cols, |i, j| {
+            let entry = product.at(i, j);
+            if entry.magnitude() <= size.at(i, j) * share { Wide::ZERO } else { entry }
+        })
+    }
+
     /// The mean of a matrix and its transpose.
     pub fn symmetric(&self) -> Self {
         let half = Wide::power_of_two(-1);
