@@ -91,18 +91,18 @@ def eliminated(form: Wide, size: Wide, n: int) -> Eliminated | None:
     return Eliminated(symmetric(left[:n, :n]), used, np.array(rows, dtype=object).reshape(len(rows), n))
 
 
-def doubled(a: Wide, g: Wide, q: Wide, start: Wide) -> Wide | None:
+def doubled(a: Wide, g: Wide, q: Wide, start: Wide, doublings: tuple[int, int] = (0, DOUBLINGS)) -> Wide | None:
     """Where ``X <- q + a'X (I + gX)^-1 a`` leads to from 0, by doubling the number of steps; none where it is not known.
 
     What changes little beside ``start`` or ``start + X`` is steady: modes that persist without noise are known in the end, but
-    only as the inverse of the number of steps.
+    only as the inverse of the number of steps. ``doublings`` is how many are tried at least and at most.
 
     Raises:
         NoLaw: It grows without limit.
     """
     n, h = len(a), q
     first = largest(start + q)
-    for _ in range(DOUBLINGS):
+    for count in range(doublings[1]):
         both = solved(identity(n) + g.dot(h), np.hstack([a, g]))
         more = symmetric(a.T.dot(h).dot(both[:, :n]))
         g = symmetric(g + a.dot(both[:, n:]).dot(a.T))
@@ -114,7 +114,9 @@ def doubled(a: Wide, g: Wide, q: Wide, start: Wide) -> Wide | None:
         if largest(a) > MOST_GROWTH:
             return None
         diagonal = [mpmath.sqrt(max(abs(total[i, i]), abs(start[i, i]))) for i in range(n)]
-        if all(abs(more[i, j]) <= STEADY * diagonal[i] * diagonal[j] + NOTHING for i in range(n) for j in range(n)):
+        if count >= doublings[0] and all(
+            abs(more[i, j]) <= STEADY * diagonal[i] * diagonal[j] + NOTHING for i in range(n) for j in range(n)
+        ):
             return h
     return None
 
@@ -131,6 +133,11 @@ class Seen:
     A: Wide
     W: Wide
     U: Wide
+
+    def unknown(self) -> Wide:
+        """A covariance of states of which little is known."""
+        n, noise = len(self.A), np.trace(self.W)
+        return self.W + identity(n) * (noise / n if noise else ONE)
 
     def cost(self, covariance: Wide) -> mpmath.mpf:
         return (self.U.dot(covariance) * self.U).sum()
@@ -229,7 +236,7 @@ class Filtered:
     covariance: Wide
 
 
-def steady_filter(seen: Seen, c: Wide, variances: Wide) -> Filtered | None:
+def steady_filter(seen: Seen, c: Wide, variances: Wide, doublings: tuple[int, int] = (0, DOUBLINGS)) -> Filtered | None:
     """That of a sensor ``c z + v`` whose state was once quite unknown; none where it has no steady state.
 
     Some steps of the filter, and then doublings of the number of its steps from there.
@@ -247,7 +254,7 @@ def steady_filter(seen: Seen, c: Wide, variances: Wide) -> Filtered | None:
     def predicted(p: Wide) -> Wide:
         return symmetric(seen.A.dot(p).dot(seen.A.T) + seen.W)
 
-    p = seen.W + identity(n) * (np.trace(seen.W) / n if np.trace(seen.W) else ONE)
+    p = seen.unknown()
     for _ in range(50 + n):
         p = predicted(corrected(p)[2])
         if largest(p) > MOST_GROWTH:
@@ -255,7 +262,7 @@ def steady_filter(seen: Seen, c: Wide, variances: Wide) -> Filtered | None:
     _, gain, posterior, precision = corrected(p)
     closed = seen.A - seen.A.dot(gain).dot(c)
     try:
-        more = doubled(closed.T, precision, predicted(posterior) - p, p)
+        more = doubled(closed.T, precision, predicted(posterior) - p, p, doublings)
     except NoLaw:
         return None
     if more is None:
@@ -269,3 +276,12 @@ def steady_filter(seen: Seen, c: Wide, variances: Wide) -> Filtered | None:
         row = innovation[k].copy()
         innovation = innovation - np.outer(row, row) / row[k]
     return Filtered(bits, seen.cost(posterior), gain, p)
+
+
+def with_weak(seen: Seen, c: Wide, variances: Wide) -> Filtered | None:
+    """The filter of a sensor beside others of all states that measure next to nothing: what persists without noise becomes
+    known in the end. The first columns of its gain are those of the sensor.
+    """
+    n = len(seen.A)
+    weak = np.full(n, mpmath.mpf(10) ** 30 * largest(seen.unknown()), dtype=object)
+    return steady_filter(seen, np.vstack([c, identity(n)]), np.concatenate([variances, weak]), (140, 160))

@@ -36,7 +36,14 @@ fn stationary(a: &DMatrix<f64>, b: &DMatrix<f64>, w: &DMatrix<f64>) -> Stationar
         s = 0.5 * (&s + s.transpose());
     }
     let price = a.transpose() * m * a;
-    Stationary { dynamics: matrices(a), process: matrices(w), price: matrices(&price), base_cost: (w * s).trace() }
+    let unpriced = Matrices::constant(n, 0);
+    Stationary {
+        dynamics: matrices(a),
+        process: matrices(w),
+        price: matrices(&price),
+        base_cost: (w * s).trace(),
+        unpriced,
+    }
 }
 
 #[test]
@@ -115,6 +122,7 @@ fn units_of_states_change_no_bound() {
             matrices(&(&back * price * &back))
         },
         base_cost: plant.base_cost,
+        unpriced: plant.unpriced.clone(),
     };
     let floors = [&plant, &other].map(|plant| data_rate_floor(&plant.dynamics).unwrap());
     assert!((floors[0] - floors[1]).abs() < 1e-10, "{floors:?}");

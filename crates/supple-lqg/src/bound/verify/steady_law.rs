@@ -20,6 +20,9 @@ const UNBOUNDED: i64 = 400;
 /// Entries below this power of 2 of what they are summed from, per word, are 0.
 const NOTHING: i32 = -32;
 
+/// The same of the cost of a state beside that of the dearest.
+const FREE: i32 = -44;
+
 /// How far, relatively, the cost is from one for which the law is exact and every price is paid.
 pub(super) const ROUNDING: f64 = 1e-8;
 
@@ -131,7 +134,6 @@ impl<'a, const K: usize> Regulated<'a, K> {
         let (a, g) = here.closed_loop().ok_or(Unsettled::Digits)?;
         let q = here.left.plus(&here.s.scaled(-Wide::power_of_two(0)));
         let mut steps = Steps::new(a, g, q);
-        let nothing = |i: usize| here.sizes.at(i, i) * nothing::<K>();
         let most = |s: &Wides<K>| (0..n).map(|i| s.at(i, i)).filter(|s| s.is_positive()).map(Wide::exponent).max();
         let first = most(&here.left).unwrap_or(0);
         let mut change = f64::INFINITY;
@@ -142,12 +144,13 @@ impl<'a, const K: usize> Regulated<'a, K> {
                 break;
             }
             let total = here.s.plus(&next.from_zero);
+            let nothing = free::<K>(&total);
             if most(&total).is_some_and(|most| most > first.max(0) + UNBOUNDED) {
                 return Err(Unsettled::Grows);
             }
             let share = |i: usize| {
                 let more = (next.from_zero.at(i, i) - steps.from_zero.at(i, i)).magnitude();
-                if more <= nothing(i) { 0.0 } else { more / total.at(i, i).magnitude() }
+                if more <= nothing { 0.0 } else { more / total.at(i, i).magnitude() }
             };
             change = (0..n).map(share).fold(0.0, f64::max);
             steps = next;
@@ -156,7 +159,11 @@ impl<'a, const K: usize> Regulated<'a, K> {
             }
         }
         if change <= 2f64.powi(STEADY) {
-            return step(step(here.s.plus(&steps.from_zero))?.left);
+            let s = here.s.plus(&steps.from_zero);
+            let nothing = free::<K>(&s);
+            let costs = |i: usize| s.at(i, i).magnitude() > nothing;
+            let s = Wides::from_fn(n, n, |i, j| if costs(i) && costs(j) { s.at(i, j) } else { Wide::ZERO });
+            return step(step(s)?.left);
         }
         // Digits that were lost to growth may tell.
         Err(if steps.growth() > i64::from(K as u32) { Unsettled::Digits } else { Unsettled::Grows })
@@ -322,6 +329,12 @@ fn semidefinite<const K: usize>(given: &Matrix) -> Wides<K> {
         left.entries[place].magnitude() <= size * nothing::<K>()
     });
     if is_exact { whole } else { kept }
+}
+
+/// States that cost less than this cost nothing, whatever their units.
+fn free<const K: usize>(s: &Wides<K>) -> f64 {
+    let largest = (0..s.rows).map(|i| s.at(i, i).magnitude()).fold(0.0, f64::max);
+    largest * 2f64.powi(FREE * i32::try_from(K.min(20)).unwrap_or(20))
 }
 
 /// Entries below this share of what they are summed from are 0.
