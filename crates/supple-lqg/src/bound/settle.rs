@@ -8,19 +8,31 @@ const FIRST_STEPS: usize = 30;
 /// Doublings after which a filter counts as without a steady state.
 const DOUBLINGS: usize = 60;
 
+/// What is left of a covariance that is mostly taken away is rounding, so often at most: the search goes on from there.
+const RESTARTS: usize = 30;
+const MOSTLY: f64 = 1e-3;
+
 /// Where `P <- A (P^-1 + G)^-1 A' + W` leads to from a covariance `start`; none where it leads nowhere.
 ///
 /// Some steps, and from there on their number is doubled, for what is left beside the covariance that they led to: in the
 /// closed loop of a filter that knows that they are uncertain, modes that grow without noise do not grow.
 pub(super) fn settled(a: &Dense, precision: &Dense, process: &Dense, start: &Dense) -> Option<Dense> {
     let n = a.nrows();
-    let mut first = start.clone();
-    for _ in 0..FIRST_STEPS + 2 * n {
-        first = step(a, precision, process, &first)?.0;
+    let mut found = start.clone();
+    for _ in 0..RESTARTS {
+        let mut first = found;
+        for _ in 0..FIRST_STEPS + 2 * n {
+            first = step(a, precision, process, &first)?.0;
+        }
+        let (next, kept) = step(a, precision, process, &first)?;
+        let gained = symmetric(precision * &kept);
+        let more = doubled((a * &kept).transpose(), gained, symmetric(next - &first), first.norm())?;
+        found = symmetric(&first + more);
+        if found.norm() >= MOSTLY * first.norm() {
+            break;
+        }
     }
-    let (next, kept) = step(a, precision, process, &first)?;
-    let more = doubled((a * &kept).transpose(), symmetric(precision * &kept), symmetric(next - &first), first.norm())?;
-    Some(symmetric(first + more))
+    Some(found)
 }
 
 /// One step, and `(I + P G)^-1`: what is left of an error once measured.

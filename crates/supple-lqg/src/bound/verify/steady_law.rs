@@ -200,7 +200,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
         self.sizes.at(i, i).sqrt() * self.sizes.at(j, j).sqrt()
     }
 
-    fn rounded(&self, process: &Matrix) -> SteadyLaw {
+    pub fn rounded(&self, process: &Matrix) -> SteadyLaw {
         let n = self.dynamics.rows;
         let round = |entry: Wide<K>, size: f64| {
             if entry.magnitude() <= size * nothing::<K>() { 0.0 } else { entry.rounded() }
