@@ -10,7 +10,10 @@ use crate::common::bound::{matrix, sequence};
 use another_filter::filtered;
 use nalgebra::DMatrix;
 use serde_json::Value as Json;
-use supple::bound::{BoundSettings, Horizon, Proof, Stationary, minimum_information, stationary_minimum};
+use supple::bound::{
+    BoundSettings, Horizon, Proof, Stationary, Vacuous, data_rate_floor, kostina_hassibi, minimum_information,
+    stationary_minimum,
+};
 use supple::lqg;
 
 /// Nats in a bit.
@@ -207,6 +210,94 @@ fn singular_matrices_are_proved_too() {
     let cost = matrix(3, 3, |i, j| if i < 2 && j < 2 { 2.0 * lost.q[(i, j)] } else { 0.0 });
     let error = Stationary::new(&joint, &matrix(2, 2, |i, j| lost.w[(i, j)]), &cost).unwrap_err().to_string();
     assert!(error.contains("no regulator"), "{error}");
+}
+
+/// Plants with a zero outside of the unit circle and a control without a price. The numbers are those of
+/// `benches/python/bound_attack.py` in 200 digits: the least cost, and a sensor's cost beyond it with its bits.
+#[test]
+fn free_controls_keep_what_costs_at_0_whatever_the_states_do() {
+    let first = System {
+        a: of(3, &[0.7, -1.4, -1.3, -0.1, -0.6, 1.1, 0.5, 0.2, 1.3]),
+        b: of(3, &[-0.5, -1.5, 1.5]),
+        w: of(3, &[2.84, -0.23, -1.44, -0.23, 1.99, -0.2, -1.44, -0.2, 0.99]),
+        q: of(3, &[0.0, 0.0, 0.0, 0.0, 1.0, 0.875, 0.0, 0.875, 0.765_625]),
+        r: DMatrix::zeros(1, 1),
+    };
+    let second = System {
+        a: of(2, &[0.4, 0.4, 0.6, -0.4]),
+        b: of(2, &[1.7, 0.5]),
+        w: of(2, &[1.35, 0.72, 0.72, 1.38]),
+        q: of(2, &[0.390_625, -1.406_25, -1.406_25, 5.0625]),
+        r: DMatrix::zeros(1, 1),
+    };
+    for (system, least, paid, sensor) in [
+        (first, 2.397_968_75, 0.633_458_698_436_098_9, 2.633_092_883_866_299),
+        (second, 5.488_593_75, 0.023_427_939_614_076_947, 3.263_868_253_231_731),
+    ] {
+        assert!((system.stationary().base_cost - least).abs() < 1e-12 * least, "{}", system.stationary().base_cost);
+        let found = bits(&system, least + paid);
+        assert!(found <= sensor && found > 0.5 * sensor, "{found} and {sensor}");
+    }
+}
+
+/// Whatever the cost, they need the logarithm of how fast they grow, and a sensor with as much keeps it.
+#[test]
+fn modes_that_grow_without_noise_are_measured() {
+    let system = System {
+        a: of(2, &[-2.05, -1.54, -2.22, 0.7]),
+        b: of(2, &[-0.08, 0.98, 0.22, 1.22]),
+        w: DMatrix::zeros(2, 2),
+        q: of(2, &[3.515_625, -1.171_875, -1.171_875, 0.390_625]),
+        r: DMatrix::identity(2, 2),
+    };
+    let growth: f64 = system.a.complex_eigenvalues().iter().map(|value| value.norm().log2().max(0.0)).sum();
+    for cost in [0.1, 648.0] {
+        let found = bits(&system, cost);
+        assert!(growth > 2.0 && (found - growth).abs() < 1e-6, "{cost}: {found} and {growth}");
+    }
+    let system = System {
+        a: of(4, &[0.0, 0.0, -0.2, 0.9, -1.0, 3.9, -0.7, 0.0, 0.4, 0.0, 1.8, -2.2, 0.0, 1.7, 1.5, 0.7]),
+        b: of(4, &[1.1, 0.0, 1.5, -1.0, 0.0, 0.0, -0.2, 0.0, -0.9, 0.6, -0.1, 1.1]),
+        w: DMatrix::zeros(4, 4),
+        q: of(4, &[1.0, -1.75, 1.0, 1.25]) * of(1, &[1.0, -1.75, 1.0, 1.25]),
+        r: DMatrix::identity(3, 3),
+    };
+    let growth: f64 = system.a.complex_eigenvalues().iter().map(|value| value.norm().log2().max(0.0)).sum();
+    let found = bits(&system, 0.5);
+    assert!(growth > 2.0 && (found - growth).abs() < 1e-6, "{found} and {growth}");
+}
+
+/// A state that grows and never costs anything, in unequal units: no bound counts its growth.
+#[test]
+fn growth_that_costs_nothing_needs_no_information() {
+    let system = System {
+        a: of(2, &[0.75, 0.0, 26_624.0, 3.375]),
+        b: of(2, &[-2.441_406_25e-3, -24.0]),
+        w: of(2, &[2.336_502_075_195_312_5e-5, -0.546_875, -0.546_875, 12_928.0]),
+        q: of(2, &[295_936.0, 0.0, 0.0, 0.0]),
+        r: of(1, &[0.25]),
+    };
+    let (least, paid, sensor) = (7.401_345_137_058_549, 3.538_060_802_602_674_3, 0.339_764_998_112_699_45);
+    let stationary = system.stationary();
+    assert!((stationary.base_cost - least).abs() < 1e-12 * least, "{}", stationary.base_cost);
+    assert_eq!((stationary.unpriced.get(0, 0, 0), stationary.unpriced.get(0, 1, 0)), (0.0, 1.0));
+    let found = bits(&system, least + paid);
+    assert!(found <= sensor && found > 0.5 * sensor, "{found} and {sensor}");
+    let floor = data_rate_floor(&stationary.priced_dynamics()).unwrap();
+    let closed = kostina_hassibi(&stationary, least + paid, floor);
+    assert_eq!((floor, closed.nats, closed.vacuous), (0.0, f64::NEG_INFINITY, Some(Vacuous::SingularPrice)));
+    // The same in other coordinates.
+    let turn = of(2, &[1.0, 0.0, 4096.0, 1.0]);
+    let back = of(2, &[1.0, 0.0, -4096.0, 1.0]);
+    let turned = System {
+        a: &turn * &system.a * &back,
+        b: &turn * &system.b,
+        w: &turn * &system.w * turn.transpose(),
+        q: back.transpose() * &system.q * &back,
+        r: system.r.clone(),
+    };
+    assert!((bits(&turned, least + paid) - found).abs() < 1e-7);
+    assert_eq!(data_rate_floor(&turned.stationary().priced_dynamics()).unwrap(), 0.0);
 }
 
 /// Horizons with a first covariance, noise and prices of low rank.
