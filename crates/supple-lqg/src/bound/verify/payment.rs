@@ -239,7 +239,7 @@ mod tests {
         let dynamics = Matrix { rows: 2, cols: 3, entries: vec![1.75, 1.25, 1.0, 1.0, 2.0, 0.0] };
         let entries = vec![1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.25];
         let cost = Matrix { rows: 3, cols: 3, entries };
-        let law = Regulated::<4>::least(&dynamics, &cost).unwrap_or_else(|why| panic!("{why:?}"));
+        let law = Regulated::<16>::least(&dynamics, &cost).unwrap_or_else(|why| panic!("{why:?}"));
         let law = law.rounded(&Matrix::identity(2));
         let distance = steady_law_distance(&dynamics, &cost, &law.price);
         assert!(distance.as_ref().is_ok_and(|&distance| distance < 1e-14), "{distance:?}");
