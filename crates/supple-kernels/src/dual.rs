@@ -216,7 +216,7 @@ mod tests {
         let root = (x * x + 0.3).sqrt();
         let quotient = (sin + 1.5) / (root + cos * 0.1);
         let rest = (-x).exp().mul_add(quotient, (x.square() + 1.0).ln()) - root.recip() / 3.0;
-        let angle = (x * x - 1.0).atan2(x + 4.0);
+        let angle = (x * x - 1.0).atan2(x * 0.8 + 4.0);
         let bends = (x * 0.4).tanh() * (x * 0.3).exp_m1() + x.square().ln_1p();
         angle + bends + (x - 0.5).select(rest * x, rest) + x.smooth_positive_part(S::constant(0.01)) - (x - 2.0).abs()
     }
@@ -232,7 +232,7 @@ mod tests {
         let smooth = ((z * z + 1e-4).sqrt() + z) * 0.5;
         let kink = if x.re > 2.0 { x - 2.0 } else { -(x - 2.0) };
         // Right of the origin the angle is that of the quotient.
-        let angle = ((x * x - 1.0) / (x + 4.0)).atan();
+        let angle = ((x * x - 1.0) / (x * 0.8 + 4.0)).atan();
         let bends = (x * 0.4).tanh() * (x * 0.3).exp_m1() + (x * x).ln_1p();
         angle + bends + chosen + smooth - kink
     }

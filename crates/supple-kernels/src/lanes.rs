@@ -243,3 +243,90 @@ common!(Portable);
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Level, dispatch, dispatch_portable};
+
+    /// What is done with whole lanes, of numbers that are all different.
+    struct Moves;
+
+    impl Job for Moves {
+        type Output = Vec<[f64; LANES]>;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            let numbers = |from: usize| std::array::from_fn(|i| (from + i) as f64 + 0.5);
+            let (a, b) = (L::from_array(numbers(1)), L::from_array(numbers(20)));
+            let mut out = vec![a.neg_mul_add(b, L::constant(3.0)).to_array()];
+            for count in 0..10 {
+                out.push(a.first(count).to_array());
+                out.push(a.followed_by(b, count).to_array());
+            }
+            let mut rows = [a; LANES];
+            for (i, row) in rows.iter_mut().enumerate() {
+                *row = L::from_array(numbers(10 * i));
+            }
+            for column in L::transposed(rows) {
+                out.push(column.to_array());
+            }
+            let mut stored = [0.0; 2 * LANES + 1];
+            // SAFETY: eight numbers follow each of these places.
+            unsafe { L::load(stored.as_ptr()).store(stored.as_mut_ptr().add(LANES)) };
+            // SAFETY: as above.
+            unsafe { a.store(stored.as_mut_ptr().add(3)) };
+            // SAFETY: as above.
+            out.push(unsafe { L::load(stored.as_ptr().add(2)) }.to_array());
+            out
+        }
+    }
+
+    #[test]
+    fn lanes_are_moved_alike_at_every_level() {
+        let number = |from: usize, i: usize| (from + i) as f64 + 0.5;
+        let mut expected = vec![std::array::from_fn(|i| 3.0 - number(1, i) * number(20, i))];
+        for count in 0..10 {
+            expected.push(std::array::from_fn(|i| if i < count { number(1, i) } else { 0.0 }));
+            expected.push(std::array::from_fn(|i| if i < count { number(1, i) } else { number(20, i) }));
+        }
+        for j in 0..LANES {
+            expected.push(std::array::from_fn(|i| number(10 * i, j)));
+        }
+        expected.push(std::array::from_fn(|i| if i == 0 { 0.0 } else { number(1, i - 1) }));
+        for level in Level::ALL.into_iter().filter(|level| level.force()) {
+            assert_eq!(dispatch(Moves), expected, "{level:?}");
+        }
+        assert_eq!(dispatch_portable(Moves), expected);
+    }
+
+    /// Angles that are reduced in lanes beside such that are not.
+    #[test]
+    fn sines_of_near_and_far_angles_side_by_side() {
+        struct Sines([f64; LANES]);
+        impl Job for Sines {
+            type Output = ([f64; LANES], [f64; LANES]);
+
+            #[inline(always)]
+            fn run<L: Lanes>(self) -> Self::Output {
+                let (sin, cos) = L::from_array(self.0).sin_cos();
+                (sin.to_array(), cos.to_array())
+            }
+        }
+        let angles = [0.3, 1e6, -2.0, -3e9, 0.0, 1e22, f64::INFINITY, math::NEAR];
+        let check = |what: &str, (sin, cos): ([f64; LANES], [f64; LANES])| {
+            for (i, angle) in angles.into_iter().enumerate() {
+                if angle.is_finite() {
+                    let (s, c) = math::sin_cos(angle);
+                    assert!((sin[i] - s).abs() < 1e-15 && (cos[i] - c).abs() < 1e-15, "{what} {angle}");
+                } else {
+                    assert!(sin[i].is_nan() && cos[i].is_nan(), "{what} {angle}");
+                }
+            }
+        };
+        for level in Level::ALL.into_iter().filter(|level| level.force()) {
+            check(&format!("{level:?}"), dispatch(Sines(angles)));
+        }
+        check("portable", dispatch_portable(Sines(angles)));
+    }
+}

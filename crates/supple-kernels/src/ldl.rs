@@ -91,7 +91,9 @@ mod tests {
             let product: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
             assert!((product - b).abs() < 1e-15);
         }
-        for (k, entry) in Ldl::new(&matrix).inverse_diagonal().into_iter().enumerate() {
+        let diagonal = Ldl::new(&matrix).inverse_diagonal();
+        assert_eq!(diagonal.len(), 3);
+        for (k, entry) in diagonal.into_iter().enumerate() {
             let unit = (0..3).map(|i| f64::from(i == k)).collect();
             assert!((entry - Ldl::new(&matrix).solve(unit)[k]).abs() < 1e-15);
         }

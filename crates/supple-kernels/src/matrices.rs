@@ -190,4 +190,46 @@ mod tests {
         constant.set(0, 0, 0, 3.0);
         assert_eq!(constant.get(41, 0, 0), 3.0);
     }
+
+    /// Three matrices of 2 x 3, entry (i, j) of number t being 100 t + 10 i + j + 1.
+    fn numbered() -> Matrices {
+        let mut m = Matrices::zeros(3, 2, 3);
+        for (t, i, j) in (0..3).flat_map(|t| (0..6).map(move |k| (t, k / 3, k % 3))) {
+            m.set(t, i, j, (100 * t + 10 * i + j + 1) as f64);
+        }
+        m
+    }
+
+    #[test]
+    fn neighbours_are_lent_together() {
+        let mut m = numbered();
+        let whole: Vec<Vec<f64>> = (0..3).map(|t| m.at(t).to_vec()).collect();
+        for t in 0..2 {
+            let (one, next) = m.at_and_next_mut(t);
+            assert_eq!((one, &*next), (&whole[t][..], &whole[t + 1][..]));
+            let (one, next) = m.at_mut_and_next(t);
+            assert_eq!((&*one, next), (&whole[t][..], &whole[t + 1][..]));
+            let (one, next) = m.at_mut_pair(t);
+            assert_eq!((&*one, &*next), (&whole[t][..], &whole[t + 1][..]));
+        }
+        m.at_and_next_mut(1).1[0] = -1.0;
+        m.at_mut_and_next(0).0[0] = -2.0;
+        m.at_mut_pair(0).1[0] = -3.0;
+        assert_eq!([0, 1, 2].map(|t| m.get(t, 0, 0)), [-2.0, -3.0, -1.0]);
+    }
+
+    #[test]
+    fn shapes_copies_and_rows() {
+        let (m, mut other) = (numbered(), Matrices::zeros(3, 2, 3));
+        assert_eq!((m.count(), m.rows(), m.cols(), m.stride(), m.is_constant()), (3, 2, 3, 8, false));
+        assert_eq!(m.to_rows(), [[1.0, 2.0, 3.0], [101.0, 102.0, 103.0], [201.0, 202.0, 203.0]]);
+        other.copy_from(&m);
+        assert_eq!(other, m);
+        other.clear();
+        assert_eq!(other, Matrices::zeros(3, 2, 3));
+        let constant = Matrices::constant(4, 9);
+        assert_eq!((constant.count(), constant.rows(), constant.cols(), constant.stride()), (1, 4, 9, 16));
+        assert!(constant.is_constant());
+        assert_eq!((Matrices::zeros(0, 2, 3).to_rows().len(), Matrices::zeros(2, 3, 0).at(1).len()), (0, 0));
+    }
 }

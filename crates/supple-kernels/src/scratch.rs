@@ -63,3 +63,32 @@ impl Scratch {
         self.lines.as_mut_ptr().cast::<S>()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_cleared_and_reused() {
+        let mut scratch = Scratch::new();
+        let first = scratch.zeros::<f64>(20);
+        assert_eq!(first, [0.0; 20]);
+        first.fill(3.0);
+        let place = first.as_ptr();
+        let again = scratch.zeros::<f64>(13);
+        assert_eq!((&*again, again.as_ptr()), (&[0.0; 13][..], place));
+        assert!(scratch.zeros::<f64>(0).is_empty());
+        assert_eq!(scratch.zeros::<f64>(1000), [0.0; 1000]);
+    }
+
+    #[test]
+    fn a_second_scratch_is_lent_and_kept() {
+        let mut scratch = Scratch::new();
+        let mut second = scratch.take();
+        let place = second.zeros::<f64>(100).as_ptr();
+        scratch.give_back(second);
+        let mut second = scratch.take();
+        assert_eq!(second.lines.len(), 100 * size_of::<f64>() / size_of::<Line>() + 1, "its memory is there still");
+        assert_eq!(second.zeros::<f64>(100).as_ptr(), place);
+    }
+}

@@ -5,7 +5,9 @@ use std::sync::{Mutex, MutexGuard};
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use supple_kernels::graph::{Batch, Function, Node, Program, Source, Target, call, depends, record, tangent, vjp};
+use supple_kernels::graph::{
+    Batch, Function, Node, Program, Source, Target, call, depends, jacobian, record, tangent, vjp,
+};
 use supple_kernels::{Dual, Level, Matrices, Scalar, Scratch, padded};
 
 /// What expressions are evaluated over; a node can be hidden, which must not show in results.
@@ -544,4 +546,175 @@ fn functions_that_are_objects_have_the_same_values_with_every_scalar() {
             assert_eq!(called, expected);
         });
     }
+}
+
+/// Constants are computed, neutral ones leave no trace, and signs are gathered where they may cancel.
+#[test]
+fn constants_and_signs_leave_no_operations() {
+    record(|| {
+        let [x, y, z, ..] = nodes();
+        let c = Node::constant;
+        let (zero, one) = (Node::zero(), Node::one());
+        let known = [c(2.0) + c(3.0), c(2.0) - c(3.0), c(2.0) * c(3.0), c(2.0) / c(4.0), -c(2.0), c(4.0).recip()];
+        assert_eq!(known.map(Node::known), [5.0, -1.0, 6.0, 0.5, -2.0, 0.25].map(Some));
+        assert_eq!(c(1.0).atan2(c(-1.0)).known(), Some(f64::atan2(1.0, -1.0)));
+        assert_eq!((one.recip(), x.known()), (one, None));
+        assert_eq!((zero + x, x + zero, zero - x, x - zero), (x, x, -x, x));
+        assert_eq!((one * x, x * one, c(-1.0) * x, x * c(-1.0)), (x, x, -x, -x));
+        assert_eq!((x + -y, -x + y, x - -y, -x - y), (x - y, y - x, x + y, -(x + y)));
+        assert_eq!((-x * -y, -x * y, x * -y), (x * y, -(x * y), -(x * y)));
+        assert_eq!((x.select(y, y), one.select(x, y), zero.select(x, y), c(-1.0).select(x, y)), (y, x, y, y));
+        assert!(x.select(y, z) != y && x.select(y, z) != z);
+        assert_eq!((x.opaque() == x.opaque(), Node::entry(0, 3) == Node::entry(0, 3)), (false, true));
+    });
+}
+
+#[test]
+fn entries_are_known_by_their_source() {
+    record(|| {
+        let (entry, other) = (Node::entry(2, 7), Node::entry(0, 0));
+        assert_eq!([0, 1, 2, 3].map(|source| entry.entry_of(source)), [None, None, Some(7), None]);
+        assert_eq!((other.entry_of(0), other.entry_of(2)), (Some(0), None));
+        assert_eq!((Node::parameter(2).entry_of(2), (entry + other).entry_of(2)), (None, None));
+    });
+}
+
+/// Rows of a Jacobian are gradients of its outputs, each as if it were made alone.
+#[test]
+fn jacobians_are_rows_of_gradients() {
+    let (setting, found) = results(|inputs| {
+        let [x, y, z, ..] = inputs;
+        let shared = (x * y).sin();
+        // More nodes than one word of marks, and outputs of which some depend on no variable.
+        let long = (0..90).fold(shared, |sum, k| sum * z + y * (0.1 * f64::from(k)));
+        let outputs = [shared, long, Node::constant(2.0), shared * shared, z, long - z];
+        let rows = jacobian(&outputs, &inputs[..3]);
+        assert_eq!(rows.len(), outputs.len());
+        for (row, &output) in rows.iter().zip(&outputs) {
+            assert_eq!(row, &vjp(&[(output, Node::one())], &inputs[..3]));
+        }
+        assert!(jacobian(&[], &inputs).is_empty());
+        // A variable that was recorded after all outputs.
+        assert!(jacobian(&[x], &[Node::parameter(9)])[0][0].is_zero());
+        assert!(tangent(&[x], &[(Node::parameter(9), Node::one())])[0].is_zero());
+        rows.concat()
+    });
+    let [x, y, z, ..] = setting.at(0);
+    let (sine, slope) = ((x * y).sin(), (x * y).cos());
+    assert_near(&found[..3], &[y * slope, x * slope, 0.0]);
+    assert_near(&found[6..9], &[0.0; 3]);
+    assert_near(&found[9..15], &[2.0 * sine * y * slope, 2.0 * sine * x * slope, 0.0, 0.0, 0.0, 1.0]);
+    let mut expected = [0.0; 3];
+    for (i, expected) in expected.iter_mut().enumerate() {
+        let [x, y, z] = std::array::from_fn(|j| Dual::<f64, 1> { value: [x, y, z][j], tangents: [f64::from(i == j)] });
+        let long = (0..90).fold((x * y).sin(), |sum, k| sum * z + y * (0.1 * f64::from(k)));
+        *expected = long.tangents[0];
+    }
+    for (i, expected) in expected.into_iter().enumerate() {
+        assert!((found[3 + i] - expected).abs() < 1e-12 * (1.0 + expected.abs()), "{i}");
+        assert!((found[15 + i] - expected + f64::from(i == 2)).abs() < 1e-12 * (1.0 + expected.abs()), "{i}");
+    }
+}
+
+/// One knot at a time, a program does with its sinks what it does with those of batches.
+#[test]
+fn single_runs_add_to_what_is_there() {
+    let _guard = hold_level();
+    let setting = Setting::new(1, 3);
+    let program = record(|| {
+        let [x, y, ..] = nodes();
+        let add = Target::Add { sink: 1, offset: 2 };
+        Program::compile(&[(x + y, Target::Set { sink: 1, offset: 0 }), (x * y, add), (y, Target::Sum { index: 1 })])
+    });
+    let [x, y, ..] = setting.at(0);
+    let (mut sums, mut sink) = ([10.0, 20.0], [30.0, 40.0, 50.0]);
+    let knot = setting.knots.as_slice();
+    program.run_single(&[knot, setting.others.vector(1)], &setting.parameters, &mut [&mut sums, &mut sink]);
+    assert_eq!(sums, [10.0, 20.0 + y]);
+    assert_eq!((sink[0], sink[1]), (x + y, 40.0));
+    assert!((sink[2] - (50.0 + x * y)).abs() < 1e-14);
+}
+
+/// Nothing is read or written where there is nothing to do, wherever that is.
+#[test]
+fn batches_of_no_knots_do_nothing() {
+    let _guard = hold_level();
+    let setting = Setting::new(2, 3);
+    let program = record(|| Program::compile(&set(&[nodes()[0] * nodes()[1]])));
+    let mut out = Matrices::vectors(2, 1);
+    for first in [0, 2, 7] {
+        let given = (&setting.sources()[..], &setting.parameters[..]);
+        program.run(Batch { first, count: 0 }, given, (Some(&mut out), &mut []), &mut Scratch::new());
+    }
+    assert_eq!(out, Matrices::vectors(2, 1));
+    let nothing = record(|| Program::compile(&[]));
+    nothing.run(Batch { first: 7, count: 3 }, (&[], &[]), (Some(&mut out), &mut []), &mut Scratch::new());
+    assert_eq!(out, Matrices::vectors(2, 1));
+}
+
+/// Differences, negatives and every function, which are replayed for scalars that are neither numbers nor nodes.
+struct Everything;
+
+fn everything<S: Scalar>(inputs: &[&[S]], outputs: &mut [S]) {
+    let (a, b) = (inputs[0][0], inputs[0][1]);
+    let positive = a.square() + 0.5;
+    outputs.copy_from_slice(&[
+        a - b * b,
+        -(a * b),
+        b.atan2(positive),
+        positive.recip(),
+        positive.sqrt(),
+        positive.ln(),
+        a.exp(),
+        a.exp_m1(),
+        positive.ln_1p(),
+        a.cos(),
+        a,
+    ]);
+}
+
+impl Function for Everything {
+    fn number(&self, inputs: &[&[f64]], outputs: &mut [f64]) {
+        everything(inputs, outputs);
+        // Tells apart who was called.
+        outputs[10] = 77.0;
+    }
+    fn node(&self, inputs: &[&[Node]], outputs: &mut [Node]) {
+        everything(inputs, outputs);
+    }
+}
+
+#[test]
+fn every_operation_is_replayed() {
+    for (a, b) in [(0.3, -1.2), (-0.9, 0.4)] {
+        let inputs = [Dual::<f64, 2>::variable(a, 0), Dual::variable(b, 1)];
+        let (mut called, mut expected) = ([inputs[0]; 11], [inputs[0]; 11]);
+        call(&Everything, &[&inputs], &mut called);
+        everything(&[&inputs], &mut expected);
+        for (called, expected) in called.iter().zip(expected) {
+            assert!((called.value - expected.value).abs() < 1e-15);
+            assert!(called.tangents.iter().zip(expected.tangents).all(|(a, b)| (a - b).abs() < 1e-14));
+        }
+        // Plain numbers are not replayed.
+        let mut called = [0.0; 11];
+        call(&Everything, &[&[a, b]], &mut called);
+        assert_eq!((called[0], called[10]), (a - b * b, 77.0));
+    }
+}
+
+/// The two sides of a program that sums may be shared with: neither threads nor their absence change what sums hold.
+#[test]
+fn sums_of_long_batches_are_in_the_order_of_the_knots() {
+    let _guard = hold_level();
+    let program = record(|| {
+        let inputs = nodes();
+        let x = (0..300).fold(inputs[0], |x, _| (x * inputs[1]).sin() + inputs[2]);
+        Program::compile(&[(x, Target::Set { sink: 0, offset: 0 }), (x, Target::Sum { index: 0 })])
+    });
+    let setting = Setting::new(9_001, 6);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    let (out, sums) = pool.install(|| setting.run(&program, 1, 1, 9_000));
+    let in_order = (1..9_001).fold(0.0, |sum, t| sum + out.get(t, 0, 0));
+    assert_eq!(sums[0].to_bits(), f64::to_bits(in_order));
+    assert_eq!(out.get(0, 0, 0), 0.0);
 }

@@ -204,3 +204,84 @@ impl Slots {
         out.extend(named.map(|slot| slot * SCALE as u32));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::record;
+
+    /// The kinds of the instructions of a program, in the order in which they run.
+    fn kinds(build: impl FnOnce([Node; 8]) -> Node) -> Vec<Kind> {
+        let program = record(|| {
+            let node = build(std::array::from_fn(|i| Node::entry(0, i)));
+            Program::compile(&[(node, Target::Set { sink: 0, offset: 0 })])
+        });
+        const ARITHMETIC_KINDS: [Kind; ARITHMETIC] =
+            [Kind::Add, Kind::Sub, Kind::Mul, Kind::Mul2, Kind::Mul3, Kind::MulAdd, Kind::MulAdd2, Kind::MulAdd3];
+        let of_round = |round: &Round| {
+            let first = ARITHMETIC_KINDS.into_iter().zip(round.arithmetic);
+            let list = first.chain(round.other).flat_map(|(kind, count)| (0..count).map(move |_| kind));
+            list.collect::<Vec<_>>()
+        };
+        let kinds: Vec<Kind> = program.rounds.iter().flat_map(of_round).collect();
+        assert_eq!(program.len(), kinds.iter().map(|kind| kind.operations()).sum::<usize>());
+        assert_eq!(program.instructions.len(), kinds.iter().map(|kind| kind.places()).sum::<usize>());
+        kinds
+    }
+
+    #[test]
+    fn instructions_read_no_more_than_they_need() {
+        assert_eq!(kinds(|[a, b, ..]| a + b), [Kind::Add]);
+        assert_eq!(kinds(|[a, b, ..]| a - b), [Kind::Sub]);
+        assert_eq!(kinds(|[a, b, ..]| a * b), [Kind::Mul]);
+        assert_eq!(kinds(|[a, ..]| -a), [Kind::Mul], "a product with -1");
+        assert_eq!(kinds(|[a, b, c, ..]| a * b + c), [Kind::MulAdd]);
+        assert_eq!(kinds(|[a, b, c, d, ..]| a * b + c * d), [Kind::Mul2]);
+        assert_eq!(kinds(|[a, b, c, d, e, f, ..]| a * b + c * d + e * f), [Kind::Mul3]);
+        assert_eq!(kinds(|[a, b, c, d, e, ..]| a + b * c + d * e), [Kind::MulAdd2]);
+        assert_eq!(kinds(|[a, b, c, d, e, f, g, _]| a + b * c + d * e + f * g), [Kind::MulAdd3]);
+        let four = kinds(|[a, b, c, d, e, f, g, h]| a * b + c * d + e * f + g * h);
+        assert_eq!(four, [Kind::Mul3, Kind::MulAdd], "three products at most");
+        assert_eq!(kinds(|[a, b, c, ..]| c - a * b), [Kind::Mul, Kind::MulAdd], "a factor is negated beforehand");
+        assert_eq!(kinds(|[a, b, ..]| b - a * 2.0), [Kind::MulAdd], "constants are negated at no cost");
+    }
+
+    /// A factor of several products that are taken off is negated once.
+    #[test]
+    fn the_factor_that_most_want_is_negated() {
+        let count = |kinds: Vec<Kind>| kinds.len();
+        let three = |[a, b, c, d, e, f, _, _]: [Node; 8]| {
+            let products = [(a, b), (c, b), (d, b)].map(|(x, y)| e - x * y);
+            (products[0] * products[1]).sin() * products[2] * f
+        };
+        // One negative, three differences, three products, a sine.
+        assert_eq!(count(kinds(three)), 1 + 3 + 3 + 1);
+        let other = |[a, b, c, d, e, f, _, _]: [Node; 8]| {
+            let products = [(b, c), (b, d), (a, b)].map(|(x, y)| e - x * y);
+            (products[0] * products[1]).sin() * products[2] * f
+        };
+        assert_eq!(count(kinds(other)), 1 + 3 + 3 + 1);
+    }
+
+    #[test]
+    fn slots_are_used_again() {
+        let slots = |length: usize| {
+            record(|| {
+                let (x, y) = (Node::entry(0, 0), Node::entry(0, 1));
+                let chain = (0..length).fold(x, |sum, _| (sum * y).sin());
+                Program::compile(&[(chain, Target::Set { sink: 0, offset: 0 })]).slots
+            })
+        };
+        assert_eq!(slots(100), slots(3));
+    }
+
+    /// How many sources and parameters must be given.
+    #[test]
+    fn what_must_be_given_is_counted() {
+        let program = record(|| {
+            let sum = Node::entry(3, 0) + Node::entry(1, 2) * Node::parameter(4);
+            Program::compile(&[(sum, Target::Set { sink: 0, offset: 0 })])
+        });
+        assert_eq!((program.sources, program.parameters), (4, 5));
+    }
+}

@@ -353,3 +353,29 @@ impl Job for AtKnot<'_, '_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{Node, record};
+
+    /// Threads help where there are more knots than lanes take at once, and two million operations.
+    #[test]
+    fn only_long_work_is_shared() {
+        let program = record(|| {
+            let (x, y) = (Node::entry(0, 0), Node::entry(0, 1));
+            let chain = (0..1000).fold(x, |sum, _| sum * y + x);
+            Program::compile(&[(chain, Target::Set { sink: 0, offset: 0 })])
+        });
+        assert_eq!(program.len(), 1000);
+        let is_shared = |count| program.is_shared(Batch { first: 5, count });
+        assert_eq!([1, 16, 1999, 2000, 2001, 5000].map(is_shared), [false, false, false, true, true, true]);
+        let long = record(|| {
+            let (x, y) = (Node::entry(0, 0), Node::entry(0, 1));
+            let chain = (0..120_000).fold(x, |sum, _| sum * y + x);
+            Program::compile(&[(chain, Target::Set { sink: 0, offset: 0 })])
+        });
+        let is_shared = |count| long.is_shared(Batch { first: 0, count });
+        assert_eq!([1, 2 * LANES, 2 * LANES + 1].map(is_shared), [false, false, true]);
+    }
+}

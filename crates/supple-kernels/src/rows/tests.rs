@@ -357,3 +357,45 @@ fn the_minor_that_fails_is_named() {
     at_every_level(|| Fail(3, Medium), |level, found| assert_eq!(found, Err(2), "{level:?}"));
     at_every_level(|| Fail(3, Short), |level, found| assert_eq!(found, Err(2), "{level:?}"));
 }
+
+/// Kernels write through pointers: what is too short for what is asked of it must be refused.
+#[test]
+fn numbers_that_are_not_there_are_refused() {
+    /// A product of 3 x 5 and 5 x 16, a scaled matrix of 3 x 16, or a solve of order 3, with so many numbers of each.
+    struct Short16<R>(usize, [usize; 4], R);
+    impl<R: Rows> Job for Short16<R> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) {
+            let Self(which, [left, right, base, out], _) = self;
+            let (left, right, base, mut out) = (vec![1.0; left], vec![1.0; right], vec![1.0; base], vec![1.0; out]);
+            let (base, out) = (View::new(&base, 16), ViewMut::new(&mut out, 16));
+            let product =
+                Product { left: Left::plain(&left, 8), right: View::new(&right, 16), rows: 3, inner: 5, width: 16 };
+            match which {
+                0 => product.add_to::<L, R>(base, out),
+                1 => product.lower().subtract_from::<L, R>(base, out),
+                2 => {
+                    Scaled { from: View::new(&right, 16), factor: 2.0, rows: 3, count: 9 }.add_to::<L, R>(base, out);
+                }
+                _ => {
+                    let upper = Factored { upper: View::new(&left, 8), reciprocals: &right, n: 3 };
+                    solve_lower::<L, R>(upper, out);
+                }
+            }
+        }
+    }
+    let needed = [[2 * 8 + 5, 80, 48, 48], [2 * 8 + 5, 80, 48, 48], [0, 48, 48, 48], [24, 8, 0, 48]];
+    for (which, needed) in needed.into_iter().enumerate() {
+        at_every_level(|| Short16(which, needed, Long), |_, ()| {});
+        at_every_level(|| Short16(which, needed, Medium), |_, ()| {});
+        for missing in (0..4).filter(|&k| needed[k] > 0) {
+            let mut given = needed;
+            given[missing] -= 1;
+            let refused = std::panic::catch_unwind(|| dispatch(Short16(which, given, Long))).is_err()
+                && std::panic::catch_unwind(|| dispatch(Short16(which, given, Medium))).is_err();
+            assert!(refused, "{which} {missing}");
+        }
+    }
+}
