@@ -616,6 +616,19 @@ fn jacobians_are_rows_of_gradients() {
     }
 }
 
+/// Variables that are recorded only after all outputs, the very next node among them.
+#[test]
+fn what_depends_on_nothing_has_no_derivatives() {
+    record(|| {
+        let (x, next, later) = (Node::entry(0, 0), Node::entry(0, 1), Node::entry(0, 2));
+        let variables = [next, later];
+        assert_eq!(tangent(&[x], &variables.map(|variable| (variable, Node::one()))), [Node::zero()]);
+        assert_eq!(jacobian(&[x], &variables), [[Node::zero(); 2]]);
+        assert!(variables.iter().all(|&variable| !depends(&[x], variable)));
+        assert_eq!((tangent(&[], &[(x, Node::one())]), vjp(&[], &[x])), (vec![], vec![Node::zero()]));
+    });
+}
+
 /// One knot at a time, a program does with its sinks what it does with those of batches.
 #[test]
 fn single_runs_add_to_what_is_there() {

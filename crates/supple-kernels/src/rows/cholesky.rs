@@ -47,7 +47,7 @@ fn run<L: Lanes>(job: Factor) -> Result<(), usize> {
 /// As [`factor`].
 pub fn cholesky(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
     if n < LANES || stride < padded(n) {
-        return by_entries(a, n, (stride, 1));
+        return by_entries(a, n, stride);
     }
     dispatch(Whole { a, n, stride })?;
     for (i, j) in (1..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
@@ -79,23 +79,23 @@ impl Job for Whole<'_> {
     }
 }
 
-/// Columns of `G` one after the other; entry `(i, j)` is number `i row + j col`.
+/// Columns of `G` one after the other.
 #[inline(always)]
-fn by_entries(a: &mut [f64], n: usize, (row, col): (usize, usize)) -> Result<(), usize> {
+fn by_entries(a: &mut [f64], n: usize, stride: usize) -> Result<(), usize> {
     for j in 0..n {
-        let mut pivot = a[j * (row + col)];
+        let mut pivot = a[j * stride + j];
         for k in 0..j {
-            pivot -= a[j * row + k * col] * a[j * row + k * col];
+            pivot -= a[j * stride + k] * a[j * stride + k];
         }
         let root = if is_positive(pivot) { pivot.sqrt() } else { return Err(j) };
-        a[j * (row + col)] = root;
+        a[j * stride + j] = root;
         let reciprocal = 1.0 / root;
         for i in j + 1..n {
-            let mut sum = a[i * row + j * col];
+            let mut sum = a[i * stride + j];
             for k in 0..j {
-                sum -= a[i * row + k * col] * a[j * row + k * col];
+                sum -= a[i * stride + k] * a[j * stride + k];
             }
-            a[i * row + j * col] = sum * reciprocal;
+            a[i * stride + j] = sum * reciprocal;
         }
     }
     Ok(())
