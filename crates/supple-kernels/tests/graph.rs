@@ -557,6 +557,7 @@ fn constants_and_signs_leave_no_operations() {
         let (zero, one) = (Node::zero(), Node::one());
         let known = [c(2.0) + c(3.0), c(2.0) - c(3.0), c(2.0) * c(3.0), c(2.0) / c(4.0), -c(2.0), c(4.0).recip()];
         assert_eq!(known.map(Node::known), [5.0, -1.0, 6.0, 0.5, -2.0, 0.25].map(Some));
+        assert_eq!((c(5.0) / c(3.0)).known(), Some(5.0 / 3.0), "rounded once");
         assert_eq!(c(1.0).atan2(c(-1.0)).known(), Some(f64::atan2(1.0, -1.0)));
         assert_eq!((one.recip(), x.known()), (one, None));
         assert_eq!((zero + x, x + zero, zero - x, x - zero), (x, x, -x, x));

@@ -26,7 +26,7 @@ fn levels_are_what_the_machine_has_and_the_best_is_used() {
         && is_x86_feature_detected!("avx512vl");
     let has = [true, has_avx2, has_avx512];
     assert_eq!(Level::ALL.map(Level::is_available), has);
-    let best = Level::ALL.into_iter().zip(has).filter(|(_, has)| *has).last().unwrap().0;
+    let best = Level::ALL.into_iter().zip(has).rfind(|(_, has)| *has).unwrap().0;
     assert_eq!((Level::current(), Level::current()), (best, best), "found, and remembered");
     for (level, (name, has)) in Level::ALL.into_iter().zip(["Sse2", "Avx2", "Avx512"].into_iter().zip(has)) {
         let before = Level::current();

@@ -225,10 +225,6 @@ impl Node {
         self.known() == Some(0.0)
     }
 
-    fn is(self, value: f64) -> bool {
-        self.known() == Some(value)
-    }
-
     /// Folds a function of one known number.
     fn map(self, op: Op, fold: impl FnOnce(f64) -> f64) -> Self {
         match self.known() {
@@ -344,7 +340,7 @@ impl Scalar for Node {
         self * factor + term
     }
     fn recip(self) -> Self {
-        if self.is(1.0) { self } else { self.map(Op::Recip(self), |v| 1.0 / v) }
+        self.map(Op::Recip(self), |v| 1.0 / v)
     }
     fn sqrt(self) -> Self {
         self.map(Op::Sqrt(self), f64::sqrt)

@@ -372,7 +372,7 @@ mod tests {
         assert_eq!([1, 16, 1999, 2000, 2001, 5000].map(is_shared), [false, false, false, true, true, true]);
         let long = record(|| {
             let (x, y) = (Node::entry(0, 0), Node::entry(0, 1));
-            let chain = (0..120_000).fold(x, |sum, _| sum * y + x);
+            let chain = (0..130_000).fold(x, |sum, _| sum * y + x);
             Program::compile(&[(chain, Target::Set { sink: 0, offset: 0 })])
         });
         let is_shared = |count| long.is_shared(Batch { first: 0, count });
