@@ -618,3 +618,32 @@ fn numbers_that_are_not_there_are_refused() {
         assert_eq!(std::panic::catch_unwind(|| dispatch(Narrow(rows, width))).is_err(), refused, "{rows} {width}");
     }
 }
+
+#[test]
+fn products_without_rows_columns_or_terms() {
+    struct Degenerate<'a, R>(&'a mut [f64], [usize; 3], R);
+    impl<R: Rows> Job for Degenerate<'_, R> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) {
+            let Self(out, [rows, inner, width], _) = self;
+            let numbers = [1.0; 24];
+            let (left, right) = (Left::transposed(&numbers, 8), View::new(&numbers, 8));
+            Product { left, right, rows, inner, width }.set::<L, R>(ViewMut::new(out, 8));
+        }
+    }
+    for (sizes, written) in [([0, 3, 8], 0), ([2, 3, 0], 0), ([0, 0, 0], 0), ([2, 0, 8], 16)] {
+        for level in Level::ALL.into_iter().filter(|level| level.force()) {
+            let mut all = [[3.0; 24]; 3];
+            let [short, medium, long] = &mut all;
+            dispatch(Degenerate(short, sizes, Short));
+            dispatch(Degenerate(medium, sizes, Medium));
+            dispatch(Degenerate(long, sizes, Long));
+            for out in all {
+                assert!(out[..written].iter().all(|&v| v == 0.0), "{level:?} {sizes:?}: sums of no terms");
+                assert!(out[written..].iter().all(|&v| v == 3.0), "{level:?} {sizes:?}");
+            }
+        }
+    }
+}
