@@ -223,14 +223,10 @@ impl Mirror {
                     column += LANES;
                 }
                 let mut block = load_block::<L>(kept.add(first), stride, rows);
+                // With zeros right of the matrix, where there are no rows.
                 let transposed = L::transposed(block);
                 for i in 0..LANES {
                     block[i] = block[i].followed_by(transposed[i], i + 1);
-                }
-                if rows < LANES {
-                    for row in &mut block {
-                        *row = row.first(rows);
-                    }
                 }
                 store_block(block, kept.add(first), stride, rows);
             }

@@ -149,6 +149,9 @@ proptest! {
         let (few, short) = (rows % LANES, inner % LANES);
         check_product((rows, inner, cols), seed, transposed, WAYS[which], false, Medium);
         check_product((rows, inner, rows), seed, transposed, WAYS[which], true, Medium);
+        // Lower triangles of rows that are wider than the triangle.
+        check_product((rows, inner, rows + cols), seed, transposed, WAYS[which], true, Long);
+        check_product((rows, inner, rows + cols), seed, transposed, WAYS[which], true, Medium);
         check_product((few, short, cols % LANES + 1), seed, transposed, WAYS[which], false, Short);
         check_product((few, short, few.max(1)), seed, transposed, WAYS[which], true, Short);
     }
@@ -201,13 +204,17 @@ impl<R: Rows> Job for Solve<'_, R> {
 fn check_solve<R: Rows>(n: usize, cols: usize, seed: usize, _: R) {
     let (a, b, first) = (definite(n, seed), filled(n, cols, seed + 3), R::stride(n));
     for level in Level::ALL.into_iter().filter(|level| level.force()) {
-        let mut beside = Matrices::zeros(1, n, first + cols);
+        // What stands below the matrix takes no part.
+        let mut beside = Matrices::zeros(1, n + LANES, first + cols);
+        beside.as_mut_slice()[n * padded(first + cols)..].fill(5.0);
         for i in 0..n {
             (0..=i).for_each(|j| beside.set(0, i, j, a.get(0, i, j)));
             (0..cols).for_each(|j| beside.set(0, i, first + j, b.get(0, i, j)));
         }
         let (mut once, mut twice) = (b.clone(), b.clone());
         dispatch(Solve { beside: &mut beside, others: [&mut once, &mut twice], n, rows: PhantomData::<R> });
+        assert!(beside.as_slice()[n * beside.stride()..].iter().all(|&v| v == 5.0), "{level:?} {n}");
+        assert!((0..n).all(|i| (n..first).all(|j| beside.get(0, i, j) == 0.0)), "{level:?} {n}: padding");
         let size = a.as_slice().iter().fold(0.0f64, |most, v| most.max(v.abs()));
         for (i, j) in (0..n).flat_map(|i| (0..cols).map(move |j| (i, j))) {
             let product: f64 = (0..n).map(|k| a.get(0, i, k) * twice.get(0, k, j)).sum();
