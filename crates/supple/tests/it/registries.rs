@@ -8,9 +8,6 @@ use supple::check::check;
 use supple::{Kinds, Problem};
 use supple_file::json_schema;
 
-#[allow(dead_code)]
-#[allow(dead_code)]
-
 const PARAMETERS: &str = r#"
     [parameters.a]
     initial = 1.3
