@@ -95,6 +95,21 @@ class Count:
     wrong: list[str] = field(default_factory=list)
     reasons: Counter[str] = field(default_factory=Counter)
 
+    def bound(self, name: str, task: supple.Task, cost: float, *, stationary: bool = False) -> BoundReport | None:
+        """The proved bound at a cost; counts it, or why there is none."""
+        try:
+            bound = task.bound(cost=cost, stationary=stationary).tasks["linear"]
+        except supple.SuppleError as error:
+            self.refused += 1
+            self.reasons[f"{name}: {error}"] += 1
+            return None
+        if not bound.proved:
+            self.unproved += 1
+            self.reasons[f"{name}: {bound.not_proved}"] += 1
+            return None
+        self.proved += 1
+        return bound
+
 
 def attack(kind: str, seed: int, count: Count) -> None:
     """One system and its sensors."""
@@ -120,17 +135,9 @@ def attack(kind: str, seed: int, count: Count) -> None:
         count.reasons[f"{kind} {seed}: {error}"] += len(tried)
         return
     for bits, paid in tried:
-        try:
-            bound = task.bound(cost=least + paid).tasks["linear"]
-        except supple.SuppleError as error:
-            count.refused += 1
-            count.reasons[f"{kind} {seed}: {error}"] += 1
+        bound = count.bound(f"{kind} {seed}", task, least + paid)
+        if bound is None:
             continue
-        if not bound.proved:
-            count.unproved += 1
-            count.reasons[f"{kind} {seed}: {bound.not_proved}"] += 1
-            continue
-        count.proved += 1
         lower = bound.minimum_lower_bits_per_step * steps
         if lower > bits * (1.0 + 1e-7) + 1e-9:
             count.wrong.append(f"{kind} {seed}: at least {lower} bits, and a sensor has {bits}")
@@ -243,17 +250,9 @@ def attack_stationary(kind: str, seed: int, count: Count) -> None:
     count.systems += 1
     task = linear(plant, 2, np.eye(n))
     for bits, paid in tried:
-        try:
-            bound = task.bound(cost=least + paid, stationary=True).tasks["linear"]
-        except supple.SuppleError as error:
-            count.refused += 1
-            count.reasons[f"{name}: {error}"] += 1
+        bound = count.bound(name, task, least + paid, stationary=True)
+        if bound is None:
             continue
-        if not bound.proved:
-            count.unproved += 1
-            count.reasons[f"{name}: {bound.not_proved}"] += 1
-            continue
-        count.proved += 1
         count.wrong += [f"{name}: {what}" for what in wrongs(plant, known, bound, bits, paid)]
 
 
