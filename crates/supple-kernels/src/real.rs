@@ -55,6 +55,16 @@ impl Scalar for f64 {
     fn atan2(self, x: Self) -> Self {
         math::atan2(self, x)
     }
+    fn repeat(mut variables: Vec<Self>, most: usize, body: impl Fn(&[Self]) -> (Vec<Self>, Self)) -> Vec<Self> {
+        for _ in 0..most {
+            let left;
+            (variables, left) = body(&variables);
+            if !(left > 0.0) {
+                break;
+            }
+        }
+        variables
+    }
     #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
         if self > 0.0 { positive } else { otherwise }

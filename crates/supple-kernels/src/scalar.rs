@@ -59,6 +59,19 @@ pub trait Scalar:
     /// `positive` where `self > 0`, else `otherwise`.
     fn select(self, positive: Self, otherwise: Self) -> Self;
 
+    /// What `start` becomes by `body`, again and again until the number that it gives beside the next variables is no
+    /// longer above 0: once at least, and `most` times at most. Of numbers in lanes each stops on its own.
+    ///
+    /// In the derivatives of a graph the result is constant: what solves an equation is to be followed by steps of
+    /// Newton's method, each of which makes twice as many orders of derivatives right.
+    fn repeat(start: Vec<Self>, most: usize, body: impl Fn(&[Self]) -> (Vec<Self>, Self)) -> Vec<Self> {
+        let mut variables = [vec![Self::one()], start].concat();
+        for _ in 0..most {
+            variables = once_more(variables[0], &variables[1..], &body);
+        }
+        variables.split_off(1)
+    }
+
     /// Zero.
     #[inline(always)]
     fn zero() -> Self {
@@ -134,6 +147,14 @@ pub trait Scalar:
     fn positive_part(self) -> Self {
         self.select(self, Self::zero())
     }
+}
+
+/// The variables of a [repetition](Scalar::repeat) after one more run, where `running` is above 0: first whether it goes on.
+pub(crate) fn once_more<S: Scalar>(running: S, variables: &[S], body: &impl Fn(&[S]) -> (Vec<S>, S)) -> Vec<S> {
+    let (next, left) = body(variables);
+    let goes_on = running.select(left.select(S::one(), S::zero()), S::zero());
+    let kept = next.into_iter().zip(variables).map(|(next, &now)| running.select(next, now));
+    [goes_on].into_iter().chain(kept).collect()
 }
 
 /// One number with the arithmetic of one lane.

@@ -1,4 +1,5 @@
-use super::node::{Node, Op, operations};
+use super::node::{Node, Op, operations, repetitions};
+use super::repetition::Repetition;
 use crate::Scalar;
 
 /// For each of the first `len` nodes, whether it is one of `nodes`.
@@ -10,8 +11,8 @@ fn marks(len: usize, nodes: impl Iterator<Item = Node>) -> Vec<bool> {
     marks
 }
 
-/// For every node up to the last of `ends`: whether it depends on any of `wrt`, which count as independent of one
-/// another and of all else.
+/// For every node up to the last of `ends`: whether its derivatives by any of `wrt`, which count as independent of one
+/// another and of all else, are not known to be 0.
 fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node]) -> Vec<bool> {
     let len = ends.map(|node| node.index() + 1).max().unwrap_or(0);
     let mut active = marks(len, wrt.iter().copied());
@@ -23,10 +24,21 @@ fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node]) -> Vec<bool> {
     active
 }
 
-/// Whether any of `outputs` depends on `variable`.
+/// Whether any of `outputs` depends on `variable`, be it through a repetition.
 #[must_use]
 pub fn depends(outputs: &[Node], variable: Node) -> bool {
-    let active = dependents(outputs.iter().copied(), &[variable]);
+    let len = outputs.iter().map(|node| node.index() + 1).max().unwrap_or(0);
+    let mut active = marks(len, [variable].into_iter());
+    let repetitions = repetitions();
+    operations(|ops| {
+        for (i, &op) in ops[..len].iter().enumerate() {
+            let through = |repetition: &Repetition| repetition.needs().any(|node| active[node.index()]);
+            active[i] |= match op {
+                Op::Repeated { repetition, .. } => through(&repetitions[repetition as usize]),
+                op => op.operands().any(|operand| active[operand.index()]),
+            };
+        }
+    });
     outputs.iter().any(|output| active[output.index()])
 }
 
@@ -104,7 +116,7 @@ impl<'a> Reverse<'a> {
     /// Adds the adjoint `g` of a node to those of its operands.
     fn propagate(&mut self, node: Node, g: Node) {
         match node.op() {
-            Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) => {}
+            Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) | Op::Variable(_) | Op::Repeated { .. } => {}
             Op::Add(a, b) => {
                 self.give(a, || g);
                 self.give(b, || g);
@@ -176,7 +188,7 @@ pub fn tangent(outputs: &[Node], seeds: &[(Node, Node)]) -> Vec<Node> {
 fn rate_of(node: Node, rates: &[Node]) -> Node {
     let rate = |of: Node| rates[of.index()];
     match node.op() {
-        Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) => Node::zero(),
+        Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) | Op::Variable(_) | Op::Repeated { .. } => Node::zero(),
         Op::Add(a, b) => rate(a) + rate(b),
         Op::Sub(a, b) => rate(a) - rate(b),
         Op::Mul(a, b) => rate(a) * b + a * rate(b),

@@ -1,6 +1,7 @@
 use std::any::Any;
 
-use super::node::{Node, Op, operations, record};
+use super::node::{Node, Op, operations, record, repetitions};
+use super::repetition::{Repetition, bodies};
 use crate::Scalar;
 
 /// A function of numbers that its caller knows only as an object.
@@ -48,30 +49,67 @@ fn call_as<S: Scalar, B: Scalar>(inputs: &[&[S]], outputs: &mut [S], function: i
 /// Records a function and evaluates it with any scalar.
 fn replay<S: Scalar>(function: &dyn Function, inputs: &[&[S]], outputs: &mut [S]) {
     // The operations leave the recording before they are replayed, as the scalar may record too.
-    let (ops, results) = record(|| {
+    let (ops, repetitions, results) = record(|| {
         let entries = |(source, input): (usize, &&[S])| (0..input.len()).map(|i| Node::entry(source, i)).collect();
         let nodes: Vec<Vec<Node>> = inputs.iter().enumerate().map(entries).collect();
         let nodes: Vec<&[Node]> = nodes.iter().map(Vec::as_slice).collect();
         let mut results = vec![Node::zero(); outputs.len()];
         function.node(&nodes, &mut results);
-        (operations(<[Op]>::to_vec), results)
+        (operations(<[Op]>::to_vec), repetitions(), results)
     });
     let mut needed = vec![false; ops.len()];
     for result in &results {
         needed[result.index()] = true;
     }
-    for (i, op) in ops.iter().enumerate().rev() {
+    for i in (0..ops.len()).rev() {
         if needed[i] {
-            op.operands().for_each(|operand| needed[operand.index()] = true);
+            ops[i].operands().for_each(|operand| needed[operand.index()] = true);
+            if let Op::Repeated { repetition, .. } = ops[i] {
+                repetitions[repetition as usize].needs().for_each(|node| needed[node.index()] = true);
+            }
         }
     }
+    let bodies = bodies(&ops, &repetitions);
     let mut values: Vec<Option<S>> = vec![None; ops.len()];
-    for (i, &op) in ops.iter().enumerate().filter(|&(i, _)| needed[i]) {
-        values[i] = Some(evaluate(op, inputs, |node| values[node.index()].unwrap_or_else(S::zero)));
+    let mut ended: Vec<Option<Vec<S>>> = vec![None; repetitions.len()];
+    for i in (0..ops.len()).filter(|&i| needed[i] && bodies[i].is_none()) {
+        values[i] = Some(match ops[i] {
+            Op::Repeated { repetition, index } => {
+                let number = repetition as usize;
+                let body = || (0..ops.len()).filter(|&i| needed[i] && bodies[i] == Some(number));
+                let run = || replay_repetition(&ops, &repetitions[number], body, inputs, values.clone());
+                ended[number].get_or_insert_with(run)[index as usize]
+            }
+            op => evaluate(op, inputs, |node| values[node.index()].unwrap_or_else(S::zero)),
+        });
     }
     for (output, result) in outputs.iter_mut().zip(results) {
         *output = values[result.index()].unwrap_or_else(S::zero);
     }
+}
+
+/// What the variables of a repetition, whose body are some operations, end with, given the values of all before it.
+fn replay_repetition<S: Scalar, I: Iterator<Item = usize>>(
+    ops: &[Op],
+    repetition: &Repetition,
+    body: impl Fn() -> I,
+    inputs: &[&[S]],
+    mut values: Vec<Option<S>>,
+) -> Vec<S> {
+    let all = |nodes: &[Node], values: &[Option<S>]| -> Vec<S> {
+        nodes.iter().map(|node| values[node.index()].unwrap_or_else(S::zero)).collect()
+    };
+    let mut variables = all(&repetition.start, &values);
+    for _ in 0..repetition.most {
+        for (variable, &value) in repetition.variables.iter().zip(&variables) {
+            values[variable.index()] = Some(value);
+        }
+        for i in body().filter(|&i| !matches!(ops[i], Op::Variable(_))) {
+            values[i] = Some(evaluate(ops[i], inputs, |node| values[node.index()].unwrap_or_else(S::zero)));
+        }
+        variables = all(&repetition.next, &values);
+    }
+    variables
 }
 
 /// The value of one operation, given those of its operands.
@@ -79,8 +117,8 @@ fn evaluate<S: Scalar>(op: Op, inputs: &[&[S]], value: impl Fn(Node) -> S) -> S 
     match op {
         Op::Constant(bits) => S::constant(f64::from_bits(bits)),
         Op::Entry { source, offset } => inputs[source as usize][offset as usize],
-        // A function records no parameters: its inputs are entries.
-        Op::Parameter(_) => S::zero(),
+        // A function records no parameters: its inputs are entries. The rest is replayed where it is repeated.
+        Op::Parameter(_) | Op::Variable(_) | Op::Repeated { .. } => S::zero(),
         Op::Add(a, b) => value(a) + value(b),
         Op::Sub(a, b) => value(a) - value(b),
         Op::Mul(a, b) => value(a) * value(b),

@@ -12,6 +12,7 @@ mod derive;
 mod function;
 mod node;
 mod program;
+mod repetition;
 mod run;
 mod schedule;
 

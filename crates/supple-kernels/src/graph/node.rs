@@ -3,8 +3,9 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::repetition::Repetition;
 use crate::Scalar;
-use crate::scalar::derive_operators;
+use crate::scalar::{self, derive_operators};
 
 /// A number that is not known yet: a place in the graph that this thread records.
 ///
@@ -43,13 +44,22 @@ pub(super) enum Op {
     Select(Node, Node, Node),
     /// The node itself, as something that nothing is known of; the number makes it unlike any other.
     Opaque(Node, u32),
+    /// A variable of a repetition: what its last run has given.
+    Variable(u32),
+    /// Entry `index` of what the repetition number `repetition` ends with.
+    Repeated {
+        repetition: u32,
+        index: u32,
+    },
 }
 
 impl Op {
-    /// What the node is made of.
+    /// What the node is made of; of a repetition none, as derivatives do not go through it.
     pub fn operands(self) -> impl Iterator<Item = Node> {
         let (list, len) = match self {
-            Self::Constant(_) | Self::Entry { .. } | Self::Parameter(_) => ([Node(0); 3], 0),
+            Self::Constant(_) | Self::Entry { .. } | Self::Parameter(_) | Self::Variable(_) | Self::Repeated { .. } => {
+                ([Node(0); 3], 0)
+            }
             Self::Neg(a)
             | Self::Recip(a)
             | Self::Sqrt(a)
@@ -65,6 +75,16 @@ impl Op {
             Self::Select(a, b, c) => ([a, b, c], 3),
         };
         list.into_iter().take(len)
+    }
+}
+
+impl Op {
+    /// Whether nothing computes it: it is an input, or a repetition makes it.
+    pub fn is_given(self) -> bool {
+        matches!(
+            self,
+            Self::Constant(_) | Self::Entry { .. } | Self::Parameter(_) | Self::Variable(_) | Self::Repeated { .. }
+        )
     }
 }
 
@@ -137,7 +157,9 @@ impl<T: Copy> Table<T> {
 pub(super) struct Graph {
     pub ops: Vec<Op>,
     known: Map<Op, Node>,
-    opaque: u32,
+    /// How many nodes have a number that makes them unlike any other.
+    numbered: u32,
+    repetitions: Vec<Repetition>,
 }
 
 thread_local! {
@@ -155,6 +177,19 @@ pub fn record<T>(build: impl FnOnce() -> T) -> T {
 /// The operations of the graph that is being recorded, up to now.
 pub(super) fn operations<T>(read: impl FnOnce(&[Op]) -> T) -> T {
     GRAPH.with_borrow(|graph| read(&graph.ops))
+}
+
+/// The repetitions of the graph that is being recorded, up to now.
+pub(super) fn repetitions() -> Vec<Repetition> {
+    GRAPH.with_borrow(|graph| graph.repetitions.clone())
+}
+
+/// A number that no other node has.
+fn number() -> u32 {
+    GRAPH.with_borrow_mut(|graph| {
+        graph.numbered += 1;
+        graph.numbered
+    })
 }
 
 fn intern(op: Op) -> Node {
@@ -191,11 +226,7 @@ impl Node {
     /// The node itself, as a variable of its own: nothing is folded through it, and it is unlike any other node.
     #[must_use]
     pub fn opaque(self) -> Self {
-        let number = GRAPH.with_borrow_mut(|graph| {
-            graph.opaque += 1;
-            graph.opaque
-        });
-        intern(Op::Opaque(self, number))
+        intern(Op::Opaque(self, number()))
     }
 
     /// A node for the negative of this one, as it stands.
@@ -368,6 +399,18 @@ impl Scalar for Node {
             (Some(y), Some(x)) => Self::constant(Scalar::atan2(y, x)),
             _ => intern(Op::Atan2(self, x)),
         }
+    }
+    fn repeat(start: Vec<Self>, most: usize, body: impl Fn(&[Self]) -> (Vec<Self>, Self)) -> Vec<Self> {
+        let start: Vec<Self> = [vec![Self::one()], start].concat();
+        let variables: Vec<Self> = start.iter().map(|_| intern(Op::Variable(number()))).collect();
+        let next = scalar::once_more(variables[0], &variables[1..], &body);
+        let count = start.len();
+        let repetition = GRAPH.with_borrow_mut(|graph| {
+            graph.repetitions.push(Repetition { variables, start, next, most });
+            graph.repetitions.len() - 1
+        });
+        let entry = |index| intern(Op::Repeated { repetition: repetition as u32, index: index as u32 });
+        (1..count).map(entry).collect()
     }
     fn select(self, positive: Self, otherwise: Self) -> Self {
         match self.known() {

@@ -1,5 +1,10 @@
-use super::node::{Node, Op, Table, operations};
-use super::schedule::{ARITHMETIC, Kind, Step, Units, chain, fuse, plain, results, schedule, without_negatives};
+use std::collections::{BTreeSet, HashSet};
+
+use super::node::{Node, Op, Table, operations, repetitions};
+use super::repetition::{Repetition, Stage, stages};
+use super::schedule::{
+    ARITHMETIC, Kind, Step, Units, behind, chain, fuse, plain, results, schedule, without_negatives,
+};
 use crate::Scalar;
 
 /// Where a result of a program goes.
@@ -57,7 +62,30 @@ fn rounds(steps: &[Step]) -> Vec<Round> {
     rounds
 }
 
-/// A straight sequence of arithmetic, compiled from a graph: no branches, no memory but numbered slots.
+/// Instructions that run one after the other, once or again and again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    /// The slots that instructions name, one after the other: of the result and of the operands, as many as the kind has.
+    pub instructions: Vec<u32>,
+    /// How many of these are of which kind.
+    pub rounds: Vec<Round>,
+    /// How they run again and again, if they do.
+    pub again: Option<Again>,
+}
+
+/// How instructions run again and again: until the first of their variables is no longer above 0.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Again {
+    /// Slots of the variables, and of what they begin with.
+    pub start: Vec<(usize, usize)>,
+    /// Slots of the variables that a run changes, and of what they become.
+    pub next: Vec<(usize, usize)>,
+    /// How often they run at most.
+    pub most: usize,
+}
+
+/// A straight sequence of arithmetic, compiled from a graph, parts of which may be repeated: no branches, no memory but
+/// numbered slots.
 ///
 /// Slots hold constants and parameters first, then what is read at each knot, then results on the way.
 #[derive(Clone, Debug, Default)]
@@ -68,10 +96,7 @@ pub struct Program {
     pub(super) given: Vec<usize>,
     /// Inputs at each knot, in the slots after those: source and place in its matrix.
     pub(super) varying: Vec<(usize, usize)>,
-    /// The slots that instructions name, one after the other: of the result and of the operands, as many as the kind has.
-    pub(super) instructions: Vec<u32>,
-    /// How many of these are of which kind.
-    pub(super) rounds: Vec<Round>,
+    pub(super) parts: Vec<Part>,
     operations: usize,
     pub(super) outputs: Vec<(usize, Target)>,
     pub(super) slots: usize,
@@ -87,20 +112,26 @@ impl Program {
         let nodes = outputs.iter().map(|&(node, _)| node);
         let ends = operations(|ops| results(ops, nodes));
         let units = Units { zero: Node::zero(), one: Node::one(), minus_one: -Node::one() };
-        let steps = operations(|ops| fuse(ops, &ends, units));
-        let steps = schedule(plain(chain(without_negatives(steps, units), &ends), units));
-        let mut slots = Slots::new(&steps, &ends);
-        let mut instructions = Vec::with_capacity(4 * steps.len());
-        for (place, step) in steps.iter().enumerate() {
-            slots.instruction(place, step, &mut instructions);
+        let repetitions = repetitions();
+        let mut ops = operations(<[Op]>::to_vec);
+        let mut runs = Vec::new();
+        for Stage { ends, repetition } in stages(&ops, &repetitions, &ends) {
+            let steps = fuse(&ops, &ends, units);
+            let steps = schedule(plain(chain(without_negatives(steps, units), &ends), units));
+            // Later stages read it and do not make it.
+            ends.iter().for_each(|end| ops[end.index()] = Op::Variable(0));
+            let repetition = repetition.map(|number| Repeated::new(&ops, &repetitions, number));
+            runs.push(Run { steps, repetition });
         }
-        let rounds = rounds(&steps);
-        let operations = steps.iter().map(|step| step.kind.operations()).sum();
+        let mut slots = Slots::new(&runs, &ends);
+        let mut place = 0;
+        let parts: Vec<Part> = runs.iter().map(|run| slots.part(run, &mut place)).collect();
+        let operations = runs.iter().flat_map(|run| &run.steps).map(|step| step.kind.operations()).sum();
         let outputs = ends.iter().zip(outputs).map(|(&node, &(_, target))| (slots.of(node), target)).collect();
         let Slots { constants, given, varying, next, .. } = slots;
         let sources = varying.iter().map(|&(source, _)| source + 1).max().unwrap_or(0);
         let parameters = given.iter().map(|parameter| parameter + 1).max().unwrap_or(0);
-        Self { constants, given, varying, instructions, rounds, operations, outputs, slots: next, sources, parameters }
+        Self { constants, given, varying, parts, operations, outputs, slots: next, sources, parameters }
     }
 
     /// How many inputs are the same at every knot: constants and parameters.
@@ -108,7 +139,7 @@ impl Program {
         self.constants.len() + self.given.len()
     }
 
-    /// How many operations one knot takes.
+    /// How many operations one knot takes, those that are repeated counted once.
     pub fn len(&self) -> usize {
         self.operations
     }
@@ -116,6 +147,52 @@ impl Program {
     /// Whether nothing is computed.
     pub fn is_empty(&self) -> bool {
         self.outputs.is_empty()
+    }
+}
+
+/// Instructions of a stage.
+struct Run {
+    steps: Vec<Step>,
+    repetition: Option<Repeated>,
+}
+
+/// A repetition with the nodes that are its results.
+struct Repeated {
+    repetition: Repetition,
+    /// The result of each variable, if anything asks for it.
+    results: Vec<Option<Node>>,
+    most: usize,
+}
+
+impl Repeated {
+    /// Nodes count as what is behind them.
+    fn new(ops: &[Op], repetitions: &[Repetition], number: usize) -> Self {
+        let mut repetition = repetitions[number].clone();
+        repetition.start.iter_mut().chain(&mut repetition.next).for_each(|node| *node = behind(ops, *node));
+        let mut results = vec![None; repetition.variables.len()];
+        for (i, op) in ops.iter().enumerate() {
+            if let Op::Repeated { repetition, index } = *op
+                && repetition as usize == number
+            {
+                results[index as usize] = Some(Node(i as u32));
+            }
+        }
+        Self { most: repetition.most, repetition, results }
+    }
+}
+
+impl Run {
+    /// How many places it takes: of its instructions, and of the beginning and the end where it is a repetition.
+    fn places(&self) -> usize {
+        self.steps.len() + 2 * usize::from(self.repetition.is_some())
+    }
+
+    /// What its instructions read and do not make; of a repetition, which needs it from its beginning to its end, its
+    /// variables too.
+    fn reads_from_outside(&self) -> BTreeSet<Node> {
+        let made: HashSet<Node> = self.steps.iter().flat_map(|step| [Some(step.to), step.second]).flatten().collect();
+        let variables = self.repetition.iter().flat_map(|repeated| repeated.repetition.variables.iter().copied());
+        self.steps.iter().flat_map(Step::reads).filter(|node| !made.contains(node)).chain(variables).collect()
     }
 }
 
@@ -134,12 +211,24 @@ struct Slots {
 }
 
 impl Slots {
-    fn new(steps: &[Step], ends: &[Node]) -> Self {
-        let mut last = Table::new();
-        for (place, step) in steps.iter().enumerate() {
-            for node in step.reads() {
-                last.insert(node, place);
+    fn new(runs: &[Run], ends: &[Node]) -> Self {
+        let (mut last, mut first) = (Table::new(), 0);
+        for run in runs {
+            let end = first + run.places() - 1;
+            if let Some(Repeated { repetition, .. }) = &run.repetition {
+                repetition.start.iter().for_each(|&node| last.insert(node, first));
             }
+            let steps = first + usize::from(run.repetition.is_some());
+            for (place, step) in (steps..).zip(&run.steps) {
+                for node in step.reads() {
+                    last.insert(node, place);
+                }
+            }
+            if let Some(Repeated { repetition, .. }) = &run.repetition {
+                run.reads_from_outside().into_iter().for_each(|node| last.insert(node, end));
+                repetition.next.iter().for_each(|&node| last.insert(node, end));
+            }
+            first = end + 1;
         }
         for &end in ends {
             last.insert(end, usize::MAX);
@@ -186,15 +275,53 @@ impl Slots {
         slot as u32
     }
 
+    /// The instructions of a run, which begins at a place.
+    fn part(&mut self, run: &Run, place: &mut usize) -> Part {
+        let mut part = Part { rounds: rounds(&run.steps), ..Part::default() };
+        part.instructions.reserve(4 * run.steps.len());
+        if let Some(Repeated { repetition, most, .. }) = &run.repetition {
+            let start: Vec<_> = repetition.start.iter().map(|&node| self.of(node)).collect();
+            // Before what they begin with is let go: it may be what several begin with.
+            let variables = repetition.variables.iter().map(|&node| self.take(node) as usize);
+            let start = variables.zip(start).collect();
+            part.again = Some(Again { start, next: Vec::new(), most: *most });
+            repetition.start.iter().for_each(|&node| self.let_go(node, *place));
+            *place += 1;
+        }
+        for step in &run.steps {
+            self.instruction(*place, step, &mut part.instructions);
+            *place += 1;
+        }
+        if let (Some(Repeated { repetition, results, .. }), Some(again)) = (&run.repetition, &mut part.again) {
+            let variables = || repetition.variables.iter().copied();
+            let changes = variables().zip(&repetition.next).map(|(to, &from)| (self.of(to), self.of(from)));
+            again.next = changes.filter(|(to, from)| to != from).collect();
+            for (variable, result) in variables().zip(results) {
+                if let Some(result) = result.filter(|&result| self.last.get(result).is_some()) {
+                    self.place.insert(result, self.of(variable));
+                    self.last.remove(variable);
+                }
+            }
+            let ended: Vec<Node> =
+                run.reads_from_outside().into_iter().chain(repetition.next.iter().copied()).collect();
+            ended.into_iter().for_each(|node| self.let_go(node, *place));
+            *place += 1;
+        }
+        part
+    }
+
+    /// Frees the slot of a node that nothing reads after this place.
+    fn let_go(&mut self, node: Node, place: usize) {
+        let slot = self.of(node);
+        if self.last.get(node) == Some(place) && slot >= self.inputs {
+            self.last.remove(node);
+            self.free.push(slot);
+        }
+    }
+
     fn instruction(&mut self, place: usize, step: &Step, out: &mut Vec<u32>) {
         let mut operands = step.operands.map(|node| node.map_or(0, |node| self.of(node) as u32));
-        for node in step.reads() {
-            let slot = self.of(node);
-            if self.last.get(node) == Some(place) && slot >= self.inputs {
-                self.last.remove(node);
-                self.free.push(slot);
-            }
-        }
+        step.reads().for_each(|node| self.let_go(node, place));
         let to = self.take(step.to);
         // In the place of the third operand, which it has not.
         if step.kind == Kind::SinCos {
@@ -223,9 +350,9 @@ mod tests {
             let list = first.chain(round.other).flat_map(|(kind, count)| (0..count).map(move |_| kind));
             list.collect::<Vec<_>>()
         };
-        let kinds: Vec<Kind> = program.rounds.iter().flat_map(of_round).collect();
+        let kinds: Vec<Kind> = program.parts.iter().flat_map(|part| &part.rounds).flat_map(of_round).collect();
         assert_eq!(program.len(), kinds.iter().map(|kind| kind.operations()).sum::<usize>());
-        assert_eq!(program.instructions.len(), kinds.iter().map(|kind| kind.places()).sum::<usize>());
+        assert_eq!(program.parts[0].instructions.len(), kinds.iter().map(|kind| kind.places()).sum::<usize>());
         kinds
     }
 

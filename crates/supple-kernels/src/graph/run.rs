@@ -1,6 +1,6 @@
 use std::cell::RefCell;
 
-use super::program::{Program, Round, SCALE, Target};
+use super::program::{Again, Part, Program, Round, SCALE, Target};
 use super::schedule::Kind;
 use crate::Single as _;
 use crate::pair::Pair;
@@ -124,10 +124,33 @@ struct Sink<'a> {
     size: usize,
 }
 
-/// Does the arithmetic, all inputs being in their slots.
+/// Does the arithmetic, all inputs being in their slots. `is_above` says whether any of the numbers is above 0.
 #[inline(always)]
-fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
+fn execute<V: Scalar>(program: &Program, slots: &mut [V], is_above: impl Fn(V) -> bool) {
     assert!(program.slots <= slots.len());
+    for part in &program.parts {
+        for &(to, from) in part.again.iter().flat_map(|again| &again.start) {
+            slots[to] = slots[from];
+        }
+        let mut runs = 0;
+        loop {
+            execute_part(part, slots);
+            let Some(Again { start, next, most }) = &part.again else { break };
+            for &(to, from) in next {
+                slots[to] = slots[from];
+            }
+            runs += 1;
+            let goes_on = start.first().is_some_and(|&(running, _)| is_above(slots[running]));
+            if runs == *most || !goes_on {
+                break;
+            }
+        }
+    }
+}
+
+/// The same for one part of a program, of which there are slots enough.
+#[inline(always)]
+fn execute_part<V: Scalar>(part: &Part, slots: &mut [V]) {
     let base = slots.as_mut_ptr();
     // Macros, not closures: a closure does not inherit the instructions of run-time dispatch.
     macro_rules! slot {
@@ -137,7 +160,7 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
             *unsafe { &mut *base.byte_add($place as usize * (size_of::<V>() / SCALE)) }
         };
     }
-    let mut rest = program.instructions.as_slice();
+    let mut rest = part.instructions.as_slice();
     // The next instructions: of each, `to` and the operands.
     macro_rules! each {
         ($count:expr, [$($operand:ident),*] $value:expr) => {{
@@ -169,7 +192,7 @@ fn execute<V: Scalar>(program: &Program, slots: &mut [V]) {
             }
         };
     }
-    for &Round { arithmetic, other } in &program.rounds {
+    for &Round { arithmetic, other } in &part.rounds {
         let [add, sub, mul, mul2, mul3, mul_add, mul_add2, mul_add3] = arithmetic;
         some!(add, [a, b] slot!(a) + slot!(b));
         some!(sub, [a, b] slot!(b) - slot!(a));
@@ -256,7 +279,7 @@ impl Job for Run<'_> {
                     let source = &sources[source];
                     *slot = Pair(gather(source, first, LANES, offset), gather(source, first + LANES, LANES, offset));
                 }
-                execute(program, slots);
+                execute(program, slots, |Pair(one, two)| is_above(one) || is_above(two));
                 for &(slot, target) in &program.outputs {
                     let Pair(one, two) = slots[slot];
                     scatter(target, one, (start, LANES), &mut sink, sums);
@@ -273,12 +296,18 @@ impl Job for Run<'_> {
             for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
                 *slot = gather(&sources[source], first, count, offset);
             }
-            execute(program, slots);
+            execute(program, slots, is_above);
             for &(slot, target) in &program.outputs {
                 scatter(target, slots[slot], (start, count), &mut sink, sums);
             }
         }
     }
+}
+
+/// Whether any of the numbers is above 0.
+#[inline(always)]
+fn is_above<L: Lanes>(values: L) -> bool {
+    values.to_array().iter().any(|&value| value > 0.0)
 }
 
 /// Puts a result of the `count` knots from `start` of the batch on where it belongs.
@@ -342,7 +371,7 @@ impl Job for AtKnot<'_, '_> {
         for (slot, &(source, offset)) in inputs.iter_mut().zip(&program.varying) {
             *slot = L::Single::constant(sources[source][offset]);
         }
-        execute(program, slots);
+        execute(program, slots, |number| number.into() > 0.0);
         for &(slot, target) in &program.outputs {
             let value: f64 = slots[slot].into();
             match target {

@@ -115,7 +115,7 @@ fn padded<const N: usize>(given: [Option<Node>; N]) -> [Option<Node>; OPERANDS] 
 }
 
 /// What stands behind opaque nodes.
-fn behind(ops: &[Op], mut node: Node) -> Node {
+pub(super) fn behind(ops: &[Op], mut node: Node) -> Node {
     while let Op::Opaque(a, _) = ops[node.index()] {
         node = a;
     }
@@ -189,7 +189,12 @@ fn step(ops: &[Op], to: Node, fused: &[bool], units: Units) -> Option<Step> {
     };
     let Units { zero, one: unit, minus_one } = units;
     match ops[to.index()] {
-        Op::Constant(_) | Op::Entry { .. } | Op::Parameter(_) | Op::Opaque(..) => None,
+        Op::Constant(_)
+        | Op::Entry { .. }
+        | Op::Parameter(_)
+        | Op::Opaque(..)
+        | Op::Variable(_)
+        | Op::Repeated { .. } => None,
         Op::Add(a, b) => match (product(a), product(b)) {
             (_, Some(factors)) => fuse(false, factors, a),
             (Some(factors), _) => fuse(false, factors, b),

@@ -4,6 +4,7 @@
 mod by_hand;
 mod functions;
 mod programs;
+mod repetitions;
 
 use std::sync::{Mutex, MutexGuard};
 
@@ -33,7 +34,7 @@ const INPUTS: usize = 8;
 /// Steps of an expression: what is done to which earlier values.
 type Expression = Vec<(u8, usize, usize, usize)>;
 
-const OPERATIONS: u8 = 24;
+const OPERATIONS: u8 = 25;
 
 /// All values of an expression; those that can be larger than 8 are squeezed by a sine.
 fn evaluate<S: Number>(expression: &Expression, inputs: [S; INPUTS]) -> Vec<S> {
@@ -64,6 +65,7 @@ fn evaluate<S: Number>(expression: &Expression, inputs: [S; INPUTS]) -> Vec<S> {
             20 => (a.tanh(), 1.0),
             21 => ((a.sin() * 0.5).exp_m1(), 1.0),
             22 => ((a * a * 0.7).ln_1p(), 5.0),
+            23 => (repetitions::solved(a), size_a + 0.3),
             _ => (S::constant(0.6), 0.6),
         };
         values.push(if size > 8.0 { (value.sin(), 1.0) } else { (value, size) });
