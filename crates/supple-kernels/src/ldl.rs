@@ -51,28 +51,6 @@ impl<S: Scalar> Ldl<S> {
         b
     }
 
-    /// The diagonal of the inverse of `M`.
-    #[must_use]
-    pub fn inverse_diagonal(&self) -> Vec<S> {
-        // The rows of the inverse of L, left of the diagonal.
-        let mut inverse: Vec<Vec<S>> = Vec::with_capacity(self.rows.len());
-        let mut diagonal = Vec::with_capacity(self.rows.len());
-        for (k, row) in self.rows.iter().enumerate() {
-            let mut entries: Vec<S> = row[..k].iter().map(|&entry| -entry).collect();
-            for (i, before) in inverse.iter().enumerate() {
-                for (entry, &other) in entries.iter_mut().zip(before) {
-                    *entry -= row[i] * other;
-                }
-            }
-            let squares = entries.iter().zip(&self.rows);
-            diagonal.push(
-                squares.enumerate().fold(row[k], |sum, (j, (&entry, above))| (entry * entry).mul_add(above[j], sum)),
-            );
-            inverse.push(entries);
-        }
-        diagonal
-    }
-
     /// The entries of `1 / D`: all positive and finite exactly where the matrix is positive definite.
     pub fn reciprocals(&self) -> impl Iterator<Item = S> + '_ {
         self.rows.iter().enumerate().map(|(k, row)| row[k])
@@ -90,12 +68,6 @@ mod tests {
         for (row, b) in matrix.iter().zip([1.0, -2.0, 0.3]) {
             let product: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
             assert!((product - b).abs() < 1e-15);
-        }
-        let diagonal = Ldl::new(&matrix).inverse_diagonal();
-        assert_eq!(diagonal.len(), 3);
-        for (k, entry) in diagonal.into_iter().enumerate() {
-            let unit = (0..3).map(|i| f64::from(i == k)).collect();
-            assert!((entry - Ldl::new(&matrix).solve(unit)[k]).abs() < 1e-15);
         }
         assert!(Ldl::new(&matrix).reciprocals().all(|d| d > 0.0));
         assert!(Ldl::new(&[vec![1.0], vec![2.0, 1.0]]).reciprocals().any(|d| d <= 0.0));

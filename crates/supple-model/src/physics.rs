@@ -140,11 +140,17 @@ pub trait Model: Send + Sync + 'static {
         0
     }
 
-    /// `r(x, u, w; phi)`, which is 0 at the unknowns, and linear in them.
+    /// `r(x, u, w; phi)`, which is 0 at the unknowns.
     fn balance<S: Scalar>(&self, _at: &Point<S>, _residual: &mut [S]) {}
 
-    /// `r_w`, symmetric positive definite, by rows.
+    /// `r_w` at the unknowns of the point, symmetric positive definite, by rows.
     fn mass<S: Scalar>(&self, _at: &Point<S>, _matrix: &mut [S]) {}
+
+    /// The unknowns to rounding, where `r` is not linear in them: none where it is. Derivatives need not go through it, as
+    /// in [`Scalar::repeat`]; those of [`Model::balance`] say how the unknowns move.
+    fn solution<S: Scalar>(&self, _at: &Point<S>) -> Option<Vec<S>> {
+        None
+    }
 
     /// Names of the signals: what sensors and costs may use beside state and control, such as a contact's penetration.
     /// Only those of [`POWER`] may depend on the control.

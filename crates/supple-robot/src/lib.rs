@@ -53,10 +53,9 @@ mod tree;
 mod write;
 
 pub use dynamics::{
-    Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, dry_friction,
-    forward_dynamics, frame_jacobian, frame_velocity, friction_resistance, inverse_dynamics, mass_matrix,
-    massless_joints, passive_forces, passive_forces_ahead, passive_resistance, point_jacobian, sliding_rate,
-    sliding_share, solve,
+    Kinematics, Resisted, SingularMass, Twist, Wrench, articulated_bodies, bias, check_inertia, forward_dynamics,
+    frame_jacobian, frame_velocity, inverse_dynamics, mass_matrix, massless_joints, passive_forces,
+    passive_forces_ahead, passive_resistance, point_jacobian, solve,
 };
 pub use equipment::{Actuator, Key, Law, Measured, Omitted, Sensor, Wall, WallShape};
 pub use insert::{Insert, InsertedAxis};

@@ -132,6 +132,10 @@ impl<M: ModelFile> Model for Equipped<M> {
         self.model.mass(at, matrix);
     }
 
+    fn solution<S: Scalar>(&self, at: &Point<S>) -> Option<Vec<S>> {
+        self.model.solution(at)
+    }
+
     fn signals(&self) -> Vec<String> {
         self.model.signals()
     }

@@ -64,16 +64,22 @@ pub(super) fn values<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], a
     quantities.iter().map(|quantity| quantity.values(at, &known)).collect()
 }
 
-/// The next state, its unknowns solved for on the way.
+/// The next state, its unknowns solved for on the way, with all derivatives.
 fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
-    let unknowns = vec![S::zero(); model.unknowns()];
-    let still = Point { w: &unknowns, ..*at };
-    let mut mass = unknowns.repeat(unknowns.len());
-    model.mass(&still, &mut mass);
-    let mut residual = unknowns.clone();
-    model.balance(&still, &mut residual);
-    let mass: Vec<Vec<S>> = mass.chunks(unknowns.len().max(1)).map(<[S]>::to_vec).collect();
-    let w: Vec<S> = Ldl::new(&mass).solve(residual).into_iter().map(|w| -w).collect();
+    let solution = model.solution(at);
+    // Each step of Newton's method makes twice as many orders of derivatives right.
+    let steps = if solution.is_some() { 2 } else { 1 };
+    let mut w = solution.unwrap_or_else(|| vec![S::zero(); model.unknowns()]);
+    for _ in 0..steps {
+        let with = Point { w: &w, ..*at };
+        let mut mass = vec![S::zero(); w.len() * w.len()];
+        model.mass(&with, &mut mass);
+        let mut residual = vec![S::zero(); w.len()];
+        model.balance(&with, &mut residual);
+        let mass: Vec<Vec<S>> = mass.chunks(w.len().max(1)).map(<[S]>::to_vec).collect();
+        let missing = Ldl::new(&mass).solve(residual);
+        w = w.into_iter().zip(missing).map(|(w, missing)| w - missing).collect();
+    }
     let mut next = vec![S::zero(); at.x.len()];
     model.step(&Point { w: &w, ..*at }, &mut next);
     next
@@ -110,29 +116,34 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// `f`, with what its unknowns are defined by.
     pub fn dynamics(&self) -> Dynamics {
-        self.with_mass(&self.mass())
+        self.dynamics_with(|w| self.mass(w))
     }
 
     /// The same for derivatives of `r`, which have its mass matrix among them: it is taken from there, at no cost.
     pub fn dynamics_to_linearise(&self) -> Dynamics {
-        let still: Vec<Node> = (0..self.model.unknowns()).map(|_| Node::zero().opaque()).collect();
-        self.with_mass(&jacobian(&self.balance(&still), &still))
+        self.dynamics_with(|w| jacobian(&self.balance(w), w))
     }
 
-    fn with_mass(&self, mass: &[Vec<Node>]) -> Dynamics {
-        let factor = Ldl::new(mass);
-        let zeros = vec![Node::zero(); mass.len()];
+    /// The same with the mass matrix at given unknowns.
+    fn dynamics_with(&self, mass: impl Fn(&[Node]) -> Vec<Vec<Node>>) -> Dynamics {
+        let still: Vec<Node> = (0..self.model.unknowns()).map(|_| Node::zero().opaque()).collect();
+        if let Some(w) = self.model.solution(&self.point(&still)) {
+            let w: Vec<Node> = w.into_iter().map(Node::opaque).collect();
+            let (next, residual) = self.at(&w);
+            return Dynamics { next, residual, factor: Ldl::new(&mass(&w)), w };
+        }
+        let factor = Ldl::new(&mass(&still));
+        let zeros = vec![Node::zero(); still.len()];
         let w = factor.solve(self.balance(&zeros)).into_iter().map(|w| (-w).opaque()).collect::<Vec<_>>();
         let (next, residual) = self.at(&w);
         Dynamics { next, residual, factor, w }
     }
 
-    /// `r_w`
-    pub fn mass(&self) -> Vec<Vec<Node>> {
+    /// `r_w` at given unknowns.
+    pub fn mass(&self, w: &[Node]) -> Vec<Vec<Node>> {
         let count = self.model.unknowns();
-        let zeros = vec![Node::zero(); count];
-        let mut matrix = zeros.repeat(count);
-        self.model.mass(&self.point(&zeros), &mut matrix);
+        let mut matrix = vec![Node::zero(); count * count];
+        self.model.mass(&self.point(w), &mut matrix);
         matrix.chunks(count.max(1)).map(<[Node]>::to_vec).collect()
     }
 

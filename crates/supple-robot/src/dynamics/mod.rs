@@ -40,9 +40,6 @@ pub use inverse::{bias, inverse_dynamics};
 pub use kinematics::{Kinematics, Twist};
 pub use mass::mass_matrix;
 pub use massless::{SingularMass, check_inertia, massless_joints};
-pub use passive::{
-    Resisted, dry_friction, friction_resistance, passive_forces, passive_forces_ahead, passive_resistance,
-    sliding_rate, sliding_share,
-};
+pub use passive::{Resisted, passive_forces, passive_forces_ahead, passive_resistance};
 pub use solve::solve;
 pub use wrench::Wrench;

@@ -29,28 +29,26 @@ pub struct Resisted<'a, S> {
 /// # Panics
 /// Where `q` or `v` has not one entry by degree of freedom, or `numbers` are those of another robot.
 pub fn passive_forces<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, q: &[S], v: &[S], smoothing: S) -> Vec<S> {
-    passive_forces_ahead(tree, numbers, (q, v), Resisted { rates: v, lead: S::zero() }, smoothing)
+    passive_forces_ahead(tree, numbers, q, Resisted { rates: v, lead: S::zero() }, smoothing)
 }
 
-/// The same forces at other rates `r` than the velocities `v`, and with the positions a time `lead` ahead:
+/// The same forces at other rates `r` than the velocities, and with the positions a time `lead` ahead:
 ///
 /// ```text
-/// - stiffness (p + lead r - rest) - (damping + friction / sqrt(v^2 + smoothing^2)) r
+/// - stiffness (p + lead r - rest) - damping r - friction r / sqrt(r^2 + smoothing^2)
 /// ```
-///
-/// In an implicit step `v` is the [`sliding_rate`].
 ///
 /// # Panics
 /// As [`passive_forces`].
 pub fn passive_forces_ahead<S: Scalar>(
     tree: &Tree,
     numbers: &Numbers<S>,
-    (q, v): (&[S], &[S]),
+    q: &[S],
     resisted: Resisted<S>,
     smoothing: S,
 ) -> Vec<S> {
-    let lengths = (q.len(), v.len(), resisted.rates.len());
-    assert_eq!(lengths, (tree.dofs(), tree.dofs(), tree.dofs()), "positions and velocities of other dofs");
+    let lengths = (q.len(), resisted.rates.len());
+    assert_eq!(lengths, (tree.dofs(), tree.dofs()), "positions and velocities of other dofs");
     let mut forces = vec![S::zero(); tree.dofs()];
     for body in tree.bodies() {
         let joint = &numbers.joints[body.joint];
@@ -58,66 +56,28 @@ pub fn passive_forces_ahead<S: Scalar>(
         let position = q[body.dof] * body.ratio + body.offset + resisted.lead * rate;
         let resisting = joint.stiffness * (position - joint.rest)
             + joint.damping * rate
-            + joint.friction * (rate / friction_speed(v[body.dof] * body.ratio, smoothing));
+            + joint.friction * (rate / friction_speed(rate, smoothing));
         forces[body.dof] -= resisting * body.ratio;
     }
     forces
 }
 
-/// By how much the forces of [`passive_forces_ahead`] fall for a unit of each rate, N m s/rad or N s/m: never negative.
+/// By how much the forces of [`passive_forces_ahead`] fall with each rate, N m s/rad or N s/m: never negative.
 ///
 /// # Panics
 /// As [`passive_forces`].
-pub fn passive_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, v: &[S], lead: S, smoothing: S) -> Vec<S> {
-    assert_eq!(v.len(), tree.dofs(), "velocities of other dofs");
-    let mut resistance = friction_resistance(tree, numbers, v, smoothing);
-    for body in tree.bodies() {
-        let joint = &numbers.joints[body.joint];
-        resistance[body.dof] += (joint.damping + lead * joint.stiffness) * (body.ratio * body.ratio);
-    }
-    resistance
-}
-
-/// The part of [`passive_resistance`] that is that of friction.
-///
-/// # Panics
-/// As [`passive_forces`].
-pub fn friction_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, v: &[S], smoothing: S) -> Vec<S> {
+pub fn passive_resistance<S: Scalar>(tree: &Tree, numbers: &Numbers<S>, resisted: Resisted<S>, smoothing: S) -> Vec<S> {
+    assert_eq!(resisted.rates.len(), tree.dofs(), "velocities of other dofs");
     let mut resistance = vec![S::zero(); tree.dofs()];
     for body in tree.bodies() {
-        let speed = friction_speed(v[body.dof] * body.ratio, smoothing);
-        resistance[body.dof] += numbers.joints[body.joint].friction / speed * (body.ratio * body.ratio);
+        let joint = &numbers.joints[body.joint];
+        let inverse = friction_speed(resisted.rates[body.dof] * body.ratio, smoothing).recip();
+        let share = smoothing * inverse;
+        let friction = joint.friction * inverse * (share * share);
+        resistance[body.dof] +=
+            (joint.damping + resisted.lead * joint.stiffness + friction) * (body.ratio * body.ratio);
     }
     resistance
-}
-
-/// The friction of all joints on each degree of freedom at velocities far above the smoothing, N m or N.
-///
-/// # Panics
-/// Where `numbers` are those of another robot.
-pub fn dry_friction<S: Scalar>(tree: &Tree, numbers: &Numbers<S>) -> Vec<S> {
-    let mut friction = vec![S::zero(); tree.dofs()];
-    for body in tree.bodies() {
-        friction[body.dof] += numbers.joints[body.joint].friction * body.ratio.abs();
-    }
-    friction
-}
-
-/// The rate to which friction slows a degree of freedom in a step, rad/s or m/s (theory, equation R.23): nearly
-/// `rate - loss` in the direction of `rate`, and nearly 0 where `loss` is more.
-///
-/// `rate` is the rate at the end of the step without this friction, and `loss`, not negative, what it takes from it at most:
-/// the step times the friction by the inertia. With `loss = 0` it is `rate`. `smoothing` is more than 0.
-pub fn sliding_rate<S: Scalar>(rate: S, loss: S, smoothing: S) -> S {
-    rate * sliding_share(friction_speed(rate, smoothing), loss, smoothing)
-}
-
-/// The share of a rate that friction leaves of it in a step: [`sliding_rate`] of what moves in several directions, whose
-/// `speed` is the root of the squares of rate and `smoothing`.
-pub fn sliding_share<S: Scalar>(speed: S, loss: S, smoothing: S) -> S {
-    let above = speed - loss;
-    let left = (above + friction_speed(above, smoothing + smoothing)) * 0.5;
-    left / (left + loss)
 }
 
 /// `sqrt(v^2 + smoothing^2)`

@@ -13,20 +13,8 @@ pub struct Situation<'a, S> {
     pub numbers: Numbers<S>,
     pub kinematics: Kinematics<S>,
     ahead: Option<Ahead<S>>,
-    /// Rates of the degrees of freedom that decide how friction resists; none where these are the velocities.
-    sliding: Option<Vec<S>>,
-    /// The same of elements of compliance.
-    surfaces: Surfaces<S>,
-}
-
-/// How surfaces resist sliding.
-enum Surfaces<S> {
-    /// As at the velocities of now.
-    Now,
-    /// Not at all.
-    Smooth,
-    /// As at these velocities along the surface of every element that has one, m/s in the world.
-    At(Vec<Option<[S; 3]>>),
+    /// Whether dry friction is left out.
+    smooth: bool,
 }
 
 /// The end of an implicit step, at which forces that resist motion are taken.
@@ -42,8 +30,6 @@ struct Ahead<S> {
 /// Where everything is and how it moves, as an element of compliance sees it.
 pub struct Own<'a, S> {
     now: &'a Situation<'a, S>,
-    /// The element's place among all.
-    number: usize,
     /// Place of the element's first coordinate among those that compliance adds.
     coordinate: usize,
     /// Place of its first constant.
@@ -80,7 +66,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
         let (dofs, positions) = bodies.positions();
         let (q, v) = (&at.x[..dofs], &at.x[positions..positions + dofs]);
         let kinematics = Kinematics::of(&bodies.tree, &numbers, q, v);
-        Self { bodies, at, numbers, kinematics, ahead: None, sliding: None, surfaces: Surfaces::Now }
+        Self { bodies, at, numbers, kinematics, ahead: None, smooth: false }
     }
 
     /// The same, with forces that resist motion taken at the end of the step with accelerations `a`; `with_bodies` says
@@ -94,34 +80,15 @@ impl<'a, S: Scalar> Situation<'a, S> {
         self
     }
 
-    /// The same, with friction that resists as at these rates of the degrees of freedom.
-    pub fn sliding_at(self, rates: Vec<S>) -> Self {
-        Self { sliding: Some(rates), ..self }
-    }
-
-    /// The same, with elements of compliance that have no dry friction.
-    pub fn on_smooth_surfaces(self) -> Self {
-        Self { surfaces: Surfaces::Smooth, ..self }
-    }
-
-    /// The same, with dry friction of every element of compliance that resists as at a velocity, m/s in the world.
-    pub fn slipping_at(self, velocities: Vec<Option<[S; 3]>>) -> Self {
-        Self { surfaces: Surfaces::At(velocities), ..self }
+    /// The same without dry friction in joints and along surfaces.
+    pub fn without_friction(mut self) -> Self {
+        self.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
+        Self { smooth: true, ..self }
     }
 
     /// Positions of the degrees of freedom.
     pub fn q(&self) -> &[S] {
         &self.at.x[..self.bodies.positions().0]
-    }
-
-    /// Velocities of the degrees of freedom.
-    pub fn v(&self) -> &[S] {
-        &self.velocities()[..self.bodies.positions().0]
-    }
-
-    /// The rates of the degrees of freedom that decide how friction in joints resists.
-    pub fn sliding(&self) -> &[S] {
-        self.sliding.as_deref().unwrap_or(self.v())
     }
 
     /// All positions: of the degrees of freedom and of what compliance adds.
@@ -130,7 +97,7 @@ impl<'a, S: Scalar> Situation<'a, S> {
     }
 
     /// Their velocities.
-    fn velocities(&self) -> &[S] {
+    pub fn velocities(&self) -> &[S] {
         let (_, positions) = self.bodies.positions();
         &self.at.x[positions..2 * positions]
     }
@@ -151,8 +118,8 @@ impl<'a, S: Scalar> Situation<'a, S> {
     }
 
     /// The same as an element of compliance sees it that is, and whose first coordinate and constant are, at these places.
-    pub fn seen_from(&'a self, number: usize, coordinate: usize, constant: usize) -> Own<'a, S> {
-        Own { now: self, number, coordinate, constant }
+    pub fn seen_from(&'a self, coordinate: usize, constant: usize) -> Own<'a, S> {
+        Own { now: self, coordinate, constant }
     }
 
     /// The frame with this number, in the world.
@@ -235,14 +202,10 @@ impl<S: Scalar> Own<'_, S> {
         self.now.lead()
     }
 
-    /// The velocity along the element's surface that decides how its dry friction resists, m/s in the world, where `now`
-    /// is the present one; none where friction is left out.
-    pub fn slip(&self, now: [S; 3]) -> Option<[S; 3]> {
-        match &self.now.surfaces {
-            Surfaces::Now => Some(now),
-            Surfaces::Smooth => None,
-            Surfaces::At(velocities) => velocities.get(self.number).copied().flatten(),
-        }
+    /// Whether dry friction is among its forces. An implicit step finds it apart from all others.
+    #[must_use]
+    pub fn has_friction(&self) -> bool {
+        !self.now.smooth
     }
 
     /// The frame with this number, in the world.

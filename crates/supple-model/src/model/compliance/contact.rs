@@ -172,14 +172,24 @@ struct Load<S> {
     depth: S,
     /// Normal force on the frame, N.
     force: S,
+    /// The same at the velocity of now, N.
+    pushed: S,
     /// The whole force on the frame in the world, N.
     total: [S; 3],
-    /// N s/m along the normal and along the wall.
-    resistances: [S; 2],
-    /// The greatest friction, N.
+    /// How it falls with the velocity along the normal, N s/m.
+    resistance: S,
+    /// Friction along the wall; none where it is left out.
+    slide: Option<Slide<S>>,
+}
+
+/// Friction along a wall.
+struct Slide<S> {
+    /// At most so much, N.
     limit: S,
-    /// Velocity along the wall, m/s, at the rates that forces are linear in; 0 without friction.
-    slide_then: [S; 3],
+    /// The velocity along the wall, m/s, at the rates at which forces resist.
+    velocity: [S; 3],
+    /// That speed with the one over which friction sets in, m/s.
+    speed: S,
 }
 
 /// The range of approaching speeds, times dissipation, over which a departing body comes free.
@@ -200,7 +210,7 @@ impl Contact {
         (stiffness * smoothing / wide, wide)
     }
 
-    /// Depth and forces (theory, equations R.14, R.15 and R.22).
+    /// Depth and forces (theory, equations R.14, R.15, R.22 and R.23).
     fn load<S: Scalar>(&self, own: &Own<S>) -> Load<S> {
         let at = own.at();
         let (pose, twist) = (own.pose(self.frame), own.velocity(self.frame));
@@ -221,19 +231,21 @@ impl Contact {
             pressed * rise + pressed * dissipation * damped * (approach_then - approach) + stiff * approach_then;
 
         let mut total = scale(force, normal);
-        let (mut along, mut limit, mut slide_then) = (S::zero(), S::zero(), [S::zero(); 3]);
-        if !self.friction.is_zero() {
-            let lever = self.lever(at, &pose);
-            let [touch, touch_then] = [twist, twist_then].map(|twist| pose.rotate(twist.at(lever)));
-            slide_then = add(touch_then, scale(approach_then, normal));
-            limit = at.value(self.friction) * pressed * rise;
-            if let Some(slide) = own.slip(add(touch, scale(approach, normal))) {
-                let slip = self.slip_speed(at);
-                along = limit / (dot(slide, slide) + slip * slip).sqrt();
-                total = sub(total, scale(along, slide_then));
-            }
+        let slide = (!self.friction.is_zero() && own.has_friction()).then(|| {
+            let touch = pose.rotate(twist_then.at(self.lever(at, &pose)));
+            let velocity = add(touch, scale(approach_then, normal));
+            let speed = (dot(velocity, velocity) + self.slip_speed(at).square()).sqrt();
+            Slide { limit: self.limit(at, pressed * rise), velocity, speed }
+        });
+        if let Some(Slide { limit, velocity, speed }) = &slide {
+            total = sub(total, scale(*limit / *speed, *velocity));
         }
-        Load { depth, force, total, resistances: [resistance, along], limit, slide_then }
+        Load { depth, force, pushed: pressed * rise, total, resistance, slide }
+    }
+
+    /// Friction at most, given the normal force.
+    fn limit<S: Scalar>(&self, at: &Point<S>, pushed: S) -> S {
+        at.value(self.friction) * pushed
     }
 
     /// The speed over which friction sets in; where the contact is made wider, a higher one.
@@ -299,14 +311,15 @@ impl Compliance for Contact {
     }
 
     fn resistance<S: Scalar>(&self, own: &Own<S>) -> Vec<Resistance<S>> {
-        let Load { resistances: [inward, along], .. } = self.load(own);
+        let Load { resistance, slide, .. } = self.load(own);
         let (pose, normal) = (own.pose(self.frame), self.normal.map(S::constant));
-        if self.friction.is_zero() {
+        let Some(Slide { limit, velocity, speed }) = slide else {
             let motions = own.point_motions(self.frame, pose.position);
             let inwards: Vec<[S; 1]> = motions.iter().map(|motion| [dot(normal, motion.linear)]).collect();
-            return vec![own.spread([[inward]], &inwards)];
-        }
-        let mut block = squares(&[(inward - along, normal)]);
+            return vec![own.spread([[resistance]], &inwards)];
+        };
+        let along = limit / speed;
+        let mut block = squares(&[(resistance - along, normal), (-along / speed.square(), velocity)]);
         (0..3).for_each(|axis| block[axis][axis] += along);
         vec![own.spread(block, &self.touch_motions(own))]
     }
@@ -316,9 +329,13 @@ impl Compliance for Contact {
     }
 
     fn dry_friction<S: Scalar>(&self, own: &Own<S>) -> Option<DryFriction<S>> {
-        let Load { limit, slide_then: velocity, .. } = self.load(own);
-        let (smoothing, motions) = (self.slip_speed(own.at()), self.touch_motions(own));
-        self.has_dry_friction().then_some(DryFriction { limit, smoothing, velocity, motions })
+        let normal = self.normal.map(S::constant);
+        let along = |motion: [S; 3]| sub(motion, scale(dot(motion, normal), normal));
+        self.has_dry_friction().then(|| DryFriction {
+            limit: self.limit(own.at(), self.load(own).pushed),
+            smoothing: self.slip_speed(own.at()),
+            motions: self.touch_motions(own).into_iter().map(along).collect(),
+        })
     }
 
     fn widened(&self, length: Value, speed: Value) -> Option<Self> {

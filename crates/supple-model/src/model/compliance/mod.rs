@@ -35,8 +35,6 @@ pub(super) use spring::Spring;
 pub(super) struct Element {
     pub name: String,
     pub kind: Coupling,
-    /// Its place among all elements.
-    pub number: usize,
     /// Place of its first coordinate among those that compliance adds.
     pub coordinate: usize,
     /// Place of its first constant.
@@ -46,7 +44,7 @@ pub(super) struct Element {
 impl Element {
     /// What it sees of a situation.
     pub fn own<'a, S: Scalar>(&self, now: &'a Situation<'a, S>) -> Own<'a, S> {
-        now.seen_from(self.number, self.coordinate, self.constant)
+        now.seen_from(self.coordinate, self.constant)
     }
 }
 
@@ -100,8 +98,7 @@ pub trait Compliance: Debug + Send + Sync + 'static {
         false
     }
 
-    /// Its friction along a surface, which in implicit steps resists as at the velocity to which it slows what slides
-    /// (theory, equation R.24), so that what breaks away within a step is not held.
+    /// Its friction along a surface, which implicit steps take at the velocity that they end with (theory, equation R.23).
     fn dry_friction<S: Scalar>(&self, _own: &Own<S>) -> Option<DryFriction<S>> {
         None
     }
@@ -205,16 +202,15 @@ pub struct Resistance<S> {
     pub rows: Vec<Vec<S>>,
 }
 
-/// Friction of what slides along a surface.
+/// Friction of what slides along a surface: at the velocity `v = motions' rates` the force
+/// `-limit v / sqrt(v' v + smoothing^2)`. It is among the forces of [`Compliance::apply`] where [`Own::has_friction`].
 #[derive(Clone, Debug)]
 pub struct DryFriction<S> {
-    /// The force at speeds far above the smoothing, N: not negative.
+    /// The force at speeds far above the smoothing, N: not negative, and the same at all [rates](Own::rates).
     pub limit: S,
     /// Speed over which it sets in, m/s; above 0.
     pub smoothing: S,
-    /// The velocity along the surface at the [rates](Own::rates) of forces that resist motion, m/s in the world.
-    pub velocity: [S; 3],
-    /// How the point that slides moves for a unit of each degree of freedom's rate, in the world.
+    /// How the point that slides moves along the surface for a unit of each degree of freedom's rate, in the world.
     pub motions: Vec<[S; 3]>,
 }
 

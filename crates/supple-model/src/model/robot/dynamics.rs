@@ -1,14 +1,11 @@
 //! Forces, inertia and steps of robots.
 
 use supple_kernels::{Ldl, Scalar};
-use supple_robot::{
-    dry_friction, friction_resistance, inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance,
-    sliding_rate, sliding_share,
-    vector::{dot, scale},
-};
+use supple_robot::{inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
 use super::drive::Drive;
 use super::integrator::Integrator;
+use super::sliding::{FreeStep, Rubbing, sliding_rates};
 use super::{Point, Robot};
 use crate::model::bodies::{Forces, Override, Situation, widened};
 use crate::model::compliance::{DryFriction, Element, Native, Resistance};
@@ -17,17 +14,8 @@ impl Robot {
     /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
     /// with accelerations `a`.
     pub(super) fn stepping<'a, S: Native>(&'a self, at: &'a Point<'a, S>, a: &[S]) -> Situation<'a, S> {
-        let mut now = Situation::of(&self.bodies, at);
-        if self.integrator == Integrator::SemiImplicit {
-            return now;
-        }
-        if self.has_friction() {
-            now = self.sliding(now);
-        }
-        if self.compliance.iter().any(|element| element.kind.has_dry_friction()) {
-            now = self.slipping(now);
-        }
-        now.at_end(a, self.sees_frames())
+        let now = Situation::of(&self.bodies, at);
+        if self.integrator == Integrator::SemiImplicit { now } else { now.at_end(a, self.sees_frames()) }
     }
 
     /// Whether any element of compliance asks for frames.
@@ -35,63 +23,46 @@ impl Robot {
         self.compliance.iter().any(|element| !element.kind.frames().is_empty())
     }
 
-    /// The same, with friction of joints that resists as at the rates to which it slows each degree of freedom in an implicit
-    /// step (theory, equation R.23): at the rates of the beginning it would hold what breaks away within the step. First as
-    /// if each moved alone; then among the others, with the friction that this gives them.
-    fn sliding<'a, S: Native>(&self, mut now: Situation<'a, S>) -> Situation<'a, S> {
-        let numbers = now.numbers.clone();
-        let friction = dry_friction(&self.bodies.tree, &now.numbers);
-        now.numbers.joints.iter_mut().for_each(|joint| joint.friction = S::zero());
-        let still = vec![S::zero(); self.positions().1];
-        now = now.at_end(&still, self.sees_frames());
-        let (mut inertia, mut needed) = (self.inertia(&now), self.unbalanced(&now, &still));
-        let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
-        let alone = |(dof, &friction): (usize, &S)| {
-            let mobility = lead / inertia[dof][dof];
-            sliding_rate(now.v()[dof] - mobility * needed[dof], mobility * friction, smoothing)
-        };
-        let rates: Vec<S> = friction.iter().enumerate().map(alone).collect();
-
-        let resistance = friction_resistance(&self.bodies.tree, &numbers, &rates, smoothing);
-        for (dof, &resistance) in resistance.iter().enumerate() {
-            inertia[dof][dof] += lead * resistance;
-            needed[dof] += resistance * now.v()[dof];
-        }
-        let inertia = Ldl::new(&inertia);
-        let (needed, mobilities) = (inertia.solve(needed), inertia.inverse_diagonal());
-        let among_others = |(dof, &friction): (usize, &S)| {
-            let rate = now.v()[dof] - lead * needed[dof];
-            let mobility = lead * mobilities[dof];
-            // Both without the friction of the degree of freedom itself.
-            let share = S::one() - mobility * resistance[dof];
-            sliding_rate(rate / share, mobility * friction / share, smoothing)
-        };
-        let rates = friction.iter().enumerate().map(among_others).collect();
-        now.numbers = numbers;
-        now.sliding_at(rates)
+    /// Whether dry friction is that at the end of the step, which depends on the accelerations as no linear function does.
+    pub(super) fn slides(&self) -> bool {
+        let on_surfaces = || self.compliance.iter().any(|element| element.kind.has_dry_friction());
+        self.integrator == Integrator::Implicit && (self.has_friction() || on_surfaces())
     }
 
-    /// The same, with dry friction of compliance that resists as at the velocity to which it slows what slides along each
-    /// surface in an implicit step, from the velocity that the step ends with if all surfaces are smooth (theory, equation
-    /// R.24).
-    fn slipping<'a, S: Native>(&self, now: Situation<'a, S>) -> Situation<'a, S> {
+    /// The accelerations of an implicit step with dry friction (theory, equation R.23), to rounding.
+    pub(super) fn sliding<S: Native>(&self, at: &Point<S>) -> Vec<S> {
         let still = vec![S::zero(); self.positions().1];
-        let now = now.on_smooth_surfaces().at_end(&still, self.sees_frames());
-        let inertia = Ldl::new(&self.inertia(&now));
-        let smooth: Vec<S> = inertia.solve(self.unbalanced(&now, &still)).into_iter().map(|a| -a).collect();
-        let now = now.at_end(&smooth, self.sees_frames());
-        let slowed = |DryFriction { limit, smoothing, velocity, motions }: DryFriction<S>| {
-            let mut push: Vec<S> = motions.iter().map(|&motion| dot(motion, velocity)).collect();
-            push.resize(still.len(), S::zero());
-            let gained = inertia.solve(push.clone());
-            let given = push.iter().zip(gained).fold(S::zero(), |sum, (&push, gained)| push.mul_add(gained, sum));
-            let square = dot(velocity, velocity) + smoothing * smoothing;
-            let loss = now.lead() * limit * given / square;
-            scale(sliding_share(square.sqrt(), loss, smoothing), velocity)
+        let now = self.stepping(at, &still).without_friction();
+        let step = FreeStep {
+            inertia: self.inertia(&now),
+            needed: self.unbalanced(&now, &still),
+            velocities: now.velocities().to_vec(),
+            lead: now.lead(),
         };
-        let of = |element: &Element| element.kind.over::<S>().dry_friction(&element.own(&now)).map(slowed);
-        let velocities = self.compliance.iter().map(of).collect();
-        now.slipping_at(velocities)
+        let rates = sliding_rates(&step, &self.rubbing(&now));
+        rates.iter().zip(now.velocities()).map(|(&rate, &v)| (rate - v) / now.lead()).collect()
+    }
+
+    /// All that dry friction resists: of joints, then of compliance.
+    fn rubbing<S: Native>(&self, now: &Situation<S>) -> Vec<Rubbing<S>> {
+        let (dofs, positions) = self.positions();
+        let (numbers, smoothing) = (self.bodies.numbers(now.at), self.friction_speed(now.at));
+        let bodies = self.bodies.tree.bodies().iter().filter(|body| self.joint_has_friction(body.joint));
+        let in_joints = bodies.map(|body| {
+            let mut row = vec![S::zero(); positions];
+            row[body.dof] = S::constant(body.ratio);
+            Rubbing { limit: numbers.joints[body.joint].friction, smoothing, rows: vec![row] }
+        });
+        let of = |element: &Element| {
+            let DryFriction { limit, smoothing, motions } = element.kind.over::<S>().dry_friction(&element.own(now))?;
+            let along = |axis: usize| {
+                let mut row = vec![S::zero(); positions];
+                row[..dofs].iter_mut().zip(&motions).for_each(|(entry, motion)| *entry = motion[axis]);
+                row
+            };
+            Some(Rubbing { limit, smoothing, rows: [0, 1, 2].map(along).to_vec() })
+        };
+        in_joints.chain(self.compliance.iter().filter_map(of)).collect()
     }
 
     /// All forces but those of inertia: on the degrees of freedom, on what compliance adds, and on links.
@@ -100,13 +71,7 @@ impl Robot {
         let (_, positions) = self.positions();
         let smoothing = self.friction_speed(at);
         let mut forces = Forces {
-            generalised: passive_forces_ahead(
-                &self.bodies.tree,
-                &now.numbers,
-                (now.q(), now.sliding()),
-                now.resisted(),
-                smoothing,
-            ),
+            generalised: passive_forces_ahead(&self.bodies.tree, &now.numbers, now.q(), now.resisted(), smoothing),
             wrenches: Vec::new(),
         };
         forces.generalised.resize(positions, S::zero());
@@ -133,9 +98,16 @@ impl Robot {
 
     /// Whether any joint has friction.
     pub(super) fn has_friction(&self) -> bool {
-        let given =
-            |change: &Override| matches!(change, Override::Joint { friction: Some(value), .. } if !value.is_zero());
-        self.bodies.robot.joints.iter().any(|joint| joint.friction != 0.0) || self.bodies.overrides.iter().any(given)
+        (0..self.bodies.robot.joints.len()).any(|joint| self.joint_has_friction(joint))
+    }
+
+    fn joint_has_friction(&self, joint: usize) -> bool {
+        let given = |change: &Override| match change {
+            Override::Joint { joint: other, friction: Some(value), .. } if *other == joint => Some(*value),
+            _ => None,
+        };
+        let own = self.bodies.robot.joints[joint].friction != 0.0;
+        self.bodies.overrides.iter().filter_map(given).next_back().map_or(own, |value| !value.is_zero())
     }
 
     /// `M`, with the rotors and what compliance adds; in an implicit step with what resists the rates at its end.
@@ -165,7 +137,7 @@ impl Robot {
     pub(super) fn resist<S: Native>(&self, now: &Situation<S>, mass: &mut [Vec<S>]) {
         let (lead, smoothing) = (now.lead(), self.friction_speed(now.at));
         let (_, positions) = self.positions();
-        let joints = passive_resistance(&self.bodies.tree, &now.numbers, now.sliding(), lead, smoothing);
+        let joints = passive_resistance(&self.bodies.tree, &now.numbers, now.resisted(), smoothing);
         for (dof, resistance) in joints.into_iter().enumerate() {
             mass[dof][dof] += lead * resistance;
         }
@@ -227,16 +199,28 @@ impl Robot {
         needed.iter().zip(&forces.generalised).map(|(&needed, &given)| needed - given).collect()
     }
 
+    /// The accelerations of a step with all their derivatives.
+    fn accelerations<S: Native>(&self, at: &Point<S>) -> Vec<S> {
+        let mut a = vec![S::zero(); self.positions().1];
+        let mut steps = 1;
+        if self.slides() {
+            // Each step of Newton's method makes twice as many orders of derivatives right.
+            (a, steps) = (self.sliding(at), 2);
+        }
+        for _ in 0..steps {
+            let now = self.stepping(at, &a);
+            let missing = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &a));
+            a = a.into_iter().zip(missing).map(|(a, missing)| a - missing).collect();
+        }
+        a
+    }
+
     /// The next state after all sub-steps, each with accelerations of its own.
     pub(super) fn substep<S: Native>(&self, at: &Point<S>, next: &mut [S]) {
         let dt = at.time_step / self.substeps as f64;
         let mut x = at.x.to_vec();
         for _ in 0..self.substeps {
-            let at = Point { x: &x, time_step: dt, ..*at };
-            let zero = vec![S::zero(); self.positions().1];
-            let now = self.stepping(&at, &zero);
-            let a = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &zero));
-            let a: Vec<S> = a.into_iter().map(|a| -a).collect();
+            let a = self.accelerations(&Point { x: &x, time_step: dt, ..*at });
             self.integrate(&x, &a, dt, next);
             x.copy_from_slice(next);
         }

@@ -3,7 +3,7 @@
 //! ```text
 //! keys.rs, build/: task file + robot file -> Robot
 //! ../bodies/: numbers that are parameters, and where everything is
-//! ../compliance/, drive.rs: forces        dynamics.rs: inertia and steps
+//! ../compliance/, drive.rs: forces        dynamics.rs, sliding.rs: inertia and steps
 //! signals.rs: what can be measured        picture.rs: what it looks like
 //! ```
 
@@ -38,6 +38,7 @@ mod rigid;
 #[cfg(feature = "schema")]
 mod schema;
 mod signals;
+mod sliding;
 mod start;
 
 use drive::Drive;
@@ -131,6 +132,14 @@ impl Model for Robot {
         if !matrix.is_empty() {
             run(self, Part::Mass, at, matrix);
         }
+    }
+
+    fn solution<S: Scalar>(&self, at: &Point<S>) -> Option<Vec<S>> {
+        (self.unknowns() > 0 && self.slides()).then(|| {
+            let mut w = vec![S::zero(); self.unknowns()];
+            run(self, Part::Solution, at, &mut w);
+            w
+        })
     }
 
     fn step<S: Scalar>(&self, at: &Point<S>, next: &mut [S]) {

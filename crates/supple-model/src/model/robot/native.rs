@@ -15,6 +15,8 @@ pub(super) enum Part {
     Balance,
     /// The mass matrix, by rows.
     Mass,
+    /// The unknowns, where they need more than the mass matrix.
+    Solution,
     /// All signals.
     Signals,
     /// The places of landmarks, three numbers each.
@@ -41,6 +43,7 @@ impl Of<'_> {
                 out.copy_from_slice(&robot.unbalanced(&robot.stepping(&at, at.w), at.w));
             }
             Part::Mass => out.copy_from_slice(&robot.inertia(&robot.stepping(&at, at.w)).concat()),
+            Part::Solution => out.copy_from_slice(&robot.sliding(&at)),
             Part::Signals => out.copy_from_slice(&robot.signal_values(&at)),
             Part::Landmarks => out.copy_from_slice(&robot.mark(&at).concat()),
         }

@@ -18,7 +18,7 @@ impl<M: Model> Recorder<'_, M> {
             let trace = self.trace(false);
             let dynamics = trace.dynamics_to_linearise();
             let Linearised { f_z, f_w, r_z, directions } = dynamics.linearise(&trace.z);
-            let mass = trace.mass();
+            let mass = trace.mass(&dynamics.w);
             let (n, joint, k) = (dynamics.next.len(), trace.z.len(), dynamics.w.len());
             let adjoint = |i: usize, j: usize| Node::entry(source::DYNAMICS, i * padded(joint) + j);
             let mu: Vec<Vec<Node>> = (0..joint)

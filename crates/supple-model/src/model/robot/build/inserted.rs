@@ -41,7 +41,6 @@ impl Build<'_> {
                 Some((joint.clone(), kind))
             })
         });
-        let element = |(number, (name, kind))| Element { name, kind, number, coordinate: 0, constant: 0 };
-        springs.enumerate().map(element).collect()
+        springs.map(|(name, kind)| Element { name, kind, coordinate: 0, constant: 0 }).collect()
     }
 }

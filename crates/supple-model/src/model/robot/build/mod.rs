@@ -289,7 +289,7 @@ impl Build<'_> {
             }
             let coordinate = elements.iter().map(|element| element.kind.coordinates()).sum();
             let constant = elements.iter().map(|element| element.kind.constants()).sum();
-            elements.push(Element { name, kind: read, number: elements.len(), coordinate, constant });
+            elements.push(Element { name, kind: read, coordinate, constant });
         }
         Ok(elements)
     }
