@@ -1,5 +1,4 @@
-use super::node::{Node, Op, operations, repetitions};
-use super::repetition::Repetition;
+use super::node::{Node, Op, Repetition, operations, repetitions};
 use crate::Scalar;
 
 /// For each of the first `len` nodes, whether it is one of `nodes`.

@@ -1,7 +1,7 @@
 use std::any::Any;
 
-use super::node::{Node, Op, operations, record, repetitions};
-use super::repetition::{Repetition, bodies};
+use super::node::{Node, Op, Repetition, operations, record, repetitions};
+use super::repetition::bodies;
 use crate::Scalar;
 
 /// A function of numbers that its caller knows only as an object.

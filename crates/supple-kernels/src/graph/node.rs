@@ -3,7 +3,6 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::repetition::Repetition;
 use crate::Scalar;
 use crate::scalar::{self, derive_operators};
 
@@ -149,6 +148,25 @@ impl<T: Copy> Table<T> {
     /// The nodes that have one, in their order.
     pub fn nodes(&self) -> impl Iterator<Item = Node> {
         self.0.iter().enumerate().filter(|(_, entry)| entry.is_some()).map(|(i, _)| Node(i as u32))
+    }
+}
+
+/// Arithmetic that is repeated until the first of its variables is no longer above 0.
+#[derive(Clone, Debug)]
+pub(super) struct Repetition {
+    pub variables: Vec<Node>,
+    /// What they begin with.
+    pub start: Vec<Node>,
+    /// What each run makes of them.
+    pub next: Vec<Node>,
+    /// How often it runs at most.
+    pub most: usize,
+}
+
+impl Repetition {
+    /// The nodes that it is made of and needs to begin.
+    pub fn needs(&self) -> impl Iterator<Item = Node> {
+        self.start.iter().chain(&self.next).copied()
     }
 }
 

@@ -1,7 +1,7 @@
 use std::collections::{BTreeSet, HashSet};
 
-use super::node::{Node, Op, Table, operations, repetitions};
-use super::repetition::{Repetition, Stage, stages};
+use super::node::{Node, Op, Repetition, Table, operations, repetitions};
+use super::repetition::{Stage, stages};
 use super::schedule::{
     ARITHMETIC, Kind, Step, Units, behind, chain, fuse, plain, results, schedule, without_negatives,
 };

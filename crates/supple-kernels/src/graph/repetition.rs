@@ -1,26 +1,7 @@
 //! Arithmetic that runs again and again, and what a program runs before and after it.
 
-use super::node::{Node, Op};
+use super::node::{Node, Op, Repetition};
 use super::schedule::behind;
-
-/// Arithmetic that is repeated until the first of its variables is no longer above 0.
-#[derive(Clone, Debug)]
-pub(super) struct Repetition {
-    pub variables: Vec<Node>,
-    /// What they begin with.
-    pub start: Vec<Node>,
-    /// What each run makes of them.
-    pub next: Vec<Node>,
-    /// How often it runs at most.
-    pub most: usize,
-}
-
-impl Repetition {
-    /// The nodes that it is made of and needs to begin.
-    pub fn needs(&self) -> impl Iterator<Item = Node> {
-        self.start.iter().chain(&self.next).copied()
-    }
-}
 
 /// Which repetition each of some operations is part of: what is made of its variables.
 pub(super) fn bodies(ops: &[Op], repetitions: &[Repetition]) -> Vec<Option<usize>> {

@@ -201,7 +201,7 @@ fn driven<const N: usize>(problem: &Problem, time_step: f64, constant: [f64; N],
 #[test]
 fn a_joint_breaks_away_within_the_step_at_any_time_step() {
     let turn = "friction_smoothing = 1e-3\n[model.joints.turn]\nfriction = 30.0\n";
-    for (time_step, expected) in [(1e-2, 0.1852), (1e-3, 0.1831), (1e-4, 0.1836)] {
+    for (time_step, expected) in [(1e-2, 0.1853), (1e-3, 0.1835), (1e-4, 0.1836)] {
         let turned = driven(&disc(turn, time_step), time_step, [0.0; 3], [0.0, 0.0, 45.0])[2];
         assert!((turned - expected).abs() < 5.1e-5, "{time_step} s: {turned} rad");
         assert!((turned - 0.1836).abs() < 0.01 * 0.1836, "{time_step} s: {turned} rad");
@@ -232,10 +232,10 @@ fn an_arm_with_dry_friction_moves_alike_at_long_and_short_time_steps() {
         let fine = moved("semi_implicit", 1e-5);
         let farthest = fine.iter().fold(0.0, |far: f64, q| far.max(q.abs()));
         assert!(farthest > moves, "{fine:?}");
-        for (time_step, share) in [(1e-2, 0.05), (2e-3, 0.02), (5e-4, 0.01)] {
+        for (time_step, share) in [(1e-2, 0.03), (2e-3, 0.008), (5e-4, 0.002)] {
             let found = moved("implicit", time_step);
             let error = found.iter().zip(&fine).fold(0.0, |far: f64, (q, fine)| far.max((q - fine).abs()));
-            assert!(error < share * farthest + 5e-4, "{friction:?} {time_step} s: {found:?} and {fine:?}");
+            assert!(error < share * farthest, "{friction:?} {time_step} s: {found:?} and {fine:?}");
         }
     }
 }
@@ -297,7 +297,7 @@ fn dragged(time_step: f64, integrator: &str, radius: f64) -> f64 {
 /// The table of docs/theory/robot.md, beside explicit steps of 10 us; a wheel of radius 0.1 m rolls and slips.
 #[test]
 fn a_body_on_a_wall_breaks_away_within_the_step_at_any_time_step() {
-    for (time_step, expected) in [(1e-2, 0.02788), (1e-3, 0.02785), (1e-4, 0.02806)] {
+    for (time_step, expected) in [(1e-2, 0.02800), (1e-3, 0.02794), (1e-4, 0.02798)] {
         let moved = dragged(time_step, "implicit", 0.0);
         assert!((moved - expected).abs() < 5.1e-6, "{time_step} s: {moved} m");
     }
