@@ -7,6 +7,7 @@ use supple_lqg::{ControlBounds, Dimensions};
 use supple_model::noise::{Covariance, NoiseModel, VaryingVariance};
 use supple_model::parameters::Parameters;
 use supple_model::system::{RollOut, System, holding_controls};
+use supple_model::value::symmetrise;
 use supple_model::{Trajectory, Value};
 use supple_text::digits;
 
@@ -384,10 +385,10 @@ impl Task {
         }
     }
 
-    /// Checks that everything has the lengths that the system asks for.
+    /// Checks that everything has the lengths that the system asks for, and that covariances are symmetric.
     ///
     /// # Errors
-    /// The first thing of a wrong length.
+    /// The first thing of a wrong length, or the first covariance that is not symmetric by more than rounding.
     pub fn check_shapes(&self) -> Result<(), Error> {
         let size = self.system.dimensions();
         let check = |what: &str, found: usize, expected: usize| {
@@ -409,6 +410,10 @@ impl Task {
                 Covariance::Full(rows) => {
                     let what = format!("a row of the {name} covariance");
                     rows.iter().try_for_each(|row| check(&what, row.len(), order))?;
+                    symmetrise(&mut rows.clone()).map_err(|found| Error::NotSymmetric {
+                        what: format!("the {name} covariance of task `{}`", self.name),
+                        found: found.message(&[]),
+                    })?;
                 }
                 Covariance::Sequence(matrices) => {
                     check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;
