@@ -280,6 +280,18 @@ impl Task {
         steps: usize,
         time_step: impl Into<Value>,
     ) -> Self {
+        Self::sharing(name, Arc::new(system), noise, steps, time_step)
+    }
+
+    /// The same of a system that others share, or whose type is known only when the program runs.
+    #[must_use]
+    pub fn sharing(
+        name: impl Into<String>,
+        system: Arc<dyn System>,
+        noise: NoiseModel,
+        steps: usize,
+        time_step: impl Into<Value>,
+    ) -> Self {
         Self {
             name: name.into(),
             steps,
@@ -290,7 +302,7 @@ impl Task {
             initial_control: Vec::new(),
             control_bounds: None,
             noise,
-            system: Arc::new(system),
+            system,
         }
     }
 
@@ -304,6 +316,19 @@ impl Task {
     #[must_use]
     pub fn guessing(self, control: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         Self { initial_control: vec![control.into_iter().map(Into::into).collect()], ..self }
+    }
+
+    /// With these controls as a first guess: one row for all steps or one per step, each of length m. Without rows, those
+    /// that hold the first state as nearly as they can.
+    #[must_use]
+    pub fn guessing_each(self, controls: Vec<Vec<Value>>) -> Self {
+        Self { initial_control: controls, ..self }
+    }
+
+    /// With this weight of its information in the objective; 1 by default.
+    #[must_use]
+    pub fn weighing_information(self, weight: f64) -> Self {
+        Self { information_weight: weight, ..self }
     }
 
     /// At an expected cost of at most this.
