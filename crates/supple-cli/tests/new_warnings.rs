@@ -69,7 +69,9 @@ fn targets_out_of_reach_are_told() {
 fn doors_that_open_too_far_are_told() {
     let folder = Folder::new();
     let robot = repository("models/wiping_arm.sdf").display().to_string();
-    let words = ["--robot", &robot, "--template", "handle", "--frame", "hand", "--set", "travel=0.6"];
+    // A heavy tool and half a turn in little time.
+    let set = ["--set", "travel=0.62", "--set", "mass=20", "--set", "time=0.3"];
+    let words = [&["--robot", &robot, "--template", "handle", "--frame", "hand"], &set[..]].concat();
     let (warnings, text, task) = warned(&folder, &words);
     let about = warnings
         .iter()
