@@ -243,9 +243,14 @@ fn numbers_that_are_not_valid() {
             "tasks[0].noise.measurement[1]",
             "must be above 0",
         ),
-        two_mass(["[5e-3, 5e-2]", "[[1, 2], [2, 1]]"], "[[1, 2]", V, "must be positive semidefinite"),
+        two_mass(["[5e-3, 5e-2]", "[[1, 2], [2, 1]]"], "[[1, 2]", V, "semidefinite; its leading 2 x 2 block is not"),
         two_mass(["[5e-3, 5e-2]", "[[1, 1], [1, 1]]"], "[[1, 1]", V, "must be positive definite"),
-        two_mass(["[5e-3, 5e-2]", "[[2, 1], [0, 2]]"], "0, 2]]", "tasks[0].noise.measurement[1][0]", "symmetric"),
+        two_mass(
+            ["[5e-3, 5e-2]", "[[2, 1], [0, 2]]"],
+            "0, 2]]",
+            "tasks[0].noise.measurement[1][0]",
+            "must be symmetric up to rounding: [1][0] is 0, and [0][1] is 1",
+        ),
         linear(
             ["[0.01, 1.0]\nscale = \"log\"", "[0.0, 1.0]"],
             "\"sensor-noise\"]\n",
@@ -274,9 +279,15 @@ fn numbers_that_are_not_valid() {
         ),
         linear(
             ["final = [[2.0, 0.1], [0.1, 1.0]]", "final = [[1, 2], [0, 1]]"],
-            "[[1, 2]",
-            "tasks[0].costs[0].final",
-            "must be symmetric",
+            "0, 1]]",
+            "tasks[0].costs[0].final[1][0]",
+            "must be symmetric up to rounding: [1][0] is 0, and [0][1] is 2",
+        ),
+        linear(
+            ["process = [0.0, 1e-3]", "process = [[1, \"sensor-noise\"], [0.5, 1e-3]]"],
+            "0.5, 1e-3]]",
+            "tasks[0].noise.process[1][0]",
+            "must be symmetric up to rounding: [1][0] is 0.5, and [0][1] is `sensor-noise`",
         ),
         linear(
             ["smoothing = 0.1", "smoothing = 0"],

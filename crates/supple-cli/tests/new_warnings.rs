@@ -69,7 +69,9 @@ fn targets_out_of_reach_are_told() {
 fn doors_that_open_too_far_are_told() {
     let folder = Folder::new();
     let robot = repository("models/wiping_arm.sdf").display().to_string();
-    let words = ["--robot", &robot, "--template", "handle", "--frame", "hand", "--set", "travel=2"];
+    // A heavy tool and half a turn in little time.
+    let set = ["--set", "travel=0.62", "--set", "mass=20", "--set", "time=0.3"];
+    let words = [&["--robot", &robot, "--template", "handle", "--frame", "hand"], &set[..]].concat();
     let (warnings, text, task) = warned(&folder, &words);
     let about = warnings
         .iter()
@@ -155,4 +157,21 @@ fn a_travel_beyond_the_length_of_the_arm_is_refused() {
     assert_eq!(run.code, Some(2), "{}", run.stderr);
     assert!(run.stderr.contains("--set travel: the tool at `hand` can move by"), "{}", run.stderr);
     assert!(!folder.path("task.toml").exists());
+}
+
+/// A door that would open by more than half a turn was planned for a minute, and then only warned of.
+#[test]
+fn doors_that_open_by_more_than_half_a_turn_are_refused() {
+    let robot = repository("models/wiping_arm.sdf").display().to_string();
+    let folder = Folder::new();
+    for travel in ["travel=0.65", "travel=2", "travel=1e300"] {
+        let words = ["--robot", &robot, "--template", "handle", "--frame", "hand", "--set", travel];
+        let run = folder.run(&[&["new", "task"][..], &words].concat());
+        assert_eq!(run.code, Some(2), "{travel}: {}", run.stderr);
+        let valid =
+            "--set travel: the handle moves along an arc around the hinge, 0.2 m away, by at most 0.628 m, half a turn";
+        assert!(run.stderr.contains(valid), "{}", run.stderr);
+        assert!(run.stderr.contains("which opens the door by") && run.stderr.contains(" rad"), "{}", run.stderr);
+        assert!(!folder.path("task.toml").exists());
+    }
 }

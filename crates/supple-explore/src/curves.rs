@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use supple::simulate::Sample;
 use supple::{ContactCurve, MeasurementReport, QuantityCurve, Scratch, Task, TaskEvaluation, TrajectoryReport};
+use supple_text::printed_unit;
 
 use crate::evaluate::Evaluated;
 
@@ -21,7 +22,7 @@ pub struct Quantity {
     pub group: &'static str,
     /// Its name, for people.
     pub name: String,
-    /// Its unit.
+    /// Its unit, as it is printed.
     pub unit: String,
 }
 
@@ -31,7 +32,7 @@ pub fn quantities(task: &Task, phi: &[f64]) -> Vec<Quantity> {
     let contacts = task.system.contacts();
     let mut list = Vec::new();
     let mut add = |kind: &str, place: usize, group: &'static str, name: &str, unit: &str| {
-        list.push(Quantity { key: format!("{kind}:{place}"), group, name: name.to_owned(), unit: unit.to_owned() });
+        list.push(Quantity { key: format!("{kind}:{place}"), group, name: name.to_owned(), unit: printed_unit(unit) });
     };
     for (place, contact) in contacts.iter().enumerate() {
         add("contact", place, "Contacts", &format!("normal force of {}", contact.name), "N");

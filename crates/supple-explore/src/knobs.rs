@@ -5,7 +5,7 @@ use supple::noise::Covariance;
 use supple::parameters::{Role, Scale};
 use supple::{Problem, Task, Value};
 use supple_study::LoadedTask;
-use supple_text::digits;
+use supple_text::{digits, printed_unit};
 
 /// Measured numbers up to which each has a magnitude of noise for itself.
 const MOST_CHANNELS: usize = 6;
@@ -23,7 +23,7 @@ pub struct Knob {
     pub group: &'static str,
     /// What it is, for people.
     pub about: String,
-    /// Its unit; `×` of factors.
+    /// Its unit, as it is printed; `×` of factors.
     pub unit: String,
     /// How its slider moves.
     pub scale: Scale,
@@ -84,7 +84,7 @@ pub fn knobs(loaded: &LoadedTask) -> Vec<Knob> {
         name: parameter.name.clone(),
         group: if parameter.role == Role::Design { "Design parameters" } else { "Other parameters" },
         about: String::new(),
-        unit: parameter.unit.clone(),
+        unit: printed_unit(&parameter.unit),
         scale: parameter.scale,
         bounds: parameter.bounds,
         open: false,
@@ -265,4 +265,31 @@ pub fn with_parameters(knobs: &[Knob], values: &[f64], phi: &[f64]) -> Vec<f64> 
         _ => value,
     };
     knobs.iter().zip(values).map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::curves::quantities;
+
+    #[test]
+    fn units_of_all_shipped_tasks_are_shown_as_figures_print_them() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut seen = std::collections::BTreeSet::new();
+        for file in files.filter(|path| path.extension().is_some_and(|ending| ending == "toml")) {
+            let loaded = LoadedTask::load(&file, &[]).unwrap();
+            seen.extend(knobs(&loaded).into_iter().map(|knob| knob.unit));
+            for task in &loaded.problem.tasks {
+                seen.extend(quantities(task, &loaded.phi).into_iter().map(|quantity| quantity.unit));
+            }
+        }
+        let wrong: Vec<&String> = seen.iter().filter(|unit| unit.contains(['^', '*', ' '])).collect();
+        assert!(wrong.is_empty(), "{wrong:?} of {seen:?}");
+        assert!(["m²/s²", "N·m", "N·m/rad", "(N·m)²", "×"].iter().all(|unit| seen.contains(*unit)), "{seen:?}");
+    }
 }

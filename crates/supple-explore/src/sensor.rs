@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use supple::Problem;
 use supple::bound::BoundOptions;
+use supple_text::printed_unit;
 
 use crate::evaluate::alone;
 
@@ -26,7 +27,7 @@ pub fn virtual_sensor((problem, phi): (&Problem, &[f64]), task: usize) -> Result
             let texts: Vec<Value> = window
                 .directions
                 .iter()
-                .map(|one| json!({ "bits": one.bits, "text": one.text, "deviation": one.deviation, "unit": one.unit }))
+                .map(|one| json!({ "bits": one.bits, "text": one.text, "deviation": one.deviation, "unit": printed_unit(&one.unit) }))
                 .collect();
             json!({ "from": window.from_s, "until": window.until_s, "bits": window.bits, "directions": texts })
         })

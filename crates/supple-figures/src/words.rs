@@ -1,6 +1,6 @@
-//! Names, units and numbers as they are set in print.
+//! Names, labels and numbers as they are set in print.
 
-use supple_text::{exponent, trimmed};
+use supple_text::{exponent, printed_unit, raised, trimmed};
 
 /// A name as it is printed: `k1` has an index, and `wall_variance` is two words.
 pub fn name(name: &str) -> String {
@@ -12,32 +12,10 @@ pub fn name(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// A unit as it is printed: `m^2/s^2` has raised powers, and factors are apart.
-pub fn unit(unit: &str) -> String {
-    let mut out = String::new();
-    let mut raised = false;
-    for c in unit.chars() {
-        match c {
-            '^' => raised = true,
-            '0'..='9' | '-' if raised => out.push(lifted(c)),
-            // A product, never broken over lines.
-            '*' | ' ' => {
-                raised = false;
-                out.push('\u{b7}');
-            }
-            _ => {
-                raised = false;
-                out.push(c);
-            }
-        }
-    }
-    out
-}
-
 /// A label with its unit in brackets, and a power of ten that numbers are to be multiplied by.
-pub fn label(label: &str, unit_text: &str, exponent: i32) -> String {
+pub fn label(label: &str, unit: &str, exponent: i32) -> String {
     let factor = if exponent == 0 { String::new() } else { power(exponent) };
-    let unit = unit(unit_text);
+    let unit = printed_unit(unit);
     let inside = [factor, unit].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ");
     match (label.is_empty(), inside.is_empty()) {
         (_, true) => label.to_owned(),
@@ -48,7 +26,7 @@ pub fn label(label: &str, unit_text: &str, exponent: i32) -> String {
 
 /// Ten to a power.
 pub fn power(exponent: i32) -> String {
-    "10".to_owned() + &exponent.to_string().chars().map(lifted).collect::<String>()
+    "10".to_owned() + &raised(&exponent.to_string())
 }
 
 /// A number with `digits` behind the point, and with a minus sign that is none of a hyphen.
@@ -79,24 +57,8 @@ pub fn exponent_of(value: f64) -> i32 {
     exponent(value, 3)
 }
 
-fn lifted(c: char) -> char {
-    match c {
-        '-' => '\u{207b}',
-        '1' => '\u{b9}',
-        '2' => '\u{b2}',
-        '3' => '\u{b3}',
-        '0'..='9' => shifted('\u{2070}', c),
-        _ => c,
-    }
-}
-
 fn lowered(c: char) -> char {
-    shifted('\u{2080}', c)
-}
-
-/// The digit `c` in a row of digits that begins with `zero`.
-fn shifted(zero: char, c: char) -> char {
-    c.to_digit(10).and_then(|digit| char::from_u32(zero as u32 + digit)).unwrap_or(c)
+    c.to_digit(10).and_then(|digit| char::from_u32(0x2080 + digit)).unwrap_or(c)
 }
 
 #[cfg(test)]
@@ -104,10 +66,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_units_and_numbers_are_set_as_in_print() {
+    fn names_labels_and_numbers_are_set_as_in_print() {
         assert_eq!((name("k1").as_str(), name("wall_variance").as_str()), ("k₁", "wall variance"));
         assert_eq!((name("joint1").as_str(), name("xw").as_str(), name("12").as_str()), ("joint1", "xw", "12"));
-        assert_eq!((unit("m^2/s^2").as_str(), unit("kg*m^-1").as_str()), ("m²/s²", "kg·m⁻¹"));
+        assert_eq!(label("variance", "m^2/s^2", 0), "variance (m²/s²)");
         assert_eq!(label("k₁", "N/m", 3), "k₁ (10³ N/m)");
         assert_eq!((label("", "", 0).as_str(), label("time", "s", 0).as_str()), ("", "time (s)"));
         assert_eq!((fixed(-1.5, 1).as_str(), fixed(-0.001, 1).as_str()), ("−1.5", "0.0"));

@@ -175,7 +175,8 @@ pub fn parse_with(source: &str, name: &str, options: impl Into<ReadOptions>) -> 
             .with_help("write its name in place of a number, or delete its table"));
     }
     let Top { title, planning, design, .. } = top;
-    Ok(Problem { title, parameters, tasks, planning, design, files, catalogue, warnings, every_warning })
+    let problem = Problem::new(title, parameters, tasks).with_planning(planning).with_design(design);
+    Ok(Problem { files, catalogue, warnings, every_warning, ..problem })
 }
 
 /// The robot of a task file as a robot file would describe it, at the initial values of the parameters: with joints that

@@ -11,12 +11,14 @@ pub enum Error {
         step: usize,
     },
     /// A matrix that must be symmetric and positive semidefinite is not.
-    #[error("{what} is not symmetric and positive semidefinite at step {step}, or has entries that are not numbers")]
+    #[error("{what} must be symmetric and positive semidefinite; at step {step} {found}")]
     NotPositiveSemidefinite {
         /// Which matrix.
         what: &'static str,
         /// Where.
         step: usize,
+        /// Which of its entries, or which eigenvalue, and what it is.
+        found: String,
     },
     /// An expected cost that no controller reaches.
     #[error(

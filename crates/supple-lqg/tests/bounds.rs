@@ -141,7 +141,10 @@ fn covariances_that_are_symmetric_but_for_rounding_are_taken() {
     system.w[(0, 1)] += 1e-6;
     let (_, (horizon, spread)) = system.horizons(20);
     let refused = minimum_information_within(&horizon, &spread, 1e3, &BoundSettings::default());
-    assert!(refused.unwrap_err().to_string().contains("the process covariance is not symmetric"));
+    let said = refused.unwrap_err().to_string();
+    let found = format!("at step 0 entry [1][0] is 0.1, and [0][1] is {:?}", system.w[(0, 1)]);
+    let valid = "the process covariance must be symmetric and positive semidefinite; ";
+    assert!(said.starts_with(valid) && said.ends_with(&found), "{said}");
 }
 
 /// The same problem in double precision leads to the law that keeps all states bounded, which costs 8 and not 5.

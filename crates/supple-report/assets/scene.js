@@ -179,7 +179,7 @@
       const parts = [];
       if (this.designs.length > 1) this.designs.forEach((design) => parts.push(key(design.colour), ` ${design.name}. `));
       if (this.any("forces")) parts.push(key(F.FORCE), ` force: ${per(this.scales.force, "N")}. `);
-      if (this.any("torques")) parts.push(key(F.TORQUE), ` torque: ${per(this.scales.torque, "N m")}. `);
+      if (this.any("torques")) parts.push(key(F.TORQUE), ` torque: ${per(this.scales.torque, "N·m")}. `);
       if (this.any("beliefs") || this.any("bands")) {
         const factor = this.scales.belief;
         const larger = factor === 1 ? "to scale" : `drawn ${factor} times as large`;

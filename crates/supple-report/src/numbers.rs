@@ -1,11 +1,13 @@
-//! Numbers as people read them.
+//! Numbers and units as people read them.
 
 /// A number with five significant digits at most.
 pub use supple_text::printed as number;
+/// A unit as it is printed.
+pub use supple_text::printed_unit as unit;
 
 /// A number with its unit, where it has one.
-pub fn with_unit(value: f64, unit: &str) -> String {
-    if unit.is_empty() { number(value) } else { format!("{} {unit}", number(value)) }
+pub fn with_unit(value: f64, unit_text: &str) -> String {
+    if unit_text.is_empty() { number(value) } else { format!("{} {}", number(value), unit(unit_text)) }
 }
 
 /// A number with its sign.
@@ -20,8 +22,8 @@ pub fn change(from: f64, to: f64) -> String {
 }
 
 /// A name with a unit, for axes and table heads: `k1, N/m`.
-pub fn labelled(name: &str, unit: &str) -> String {
-    if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") }
+pub fn labelled(name: &str, unit_text: &str) -> String {
+    if unit_text.is_empty() { name.to_owned() } else { format!("{name}, {}", unit(unit_text)) }
 }
 
 /// Nats in bits.

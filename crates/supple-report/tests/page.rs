@@ -357,3 +357,36 @@ fn a_run_that_ended_early_is_shown_as_far_as_it_came() {
     let calm = self::page(&[folder("a", &task, evaluation(&task, &task.phi))]).unwrap();
     assert!(!plots(&calm).contains("(clipped"));
 }
+
+#[test]
+fn units_are_printed_alike_in_tables_texts_and_plots() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tasks/two_mass_small.toml");
+    let written = std::fs::read_to_string(&path).unwrap().replacen("unit = \"N/m\"", "unit = \"(N m)^2\"", 1);
+    let written = written.replace("unit = \"N/m\"", "unit = \"kg m^2/s^2\"");
+    let task = LoadedTask::restore(&[Source { path: path.display().to_string(), text: written }], &[]).unwrap();
+    let StudyResult::Pareto(mut front) = front(&task) else { panic!() };
+    front.remarks.push("k2 is at its upper end, 50 kg m^2/s^2, at factor 1.2".to_owned());
+    let folders = [
+        folder("design", &task, design(&task, 1, 5)),
+        folder("sweep", &task, sweep(&task, 4)),
+        folder("front", &task, StudyResult::Pareto(front)),
+        folder("bound", &task, bound(&task)),
+    ];
+    let page = page(&folders).unwrap();
+    let (text, plots) = (text(&page), plots(&page));
+    // But for the task file itself, which is shown as it is written.
+    let behind = |piece: &str| piece.split_once("</pre>").map_or(piece, |(_, behind)| behind).to_owned();
+    let text: String = text.split("<pre").map(behind).collect();
+    for shown in ["<td>(N·m)²</td>", "<td>kg·m²/s²</td>", "its upper end, 50 kg·m²/s², at", "k1, (N·m)²"] {
+        assert!(text.contains(shown), "no {shown}");
+    }
+    for shown in ["k1, (N·m)²", "k2, kg·m²/s²"] {
+        assert!(plots.contains(shown), "no {shown} in plots");
+    }
+    for (place, all) in [("text", &text), ("plots", &plots)] {
+        for unit in ["N m", "kg m", "m^2", "s^2"] {
+            let found = all.find(unit).map(|at| all[at.saturating_sub(80)..].chars().take(160).collect::<String>());
+            assert!(found.is_none(), "{place}: {found:?}");
+        }
+    }
+}

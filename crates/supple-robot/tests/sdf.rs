@@ -225,7 +225,7 @@ fn inertia_that_is_not_given_is_that_of_the_format() {
     let inertia = |mass| Some(Inertia { mass, center: [0.0; 3], moment: unit });
     assert_eq!(robot.links[1].inertia, inertia(1.0));
     assert_eq!(robot.links[2].inertia, inertia(2.0));
-    let said = "link `a`: it has no `inertial`; the SDF default is used: 1 kg and 1 kg m² about each axis (line 1)";
+    let said = "link `a`: it has no `inertial`; the SDF default is used: 1 kg and 1 kg m^2 about each axis (line 1)";
     assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
     let said =
         "inertial of link `b`: it has no `inertia`, and gets what SDF then has: 1 kg m^2 about each axis (line 1)";

@@ -1,5 +1,5 @@
 //! Text files as people write them: read within limits against malicious input, with errors that name file, line, key and
-//! what is valid; and numbers as text.
+//! what is valid; and numbers and units as text.
 //!
 //! The crate depends on no other crate of supple. `supple-robot` reads robot files with it, `supple-model` and
 //! `supple-file` task files; all crates that print use its numbers.
@@ -11,6 +11,7 @@
 //! | names in messages, and the valid name nearest to a wrong one | [`nearest`], [`quoted`], [`owned`] |
 //! | text of others without control characters | [`plain`] |
 //! | numbers as text, short or exact | [`short`], [`digits`], [`exact`], [`significant`] |
+//! | units on pages and in figures | [`printed_unit`] |
 //!
 //! # An error with its place and advice
 //!
@@ -37,10 +38,12 @@ use std::ops::Range;
 use std::path::Path;
 
 mod numbers;
+mod units;
 
 pub use numbers::{
     degrees, digits, exact, exponent, interval_95, padded, printed, short, significant, tabular, trimmed,
 };
+pub use units::{printed_unit, raised};
 
 /// Bytes that a file has at most: what is larger is no task and no robot.
 const LARGEST: u64 = 64 << 20;

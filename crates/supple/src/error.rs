@@ -16,12 +16,22 @@ pub enum Error {
         step: usize,
     },
     /// A matrix that must be symmetric and positive semidefinite is not.
-    #[error("{what} is not symmetric and positive semidefinite at step {step}, or has entries that are not numbers")]
+    #[error("{what} must be symmetric and positive semidefinite; at step {step} {found}")]
     NotPositiveSemidefinite {
         /// Which matrix.
         what: &'static str,
         /// Where.
         step: usize,
+        /// Which of its entries, or which eigenvalue, and what it is.
+        found: String,
+    },
+    /// A covariance of a task that is not symmetric.
+    #[error("{what} {found}")]
+    NotSymmetric {
+        /// Which one.
+        what: String,
+        /// What is valid, and the entries that differ.
+        found: String,
     },
     /// An expected cost that no controller reaches.
     #[error(
@@ -186,7 +196,7 @@ impl From<supple_lqg::Error> for Error {
         use supple_lqg::Error as Lqg;
         match error {
             Lqg::NotPositiveDefinite { what, step } => Self::NotPositiveDefinite { what, step },
-            Lqg::NotPositiveSemidefinite { what, step } => Self::NotPositiveSemidefinite { what, step },
+            Lqg::NotPositiveSemidefinite { what, step, found } => Self::NotPositiveSemidefinite { what, step, found },
             Lqg::CostBelowLeast { cost, least } => Self::CostBelowLeast { cost, least },
             Lqg::NoBound { what, advice } => Self::NoBound { what, advice },
             Lqg::NotFinite { what, step } => Self::NotFinite { what, step },

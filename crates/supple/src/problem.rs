@@ -7,6 +7,7 @@ use supple_lqg::{ControlBounds, Dimensions};
 use supple_model::noise::{Covariance, NoiseModel, VaryingVariance};
 use supple_model::parameters::Parameters;
 use supple_model::system::{RollOut, System, holding_controls};
+use supple_model::value::symmetrise;
 use supple_model::{Trajectory, Value};
 use supple_text::digits;
 
@@ -279,6 +280,18 @@ impl Task {
         steps: usize,
         time_step: impl Into<Value>,
     ) -> Self {
+        Self::sharing(name, Arc::new(system), noise, steps, time_step)
+    }
+
+    /// The same of a system that others share, or whose type is known only when the program runs.
+    #[must_use]
+    pub fn sharing(
+        name: impl Into<String>,
+        system: Arc<dyn System>,
+        noise: NoiseModel,
+        steps: usize,
+        time_step: impl Into<Value>,
+    ) -> Self {
         Self {
             name: name.into(),
             steps,
@@ -289,7 +302,7 @@ impl Task {
             initial_control: Vec::new(),
             control_bounds: None,
             noise,
-            system: Arc::new(system),
+            system,
         }
     }
 
@@ -303,6 +316,19 @@ impl Task {
     #[must_use]
     pub fn guessing(self, control: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         Self { initial_control: vec![control.into_iter().map(Into::into).collect()], ..self }
+    }
+
+    /// With these controls as a first guess: one row for all steps or one per step, each of length m. Without rows, those
+    /// that hold the first state as nearly as they can.
+    #[must_use]
+    pub fn guessing_each(self, controls: Vec<Vec<Value>>) -> Self {
+        Self { initial_control: controls, ..self }
+    }
+
+    /// With this weight of its information in the objective; 1 by default.
+    #[must_use]
+    pub fn weighing_information(self, weight: f64) -> Self {
+        Self { information_weight: weight, ..self }
     }
 
     /// At an expected cost of at most this.
@@ -384,10 +410,10 @@ impl Task {
         }
     }
 
-    /// Checks that everything has the lengths that the system asks for.
+    /// Checks that everything has the lengths that the system asks for, and that covariances are symmetric.
     ///
     /// # Errors
-    /// The first thing of a wrong length.
+    /// The first thing of a wrong length, or the first covariance that is not symmetric by more than rounding.
     pub fn check_shapes(&self) -> Result<(), Error> {
         let size = self.system.dimensions();
         let check = |what: &str, found: usize, expected: usize| {
@@ -409,6 +435,10 @@ impl Task {
                 Covariance::Full(rows) => {
                     let what = format!("a row of the {name} covariance");
                     rows.iter().try_for_each(|row| check(&what, row.len(), order))?;
+                    symmetrise(&mut rows.clone()).map_err(|found| Error::NotSymmetric {
+                        what: format!("the {name} covariance of task `{}`", self.name),
+                        found: found.message(&[]),
+                    })?;
                 }
                 Covariance::Sequence(matrices) => {
                     check(&format!("a row of the {name} covariance"), matrices.cols(), order)?;

@@ -152,33 +152,7 @@ fn verdict(about: &About, report: &DesignReport) -> String {
             format!("Not converged; the best design found is within all cost limits.{cause}")
         }
         DesignStatus::Stopped => "Stopped: this is the best design found so far.".into(),
-        DesignStatus::BoundViolated => {
-            let over = |(task, at): (&AboutTask, &TaskEvaluation)| {
-                let bound = report.optimum.missed_bound(at)?;
-                Some(format!("exceeds the cost limit of {} by {}", task.name, excess(at.cost.expected, bound)))
-            };
-            let unfinished = |(task, at): (&AboutTask, &TaskEvaluation)| {
-                (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
-            };
-            let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
-            let dear = report.optimum.price.as_ref().and_then(|price| {
-                Some(format!(
-                    "costs {}, above the budget of {}",
-                    number(price.total),
-                    number(report.optimum.exceeded_budget()?)
-                ))
-            });
-            let broken = |(task, at): (&AboutTask, &TaskEvaluation)| {
-                (!at.cost.expected.is_finite()).then(|| format!("has an infinite expected cost of {}", task.name))
-            };
-            let causes =
-                tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(tasks().filter_map(broken));
-            let list: Vec<_> = causes.chain(dear).collect();
-            let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
-            let closest =
-                if list.is_empty() { String::new() } else { format!(" The closest {}.", list.join(", and ")) };
-            format!("No design{of} within all cost limits was found.{closest}")
-        }
+        DesignStatus::BoundViolated => none_within(about, report),
     };
     format!(
         "{how}{}\n{} designs evaluated in {:.2} s, report in {:.2} s, information minimised: {}, method {}, gradient {}, seed {}.{}",
@@ -192,4 +166,28 @@ fn verdict(about: &About, report: &DesignReport) -> String {
         report.seed,
         contacts::note(report)
     )
+}
+
+/// That no design is within all limits, and by what the closest one misses them.
+fn none_within(about: &About, report: &DesignReport) -> String {
+    let tasks = || about.tasks.iter().zip(&report.optimum.tasks);
+    let over = |(task, at): (&AboutTask, &TaskEvaluation)| {
+        let bound = report.optimum.missed_bound(at)?;
+        Some(format!("exceeds the cost limit of {} by {}", task.name, excess(at.cost.expected, bound)))
+    };
+    let unfinished = |(task, at): (&AboutTask, &TaskEvaluation)| {
+        (!at.status.is_converged()).then(|| format!("has a plan of {} that ended as {}", task.name, at.status))
+    };
+    let broken = |(task, at): (&AboutTask, &TaskEvaluation)| {
+        (!at.cost.expected.is_finite()).then(|| format!("has an infinite expected cost of {}", task.name))
+    };
+    let dear = report.optimum.price.as_ref().and_then(|price| {
+        let budget = report.optimum.exceeded_budget()?;
+        Some(format!("costs {}, above the budget of {}", number(price.total), number(budget)))
+    });
+    let causes = tasks().filter_map(over).chain(tasks().filter_map(unfinished)).chain(tasks().filter_map(broken));
+    let list: Vec<_> = causes.chain(dear).collect();
+    let of = if report.catalogue.is_some() { " from the catalogues" } else { "" };
+    let closest = if list.is_empty() { String::new() } else { format!(" The closest {}.", list.join(", and ")) };
+    format!("No design{of} within all cost limits was found.{closest}")
 }

@@ -147,3 +147,39 @@ fn a_stopped_step_of_a_study_resumes() {
         kept = now;
     }
 }
+
+/// A chain of states that only the last of them is driven through, with a cost on all of them.
+fn chain(states: usize) -> String {
+    let matrix = |rows: usize, cols: usize, entry: &dyn Fn(usize, usize) -> f64| {
+        let row = |i: usize| (0..cols).map(|j| format!("{:?}", entry(i, j))).collect::<Vec<_>>().join(", ");
+        (0..rows).map(|i| format!("[{}]", row(i))).collect::<Vec<_>>().join(", ")
+    };
+    let one = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+    let moves = |i: usize, j: usize| if i == j { 0.9 } else { 0.2 * one(i + 1, j) };
+    let list = |number: &str| vec![number; states].join(", ");
+    format!(
+        "title = \"Chain\"\n[model]\nkind = \"linear\"\nA = [{}]\nB = [{}]\nC = [{}]\n\
+         [[tasks]]\nname = \"hold\"\nsteps = 2\ntime_step = 0.1\ninitial_state = [{}]\n\
+         [tasks.noise]\ninitial = [{noise}]\nprocess = [{noise}]\nmeasurement = [0.01]\n\
+         [[tasks.costs]]\nkind = \"quadratic\"\nQ = [{}]\nR = [[1.0]]\n",
+        matrix(states, states, &moves),
+        matrix(states, 1, &|i, _| one(i + 1, states)),
+        matrix(1, states, &|_, j| one(0, j)),
+        list("0.0"),
+        matrix(states, states, &one),
+        noise = list("0.01"),
+    )
+}
+
+/// The regulator of a large system, and the proof that its price is paid, take a minute: neither was ever asked to stop.
+#[test]
+fn a_stationary_bound_of_a_large_system_went_on_for_a_minute() {
+    let folder = Folder::with_task(chain(150));
+    for after in [3, 8] {
+        let child = start(&folder, &["bound", "task.toml", "--stationary", "--cost", "1e9", "--out", "out"]);
+        std::thread::sleep(Duration::from_secs(after));
+        let (run, took) = ended("-INT", child);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(1), "error: stopped; no result was stored\n"), "{run:?}");
+        assert!(!folder.path("out/result.json").exists() && took < Duration::from_secs(5), "{after}: {took:?}");
+    }
+}

@@ -205,18 +205,11 @@ impl Reader<'_> {
             let message = "must be false: the model has no control limits; found true";
             return Err(self.error(&["enforce_effort_limits".into()], message).with_help(NO_LIMITS));
         }
-        Ok(Task {
-            name: file.name,
-            steps: file.steps,
-            time_step: file.time_step,
-            bound: file.bound,
-            information_weight: file.information_weight,
-            initial_state,
-            initial_control,
-            control_bounds,
-            noise,
-            system,
-        })
+        let task = Task::sharing(file.name, system, noise, file.steps, file.time_step)
+            .starting_at(initial_state)
+            .guessing_each(initial_control)
+            .weighing_information(file.information_weight);
+        Ok(Task { bound: file.bound, control_bounds, ..task })
     }
 
     fn guess(&self, guess: Guess, size: Dimensions, steps: usize) -> Result<Vec<Vec<Value>>, FileError> {

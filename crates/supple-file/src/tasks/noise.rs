@@ -49,9 +49,9 @@ impl Reader<'_> {
             (Rows::Nested(mut rows), _) => {
                 // Matrices that are not square are refused with the order that is valid.
                 if rows.iter().all(|row| row.len() == rows.len()) {
-                    symmetrise(&mut rows).map_err(|(i, j)| {
-                        let message = "must be symmetric: it differs from its transposed entry by more than rounding";
-                        self.error(&[keys[0], keys[1], i.into(), j.into()], message)
+                    symmetrise(&mut rows).map_err(|found| {
+                        let at = [keys[0], keys[1], found.row.into(), found.column.into()];
+                        self.error(&at, found.message(&self.parameters.names()))
                     })?;
                 }
                 Ok(Covariance::Full(rows))
@@ -206,8 +206,8 @@ impl Reader<'_> {
             }
             Covariance::Sequence(_) => return error(&[], "must be constant over time in a task file".into()),
         }
-        if semidefinite_factor(&self.at_start(covariance), 0).is_none() {
-            return error(&[], "must be positive semidefinite".into());
+        if let Err(minor) = semidefinite_factor(&self.at_start(covariance), 0) {
+            return error(&[], format!("must be positive semidefinite; its leading {minor} x {minor} block is not"));
         }
         Ok(())
     }

@@ -90,7 +90,11 @@ impl Horizon {
         ];
         for (what, array, count) in arrays {
             for t in 0..count.min(array.count()) {
-                semidefinite_root(&dense(array, t)).ok_or(Error::NotPositiveSemidefinite { what, step: t })?;
+                semidefinite_root(&dense(array, t)).map_err(|found| Error::NotPositiveSemidefinite {
+                    what,
+                    step: t,
+                    found,
+                })?;
             }
         }
         Ok(())

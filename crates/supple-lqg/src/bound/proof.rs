@@ -135,7 +135,8 @@ impl Lower {
 /// How far, relatively, the cost given is from one for which the regulator of a system that does not change is exact;
 /// why it is none of it otherwise.
 pub fn regulator_distance(system: &Stationary, dynamics: &Matrices, cost: &Matrices) -> Result<f64, String> {
-    steady_law_distance(&matrix(&dense(dynamics, 0)), &matrix(&dense(cost, 0)), &of(&system.price, 0))
+    let (dynamics, cost) = (matrix(&dense(dynamics, 0)), matrix(&dense(cost, 0)));
+    steady_law_distance(&dynamics, &cost, &of(&system.price, 0), &halt::is_requested)
 }
 
 /// What sensors achieve, computed by their filter on the problem as given.

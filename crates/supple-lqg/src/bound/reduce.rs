@@ -68,8 +68,9 @@ impl Chain {
     /// The horizon in reduced coordinates; `budget` is what the covariances may cost.
     pub fn of_horizon(horizon: &Horizon, budget: f64) -> Result<Self, Error> {
         let steps = horizon.prices.count();
-        let root =
-            |of: &_, t, what| semidefinite_root(&dense(of, t)).ok_or(Error::NotPositiveSemidefinite { what, step: t });
+        let root = |of: &_, t, what| {
+            semidefinite_root(&dense(of, t)).map_err(|found| Error::NotPositiveSemidefinite { what, step: t, found })
+        };
         let mut basis = root(&horizon.initial, 0, "the covariance of the first state")?;
         let mut stages = Vec::with_capacity(steps);
         let mut process_root = root(&horizon.process, 0, "the process covariance")?;

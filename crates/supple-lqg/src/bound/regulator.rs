@@ -1,6 +1,6 @@
 //! The optimal regulator of a system that does not change.
 
-use supple_kernels::Matrices;
+use supple_kernels::{Matrices, halt};
 
 use super::horizon::Stationary;
 use super::verify::{Matrix, SteadyLaw, Unsettled, steady_law};
@@ -40,8 +40,8 @@ impl Stationary {
             }
         }
         let (f, l, w) = (dense(dynamics, 0), dense(cost, 0), dense(process, 0));
-        if semidefinite_root(&l).is_none() {
-            return Err(Error::NotPositiveSemidefinite { what: "the cost of states and controls", step: 0 });
+        if let Err(found) = semidefinite_root(&l) {
+            return Err(Error::NotPositiveSemidefinite { what: "the cost of states and controls", step: 0, found });
         }
         let found = regulator(&f, &l, &w)?;
         let (mut price, mut system) = (Matrices::constant(n, n), Matrices::constant(n, n));
@@ -55,17 +55,20 @@ impl Stationary {
 
 /// The least-cost regulator of `x+ = F z + w`, `w` of covariance `process`, (theory, equation L.14).
 pub(super) fn regulator(dynamics: &Dense, cost: &Dense, process: &Dense) -> Result<Regulator, Error> {
-    let SteadyLaw { s, price, least, unpriced } = steady_law(&matrix(dynamics), &matrix(cost), &matrix(process))
-        .map_err(|why| match why {
-            Unsettled::Grows => Error::NoBound {
-                what: "no regulator achieves a finite expected cost per step".into(),
-                advice: "let the controls act on every unstable state that costs something",
+    let SteadyLaw { s, price, least, unpriced } =
+        steady_law(&matrix(dynamics), &matrix(cost), &matrix(process), &halt::is_requested).map_err(
+            |why| match why {
+                Unsettled::Stopped => Error::Stopped,
+                Unsettled::Grows => Error::NoBound {
+                    what: "no regulator achieves a finite expected cost per step".into(),
+                    advice: "let the controls act on every unstable state that costs something",
+                },
+                Unsettled::Digits => Error::NoBound {
+                    what: "the optimal regulator is too sensitive to rounding".into(),
+                    advice: "scale the states to similar sizes, or give every control a cost",
+                },
             },
-            Unsettled::Digits => Error::NoBound {
-                what: "the optimal regulator is too sensitive to rounding".into(),
-                advice: "scale the states to similar sizes, or give every control a cost",
-            },
-        })?;
+        )?;
     let n = dynamics.nrows();
     let of = |a: &Matrix| Dense::from_fn(n, a.cols, |i, j| a.at(i, j));
     Ok(Regulator { s: of(&s), price: of(&price), least, unpriced: of(&unpriced) })

@@ -143,7 +143,9 @@ fn keeping(
 /// The system in coordinates of what costs something and stays uncertain (theory, equation L.16).
 fn reduce(system: &Stationary, budget: f64) -> Result<Stage, Error> {
     let n = system.dynamics.rows();
-    let root = |of, what| semidefinite_root(&dense(of, 0)).ok_or(Error::NotPositiveSemidefinite { what, step: 0 });
+    let root = |of, what| {
+        semidefinite_root(&dense(of, 0)).map_err(|found| Error::NotPositiveSemidefinite { what, step: 0, found })
+    };
     root(&system.price, "the price of not knowing the state")?;
     let driven = root(&system.process, "the process covariance")?;
     let InUnits { d, a, price } = InUnits::of(system);

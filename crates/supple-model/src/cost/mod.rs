@@ -269,15 +269,15 @@ pub fn read(
     }
     let wrong = |error: ReadError| document.read_error(at, error);
     let cost = if kind == quadratic::NAME {
-        quadratic::File::deserialize(table).map_err(wrong)?.cost(context.vocabulary)
+        quadratic::File::deserialize(table).map_err(wrong)?.cost((document, at), context)?
     } else {
         let keys = if kind == "frame_pose" { KEYS_OF_POSES } else { KEYS };
         let quantity = context.read((kind, table.beside(keys)), (document, at))?;
         let file = File::deserialize(table.only(keys)).map_err(wrong)?;
         let norm: Vec<Place> = at.iter().copied().chain(["norm".into()]).collect();
-        file.cost(quantity, norms.read(document, &norm)?)
+        let norm = norms.read(document, &norm)?;
+        file.cost(quantity, norm).map_err(|unfit| unfit.at(document, at))?
     };
-    let cost = cost.map_err(|unfit| unfit.at(document, at))?;
     cost.check(context.parameters).map_err(|(key, message)| Unfit::new(key, message).at(document, at))?;
     Ok(cost)
 }

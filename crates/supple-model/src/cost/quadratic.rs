@@ -2,12 +2,14 @@
 
 use serde::Deserialize;
 use supple_kernels::Matrices;
+use supple_text::FileError;
 
 use super::{Cost, Weights};
 use crate::Value;
+use crate::document::{Document, Place};
 use crate::noise::{Covariance, semidefinite_factor};
 use crate::parameters::Parameters;
-use crate::quantity::{Measurable, StateAndControl, Unfit, Vocabulary};
+use crate::quantity::{Context, Measurable, StateAndControl};
 use crate::value::symmetrise;
 
 /// Its name in files.
@@ -30,8 +32,26 @@ pub struct File {
 }
 
 impl File {
-    pub fn cost(mut self, vocabulary: &Vocabulary) -> Result<Cost, Unfit> {
-        let (n, m) = (vocabulary.states.len(), vocabulary.controls());
+    /// The cost whose table is at a place of a file.
+    ///
+    /// # Errors
+    /// Where a matrix has another size than the model asks for, or is not symmetric.
+    pub fn cost(mut self, (document, at): (&Document, &[Place]), context: &Context) -> Result<Cost, FileError> {
+        let (n, m) = (context.vocabulary.states.len(), context.vocabulary.controls());
+        let make_symmetric = |key: &'static str, rows: &mut [Vec<Value>], order: usize| {
+            let error = |entry: &[Place], message: String| {
+                let at: Vec<Place> = at.iter().chain(&[key.into()]).chain(entry).copied().collect();
+                Err(document.error(&at, message))
+            };
+            if rows.len() != order || rows.iter().any(|row| row.len() != order) {
+                let widths: Vec<_> = rows.iter().map(Vec::len).collect();
+                let found = format!("it has {} rows of {widths:?} entries", rows.len());
+                return error(&[], format!("must be {order} x {order}; {found}"));
+            }
+            symmetrise(rows).or_else(|found| {
+                error(&[found.row.into(), found.column.into()], found.message(&context.parameters.names()))
+            })
+        };
         make_symmetric("Q", &mut self.Q, n)?;
         make_symmetric("R", &mut self.R, m)?;
         if let Some(last) = &mut self.last {
@@ -44,17 +64,6 @@ impl File {
     }
 }
 
-fn make_symmetric(key: &'static str, rows: &mut [Vec<Value>], order: usize) -> Result<(), Unfit> {
-    let error = |message: String| Err(Unfit::new(key, message));
-    if rows.len() != order || rows.iter().any(|row| row.len() != order) {
-        let widths: Vec<_> = rows.iter().map(Vec::len).collect();
-        return error(format!("must be {order} x {order}; it has {} rows of {widths:?} entries", rows.len()));
-    }
-    symmetrise(rows).or_else(|(i, j)| {
-        error(format!("must be symmetric: entries ({}, {}) and ({1}, {0}) differ by more than rounding", i + 1, j + 1))
-    })
-}
-
 /// No cost is negative: diagonal entries at any parameters, the whole matrix at their initial values.
 fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<(), String> {
     for (i, row) in rows.iter().enumerate() {
@@ -64,10 +73,11 @@ fn check_semidefinite(rows: &[Vec<Value>], parameters: &Parameters) -> Result<()
     }
     let mut matrix = Matrices::constant(rows.len(), rows.len());
     Covariance::Full(rows.to_vec()).resolve(&parameters.initial(), &mut matrix);
-    match semidefinite_factor(&matrix, 0) {
-        Some(_) => Ok(()),
-        None => Err("must be positive semidefinite, so that no cost is negative".into()),
-    }
+    let indefinite = |minor: usize| {
+        let valid = "must be positive semidefinite, so that no cost is negative";
+        Err(format!("{valid}; its leading {minor} x {minor} block is not"))
+    };
+    semidefinite_factor(&matrix, 0).map(|_| ()).or_else(indefinite)
 }
 
 fn block_diagonal(a: &[Vec<Value>], b: &[Vec<Value>]) -> Vec<Vec<Value>> {

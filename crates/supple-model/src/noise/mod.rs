@@ -218,8 +218,11 @@ impl NoiseModel {
 }
 
 /// A factor `G` of one of these matrices, `G G'`, also for a singular covariance: Cholesky with zero columns where the pivot
-/// vanishes. Row-major, order x order. `None` where the matrix is indefinite.
-pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Option<Vec<f64>> {
+/// vanishes. Row-major, order x order.
+///
+/// # Errors
+/// Where the matrix is indefinite: the order of its first leading block that is.
+pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Result<Vec<f64>, usize> {
     let n = covariance.rows();
     let mut factor = vec![0.0; n * n];
     let largest = (0..n).map(|i| covariance.get(index, i, i).abs()).fold(0.0, f64::max);
@@ -231,15 +234,15 @@ pub fn semidefinite_factor(covariance: &Matrices, index: usize) -> Option<Vec<f6
             let pivot = other[k];
             row[k] = if pivot > 0.0 { rest / pivot } else { 0.0 };
             if pivot == 0.0 && rest.abs() > 1e-7 * largest {
-                return None;
+                return Err(j + 1);
             }
         }
         let scale = covariance.get(index, j, j);
         let pivot = scale - rows::dot(&row[..j], &row[..j]);
         if pivot < -1e-10 * largest || !pivot.is_finite() {
-            return None;
+            return Err(j + 1);
         }
         row[j] = if pivot > 1e-14 * scale { pivot.sqrt() } else { 0.0 };
     }
-    Some(factor)
+    Ok(factor)
 }

@@ -15,7 +15,7 @@ use expression::{Operator, Tree};
 pub use handle::ParameterHandle;
 pub use names::Names;
 pub use read::{OneOrList, VALUE};
-pub use symmetric::symmetrise;
+pub use symmetric::{Asymmetry, symmetrise};
 
 use serde::{Deserialize, Deserializer};
 use supple_kernels::Scalar;

@@ -118,9 +118,7 @@ impl Described {
         let names = Names::new(parameters.names());
         let tasks = tasks.into_iter().zip(systems).map(|(task, system)| task.build(system, &parameters, &names));
         let tasks = tasks.collect::<Result<_, _>>()?;
-        let (files, warnings) = (Vec::new(), Vec::new());
-        let every_warning = warnings.clone();
-        Ok(Problem { title, parameters, tasks, planning, design, files, catalogue: None, warnings, every_warning })
+        Ok(Problem::new(title, parameters, tasks).with_planning(planning).with_design(design))
     }
 }
 
@@ -156,23 +154,18 @@ impl DescribedTask {
             law.find(&channels, parameters).map_err(|wrong| at(&wrong))
         };
         let varying = self.varying.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?.concat();
-        let task = Task {
-            name: self.name.clone(),
-            steps: self.steps,
-            time_step,
-            bound,
-            information_weight: self.information_weight,
-            initial_state: resolve_all(&self.initial_state, "initial_state", names).map_err(in_task)?,
-            initial_control: resolve_rows(&self.initial_control, "initial_control", names).map_err(in_task)?,
-            control_bounds: bounds.map(|bounds| ControlBounds::new(&bounds)),
-            noise: NoiseModel {
-                initial: self.initial.build("initial", names).map_err(in_task)?,
-                process: self.process.build("process", names).map_err(in_task)?,
-                measurement: self.measurement.build("measurement", names).map_err(in_task)?,
-                varying,
-            },
-            system,
+        let noise = NoiseModel {
+            initial: self.initial.build("initial", names).map_err(in_task)?,
+            process: self.process.build("process", names).map_err(in_task)?,
+            measurement: self.measurement.build("measurement", names).map_err(in_task)?,
+            varying,
         };
+        let task = Task::sharing(&self.name, system, noise, self.steps, time_step)
+            .starting_at(resolve_all(&self.initial_state, "initial_state", names).map_err(in_task)?)
+            .guessing_each(resolve_rows(&self.initial_control, "initial_control", names).map_err(in_task)?)
+            .weighing_information(self.information_weight);
+        let control_bounds = bounds.map(|bounds| ControlBounds::new(&bounds));
+        let task = Task { bound, control_bounds, ..task };
         task.check_shapes().map_err(|error| error.to_string())?;
         Ok(task)
     }

@@ -9,7 +9,7 @@ use supple_study::design::DesignReport;
 use super::Context;
 use super::warnings::{limits, warnings};
 use crate::html::{heading, table, words};
-use crate::numbers::{bits, change, labelled, number, with_unit};
+use crate::numbers::{bits, change, labelled, number, unit, with_unit};
 use crate::part::{Part, end_name};
 use crate::words::{count, list};
 
@@ -250,7 +250,7 @@ fn parameters(part: &Part, report: &DesignReport, end: &str) -> Markup {
         let range =
             if design.contains(&index) { format!("{} to {}", number(least), number(most)) } else { String::new() };
         let from = number(value(&report.start));
-        vec![parameter.name.clone(), from, number(to), parameter.unit.clone(), range, note.to_owned()]
+        vec![parameter.name.clone(), from, number(to), unit(&parameter.unit), range, note.to_owned()]
     };
     let rows: Vec<_> = part.about.parameters.iter().enumerate().map(row).collect();
     if rows.is_empty() {

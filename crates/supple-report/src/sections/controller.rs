@@ -163,7 +163,7 @@ fn feedback_view(runs: &[Run], control: usize, (name, unit): (&str, &str), order
         sizes.push(format!("{} at {} (on {state})", number(most), run.name));
         titles(&mut view, panel, "gain");
     }
-    let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+    let unit = if unit.is_empty() { String::new() } else { format!(" ({})", crate::numbers::unit(unit)) };
     view.alternative = format!("Feedback gains to {name}{unit} over time; the greatest magnitude: {}.", list(&sizes));
     view
 }

@@ -3,12 +3,12 @@
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use supple::design::DesignStatus;
-use supple::parameters::Scale;
+use supple::parameters::{Parameter, Scale};
 use supple_study::pareto::{Pareto, ParetoPoint};
 
 use super::Context;
 use crate::html::{table, words};
-use crate::numbers::{bits, labelled, number};
+use crate::numbers::{bits, labelled, number, unit};
 use crate::part::Part;
 use crate::plots::{Choice, Plot, Plots, View, line};
 use crate::words::ended;
@@ -26,8 +26,8 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         let name = |what: &str| if several { format!("{what}, {folder}") } else { what.to_owned() };
         let axis = Axis::of(part, front);
         pieces.push(tradeoff(part, front, &axis, name("Minimum information against the cost limit"), context.plots));
-        pieces
-            .push(html! { @if !front.remarks.is_empty() { ul { @for remark in &front.remarks { li { (remark) } } } } });
+        let remarks: Vec<String> = front.remarks.iter().map(|remark| in_print(part, remark)).collect();
+        pieces.push(html! { @if !remarks.is_empty() { ul { @for remark in remarks { li { (remark) } } } } });
         pieces.push(parameters(part, front, &axis, name("Parameters along the front"), context.plots));
         pieces.push(numbers(part, front, &axis, &name("Points of the front")));
     }
@@ -38,6 +38,18 @@ pub fn section(context: &mut Context) -> Option<Markup> {
         }
         @for piece in pieces { (piece) }
     })
+}
+
+/// A remark about the end of a parameter's range, in which the unit is as the task file writes it, with the unit as it is
+/// printed.
+fn in_print(part: &Part, remark: &str) -> String {
+    let of = |parameter: &Parameter| {
+        let written = format!(" {}", parameter.unit);
+        let told = remark.starts_with(&format!("{} is at its ", parameter.name)) && remark.contains(&written);
+        told.then(|| remark.replacen(&written, &format!(" {}", unit(&parameter.unit)), 1))
+    };
+    let with_unit = part.about.parameters.iter().filter(|parameter| !parameter.unit.is_empty());
+    with_unit.filter_map(of).next().unwrap_or_else(|| remark.to_owned())
 }
 
 /// The horizontal axis: the bound of the one task, or the factor of all bounds.

@@ -48,6 +48,7 @@ pub(super) fn stationary(
     let (dynamics, cost) = (first(&knots.dynamics, n, joint), first(&knots.cost, joint, joint));
     let system = Stationary::new(&dynamics, &first(&noise.process, n, n), &cost)?;
     let distance = regulator_distance(&system, &dynamics, &cost);
+    Error::check_stop()?;
     Ok((system, distance))
 }
 

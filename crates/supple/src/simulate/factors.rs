@@ -25,7 +25,8 @@ pub(super) struct Factors {
 
 impl Factors {
     fn of(covariance: &Matrices, what: &'static str) -> Result<Self, Error> {
-        let factor = |step| semidefinite_factor(covariance, step).ok_or(Error::NotPositiveDefinite { what, step });
+        let factor =
+            |step| semidefinite_factor(covariance, step).map_err(|_| Error::NotPositiveDefinite { what, step });
         let each = (0..covariance.count()).map(factor).collect::<Result<_, _>>()?;
         Ok(Self { order: covariance.rows(), each })
     }

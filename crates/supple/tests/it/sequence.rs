@@ -13,7 +13,7 @@ use supple::check::check;
 use supple::noise::{Covariance, NoiseModel};
 use supple::pipeline::TaskState;
 use supple::system::{Arrays, Sequence, System};
-use supple::{EvaluateOptions, Matrices, Problem, Task};
+use supple::{EvaluateOptions, Matrices, Problem, Task, Value};
 
 const STEPS: usize = 20;
 
@@ -245,6 +245,11 @@ fn a_part_of_the_steps_is_not_a_task() {
     let expected = "the list of measurement covariances of task `test` has length 8, not 9";
     assert_eq!(with(list(8, 3), list(8, 1)), expected);
     assert_eq!(with(list(8, 2), list(9, 1)), "the process covariance of task `test` has length 2, not 3");
+    let uneven = |i: usize, j: usize| Value::Number(if i == j { 1.0 } else { 0.25 * i as f64 });
+    let uneven = Covariance::Full((0..3).map(|i| (0..3).map(|j| uneven(i, j)).collect()).collect());
+    let expected =
+        "the process covariance of task `test` must be symmetric up to rounding: [1][0] is 0.25, and [0][1] is 0";
+    assert_eq!(with(uneven, list(9, 1)), expected);
     let initial = NoiseModel { initial: list(8, 3), process: list(8, 3), measurement: list(9, 1), varying: Vec::new() };
     assert_eq!(
         message(Task { noise: initial, ..task }),

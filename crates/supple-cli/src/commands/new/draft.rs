@@ -52,18 +52,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     let mut found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
     held_up(&limb, &mut found)?;
     if found.is_empty() {
-        let what = match asked.at {
-            Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot".into(),
-            None if limb.joints().len() < FEW => {
-                "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
-                    .into()
-            }
-            None => format!(
-                "no posture was found in which a tool at `{}` faces a wall; give --at, another --wall, or another --frame",
-                limb.frame
-            ),
-        };
-        return Err(Failure::usage(what));
+        return Err(without_posture(&limb, asked));
     }
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
@@ -104,6 +93,21 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     warn_of_fast(&limb);
     best.faults.iter().for_each(|fault| warn(fault));
     Ok(best.text)
+}
+
+/// That there is no posture to begin from.
+fn without_posture(limb: &Limb, asked: &Asked) -> Failure {
+    Failure::usage(match asked.at {
+        Some(_) => "--at: the tool cannot reach this point facing the wall; move it closer to the robot".into(),
+        None if limb.joints().len() < FEW => {
+            "the joints of this limb cannot move the tool towards this wall: omit --wall, or choose another --frame"
+                .into()
+        }
+        None => format!(
+            "no posture was found in which a tool at `{}` faces a wall; give --at, another --wall, or another --frame",
+            limb.frame
+        ),
+    })
 }
 
 /// Warns of speed limits that no joint reaches.
@@ -242,34 +246,14 @@ impl Tried {
             draft.rollouts = Some(MANY);
         }
         let task = &evaluation.tasks[0];
-        let (converged, touches) = (task.status.is_converged(), task.contacts.iter().all(|contact| contact.touches));
-        let mut faults: Vec<String> = task.warnings.clone();
-        if !converged {
-            faults.push(format!("the plan ended as {}", task.status));
-        }
-        if converged && !touches {
-            faults.push("the plan does not touch the wall".to_owned());
-        }
-        // Limits of the file by its own names; the task repeats them by those of its channels.
-        let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
-        faults.extend(limits.map(|limit| {
-            let (name, [worst, limit]) = (&limit.name, [limit.worst, limit.limit].map(|number| short(number, 3)));
-            format!(
-                "the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at"
-            )
-        }));
-        faults.extend(beside(&draft, task));
-        if let Some(trust) = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds) {
-            let numbers = match draft.template {
-                Template::Reach => "; try --set disturbance, with less of it, or --set travel",
-                Template::Handle => "; try a smaller --set wall_sd or --set travel",
-                _ => "; try a larger --set smoothing or a smaller --set wall_sd",
-            };
-            let numbers = if trust.needs_only_rollouts() { "" } else { numbers };
-            faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
-        }
-        let is_limited = !task.limits_violated.is_empty();
-        let mut tried = Self { text: draft.text(), converged, touches, is_limited, trust: task.trust.clone(), faults };
+        let mut tried = Self {
+            text: draft.text(),
+            converged: task.status.is_converged(),
+            touches: touches(task),
+            is_limited: !task.limits_violated.is_empty(),
+            trust: task.trust.clone(),
+            faults: faults(&draft, task),
+        };
         // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
         if coarse < precise * (1.0 + LEAST_USE) && !tried.is_doubtful() {
             tried.faults.push(of_little_use(draft.template, precise, coarse));
@@ -287,6 +271,39 @@ impl Tried {
     fn rank(&self) -> (bool, bool, Option<Verdict>, usize) {
         (!self.converged, !self.touches, self.trust.as_ref().map(|trust| trust.verdict), self.faults.len())
     }
+}
+
+fn touches(task: &TaskEvaluation) -> bool {
+    task.contacts.iter().all(|contact| contact.touches)
+}
+
+/// What is wrong with the plan of a draft, and with its roll-outs.
+fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
+    let converged = task.status.is_converged();
+    let mut faults: Vec<String> = task.warnings.clone();
+    if !converged {
+        faults.push(format!("the plan ended as {}", task.status));
+    }
+    if converged && !touches(task) {
+        faults.push("the plan does not touch the wall".to_owned());
+    }
+    // Limits of the file by its own names; the task repeats them by those of its channels.
+    let limits = task.limits_violated.iter().filter(|limit| limit.name.contains(" of "));
+    faults.extend(limits.map(|limit| {
+        let (name, [worst, limit]) = (&limit.name, [limit.worst, limit.limit].map(|number| short(number, 3)));
+        format!("the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at")
+    }));
+    faults.extend(beside(draft, task));
+    if let Some(trust) = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds) {
+        let numbers = match draft.template {
+            Template::Reach => "; try --set disturbance, with less of it, or --set travel",
+            Template::Handle => "; try a smaller --set wall_sd or --set travel",
+            _ => "; try a larger --set smoothing or a smaller --set wall_sd",
+        };
+        let numbers = if trust.needs_only_rollouts() { "" } else { numbers };
+        faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
+    }
+    faults
 }
 
 /// The fault of a plan that ends beside its target.

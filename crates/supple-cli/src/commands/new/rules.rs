@@ -1,6 +1,8 @@
 //! Rules of thumb for the numbers of a task. docs/choosing.md explains them.
 
-use supple_text::{nearest, quoted};
+use std::f64::consts::PI;
+
+use supple_text::{digits, nearest, quoted, short, significant};
 
 use super::limb::Limb;
 use super::place::Start;
@@ -74,15 +76,8 @@ impl Rules {
             margin: 0.25,
         };
         let given = set.iter().map(|setting| rules.set(setting)).collect::<Result<Vec<_>, _>>()?;
-        let farthest = 2.0 * limb.reach;
-        // That of a door is along its circle.
-        let is_straight = template != Template::Handle;
-        if given.contains(&"travel") && is_straight && limb.is_bounded() && rules.travel > farthest {
-            let (found, most) = (supple_text::digits(rules.travel), supple_text::short(farthest, 3));
-            return Err(Failure::usage(format!(
-                "--set travel: the tool at `{}` can move by {most} m at most, from end to end; found {found}",
-                limb.frame
-            )));
+        if given.contains(&"travel") {
+            rules.check_travel(limb, template)?;
         }
         // In order: later rules use earlier numbers.
         let unless_given = |name: &str, number: &mut f64, rule: f64| {
@@ -95,6 +90,30 @@ impl Rules {
         unless_given("tolerance", &mut rules.tolerance, round(0.05 * rules.travel));
         unless_given("smoothing", &mut rules.smoothing, four_digits(longer * 3.5 * rules.wall_sd));
         Ok(rules)
+    }
+
+    /// Whether the tool can move so far: along a line from end to end of its reach, or with a door by half a turn.
+    fn check_travel(&self, limb: &Limb, template: Template) -> Result<(), Failure> {
+        let found = digits(self.travel);
+        if template == Template::Handle {
+            let width = door_width(limb);
+            let (most, opening) = (significant(PI * width, 3), short(self.travel / width, 3));
+            if self.travel > most.max(PI * width) {
+                return Err(Failure::usage(format!(
+                    "--set travel: the handle moves along an arc around the hinge, {} m away, by at most {} m, half a turn; \
+                     found {found}, which opens the door by {opening} rad",
+                    digits(width),
+                    digits(most)
+                )));
+            }
+        } else if limb.is_bounded() && self.travel > 2.0 * limb.reach {
+            let most = short(2.0 * limb.reach, 3);
+            return Err(Failure::usage(format!(
+                "--set travel: the tool at `{}` can move by {most} m at most, from end to end; found {found}",
+                limb.frame
+            )));
+        }
+        Ok(())
     }
 
     fn set(&mut self, setting: &str) -> Result<&'static str, Failure> {
@@ -123,7 +142,7 @@ impl Rules {
             return Err(wrong(format!("templates have the numbers {}{hint}", quoted(&names))));
         };
         let value: f64 = value.trim().parse().map_err(|_| wrong("the value is not a number".into()))?;
-        let found = supple_text::digits(value);
+        let found = digits(value);
         match *name {
             "margin" if !(value > 0.0 && value < 1.0) => {
                 return Err(wrong(format!("must be above 0 and below 1; found {found}")));
@@ -200,6 +219,11 @@ impl Rules {
     }
 }
 
+/// Width of the door of `handle`, m.
+pub fn door_width(limb: &Limb) -> f64 {
+    round(0.3 * limb.reach)
+}
+
 /// The number 1, 2 or 5 times a power of ten next to a number.
 pub fn round(value: f64) -> f64 {
     if value <= 0.0 || !value.is_finite() {
@@ -213,10 +237,10 @@ pub fn round(value: f64) -> f64 {
 
 /// A number with four digits.
 pub fn four_digits(value: f64) -> f64 {
-    supple_text::significant(value, 4)
+    significant(value, 4)
 }
 
 /// A number with six digits, without a sign where it is 0.
 pub fn plain(value: f64) -> f64 {
-    if value.abs() < 1e-9 { 0.0 } else { supple_text::significant(value, 6) }
+    if value.abs() < 1e-9 { 0.0 } else { significant(value, 6) }
 }

@@ -54,6 +54,9 @@ const SHARP: f64 = 1e-14;
 /// Multiplications of words that may be spent on more digits: a minute or so.
 const MOST_WORK: f64 = 3e10;
 
+/// Why what was stopped is not proved.
+pub(super) const STOPPED: &str = "the computation was stopped";
+
 /// The law, by 128 bits and more where the two sides of the least cost do not meet; why it is not proved otherwise.
 pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, String> {
     let joint = along.steps.first().map_or(0, |step| step.cost.rows);
@@ -67,7 +70,7 @@ pub(crate) fn law(along: &Along, is_stopped: &dyn Fn() -> bool) -> Result<Law, S
         };
         match found {
             Ok(law) => return Ok(law),
-            Err(Failure::Stopped) => return Err("the computation was stopped".into()),
+            Err(Failure::Stopped) => return Err(STOPPED.into()),
             Err(Failure::Indefinite(t)) => reason = format!("the cost of the controls at step {t} is not convex"),
             Err(Failure::Digits) => {
                 let bits = 64 * words;
@@ -86,13 +89,28 @@ fn widths(n: usize, joint: usize, steps: usize) -> impl Iterator<Item = u32> {
 
 /// A lower bound on `V`, where `x'Vx / 2` is the least cost of so many equal steps whatever the state after them; none where
 /// as many digits as [`law`] may take do not determine it.
-pub(super) fn paid_within(step: &AlongStep, steps: usize) -> Option<Enclosure> {
-    widths(step.dynamics.rows, step.cost.rows, steps).find_map(|words| match words {
-        2 => Sweep::<2>::paid_within(step, steps),
-        4 => Sweep::<4>::paid_within(step, steps),
-        16 => Sweep::<16>::paid_within(step, steps),
-        _ => Sweep::<64>::paid_within(step, steps),
-    })
+///
+/// # Errors
+/// That it was stopped.
+pub(super) fn paid_within(
+    step: &AlongStep,
+    steps: usize,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<Option<Enclosure>, String> {
+    for words in widths(step.dynamics.rows, step.cost.rows, steps) {
+        let found = match words {
+            2 => Sweep::<2>::paid_within(step, steps, is_stopped),
+            4 => Sweep::<4>::paid_within(step, steps, is_stopped),
+            16 => Sweep::<16>::paid_within(step, steps, is_stopped),
+            _ => Sweep::<64>::paid_within(step, steps, is_stopped),
+        };
+        match found {
+            Ok(below) => return Ok(Some(below)),
+            Err(Failure::Stopped) => return Err(STOPPED.into()),
+            Err(Failure::Digits | Failure::Indefinite(_)) => {}
+        }
+    }
+    Ok(None)
 }
 
 /// A sweep backwards from the end.
@@ -113,13 +131,16 @@ impl<const K: usize> Sweep<K> {
         Self { below: last.clone(), above: last, sums: [Wide::ZERO; 2], sizes: [0.0; 2], distance: 0.0 }
     }
 
-    fn paid_within(step: &AlongStep, steps: usize) -> Option<Enclosure> {
+    fn paid_within(step: &AlongStep, steps: usize, is_stopped: &dyn Fn() -> bool) -> Result<Enclosure, Failure> {
         let n = step.dynamics.rows;
         let mut sweep = Self::new(&Matrix::from_fn(n, n, |_, _| 0.0));
         for t in (0..steps).rev() {
-            sweep.back(step, t).ok()?;
+            if is_stopped() {
+                return Err(Failure::Stopped);
+            }
+            sweep.back(step, t)?;
         }
-        Some(Enclosure::from_fn(n, n, |i, j| {
+        Ok(Enclosure::from_fn(n, n, |i, j| {
             let (low, high) = sweep.below.at(i, j).around(0.0);
             Interval { low, high }
         }))

@@ -1,9 +1,9 @@
 //! That what a regulator prices is paid for (theory, "Proof").
 
 use super::interval::Interval;
-use super::law::{AlongStep, paid_within};
+use super::law::{AlongStep, STOPPED, paid_within};
 use super::matrix::{Enclosure, Matrix, enclosed};
-use super::steady_law::{ROUNDING, Regulated, first, nothing, widths};
+use super::steady_law::{ROUNDING, Regulated, Unsettled, first, nothing, widths};
 use super::wide::Wide;
 use super::wides::Wides;
 
@@ -31,16 +31,24 @@ const MOST_STEPS: usize = 150;
 ///
 /// # Errors
 /// Why that could not be proved.
-pub(crate) fn steady_law_distance(dynamics: &Matrix, cost: &Matrix, price: &Matrix) -> Result<f64, String> {
-    fn proved<const K: usize>(law: &Regulated<K>, price: &Matrix) -> Result<f64, String> {
-        Ok(law.distance(price)?.max(payment_distance(law)?))
+pub(crate) fn steady_law_distance(
+    dynamics: &Matrix,
+    cost: &Matrix,
+    price: &Matrix,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<f64, String> {
+    fn proved<const K: usize>(law: &Regulated<K>, price: &Matrix, stop: &dyn Fn() -> bool) -> Result<f64, String> {
+        Ok(law.distance(price)?.max(payment_distance(law, stop)?))
     }
     let of = |words| match words {
-        4 => Regulated::<4>::least(dynamics, cost).map(|law| proved(&law, price)),
-        16 => Regulated::<16>::least(dynamics, cost).map(|law| proved(&law, price)),
-        _ => Regulated::<64>::least(dynamics, cost).map(|law| proved(&law, price)),
+        4 => Regulated::<4>::least(dynamics, cost, is_stopped).map(|law| proved(&law, price, is_stopped)),
+        16 => Regulated::<16>::least(dynamics, cost, is_stopped).map(|law| proved(&law, price, is_stopped)),
+        _ => Regulated::<64>::least(dynamics, cost, is_stopped).map(|law| proved(&law, price, is_stopped)),
     };
-    first(widths(dynamics), of).map_err(|_| "rounding leaves the optimal regulator unknown".to_owned())?
+    first(widths(dynamics), of).map_err(|why| match why {
+        Unsettled::Stopped => STOPPED.to_owned(),
+        Unsettled::Grows | Unsettled::Digits => "rounding leaves the optimal regulator unknown".to_owned(),
+    })?
 }
 
 /// Proves that every state that the `S` of a regulator prices is paid for within some steps, whatever the controls do:
@@ -51,7 +59,7 @@ pub(crate) fn steady_law_distance(dynamics: &Matrix, cost: &Matrix, price: &Matr
 ///
 /// # Errors
 /// Why it could not be proved.
-fn payment_distance<const K: usize>(law: &Regulated<K>) -> Result<f64, String> {
+fn payment_distance<const K: usize>(law: &Regulated<K>, is_stopped: &dyn Fn() -> bool) -> Result<f64, String> {
     let roots = Roots::new(&law.s);
     let r = roots.rows.rows;
     if r == 0 {
@@ -69,7 +77,7 @@ fn payment_distance<const K: usize>(law: &Regulated<K>) -> Result<f64, String> {
     }
     let mut steps = r;
     loop {
-        if paid_within(&step, steps).as_ref().is_some_and(shares) {
+        if paid_within(&step, steps, is_stopped)?.as_ref().is_some_and(shares) {
             return Ok(priced.distance);
         }
         if steps >= MOST_STEPS {
@@ -230,6 +238,8 @@ fn quiet(dynamics: Matrix, cost: Matrix) -> AlongStep {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
 
     /// A state that never costs anything, in other coordinates and units.
@@ -239,13 +249,13 @@ mod tests {
         let dynamics = Matrix { rows: 2, cols: 3, entries: vec![1.75, 1.25, 1.0, 1.0, 2.0, 0.0] };
         let entries = vec![1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.25];
         let cost = Matrix { rows: 3, cols: 3, entries };
-        let law = Regulated::<16>::least(&dynamics, &cost).unwrap_or_else(|why| panic!("{why:?}"));
+        let law = Regulated::<16>::least(&dynamics, &cost, &|| false).unwrap_or_else(|why| panic!("{why:?}"));
         let law = law.rounded(&Matrix::identity(2));
-        let distance = steady_law_distance(&dynamics, &cost, &law.price);
+        let distance = steady_law_distance(&dynamics, &cost, &law.price, &|| false);
         assert!(distance.as_ref().is_ok_and(|&distance| distance < 1e-14), "{distance:?}");
         // Twice the price is not what the law pays.
         let dearer = Matrix::from_fn(2, 2, |i, j| 2.0 * law.price.at(i, j));
-        assert!(steady_law_distance(&dynamics, &cost, &dearer).is_err());
+        assert!(steady_law_distance(&dynamics, &cost, &dearer, &|| false).is_err());
     }
 
     /// `c'x` costs and the control does not; with `c'x` held at 0 the states grow by 1.875 per step, at no cost.
@@ -268,7 +278,7 @@ mod tests {
             let price = Matrix::from_fn(2, 2, |i, j| 0.5 * h.at(i, 2) * h.at(2, j) / h.at(2, 2));
             let law = Regulated::<16>::at(&dynamics, &cost, Wides::new(s)).unwrap();
             assert!(law.distance(&price).is_ok(), "{s:?}");
-            let found = payment_distance(&law);
+            let found = payment_distance(&law, &|| false);
             assert_eq!(found.is_ok(), accepted, "{s:?}: {found:?}");
         }
         assert!(bounded.at(1, 1) > 2.0 * least.at(1, 1), "{bounded:?}");
@@ -283,11 +293,38 @@ mod tests {
         let price = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
         let s = Matrix::from_fn(3, 3, price);
         let cost = Matrix::from_fn(5, 5, |i, j| if i < 3 && j < 3 { price(i, j) } else { 0.0 });
-        let found_of = |s| payment_distance(&Regulated::<16>::at(&dynamics, &cost, Wides::new(s)).unwrap());
+        let found_of = |s| payment_distance(&Regulated::<16>::at(&dynamics, &cost, Wides::new(s)).unwrap(), &|| false);
         let found = found_of(&s);
         assert!(found.as_ref().is_ok_and(|&distance| distance < 1e-12), "{found:?}");
         // The third direction costs nothing.
         let all = Matrix::from_fn(3, 3, |i, j| s.at(i, j) + f64::from(u8::from(i == j)));
         assert!(found_of(&all).is_err());
+    }
+
+    /// The search for the regulator and the sweeps of its payment ask at every step; nothing follows a stop.
+    #[test]
+    fn a_stop_ends_the_proof_of_payment_at_the_next_step() {
+        let dynamics = Matrix { rows: 2, cols: 3, entries: vec![0.0, 1.0, 0.0, 0.3, -0.7, 1.1] };
+        let c = [-1.875 * 0.75, 0.75, 0.0];
+        let cost = Matrix::from_fn(3, 3, |i, j| c[i] * c[j]);
+        let law = Regulated::<16>::least(&dynamics, &cost, &|| false).unwrap_or_else(|why| panic!("{why:?}"));
+        let price = law.rounded(&Matrix::identity(2)).price;
+        let asked = Cell::new(0);
+        let until = |last: usize| {
+            asked.set(0);
+            steady_law_distance(&dynamics, &cost, &price, &|| asked.replace(asked.get() + 1) >= last)
+        };
+        assert!(until(usize::MAX).is_ok());
+        let (all, of_law) = (asked.get(), {
+            asked.set(0);
+            let count = || asked.replace(asked.get() + 1) == usize::MAX;
+            assert!(Regulated::<4>::least(&dynamics, &cost, &count).is_ok());
+            asked.get()
+        });
+        assert!(all > of_law, "the payment of {all} steps, {of_law} of them of the law, is never asked to stop");
+        for last in 0..all {
+            assert_eq!(until(last), Err(STOPPED.to_owned()), "{last} of {all}");
+            assert_eq!(asked.get(), last + 1, "steps of {all} went on after a stop");
+        }
     }
 }

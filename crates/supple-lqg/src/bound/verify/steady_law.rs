@@ -48,14 +48,21 @@ pub(crate) enum Unsettled {
     Grows,
     /// Rounding leaves it unknown.
     Digits,
+    /// The computation was stopped.
+    Stopped,
 }
 
 /// The optimal regulator: the limit of the laws of ever longer horizons without a cost at their end.
-pub(crate) fn steady_law(dynamics: &Matrix, cost: &Matrix, process: &Matrix) -> Result<SteadyLaw, Unsettled> {
+pub(crate) fn steady_law(
+    dynamics: &Matrix,
+    cost: &Matrix,
+    process: &Matrix,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<SteadyLaw, Unsettled> {
     let of = |words| match words {
-        4 => Regulated::<4>::least(dynamics, cost).map(|found| found.rounded(process)),
-        16 => Regulated::<16>::least(dynamics, cost).map(|found| found.rounded(process)),
-        _ => Regulated::<64>::least(dynamics, cost).map(|found| found.rounded(process)),
+        4 => Regulated::<4>::least(dynamics, cost, is_stopped).map(|found| found.rounded(process)),
+        16 => Regulated::<16>::least(dynamics, cost, is_stopped).map(|found| found.rounded(process)),
+        _ => Regulated::<64>::least(dynamics, cost, is_stopped).map(|found| found.rounded(process)),
     };
     first(widths(dynamics), of)
 }
@@ -124,9 +131,10 @@ impl<'a, const K: usize> Regulated<'a, K> {
 
     /// The limit of steps from 0: those of as many steps as there are states give every control its price, and from there on
     /// their number is doubled.
-    pub fn least(dynamics: &'a Matrix, given: &'a Matrix) -> Result<Self, Unsettled> {
+    pub fn least(dynamics: &'a Matrix, given: &'a Matrix, is_stopped: &dyn Fn() -> bool) -> Result<Self, Unsettled> {
         let n = dynamics.rows;
-        let step = |s| Self::at(dynamics, given, s).ok_or(Unsettled::Digits);
+        let go_on = || if is_stopped() { Err(Unsettled::Stopped) } else { Ok(()) };
+        let step = |s| go_on().and_then(|()| Self::at(dynamics, given, s).ok_or(Unsettled::Digits));
         let mut here = step(Wides::from_fn(n, n, |_, _| Wide::ZERO))?;
         for _ in 0..n {
             here = step(here.left)?;
@@ -138,6 +146,7 @@ impl<'a, const K: usize> Regulated<'a, K> {
         let first = most(&here.left).unwrap_or(0);
         let mut change = f64::INFINITY;
         for _ in 0..DOUBLINGS {
+            go_on()?;
             let next = steps.twice().ok_or(Unsettled::Digits)?;
             // More than so much growth takes digits from what is 0.
             if next.growth() > 6 * i64::from(K as u32) {
@@ -357,7 +366,7 @@ mod tests {
         let dynamics = of(2, &[0.0, 1.0, 0.0, 0.3, -0.7, 1.1]);
         let c = [-1.9 * 0.7, 0.7, 0.0];
         let cost = Matrix::from_fn(3, 3, |i, j| c[i] * c[j]);
-        let law = steady_law(&dynamics, &cost, &Matrix::identity(2)).unwrap_or_else(|why| panic!("{why:?}"));
+        let law = steady_law(&dynamics, &cost, &Matrix::identity(2), &|| false).unwrap_or_else(|why| panic!("{why:?}"));
         for i in 0..2 {
             for j in 0..2 {
                 assert!((law.s.at(i, j) - c[i] * c[j]).abs() < 1e-15, "{:?}", law.s);
@@ -369,7 +378,7 @@ mod tests {
     #[test]
     fn a_walk_that_costs_and_that_no_control_moves_has_no_law() {
         let (dynamics, cost) = (of(1, &[1.0, 0.0]), of(2, &[1.0, 0.0, 0.0, 1.0]));
-        let law = steady_law(&dynamics, &cost, &Matrix::identity(1));
+        let law = steady_law(&dynamics, &cost, &Matrix::identity(1), &|| false);
         assert!(law.is_err_and(|why| why == Unsettled::Grows));
     }
 
@@ -379,7 +388,7 @@ mod tests {
         // z1+ = .75 z1 + u, z2+ = 3 z2 + z1; only z1 costs; x = (z1 + z2, z2).
         let dynamics = of(2, &[1.75, 1.25, 1.0, 1.0, 2.0, 0.0]);
         let cost = of(3, &[1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.25]);
-        let law = steady_law(&dynamics, &cost, &Matrix::identity(2)).unwrap_or_else(|why| panic!("{why:?}"));
+        let law = steady_law(&dynamics, &cost, &Matrix::identity(2), &|| false).unwrap_or_else(|why| panic!("{why:?}"));
         assert!(law.price.at(0, 0) > 0.1, "{:?}", law.price);
         for entries in [&law.price.entries, &law.s.entries] {
             assert!(entries[1] == -entries[0] && entries[3] == entries[0], "{entries:?}");

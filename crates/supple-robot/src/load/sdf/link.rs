@@ -53,7 +53,7 @@ impl Reader<'_> {
             Some(at) => (self.inertial(at)?, at),
             None => {
                 self.warnings.note("no inertial", at, || {
-                    "it has no `inertial`; the SDF default is used: 1 kg and 1 kg m² about each axis".to_owned()
+                    "it has no `inertial`; the SDF default is used: 1 kg and 1 kg m^2 about each axis".to_owned()
                 });
                 let moment = Pose::IDENTITY.rotation;
                 (Inertia { mass: 1.0, center: [0.0; 3], moment }, at)

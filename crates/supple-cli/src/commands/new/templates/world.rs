@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, said};
-use crate::commands::new::rules::{four_digits, round};
+use crate::commands::new::rules::{door_width, four_digits, round};
 
 impl Draft<'_> {
     /// The direction that the mount yields in for an insert: along x of the mount.
@@ -57,7 +57,7 @@ impl Draft<'_> {
 
     /// Width of the door, m.
     fn width(&self) -> f64 {
-        round(0.3 * self.limb.reach)
+        door_width(self.limb)
     }
 
     /// How far it opens, rad.
