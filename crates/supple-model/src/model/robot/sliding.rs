@@ -32,7 +32,7 @@ const SMALL: f64 = 1e-4;
 /// Runs of the method at most. Of a million random steps none took more than 30.
 const MOST: usize = 60;
 
-/// The rates `r` at the end of the step with dry friction (theory, equation R.23): those where
+/// The rates `r` at the end of the step with dry friction (theory, equations R.23 to R.24a): those where
 /// `inertia (r - velocities) / lead + needed + sum rows' limit v / sqrt(v' v + smoothing^2)` is 0.
 ///
 /// They are where a strictly convex function is least. Newton's method would not find them from afar, as friction hardly
