@@ -254,6 +254,12 @@ fn a_tool_that_cannot_reach_its_wall_is_told() {
     let words = ["new", "task", "--robot", &robot, "--template", "press", "--frame", "fingertip", "--wall", "+z"];
     let run = folder.run(&words);
     assert!(run.error().contains("cannot move the tool towards this wall: omit --wall"), "{}", run.stderr);
+    // A tool on the axis of its joint, as on the rotor of a drone, moves nowhere: no --wall was given that could be omitted.
+    let rotor = include_str!("../../../models/elastic_elbow.urdf").replace("xyz=\"0.4 0 0\"", "xyz=\"0 0 0\"");
+    std::fs::write(folder.path("rotor.urdf"), rotor).unwrap();
+    let run = folder.run(&["new", "task", "--robot", "rotor.urdf", "--template", "press", "--frame", "fingertip"]);
+    let message = "no joint of this limb moves a tool at `fingertip`: choose another --frame";
+    assert!(run.error().contains(message), "{}", run.stderr);
 }
 
 #[test]
