@@ -432,6 +432,17 @@ fn text_that_is_no_toml() {
         two_mass(["steps = 125", "steps 125"], "125\n", "", "expected `=`"),
         two_mass(["steps = 125", "steps = 125\nsteps = 3"], "steps = 3", "steps", "`steps` is defined twice"),
         two_mass(["\"press\"", "\"press"], "\nsteps", "", "expected `\"`"),
+        two_mass(["steps = 125", "steps = 125 s"], "125 s", "", "write `125` in SI units and radians, without `s`"),
+        two_mass(
+            ["steps = 125", "steps = 0.5ms # half"],
+            "0.5ms",
+            "",
+            "write `0.5` in SI units and radians, without `ms`",
+        ),
+        two_mass(["steps = 125", "steps = -1e3°"], "-1e3°", "", "write `-1e3` in SI units and radians, without `°`"),
+        two_mass(["steps = 125", "steps = 5 N m/rad"], "5 N", "", "without `N m/rad`"),
+        two_mass(["steps = 125", "steps = kk_"], "kk_", "", "string values must be quoted"),
+        two_mass(["steps = 125", "steps = 0x1G"], "G", "", ""),
         two_mass(["steps = 125", "\u{1f600} = 125"], "\u{1f600}", "", "invalid unquoted key"),
         two_mass(["\"press\"", "\"dr\u{fc}cken\" x"], "x\nsteps", "", "expected newline"),
     ]);

@@ -213,7 +213,7 @@ fn weights_follow_from_tolerances() {
     assert_near(of(&Written::of(&["--template", "reach"]), "control"), weight(round(force * REACH)), "torques");
     assert_said(&[
         "an expected cost of 16 corresponds to an average error of four tolerances",
-        "| 10 % of the force; for `handle` 20 %, across the door |",
+        "| 10 % of the force; for `handle` 20 %, towards the hinge and along it |",
         "| 5 % of the travel |",
         "| `deflection` | $L/50$ |",
         "ten times the speed that completes the travel in the given time, at most half of the lowest speed limit",

@@ -81,6 +81,33 @@ fn shipped_robots_have_tasks() {
     }
 }
 
+/// Plans lifted the handle, or pushed it down, with up to 440 N: no cost counted the force along the hinge.
+#[test]
+fn a_door_is_opened_without_force_along_its_hinge() {
+    for (robot, frame) in [("arm.urdf", "tool0"), ("iiwa14_door.urdf", "iiwa_link_7")] {
+        let folder = Folder::new();
+        std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+        let iiwa = std::fs::read(repository("models/iiwa14_door.urdf")).unwrap();
+        std::fs::write(folder.path("iiwa14_door.urdf"), iiwa).unwrap();
+        let words = ["--robot", robot, "--template", "handle", "--frame", frame];
+        let (text, _) = written(&folder, "door", &words);
+        let run = folder.run(&["evaluate", "door.toml", "--rollouts", "0", "--out", "out"]);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let result: Value = serde_json::from_slice(&std::fs::read(folder.path("out/result.json")).unwrap()).unwrap();
+        let evaluation = &result["result"]["evaluation"];
+        let stiffness = evaluation["parameters"]["k"].as_f64().unwrap();
+        let along = &evaluation["tasks"][0]["trajectory"];
+        let names = along["state_names"].as_array().unwrap();
+        for axis in ["q.mount_x", "q.mount_y"] {
+            let place = names.iter().position(|name| name == axis).unwrap();
+            let states = along["states"].as_array().unwrap().iter();
+            let forces: Vec<f64> = states.map(|state| stiffness * state[place].as_f64().unwrap()).collect();
+            let most = forces.iter().fold(0.0, |most: f64, force| most.max((force - forces[0]).abs()));
+            assert!(most < 5.0, "{robot}, {axis}: {most} N where 10 N open the door\n{text}");
+        }
+    }
+}
+
 #[test]
 fn numbers_can_be_set_and_wrong_ones_are_refused() {
     let folder = Folder::new();
@@ -227,6 +254,12 @@ fn a_tool_that_cannot_reach_its_wall_is_told() {
     let words = ["new", "task", "--robot", &robot, "--template", "press", "--frame", "fingertip", "--wall", "+z"];
     let run = folder.run(&words);
     assert!(run.error().contains("cannot move the tool towards this wall: omit --wall"), "{}", run.stderr);
+    // A tool on the axis of its joint, as on the rotor of a drone, moves nowhere: no --wall was given that could be omitted.
+    let rotor = include_str!("../../../models/elastic_elbow.urdf").replace("xyz=\"0.4 0 0\"", "xyz=\"0 0 0\"");
+    std::fs::write(folder.path("rotor.urdf"), rotor).unwrap();
+    let run = folder.run(&["new", "task", "--robot", "rotor.urdf", "--template", "press", "--frame", "fingertip"]);
+    let message = "no joint of this limb moves a tool at `fingertip`: choose another --frame";
+    assert!(run.error().contains(message), "{}", run.stderr);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! TOML as documents whose errors name file, line and key.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use supple_model::document::{Content, Document, Spanned, Table};
 use supple_text::FileError;
@@ -20,10 +21,36 @@ pub fn parse_document<'a>(text: &'a str, name: &'a str) -> Result<Document<'a>, 
                     let message = format!("`{key}` is defined twice");
                     Err(FileError::at(name, text, span, key.to_owned(), message))
                 }
-                (message, _) => Err(FileError::at(name, text, span, String::new(), message)),
+                (message, _) => Err(match with_unit(text, span.start) {
+                    Some((place, number, unit)) => {
+                        let message = format!(
+                            "numbers have no units: write `{number}` in SI units and radians, without `{unit}`"
+                        );
+                        FileError::at(name, text, place, String::new(), message)
+                    }
+                    None => FileError::at(name, text, span, String::new(), message),
+                }),
             }
         }
     }
+}
+
+/// The value of the line at `at` where it is a number with a unit, such as `0.5 ms`: its place, the number and the unit.
+fn with_unit(text: &str, at: usize) -> Option<(Range<usize>, &str, &str)> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |end| end + 1);
+    let line = text.get(start..)?.lines().next()?;
+    let (key, rest) = line.split_once('=')?;
+    let value = rest.split('#').next().unwrap_or_default().trim();
+    // The longest number that the value begins with; an exponent belongs to it, `e` alone begins a unit.
+    let ends = (1..=value.len()).rev().filter(|&end| value.is_char_boundary(end));
+    let number = ends
+        .map(|end| &value[..end])
+        .find(|head| head.ends_with(|last: char| last.is_ascii_digit()) && head.parse::<f64>().is_ok())?;
+    let unit = value[number.len()..].trim_start();
+    let based = number == "0" && unit.starts_with(['b', 'o', 'x']);
+    let names_one = !based && unit.starts_with(|first: char| first.is_alphabetic() || "%°".contains(first));
+    let place = start + key.len() + 1 + (rest.len() - rest.trim_start().len());
+    (names_one && !unit.contains([',', ']', '}', '"'])).then(|| (place..place + value.len(), number, unit))
 }
 
 fn table<'a>(table: DeTable<'a>) -> Table<'a> {

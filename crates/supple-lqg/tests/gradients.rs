@@ -199,6 +199,43 @@ fn of_information_that_reaches_the_controls() {
     assert_gradient("states", &picking, ALL, 1e-6);
 }
 
+/// Two robots side by side, one with a sensor for each state, one with a single sensor: past controls tell all that the
+/// second one measures, but not all that the first one does, and the way back from controls to measurements is unstable.
+/// Derivatives by what cannot vary grew from step to step, to 1e111 for a gripper with two fingers.
+#[test]
+fn of_controls_that_tell_all_that_one_of_two_robots_measures() {
+    let steps = 40;
+    let (robot, sensor) = (|i: usize| usize::from(matches!(i, 3..=5 | 7)), |i: usize| usize::from(i == 3));
+    let apart = |matrix: &Dense, row: &dyn Fn(usize) -> usize, column: &dyn Fn(usize) -> usize| {
+        Dense::from_fn(matrix.nrows(), matrix.ncols(), |i, j| if row(i) == column(j) { matrix[(i, j)] } else { 0.0 })
+    };
+    let mut problem = Problem::random((6, 2, 4), steps, 200);
+    problem.f = vec![apart(&problem.f[0], &robot, &robot); steps];
+    problem.c = vec![apart(&problem.c[0], &sensor, &robot); steps + 1];
+    problem.x0 = apart(&problem.x0, &robot, &robot);
+    problem.w = vec![apart(&problem.w[0], &robot, &robot); steps];
+    problem.v = vec![apart(&problem.v[0], &sensor, &sensor); steps + 1];
+    let (knots, noise, mut policy, belief) = swept(&problem);
+    // The less of the correction feeds back at once, the more unstable is the way back.
+    let mut feedback = apart(&Random(0).matrix(2, 6), &|i| i, &robot);
+    let correction = dense(&belief.gain_transposed, steps).row(3).into_owned();
+    let along = feedback.row(1).dot(&correction) / correction.norm_squared();
+    feedback.set_row(1, &(feedback.row(1) - correction * (0.9 * along)));
+    (0..steps).for_each(|t| store(&mut policy.feedback, t, &feedback));
+    let mut partials = Partials::zeros(problem.dimensions, steps);
+    add_control_partials(&knots, &policy, &belief, &noise, 1.0, &mut partials).unwrap();
+    let change = apart(&Random(77).matrix(2, 6), &|i| i, &robot);
+    for t in [0, 1, 5, 20, steps - 1] {
+        let used = |h: f64| {
+            let mut moved = policy.clone();
+            store(&mut moved.feedback, t, &(&feedback + &change * h));
+            control_information(&knots, &moved, &belief, &noise).unwrap().iter().sum()
+        };
+        let (found, expected) = (dense(&partials.feedback, t).dot(&change), slope(used));
+        assert!((found - expected).abs() < 1e-8, "{t}: {found} {expected}");
+    }
+}
+
 /// Noise that is the same at every step receives the sum of the derivatives of all steps.
 #[test]
 fn of_noise_that_does_not_change() {

@@ -2,7 +2,7 @@
 
 use supple::design::DesignStatus;
 use supple::plan::PlanStatus;
-use supple::{Evaluation, LimitViolation, TaskEvaluation};
+use supple::{Evaluation, LimitViolation, Stability, TaskEvaluation, Verdict};
 use supple_study::About;
 use supple_study::design::DesignReport;
 
@@ -49,11 +49,7 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
     let advice = match report.status {
         DesignStatus::Stopped => "repeat the command to finish the search".to_owned(),
         DesignStatus::BoundViolated => plan(optimum).unwrap_or_else(|| {
-            let closest = optimum.tasks.iter().find_map(|task| Some((task, optimum.missed_bound(task)?)));
-            let raise = closest.map_or_else(
-                || "raise the limits".to_owned(),
-                |(task, _)| format!("raise the `bound` of {} to {}", task.name, number(task.cost.expected)),
-            );
+            let raise = raise(optimum);
             match at_bounds.is_empty() {
                 true => format!("{raise}, or declare more parameters"),
                 false => format!("{raise}, or widen the bounds of {}", listed(&at_bounds)),
@@ -79,6 +75,16 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
         }),
     };
     format!("Next: {advice}.\n")
+}
+
+/// The limits that a design misses, with the values that it would keep.
+fn raise(at: &Evaluation) -> String {
+    let missed = at.tasks.iter().find(|task| at.missed_bound(task).is_some());
+    let bound = missed.map(|task| format!("the `bound` of {} to {}", task.name, number(task.cost.expected)));
+    let price = at.price.as_ref().filter(|_| at.exceeded_budget().is_some());
+    let budget = price.map(|price| format!("the `budget` to {}", number(price.total)));
+    let limits: Vec<String> = bound.into_iter().chain(budget).collect();
+    format!("raise {}", if limits.is_empty() { "the limits".to_owned() } else { listed(&limits) })
 }
 
 /// After a search that did not end at an optimum.
@@ -131,6 +137,15 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
             "{raise} or give a better `initial_control`: the plan of {name} ended with status {status}"
         ));
     }
+    if task.stability.numerically_unstable {
+        let Stability { suggested_time_step: shorter, suggested_substeps: substeps, .. } = task.stability;
+        let advice = match (substeps, shorter) {
+            (Some(substeps), _) => format!("`substeps = {substeps}` in [model]"),
+            (None, Some(shorter)) => format!("`time_step = {}`", number(shorter)),
+            (None, None) => "a shorter `time_step`".to_owned(),
+        };
+        return Some(format!("{advice}: the time step of {name} is too large for the stiff parts of the model"));
+    }
     let is_wanted = |name: &str| task.warnings.iter().any(|text| text.contains(&format!("`{name}`")));
     if let Some(contact) = task.contacts.iter().find(|contact| !contact.touches && is_wanted(&contact.name)) {
         return Some(format!(
@@ -151,13 +166,17 @@ fn of_plan(task: &TaskEvaluation) -> Option<String> {
             limit.name
         ));
     }
-    let limit = task.limits_violated.first()?;
-    let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
-    Some(format!(
-        "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
-         {}{more}",
-        limit.name
-    ))
+    if let Some(limit) = task.limits_violated.first() {
+        let more = if count == 2 { " and 1 more limit".to_owned() } else { more };
+        return Some(format!(
+            "more time for {name}, a greater weight of its motion, or a limit with `enforce = true`: the plan exceeds the \
+             {}{more}",
+            limit.name
+        ));
+    }
+    let broken = task.trust.as_ref().is_some_and(|trust| trust.verdict == Verdict::Broken);
+    broken
+        .then(|| format!("less noise or softer contacts, as the roll-outs of {name} say: they do not follow the plan"))
 }
 
 /// Parameters that are at one of their bounds.
@@ -179,5 +198,58 @@ fn listed(names: &[String]) -> String {
         [] => String::new(),
         [one] => one.clone(),
         [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use supple::{EvaluateOptions, PriceReport};
+
+    use super::*;
+
+    /// A plan with a time step that is too large, or whose roll-outs diverge, was followed by the advice to design.
+    #[test]
+    fn a_plan_that_cannot_be_trusted_comes_first() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml");
+        let problem = supple_file::load(path).unwrap();
+        let options = EvaluateOptions { rollouts: 8, ..EvaluateOptions::default() };
+        let mut at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+        assert_eq!(plan(&at), None);
+        at.tasks[0].trust.as_mut().unwrap().verdict = Verdict::Broken;
+        assert!(plan(&at).unwrap().starts_with("less noise or softer contacts"));
+        at.tasks[0].stability.numerically_unstable = true;
+        for (substeps, shorter, advice) in [
+            (Some(8), Some(1e-3), "`substeps = 8` in [model]: the time step of"),
+            (None, Some(1e-3), "`time_step = "),
+            (None, None, "a shorter `time_step`: "),
+        ] {
+            at.tasks[0].stability.suggested_substeps = substeps;
+            at.tasks[0].stability.suggested_time_step = shorter;
+            assert!(plan(&at).unwrap().starts_with(advice), "{:?}", plan(&at));
+        }
+    }
+    /// A design above its budget was said to need a greater `bound` alone.
+    #[test]
+    fn every_limit_that_is_missed_is_raised() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tasks/two_mass_small.toml");
+        let problem = supple_file::load(path).unwrap();
+        let mut at = problem.evaluate(&problem.parameters.initial(), &EvaluateOptions::default()).unwrap();
+        assert_eq!(raise(&at), "raise the limits");
+        at.tasks[0].cost.bound = Some(0.5 * at.tasks[0].cost.expected);
+        assert!(raise(&at).starts_with("raise the `bound` of ") && !raise(&at).contains("budget"), "{}", raise(&at));
+        let parameters = at.parameters.clone();
+        let price = |budget| PriceReport {
+            total: 9.5,
+            budget: Some(budget),
+            weight_nats_per_unit: 0.0,
+            objective_nats: 0.0,
+            parameters: parameters.clone(),
+        };
+        at.price = Some(price(10.0));
+        assert!(!raise(&at).contains("budget"), "{}", raise(&at));
+        at.price = Some(price(6.0));
+        assert!(raise(&at).ends_with(" and the `budget` to 9.5"), "{}", raise(&at));
     }
 }

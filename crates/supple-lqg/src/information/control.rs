@@ -207,7 +207,9 @@ impl Rounding {
         let (q, r) = (found.q(), found.r());
         let rank = (0..r.nrows()).take_while(|&k| r[(k, k)].abs() > self.left).count();
         if rank < r.nrows() {
-            let kept = q.columns(0, rank) * r.rows(0, rank);
+            // With as many columns as the rank, as the derivatives count them: R R' of its first rows from a triangle.
+            let rows = r.rows(0, rank).transpose();
+            let kept = q.columns(0, rank) * rows.qr().r().transpose();
             *factor = DMatrix::from_fn(kept.nrows(), kept.ncols(), |i, j| kept[(i, j)] * scale(i));
         }
     }

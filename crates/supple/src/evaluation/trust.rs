@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use supple_model::ContactReport;
 
 use crate::plan::PlanStatus;
+use crate::settings::MOST_ROLLOUTS;
 use crate::simulate::MonteCarlo;
 
 /// Differences below this share of a prediction do not matter.
@@ -109,16 +110,27 @@ fn cost_error(predicted: &Predicted, sampled: &MonteCarlo) -> (f64, f64) {
     (CHANCE * sampled.cost_standard_error, TOLERATED * predicted.cost.abs())
 }
 
-/// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits.
+/// Whether the sampled cost is another than the predicted one, by more than chance and more than what is tolerated.
+fn differs(predicted: &Predicted, sampled: &MonteCarlo) -> bool {
+    let (error, tolerated) = cost_error(predicted, sampled);
+    // Of a single roll-out the error is not known.
+    error.is_finite() && sampled.difference.abs() > tolerated.max(error)
+}
+
+/// How many roll-outs estimate the cost to within [`TOLERATED`], where those that were made do not: two digits; none where
+/// those that were made tell that it is not the predicted one, and where more than [`MOST_ROLLOUTS`] do.
 fn rollouts_needed(predicted: &Predicted, sampled: &MonteCarlo) -> Option<usize> {
     let (error, tolerated) = cost_error(predicted, sampled);
-    if error <= tolerated {
+    if error <= tolerated || differs(predicted, sampled) {
         return None;
     }
     // The standard error falls with the square root of the number. It is itself an estimate.
     let needed = MORE * sampled.rollouts.max(1) as f64 * (error / tolerated).powi(2);
     if !needed.is_finite() {
         return Some(sampled.rollouts.max(1) * 2);
+    }
+    if needed > MOST_ROLLOUTS as f64 {
+        return None;
     }
     let unit = 10.0_f64.powf(needed.log10().floor() - 1.0).max(1.0);
     Some(((needed / unit).ceil() * unit) as usize)
@@ -130,16 +142,21 @@ fn doubts(predicted: &Predicted, sampled: &MonteCarlo, rollouts_needed: Option<u
         reasons.push(format!("the plan did not converge ({})", predicted.status));
     }
     let (error, tolerated) = cost_error(predicted, sampled);
-    if let Some(needed) = rollouts_needed {
-        reasons.push(format!(
-            "{} roll-outs are too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]",
-            sampled.rollouts
-        ));
-    } else if sampled.difference.abs() > tolerated.max(error) {
+    if differs(predicted, sampled) {
         reasons.push(format!(
             "roll-outs cost {:.4}, but {:.4} is expected: the cost is not quadratic over the spread of states; try less \
              noise, or costs and contacts with more smoothing",
             sampled.cost_mean, predicted.cost
+        ));
+    } else if let Some(needed) = rollouts_needed {
+        reasons.push(format!(
+            "{} roll-outs are too few to estimate the cost to within 10 %: use about {needed}, `rollouts` in [design]",
+            sampled.rollouts
+        ));
+    } else if error > tolerated {
+        reasons.push(format!(
+            "roll-outs differ so much in cost that even {MOST_ROLLOUTS} would not estimate it to within 10 %; try less noise, or \
+             costs and contacts with more smoothing"
         ));
     }
     if let Some(consistency) = sampled.consistency {

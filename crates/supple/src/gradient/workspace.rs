@@ -4,7 +4,7 @@ use supple_kernels::{Matrices, Scratch};
 use supple_lqg::{
     BeliefAdjoint, Dimensions, KnotAdjoints, Lq, Noise, Policy, Regularisation, RiccatiAdjoint, solve_limited, solve_lq,
 };
-use supple_model::system::{Constraints, System};
+use supple_model::system::{Constraints, Curvature, System};
 
 use crate::plan::Plan;
 
@@ -72,12 +72,18 @@ impl GradientWorkspace {
         scratch: &mut Scratch,
     ) {
         if !self.known {
-            self.lagrangian.copy_from(&plan.knots.cost);
+            let at = plan.trajectory.points();
+            // The trajectory is a minimum of the cost itself, whatever the curvature that its control law is made of.
+            if plan.curvature == Curvature::Exact {
+                self.lagrangian.copy_from(&plan.knots.cost);
+            } else {
+                self.lagrangian.clear();
+                system.cost_quadratics(at, phi, Curvature::Exact, &mut self.lagrangian, scratch);
+            }
             let (joint, stride) = (self.lagrangian.rows(), self.lagrangian.stride());
             for row in self.lagrangian.as_mut_slice().chunks_exact_mut(stride) {
                 row[joint] = 0.0;
             }
-            let at = plan.trajectory.points();
             system.add_dynamics_curvature(at, phi, &plan.costates, &mut self.lagrangian, scratch);
             if let Some(limits) = limits {
                 limits.add_excess_curvature(at, phi, &plan.multipliers, &mut self.lagrangian, scratch);

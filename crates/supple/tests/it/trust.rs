@@ -3,7 +3,7 @@
 use crate::common;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use supple::{EvaluateOptions, Problem, Verdict};
+use supple::{EvaluateOptions, MOST_ROLLOUTS, Problem, Verdict};
 
 /// A number from `low` to `high`, uniform in its logarithm.
 fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
@@ -52,6 +52,35 @@ fn confirmed(tasks: u64, many: usize) -> (usize, usize, [usize; 3]) {
     }
     eprintln!("{same} of {all} verdicts confirmed by {many} roll-outs; holds, doubtful, broken: {given:?}");
     (same, all, given)
+}
+
+/// Where the costs of roll-outs differ a lot, 18446744073709551615 of them were recommended.
+#[test]
+fn no_more_rollouts_are_recommended_than_can_be_made() {
+    let path = common::repository("tasks/elastic_elbow.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let speeds = "\"v.*\" = 1e-4, \"c.wall\" = 2.5e-5 }     #";
+    assert!(text.contains(speeds));
+    let (mut hopeless, mut decided) = (0, 0);
+    for variance in ["0.001", "0.03", "0.1", "10.0"] {
+        let noisy = text.replace(speeds, &format!("\"v.*\" = {variance}, \"c.wall\" = 2.5e-3 }} #"));
+        let problem = supple_file::parse(&noisy, path.to_str().unwrap()).unwrap();
+        let options = EvaluateOptions { rollouts: 64, ..Default::default() };
+        let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+        let trust = at.tasks[0].trust.as_ref().unwrap();
+        assert_ne!(trust.verdict, Verdict::Holds, "{variance}: {trust}");
+        assert!(trust.rollouts_needed.is_none_or(|needed| needed <= MOST_ROLLOUTS), "{variance}: {trust}");
+        let says = |text: &str| trust.reasons.iter().any(|why| why.contains(text));
+        hopeless += usize::from(says("even 10000000 would not estimate it"));
+        // More roll-outs would not change what is known already.
+        let sampled = at.tasks[0].monte_carlo.as_ref().unwrap();
+        let differs = sampled.difference.abs() > 3.0 * sampled.cost_standard_error.max(0.0);
+        if differs && trust.verdict == Verdict::Doubtful {
+            decided += 1;
+            assert!(says("is expected: the cost is not quadratic") && trust.rollouts_needed.is_none(), "{trust}");
+        }
+    }
+    assert!(hopeless > 0 && decided > 0, "{hopeless} {decided}");
 }
 
 #[test]

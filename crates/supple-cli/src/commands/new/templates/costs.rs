@@ -81,7 +81,7 @@ impl Draft<'_> {
         text.push('\n');
     }
 
-    /// The costs of a door: its angle, and the force across it.
+    /// The costs of a door: its angle, and the forces that do not move it.
     fn opened(&self, text: &mut String) {
         let rules = self.rules;
         let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_position\"\nselect = [\"{}_rz\"]", self.door_name());
@@ -89,10 +89,16 @@ impl Draft<'_> {
         let (always, last) = (self.opening(), self.opening_tolerance());
         said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} rad"));
         said(text, &format!("final_weight = {:?}", rules.final_weight(last)), &format!("tolerance {last:?} rad"));
-        let (across, tolerance) = (&self.axes()[0], four_digits(0.2 * rules.force));
-        let _ = writeln!(text, "\n[[tasks.costs]]\nkind = \"coupling_force\"\ncoupling = {across:?}");
-        let weight = rules.weight(tolerance);
-        said(text, &format!("weight = {weight:?}"), &format!("tolerance {tolerance:?} N, towards the hinge"));
+        // A door moves neither towards its hinge nor along it, whatever force the tool exerts there.
+        let (tolerance, directions) = (four_digits(0.2 * rules.force), ["towards the hinge", "along the hinge"]);
+        for ((across, load), direction) in self.axes().iter().zip(self.loads()).zip(directions) {
+            let _ = writeln!(text, "\n[[tasks.costs]]\nkind = \"coupling_force\"\ncoupling = {across:?}");
+            if load != 0.0 {
+                said(text, &format!("target = [{:?}]", -load), "N: the weight of the tool");
+            }
+            let weight = rules.weight(tolerance);
+            said(text, &format!("weight = {weight:?}"), &format!("tolerance {tolerance:?} N, {direction}"));
+        }
         text.push('\n');
     }
 

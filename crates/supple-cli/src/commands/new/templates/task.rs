@@ -43,12 +43,7 @@ impl Draft<'_> {
                 format!("pose = {{ frame = {frame:?}, position = {position}{turned} }}   # by inverse kinematics\n")
             }
         );
-        // The tool hangs in its mount, and presses already where it holds.
-        let [x, y] = start.along;
-        let pressed = if self.template == Template::Hold { rules.force } else { 0.0 };
-        let loads = [x, y, scale(-1.0, start.normal)].map(|axis| rules.mass * dot(axis, limb.gravity));
-        let loads = [loads[0], loads[1], loads[2] - pressed]
-            .map(|load| if load.abs() < 1e-3 * rules.force { 0.0 } else { four_digits(load) });
+        let loads = self.loads();
         for (axis, load) in self.axes().iter().zip(loads).filter(|(_, load)| *load != 0.0) {
             let value = match self.yielding().contains(axis) {
                 true => format!("\"{load:?} / k\""),
@@ -71,6 +66,17 @@ impl Draft<'_> {
             };
             said(text, &format!("\"c.wall\" = {value}"), "m: position of the wall along its normal, from `point`");
         }
+    }
+
+    /// Loads on the springs of the mount at the start, N: the weight of the tool, which hangs in its mount, and the
+    /// force where it presses already.
+    pub(super) fn loads(&self) -> [f64; 3] {
+        let Self { start, rules, limb, .. } = self;
+        let [x, y] = start.along;
+        let pressed = if self.template == Template::Hold { rules.force } else { 0.0 };
+        let loads = [x, y, scale(-1.0, start.normal)].map(|axis| rules.mass * dot(axis, limb.gravity));
+        [loads[0], loads[1], loads[2] - pressed]
+            .map(|load| if load.abs() < 1e-3 * rules.force { 0.0 } else { four_digits(load) })
     }
 
     fn noise(&self, text: &mut String) {
