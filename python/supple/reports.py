@@ -332,7 +332,7 @@ class Trust(Record):
     """Whether roll-outs agree with the predictions.
 
     Attributes:
-        verdict: ``"holds"``, ``"doubtful"`` or ``"broken"``.
+        verdict: ``"holds"``, ``"doubtful"`` or ``"broken"``, as where roll-outs exceed the limit that the expected cost keeps.
         reasons: The findings, and what to try.
         rollouts_needed: About how many roll-outs are needed, if there are too few to tell.
     """

@@ -137,7 +137,7 @@ fn what_cannot_be_is_refused() {
     assert_eq!(found, expected);
     for method in [SensorMethod::Greedy, SensorMethod::Both] {
         let error = refused(SensorsOptions { cost: Some(70.0), method, ..default() });
-        assert!(error.contains("an expected cost of at most 70; with all of them it is 77.099"), "{error}");
+        assert!(error.contains("an expected cost of at most 70; with all of them it is 77.10007"), "{error}");
     }
     let stopped = Watch { progress: &Silent, stop: &AtomicBool::new(true) };
     let error = run(&task("wiping_arm_sensors.toml"), &default(), stopped).unwrap_err();

@@ -8,6 +8,7 @@ use supple_model::{ContactReport, PriceReport};
 
 use crate::Error;
 use crate::branches::{Attempts, plan_at};
+use crate::feasibility::meets;
 use crate::gradient::{FrozenGradient, Functional};
 use crate::growth::stability;
 use crate::horizon::DespiteRounding;
@@ -145,9 +146,12 @@ fn evaluate_task(
         law_remark = remark;
     }
     Error::check_stop()?;
+    let (cost, bound) = (state.cost.expected(), task.bound.map(|bound| bound.resolve(phi)));
+    let feasibility = options.feasibility.unwrap_or(problem.design.feasibility);
     let predicted = Predicted {
         status: state.plan.status,
-        cost: state.cost.expected(),
+        cost,
+        kept_limit: bound.filter(|_| meets(cost, bound, feasibility)),
         bits: information.total_bits,
         contacts: &contacts,
     };

@@ -42,7 +42,8 @@ pub enum Verdict {
     Holds,
     /// Some prediction is off by more than chance and more than a tenth, or there are too few roll-outs to tell.
     Doubtful,
-    /// Roll-outs diverge, or the plan is indefinite: its numbers must not be used.
+    /// Roll-outs diverge or exceed the cost limit that the expected cost keeps, or the plan is indefinite: its numbers must not
+    /// be used.
     Broken,
 }
 
@@ -69,6 +70,8 @@ impl fmt::Display for Trust {
 pub(super) struct Predicted<'a> {
     pub status: PlanStatus,
     pub cost: f64,
+    /// The cost limit, where the predicted cost keeps it.
+    pub kept_limit: Option<f64>,
     pub bits: f64,
     pub contacts: &'a [ContactReport],
 }
@@ -92,6 +95,9 @@ impl Trust {
             broken.push(advice.to_owned());
             return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed: None };
         }
+        if let Some(reason) = limit_exceeded(predicted, sampled) {
+            return Self { verdict: Verdict::Broken, reasons: vec![reason], rollouts_needed: None };
+        }
         let rollouts_needed = rollouts_needed(predicted, sampled);
         let reasons = doubts(predicted, sampled, rollouts_needed);
         let verdict = if reasons.is_empty() { Verdict::Holds } else { Verdict::Doubtful };
@@ -103,6 +109,19 @@ impl Trust {
     pub fn needs_only_rollouts(&self) -> bool {
         self.rollouts_needed.is_some() && self.reasons.len() == 1
     }
+}
+
+/// Where roll-outs cost something else than predicted, and more than the limit that the prediction keeps: both, and what to try.
+fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String> {
+    let limit = predicted.kept_limit?;
+    let (error, _) = cost_error(predicted, sampled);
+    (differs(predicted, sampled) && sampled.cost_mean - error > limit).then(|| {
+        format!(
+            "roll-outs cost {:.4}, above the limit of {limit:.4} that the expected cost of {:.4} keeps; try less noise, costs and \
+             contacts with more smoothing, or a smaller `time_step`",
+            sampled.cost_mean, predicted.cost
+        )
+    })
 }
 
 /// By how much the sampled cost may be off by chance, and by how much it may differ from the predicted one.

@@ -83,6 +83,35 @@ fn no_more_rollouts_are_recommended_than_can_be_made() {
     assert!(hopeless > 0 && decided > 0, "{hopeless} {decided}");
 }
 
+/// A limit that the expected cost keeps and roll-outs exceed is not met, whatever else is only doubtful.
+#[test]
+fn a_limit_that_rollouts_exceed_breaks_a_plan() {
+    let options = EvaluateOptions { rollouts: 256, ..Default::default() };
+    let mut tried = 0;
+    for number in 0..30 {
+        let mut problem = random_task(number);
+        let mut with = |bound: Option<f64>| {
+            problem.tasks[0].bound = bound.map(Into::into);
+            let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap().tasks.remove(0);
+            (at.cost.expected, at.monte_carlo.unwrap(), at.trust.unwrap())
+        };
+        let (expected, sampled, trust) = with(None);
+        let surely_above = sampled.difference > (0.1 * expected).max(4.0 * sampled.cost_standard_error);
+        if trust.verdict != Verdict::Doubtful || !surely_above {
+            continue;
+        }
+        tried += 1;
+        let (.., between) = with(Some(1.01 * expected));
+        assert_eq!(between.verdict, Verdict::Broken, "{between}");
+        assert!(between.reasons[0].contains("above the limit of"), "{between}");
+        // A limit that both keep, and one that neither does, which is said elsewhere.
+        for bound in [sampled.cost_mean, 0.5 * expected] {
+            assert_eq!(with(Some(bound)).2, trust);
+        }
+    }
+    assert!(tried > 2, "{tried}");
+}
+
 #[test]
 fn verdicts_are_those_of_many_more_samples() {
     let (same, all, given) = confirmed(30, 2000);
