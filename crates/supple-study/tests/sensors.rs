@@ -80,7 +80,7 @@ fn sets_of_the_catalogue_are_as_shown() {
     ]);
     assert_eq!(format!("{:.3}", of_budget.certificate.bound), "77.431");
     let ratio = of_budget.certificate.certified_ratio.unwrap();
-    assert!((0.935..0.936).contains(&ratio), "{ratio}");
+    assert!((0.936..0.937).contains(&ratio), "{ratio}");
     assert_eq!(of_budget.certificate.search, Some(Search::Exhaustive));
     assert!(of_budget.certificate.proved && of_budget.certificate.ratio == Some(1.0));
     assert!(of_cost.certificate.bound <= of_cost.chosen.price);
