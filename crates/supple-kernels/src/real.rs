@@ -56,14 +56,16 @@ impl Scalar for f64 {
         math::atan2(self, x)
     }
     fn repeat(mut variables: Vec<Self>, most: usize, body: impl Fn(&[Self]) -> (Vec<Self>, Self)) -> Vec<Self> {
-        for _ in 0..most {
-            let left;
-            (variables, left) = body(&variables);
-            if !(left > 0.0) {
-                break;
+        let mut runs = 0;
+        loop {
+            let (next, left) = body(&variables);
+            variables = next;
+            runs += 1;
+            let goes_on = left > 0.0 && runs < most;
+            if !goes_on {
+                return variables;
             }
         }
-        variables
     }
     #[inline(always)]
     fn select(self, positive: Self, otherwise: Self) -> Self {
