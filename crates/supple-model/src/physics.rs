@@ -1,6 +1,6 @@
 //! What an author writes: the physics of a robot and its environment, once, over any [`Scalar`].
 
-use supple_kernels::Scalar;
+use supple_kernels::{Ldl, Scalar};
 use supple_lqg::Dimensions;
 
 use crate::channels::{Channels, Limit};
@@ -262,6 +262,24 @@ pub trait Model: Send + Sync + 'static {
     fn landmarks<S: Scalar>(&self, _at: &Point<S>) -> Vec<[S; 3]> {
         Vec::new()
     }
+}
+
+/// The unknowns of an equation, of which `at` gives the matrix `r_w` and the residual `r`, with all their derivatives: from
+/// its [solution](Model::solution), where it is not linear.
+pub(crate) fn solved<S: Scalar>(
+    solution: Option<Vec<S>>,
+    count: usize,
+    at: impl Fn(&[S]) -> (Vec<Vec<S>>, Vec<S>),
+) -> Vec<S> {
+    // Each step of Newton's method makes twice as many orders of derivatives right.
+    let steps = if solution.is_some() { 2 } else { 1 };
+    let mut w = solution.unwrap_or_else(|| vec![S::zero(); count]);
+    for _ in 0..steps {
+        let (matrix, residual) = at(&w);
+        let missing = Ldl::new(&matrix).solve(residual);
+        w = w.into_iter().zip(missing).map(|(w, missing)| w - missing).collect();
+    }
+    w
 }
 
 /// Error message and advice for the name of a locked joint where a moving joint is required.

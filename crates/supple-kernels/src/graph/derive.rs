@@ -10,14 +10,19 @@ fn marks(len: usize, nodes: impl Iterator<Item = Node>) -> Vec<bool> {
     marks
 }
 
-/// For every node up to the last of `ends`: whether its derivatives by any of `wrt`, which count as independent of one
-/// another and of all else, are not known to be 0.
-fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node]) -> Vec<bool> {
+/// For every node up to the last of `ends`: whether it depends on any of `wrt`, which count as independent of one
+/// another and of all else; through these repetitions, which derivatives do not go through.
+fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node], repetitions: &[Repetition]) -> Vec<bool> {
     let len = ends.map(|node| node.index() + 1).max().unwrap_or(0);
     let mut active = marks(len, wrt.iter().copied());
     operations(|ops| {
-        for (i, op) in ops[..len].iter().enumerate() {
-            active[i] |= op.operands().any(|operand| active[operand.index()]);
+        for (i, &op) in ops[..len].iter().enumerate() {
+            active[i] |= match op {
+                Op::Repeated { repetition, .. } => repetitions
+                    .get(repetition as usize)
+                    .is_some_and(|repetition| repetition.needs().any(|node| active[node.index()])),
+                op => op.operands().any(|operand| active[operand.index()]),
+            };
         }
     });
     active
@@ -26,18 +31,7 @@ fn dependents(ends: impl Iterator<Item = Node>, wrt: &[Node]) -> Vec<bool> {
 /// Whether any of `outputs` depends on `variable`, be it through a repetition.
 #[must_use]
 pub fn depends(outputs: &[Node], variable: Node) -> bool {
-    let len = outputs.iter().map(|node| node.index() + 1).max().unwrap_or(0);
-    let mut active = marks(len, [variable].into_iter());
-    let repetitions = repetitions();
-    operations(|ops| {
-        for (i, &op) in ops[..len].iter().enumerate() {
-            let through = |repetition: &Repetition| repetition.needs().any(|node| active[node.index()]);
-            active[i] |= match op {
-                Op::Repeated { repetition, .. } => through(&repetitions[repetition as usize]),
-                op => op.operands().any(|operand| active[operand.index()]),
-            };
-        }
-    });
+    let active = dependents(outputs.iter().copied(), &[variable], &repetitions());
     outputs.iter().any(|output| active[output.index()])
 }
 
@@ -71,7 +65,7 @@ struct Reverse<'a> {
 
 impl<'a> Reverse<'a> {
     fn new(outputs: impl Iterator<Item = Node>, wrt: &'a [Node]) -> Self {
-        let active = dependents(outputs, wrt);
+        let active = dependents(outputs, wrt, &[]);
         let len = active.len();
         let leaf = marks(len, wrt.iter().copied());
         Self { wrt, active, leaf, adjoint: vec![Node::zero(); len], reached: vec![0; len.div_ceil(64)] }
@@ -170,7 +164,7 @@ fn slope(node: Node, op: Op) -> Option<(Node, Node)> {
 pub fn tangent(outputs: &[Node], seeds: &[(Node, Node)]) -> Vec<Node> {
     let zero = Node::constant(0.0);
     let variables: Vec<Node> = seeds.iter().map(|&(variable, _)| variable).collect();
-    let active = dependents(outputs.iter().copied(), &variables);
+    let active = dependents(outputs.iter().copied(), &variables, &[]);
     let mut rates = vec![zero; active.len()];
     let leaf = marks(active.len(), variables.iter().copied());
     for &(variable, rate) in seeds.iter().filter(|(variable, _)| variable.index() < leaf.len()) {

@@ -161,7 +161,6 @@ struct Repeated {
     repetition: Repetition,
     /// The result of each variable, if anything asks for it.
     results: Vec<Option<Node>>,
-    most: usize,
 }
 
 impl Repeated {
@@ -177,7 +176,7 @@ impl Repeated {
                 results[index as usize] = Some(Node(i as u32));
             }
         }
-        Self { most: repetition.most, repetition, results }
+        Self { repetition, results }
     }
 }
 
@@ -279,12 +278,12 @@ impl Slots {
     fn part(&mut self, run: &Run, place: &mut usize) -> Part {
         let mut part = Part { rounds: rounds(&run.steps), ..Part::default() };
         part.instructions.reserve(4 * run.steps.len());
-        if let Some(Repeated { repetition, most, .. }) = &run.repetition {
+        if let Some(Repeated { repetition, .. }) = &run.repetition {
             let start: Vec<_> = repetition.start.iter().map(|&node| self.of(node)).collect();
             // Before what they begin with is let go: it may be what several begin with.
             let variables = repetition.variables.iter().map(|&node| self.take(node) as usize);
             let start = variables.zip(start).collect();
-            part.again = Some(Again { start, next: Vec::new(), most: *most });
+            part.again = Some(Again { start, next: Vec::new(), most: repetition.most });
             repetition.start.iter().for_each(|&node| self.let_go(node, *place));
             *place += 1;
         }

@@ -2,6 +2,7 @@ use supple_kernels::graph::{Node, jacobian};
 use supple_kernels::{Ldl, Scalar};
 
 use crate::cost::Cost;
+use crate::physics::solved;
 use crate::quantity::{Known, Quantity};
 use crate::{Model, Point, Value};
 
@@ -66,23 +67,23 @@ pub(super) fn values<M: Model, S: Scalar>(model: &M, quantities: &[&Quantity], a
 
 /// The next state, its unknowns solved for on the way, with all derivatives.
 fn next<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<S> {
-    let solution = model.solution(at);
-    // Each step of Newton's method makes twice as many orders of derivatives right.
-    let steps = if solution.is_some() { 2 } else { 1 };
-    let mut w = solution.unwrap_or_else(|| vec![S::zero(); model.unknowns()]);
-    for _ in 0..steps {
-        let with = Point { w: &w, ..*at };
-        let mut mass = vec![S::zero(); w.len() * w.len()];
-        model.mass(&with, &mut mass);
+    let w = solved(model.solution(at), model.unknowns(), |w| {
+        let with = Point { w, ..*at };
         let mut residual = vec![S::zero(); w.len()];
         model.balance(&with, &mut residual);
-        let mass: Vec<Vec<S>> = mass.chunks(w.len().max(1)).map(<[S]>::to_vec).collect();
-        let missing = Ldl::new(&mass).solve(residual);
-        w = w.into_iter().zip(missing).map(|(w, missing)| w - missing).collect();
-    }
+        (mass(model, &with), residual)
+    });
     let mut next = vec![S::zero(); at.x.len()];
     model.step(&Point { w: &w, ..*at }, &mut next);
     next
+}
+
+/// `r_w` at the unknowns of a point.
+fn mass<M: Model, S: Scalar>(model: &M, at: &Point<S>) -> Vec<Vec<S>> {
+    let count = at.w.len();
+    let mut matrix = vec![S::zero(); count * count];
+    model.mass(at, &mut matrix);
+    matrix.chunks(count.max(1)).map(<[S]>::to_vec).collect()
 }
 
 impl<'a, M: Model> Trace<'a, M> {
@@ -141,10 +142,7 @@ impl<'a, M: Model> Trace<'a, M> {
 
     /// `r_w` at given unknowns.
     pub fn mass(&self, w: &[Node]) -> Vec<Vec<Node>> {
-        let count = self.model.unknowns();
-        let mut matrix = vec![Node::zero(); count * count];
-        self.model.mass(&self.point(w), &mut matrix);
-        matrix.chunks(count.max(1)).map(<[Node]>::to_vec).collect()
+        mass(self.model, &self.point(w))
     }
 
     /// `g`

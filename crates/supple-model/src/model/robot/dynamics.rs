@@ -1,6 +1,6 @@
 //! Forces, inertia and steps of robots.
 
-use supple_kernels::{Ldl, Scalar};
+use supple_kernels::Scalar;
 use supple_robot::{inverse_dynamics, mass_matrix, passive_forces_ahead, passive_resistance};
 
 use super::drive::Drive;
@@ -9,6 +9,7 @@ use super::sliding::{FreeStep, Rubbing, sliding_rates};
 use super::{Point, Robot};
 use crate::model::bodies::{Forces, Override, Situation, widened};
 use crate::model::compliance::{DryFriction, Element, Native, Resistance};
+use crate::physics::solved;
 
 impl Robot {
     /// Where everything is and how it moves, with forces that resist motion taken where the integrator takes them in a step
@@ -32,26 +33,28 @@ impl Robot {
     /// The accelerations of an implicit step with dry friction (theory, equation R.23), to rounding.
     pub(super) fn sliding<S: Native>(&self, at: &Point<S>) -> Vec<S> {
         let still = vec![S::zero(); self.positions().1];
-        let now = self.stepping(at, &still).without_friction();
+        let now = self.stepping(at, &still);
+        let rubbing = self.rubbing(&now);
+        let now = now.without_friction();
         let step = FreeStep {
             inertia: self.inertia(&now),
             needed: self.unbalanced(&now, &still),
             velocities: now.velocities().to_vec(),
             lead: now.lead(),
         };
-        let rates = sliding_rates(&step, &self.rubbing(&now));
+        let rates = sliding_rates(&step, &rubbing);
         rates.iter().zip(now.velocities()).map(|(&rate, &v)| (rate - v) / now.lead()).collect()
     }
 
     /// All that dry friction resists: of joints, then of compliance.
     fn rubbing<S: Native>(&self, now: &Situation<S>) -> Vec<Rubbing<S>> {
         let (dofs, positions) = self.positions();
-        let (numbers, smoothing) = (self.bodies.numbers(now.at), self.friction_speed(now.at));
+        let smoothing = self.friction_speed(now.at);
         let bodies = self.bodies.tree.bodies().iter().filter(|body| self.joint_has_friction(body.joint));
         let in_joints = bodies.map(|body| {
             let mut row = vec![S::zero(); positions];
             row[body.dof] = S::constant(body.ratio);
-            Rubbing { limit: numbers.joints[body.joint].friction, smoothing, rows: vec![row] }
+            Rubbing { limit: now.numbers.joints[body.joint].friction, smoothing, rows: vec![row] }
         });
         let of = |element: &Element| {
             let DryFriction { limit, smoothing, motions } = element.kind.over::<S>().dry_friction(&element.own(now))?;
@@ -201,18 +204,10 @@ impl Robot {
 
     /// The accelerations of a step with all their derivatives.
     fn accelerations<S: Native>(&self, at: &Point<S>) -> Vec<S> {
-        let mut a = vec![S::zero(); self.positions().1];
-        let mut steps = 1;
-        if self.slides() {
-            // Each step of Newton's method makes twice as many orders of derivatives right.
-            (a, steps) = (self.sliding(at), 2);
-        }
-        for _ in 0..steps {
-            let now = self.stepping(at, &a);
-            let missing = Ldl::new(&self.inertia(&now)).solve(self.unbalanced(&now, &a));
-            a = a.into_iter().zip(missing).map(|(a, missing)| a - missing).collect();
-        }
-        a
+        solved(self.slides().then(|| self.sliding(at)), self.positions().1, |a| {
+            let now = self.stepping(at, a);
+            (self.inertia(&now), self.unbalanced(&now, a))
+        })
     }
 
     /// The next state after all sub-steps, each with accelerations of its own.
