@@ -39,7 +39,7 @@ class Timed:
 
 def built() -> str:
     """The benchmark `parts` of this build."""
-    command = ["cargo", "bench", "-p", "supple", "--bench", "parts", "--no-run", "--message-format=json"]
+    command = ["cargo", "bench", "--workspace", "--bench", "parts", "--no-run", "--message-format=json"]
     lines = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
     messages = [json.loads(line) for line in lines]
     return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "parts")
