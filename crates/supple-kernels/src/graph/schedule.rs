@@ -37,6 +37,9 @@ pub(super) enum Kind {
     Select,
 }
 
+/// How many kinds there are.
+const KINDS: usize = Kind::Select as usize + 1;
+
 /// Kinds that a program runs one after the other, in their order, before it asks which other kind is next.
 pub(super) const ARITHMETIC: usize = 8;
 
@@ -355,7 +358,7 @@ pub(super) fn schedule(steps: Vec<Step>) -> Vec<Step> {
         let after = readers.of_step(i).iter().map(|&reader| urgency[reader]).max().unwrap_or(0);
         urgency[i] = step.kind.latency() + after;
     }
-    let mut clock = Clock { now: 0, last: None, ready: Map::default(), coming: BinaryHeap::new() };
+    let mut clock = Clock { now: 0, last: None, ready: Default::default(), occupied: 0, coming: BinaryHeap::new() };
     let mut possible_at = vec![0; steps.len()];
     for i in (0..steps.len()).filter(|&i| waits_for[i] == 0) {
         clock.coming.push(Reverse((0, i)));
@@ -417,7 +420,9 @@ struct Clock {
     now: usize,
     last: Option<Kind>,
     /// By kind, those whose operands are there: the most urgent on top, of equals the first recorded.
-    ready: Map<Kind, BinaryHeap<(usize, Reverse<usize>)>>,
+    ready: [BinaryHeap<(usize, Reverse<usize>)>; KINDS],
+    /// A bit for every kind of which there are any.
+    occupied: u32,
     /// Those whose operands are there from a time on.
     coming: BinaryHeap<Reverse<(usize, usize)>>,
 }
@@ -425,7 +430,7 @@ struct Clock {
 impl Clock {
     /// The instruction to run now; none once all have been.
     fn next(&mut self, steps: &[Step], urgency: &[usize]) -> Option<usize> {
-        if self.ready.values().all(BinaryHeap::is_empty) {
+        if self.occupied == 0 {
             let Reverse((time, _)) = *self.coming.peek()?;
             self.now = self.now.max(time);
         }
@@ -433,7 +438,8 @@ impl Clock {
             && time <= self.now
         {
             self.coming.pop();
-            self.ready.entry(steps[i].kind).or_default().push((urgency[i], Reverse(i)));
+            self.ready[steps[i].kind as usize].push((urgency[i], Reverse(i)));
+            self.occupied |= 1 << steps[i].kind as usize;
         }
         let last = self.last;
         let worth = |kind: Kind, urgency: usize| match last {
@@ -441,10 +447,21 @@ impl Clock {
             Some(last) if last < kind => urgency + LATER_WORTH,
             _ => urgency,
         };
-        let tops =
-            self.ready.iter().filter_map(|(&kind, heap)| heap.peek().map(|&(urgency, place)| (kind, urgency, place)));
-        let (kind, ..) = tops.max_by_key(|&(kind, urgency, place)| (worth(kind, urgency), place))?;
-        let (_, Reverse(i)) = self.ready.get_mut(&kind)?.pop()?;
+        let mut best = None;
+        let mut left = self.occupied;
+        while let Some(bit) = left.checked_ilog2() {
+            left &= !(1 << bit);
+            if let Some(&(urgency, Reverse(i))) = self.ready[bit as usize].peek() {
+                best = best.max(Some((worth(steps[i].kind, urgency), Reverse(i))));
+            }
+        }
+        let (_, Reverse(i)) = best?;
+        let kind = steps[i].kind;
+        let heap = &mut self.ready[kind as usize];
+        heap.pop();
+        if heap.is_empty() {
+            self.occupied &= !(1 << kind as usize);
+        }
         if last != Some(kind) {
             self.now += SWITCH;
         }

@@ -7,10 +7,10 @@ use supple_lqg::KnotAdjoints;
 use super::batch::{after, at_points, parts};
 use super::kept::Kept;
 use super::products::CurvatureProducts;
-use super::programs::{Recorder, TOGETHER};
+use super::programs::{Recorder, SecondDerivatives};
 use super::roll_out::{RollOut, step_by_step};
+use super::second::DynamicsCurvature;
 use super::trace::{residuals, values};
-use super::wide::Along;
 use super::{Adjoints, Constraints, Curvature, Points, System, Variation, make_convex};
 use crate::contacts::{Contact, ContactState, WantedForce};
 use crate::cost::Cost;
@@ -56,9 +56,8 @@ struct Programs {
     cost_quadratic: [[OnceLock<Program>; 2]; 2],
     dynamics_curvature: OnceLock<Program>,
     responses: OnceLock<Program>,
-    /// Along several directions, and along one.
-    curvature_along: [OnceLock<Program>; 2],
-    affine_in_controls: OnceLock<bool>,
+    second_derivatives: OnceLock<SecondDerivatives>,
+    curvature_along: OnceLock<Program>,
     /// How landmarks move with the states.
     landmarks: OnceLock<Program>,
     contract_dynamics: OnceLock<Program>,
@@ -105,8 +104,8 @@ impl<M: Model> Authored<M> {
     }
 }
 
-/// Up to how many unknowns of a step one program finds all second derivatives of the dynamics; it grows with the third power
-/// of their number.
+/// Up to how many unknowns of a step one program finds all second derivatives of the dynamics by state and control. It grows
+/// with the third power of their number: beyond, a program finds those by the unknowns too, and products do the rest.
 const MOST_UNKNOWNS: usize = 16;
 
 impl<M: Model> System for Authored<M> {
@@ -306,10 +305,8 @@ impl<M: Model> System for Authored<M> {
         let (joint, unknowns) = (self.size.joint(), self.model.unknowns());
         if self.has_costly_curvature() {
             let responses = self.program(&self.programs.responses, |r| r.responses());
-            let curvature = self.program(&self.programs.curvature_along[0], |r| r.curvature_along(TOGETHER));
-            let affine = *self.programs.affine_in_controls.get_or_init(|| self.recorder().is_affine_in_controls());
-            let curved = if affine { self.size.states } else { joint };
-            return Along { responses, curvature, joint, curved, unknowns }.add(at, phi, costates, out, scratch);
+            let second = self.programs.second_derivatives.get_or_init(|| self.recorder().second_derivatives());
+            return DynamicsCurvature { responses, second, joint, unknowns }.add(at, phi, costates, out, scratch);
         }
         let program = self.program(&self.programs.dynamics_curvature, |r| r.dynamics_curvature());
         let sources = [at.states.into(), at.controls.into(), after(costates)];
@@ -332,7 +329,7 @@ impl<M: Model> System for Authored<M> {
             return None;
         }
         let responses = self.program(&self.programs.responses, |r| r.responses());
-        let curvature = self.program(&self.programs.curvature_along[1], |r| r.curvature_along(1));
+        let curvature = self.program(&self.programs.curvature_along, |r| r.curvature_along());
         let sizes = [self.size.joint(), self.model.unknowns()];
         Some(CurvatureProducts::new([responses, curvature], sizes, (at, phi, costates), scratch))
     }

@@ -23,9 +23,9 @@ mod kept;
 mod products;
 mod programs;
 mod roll_out;
+mod second;
 mod sequence;
 mod trace;
-mod wide;
 
 pub use crate::trajectory::{Points, Times};
 pub use arrays::Arrays;

@@ -6,7 +6,7 @@ use supple_kernels::{Job, Lanes, Matrices, Scratch, dispatch};
 
 use super::Points;
 use super::batch::after;
-use super::wide::respond;
+use super::second::respond;
 
 /// Multiplies the second derivatives of `lambda_{t+1}' f` by `z` with vectors, at every stage of a trajectory.
 #[derive(Debug)]

@@ -44,13 +44,24 @@ pub(super) fn vary_within_limits(
     let joint = work.hessian.rows();
     let mut jacobians = Matrices::zeros(points, ends, joint);
     limits.excess_jacobians(plan.trajectory.points(), phi, &mut jacobians, scratch);
-    let curvature = largest_curvature(&work.hessian);
-    let mut active = active(&plan.multipliers, &jacobians, curvature);
     let given = work.hessian.clone();
-    let mut moved = Matrices::vectors(points, ends);
+    let active = active(&plan.multipliers, &jacobians, largest_curvature(&given));
+    let moved = move_multipliers(plan, active, &given, Matrices::vectors(points, ends), work);
+    work.hessian = given;
+    moved
+}
+
+/// The rounds of the method of multipliers, from `[H | h]` as given, which is changed in `work`.
+fn move_multipliers(
+    plan: &Plan,
+    mut active: Vec<Active>,
+    given: &Matrices,
+    mut moved: Matrices,
+    work: &mut GradientWorkspace,
+) -> Result<Matrices, Error> {
     let (mut left, mut growths) = (f64::INFINITY, 0);
     for _ in 0..MOST_ROUNDS {
-        work.hessian.copy_from(&given);
+        work.hessian.copy_from(given);
         active.iter().for_each(|active| active.add_to(&mut work.hessian, moved.vector(active.point)[active.end]));
         if let Err(step) = work.vary(plan) {
             // Where the cost falls across a limit, only a penalty makes the sum convex.

@@ -56,6 +56,7 @@ pub(crate) fn slope_by_controls(
 ) -> Steepness {
     let &TotalGradient { system, phi, initial_state, plan, .. } = task;
     let mut direct = vec![0.0; phi.len()];
+    work.forget();
     work.hessian.copy_from(&plan.knots.cost);
     if quantity.nominal != 1.0 {
         let (joint, stride) = (work.hessian.rows(), work.hessian.stride());

@@ -16,8 +16,7 @@ pub struct GradientWorkspace {
     pub(super) noise: Noise,
     /// `[H | h]`: the Hessian of the Lagrangian, and the functional's gradient by the trajectory.
     pub(crate) hessian: Matrices,
-    /// `H` of the plan, without a linear term, where it is known: it is the same for every functional.
-    lagrangian: Matrices,
+    /// Whether `H` is that of the plan, which is the same for every functional.
     known: bool,
     pub(super) riccati: RiccatiAdjoint,
     policy: Policy,
@@ -36,7 +35,6 @@ impl GradientWorkspace {
             adjoints: KnotAdjoints::zeros(dimensions, steps),
             noise: Noise::zeros(states, measurements),
             hessian: Matrices::zeros(steps + 1, joint, joint + 1),
-            lagrangian: Matrices::zeros(steps + 1, joint, joint + 1),
             known: false,
             riccati: RiccatiAdjoint::new(states, joint),
             policy: Policy::zeros(dimensions, steps),
@@ -71,25 +69,24 @@ impl GradientWorkspace {
         (plan, limits): (&Plan, Option<&dyn Constraints>),
         scratch: &mut Scratch,
     ) {
+        let (hessian, at) = (&mut self.hessian, plan.trajectory.points());
         if !self.known {
-            let at = plan.trajectory.points();
             // The trajectory is a minimum of the cost itself, whatever the curvature that its control law is made of.
             if plan.curvature == Curvature::Exact {
-                self.lagrangian.copy_from(&plan.knots.cost);
+                hessian.copy_from(&plan.knots.cost);
             } else {
-                self.lagrangian.clear();
-                system.cost_quadratics(at, phi, Curvature::Exact, &mut self.lagrangian, scratch);
+                hessian.clear();
+                system.cost_quadratics(at, phi, Curvature::Exact, hessian, scratch);
             }
-            let (joint, stride) = (self.lagrangian.rows(), self.lagrangian.stride());
-            for row in self.lagrangian.as_mut_slice().chunks_exact_mut(stride) {
-                row[joint] = 0.0;
-            }
-            system.add_dynamics_curvature(at, phi, &plan.costates, &mut self.lagrangian, scratch);
+            system.add_dynamics_curvature(at, phi, &plan.costates, hessian, scratch);
             if let Some(limits) = limits {
-                limits.add_excess_curvature(at, phi, &plan.multipliers, &mut self.lagrangian, scratch);
+                limits.add_excess_curvature(at, phi, &plan.multipliers, hessian, scratch);
             }
             self.known = true;
         }
-        self.hessian.copy_from(&self.lagrangian);
+        let (joint, stride) = (hessian.rows(), hessian.stride());
+        for row in hessian.as_mut_slice().chunks_exact_mut(stride) {
+            row[joint] = 0.0;
+        }
     }
 }

@@ -13,10 +13,11 @@ mod contraction;
 mod curvature;
 mod jacobians;
 mod parameters;
+mod second;
 mod values;
 
-pub(super) use along::TOGETHER;
 pub(super) use constraints::excess_source;
+pub(super) use second::SecondDerivatives;
 
 /// A model with its costs, to be recorded.
 #[derive(Clone, Copy)]

@@ -1,0 +1,57 @@
+//! Second derivatives of dynamics whose unknowns count as variables, by programs that grow as the dynamics and their
+//! structure do; that of [all of them](super::Recorder::dynamics_curvature) grows with the third power of the unknowns.
+
+use supple_kernels::graph::{Node, Program, Target, record, vjp};
+use supple_kernels::{Scalar, padded};
+
+use super::Recorder;
+use crate::Model;
+
+/// Second derivatives of `lambda' F + mu' r` by `(z, w)`: those that are not always 0.
+#[derive(Debug)]
+pub(in crate::system) struct SecondDerivatives {
+    /// Rows of length k: by each of `mixed` and `w`, then halves of those by `w` and `w` if there are
+    /// [any](Self::by_unknowns), then those by each of `pairs`, one after the other.
+    pub program: Program,
+    /// Variables of `z` that have any with unknowns; all where `w` and `w` have.
+    pub mixed: Vec<usize>,
+    /// Whether `w` and `w` have any.
+    pub by_unknowns: bool,
+    /// Pairs of variables of `z`, the greater number first.
+    pub pairs: Vec<[usize; 2]>,
+}
+
+impl<M: Model> Recorder<'_, M> {
+    /// `(lambda' F + mu' r)''` by `(z, w)`, given the [responses](Self::responses) as the source `DYNAMICS`.
+    pub fn second_derivatives(&self) -> SecondDerivatives {
+        record(|| {
+            let (variables, gradient) = self.slopes_beside();
+            let k = self.model.unknowns();
+            let (joint, stride) = (variables.len() - k, padded(k));
+            // The lower triangle.
+            let row = |a: usize| vjp(&[(gradient[a], Node::one())], &variables[..=a]);
+            let hessian: Vec<Vec<Node>> = (0..variables.len()).map(row).collect();
+
+            let entry = |a: usize, b: usize| hessian[a.max(b)][a.min(b)];
+            let varies = |a: usize, b: usize| !entry(a, b).is_zero();
+            let unknowns = joint..joint + k;
+            let by_unknowns = unknowns.clone().any(|a| unknowns.clone().any(|b| varies(a, b)));
+            let mixed: Vec<usize> =
+                (0..joint).filter(|&a| by_unknowns || unknowns.clone().any(|l| varies(a, l))).collect();
+            let pairs: Vec<[usize; 2]> =
+                (0..joint).flat_map(|a| (0..=a).map(move |b| [a, b])).filter(|&[a, b]| varies(a, b)).collect();
+
+            let rows = mixed.iter().copied().chain(unknowns.clone().filter(|_| by_unknowns));
+            let beside = |(place, a): (usize, usize)| (0..k).map(move |l| (place * stride + l, a, joint + l));
+            let packed = (mixed.len() + if by_unknowns { k } else { 0 }) * stride;
+            let places = rows.enumerate().flat_map(beside);
+            let places = places.chain(pairs.iter().enumerate().map(|(i, &[a, b])| (packed + i, a, b)));
+            let output = |(offset, a, b): (usize, usize, usize)| {
+                let share = if a < joint { 1.0 } else { 0.5 };
+                varies(a, b).then(|| (entry(a, b) * share, Target::Set { sink: 0, offset }))
+            };
+            let program = Program::compile(&places.filter_map(output).collect::<Vec<_>>());
+            SecondDerivatives { program, mixed, by_unknowns, pairs }
+        })
+    }
+}
