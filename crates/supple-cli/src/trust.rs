@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use supple::simulate::MonteCarlo;
+use supple::simulate::{FinerSteps, MonteCarlo};
 use supple::{Evaluation, Trust};
 
 use crate::tables::number;
@@ -14,6 +14,18 @@ pub fn rows(sampled: &MonteCarlo) -> Vec<(&'static str, String, String)> {
         let note =
             bits.interval_95.map_or_else(|| "bits".to_owned(), |interval| format!("bits, {}", between(interval)));
         rows.push(("sampled information", number(bits.mean), note));
+    }
+    if let Some(finer) = &sampled.finer {
+        let FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = *finer;
+        let note = match diverged {
+            0 => format!(
+                "plant of {times} times finer steps; {rollouts} roll-outs, {} on the task's steps",
+                number(own_cost_mean)
+            ),
+            _ => format!("plant of {times} times finer steps; {diverged} of {rollouts} roll-outs diverged"),
+        };
+        let cost = if diverged == 0 { number(cost_mean) } else { "none".to_owned() };
+        rows.push(("cost on finer steps", cost, note));
     }
     if let Some(found) = sampled.consistency {
         let band =

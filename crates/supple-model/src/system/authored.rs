@@ -44,6 +44,8 @@ pub struct Authored<M> {
 #[derive(Debug, Default)]
 struct Programs {
     step: OnceLock<Program>,
+    /// With the time step as one parameter more.
+    step_over: OnceLock<Program>,
     advance: OnceLock<Program>,
     observe: OnceLock<Program>,
     picks: OnceLock<Option<Vec<usize>>>,
@@ -169,6 +171,20 @@ impl<M: Model> System for Authored<M> {
         self.program(&self.programs.step, |r| r.step()).run_single(&[x, u], phi, &mut [next]);
     }
 
+    fn step_all_over(
+        &self,
+        time_step: f64,
+        at: Points,
+        phi: &[f64],
+        next: &mut Matrices,
+        scratch: &mut Scratch,
+    ) -> bool {
+        let program = self.program(&self.programs.step_over, |recorder| recorder.of_any_time_step().step());
+        let phi = [&phi[..self.parameters], &[time_step]].concat();
+        program.run(Batch { first: 0, count: at.stages }, (&at_points(at), &phi), (Some(next), &mut []), scratch);
+        true
+    }
+
     fn advance(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], next: &mut [f64], _: &mut Scratch) -> f64 {
         let mut cost = [0.0];
         let program = self.program(&self.programs.advance, |r| r.advance());
@@ -246,10 +262,8 @@ impl<M: Model> System for Authored<M> {
     }
 
     fn dynamics_jacobian_with(&self, _: usize, x: &[f64], u: &[f64], phi: &[f64], time_step: f64) -> Option<Matrices> {
-        let program = self.program(&self.programs.dynamics_jacobian_with, |recorder| {
-            let time_step = ParameterHandle::at(recorder.parameters).into();
-            Recorder { time_step, parameters: recorder.parameters + 1, ..*recorder }.dynamics_jacobian()
-        });
+        let program = self
+            .program(&self.programs.dynamics_jacobian_with, |recorder| recorder.of_any_time_step().dynamics_jacobian());
         let mut out = Matrices::zeros(1, self.size.states, self.size.joint());
         let phi = [&phi[..self.parameters], &[time_step]].concat();
         program.run_single(&[x, u], &phi, &mut [out.as_mut_slice()]);

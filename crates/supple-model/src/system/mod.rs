@@ -168,6 +168,11 @@ pub trait System: Send + Sync {
         }
     }
 
+    /// [`System::step_all`] over a time step other than the system's own, s. Whether there is such a step.
+    fn step_all_over(&self, _time_step: f64, _: Points, _phi: &[f64], _next: &mut Matrices, _: &mut Scratch) -> bool {
+        false
+    }
+
     /// `g(x)` at every state, vectors of length p.
     fn observe_all(&self, at: Points, phi: &[f64], y: &mut Matrices, _: &mut Scratch) {
         for i in 0..at.count() {

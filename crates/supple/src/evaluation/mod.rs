@@ -16,7 +16,7 @@ use crate::pipeline::TaskState;
 use crate::plan::VALID_STATIONARITY;
 use crate::problem::{Problem, Task, check_count, check_rollouts};
 use crate::settings::InformationWeights;
-use crate::simulate::{MonteCarlo, Rollouts, monte_carlo};
+use crate::simulate::{MonteCarlo, Rollouts, World, monte_carlo, on_finer_steps};
 use crate::touching::{contact_reports, contact_warnings};
 
 mod assemble;
@@ -155,7 +155,8 @@ fn evaluate_task(
         bits: information.total_bits,
         contacts: &contacts,
     };
-    let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled));
+    let substeps = task.system.substeps();
+    let trust = monte_carlo.as_ref().map(|sampled| Trust::of(&predicted, sampled, substeps));
     Ok(TaskEvaluation {
         name: task.name.clone(),
         status: state.plan.status,
@@ -194,7 +195,10 @@ fn sampled(
         return Ok(None);
     }
     let rollouts = Rollouts { count: options.rollouts, seed: options.seed };
-    monte_carlo(task, phi, &state.plan, &state.noise, state.cost.expected(), rollouts).map(Some)
+    let mut sampled = monte_carlo(task, phi, &state.plan, &state.noise, state.cost.expected(), rollouts)?;
+    let world = World { phi, noise: &state.noise };
+    sampled.finer = on_finer_steps((task, &state.plan), world, options.seed, &sampled.costs)?;
+    Ok(Some(sampled))
 }
 
 /// Limits of states, controls and quantities that a plan violates. A limit of the robot's file that the task repeats

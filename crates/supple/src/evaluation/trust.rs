@@ -7,7 +7,7 @@ use supple_model::ContactReport;
 
 use crate::plan::PlanStatus;
 use crate::settings::MOST_ROLLOUTS;
-use crate::simulate::MonteCarlo;
+use crate::simulate::{FinerSteps, MonteCarlo};
 
 /// Differences below this share of a prediction do not matter.
 const TOLERATED: f64 = 0.1;
@@ -17,6 +17,8 @@ const CHANCE: f64 = 3.0;
 const MORE: f64 = 1.2;
 /// How far the filter's consistency may be from 1.
 const INCONSISTENT: f64 = 0.2;
+/// Factor on the sub-steps that is advised where finer steps change what roll-outs do.
+const SUBSTEPS: usize = 8;
 /// Share of the roll-outs in which a contact of the plan should touch.
 const TOUCHING: f64 = 0.9;
 
@@ -77,8 +79,8 @@ pub(super) struct Predicted<'a> {
 }
 
 impl Trust {
-    /// The verdict on a plan by its roll-outs.
-    pub(super) fn of(predicted: &Predicted, sampled: &MonteCarlo) -> Self {
+    /// The verdict on a plan by its roll-outs, of a model with so many sub-steps.
+    pub(super) fn of(predicted: &Predicted, sampled: &MonteCarlo, substeps: Option<usize>) -> Self {
         let mut broken = Vec::new();
         if predicted.status == PlanStatus::Indefinite {
             broken.push("the plan is indefinite; do not use its feedback".to_owned());
@@ -95,11 +97,15 @@ impl Trust {
             broken.push(advice.to_owned());
             return Self { verdict: Verdict::Broken, reasons: broken, rollouts_needed: None };
         }
-        if let Some(reason) = limit_exceeded(predicted, sampled) {
+        let coarse = sampled.finer.as_ref().and_then(|finer| too_coarse(predicted, finer, substeps.unwrap_or(1)));
+        let of_limit = limit_exceeded(predicted, sampled);
+        let broken_by_steps = coarse.as_ref().filter(|(verdict, _)| *verdict == Verdict::Broken);
+        if let Some(reason) = broken_by_steps.map(|(_, reason)| reason.clone()).or(of_limit) {
             return Self { verdict: Verdict::Broken, reasons: vec![reason], rollouts_needed: None };
         }
         let rollouts_needed = rollouts_needed(predicted, sampled);
-        let reasons = doubts(predicted, sampled, rollouts_needed);
+        let mut reasons = doubts(predicted, sampled, rollouts_needed);
+        reasons.extend(coarse.map(|(_, reason)| reason));
         let verdict = if reasons.is_empty() { Verdict::Holds } else { Verdict::Doubtful };
         Self { verdict, reasons, rollouts_needed }
     }
@@ -122,6 +128,29 @@ fn limit_exceeded(predicted: &Predicted, sampled: &MonteCarlo) -> Option<String>
             sampled.cost_mean, predicted.cost
         )
     })
+}
+
+/// What is wrong where the same roll-outs do not cost the same on a plant of finer steps, and what to try.
+fn too_coarse(predicted: &Predicted, finer: &FinerSteps, substeps: usize) -> Option<(Verdict, String)> {
+    let &FinerSteps { times, rollouts, diverged, cost_mean, own_cost_mean, .. } = finer;
+    let advice = format!("try `substeps = {}` in [model], or a smaller `time_step`", SUBSTEPS * substeps);
+    if diverged > 0 {
+        let what = format!("{diverged} of {rollouts} roll-outs diverge on a plant of {times} times finer steps");
+        return Some((Verdict::Broken, format!("{what}, which the steps of this task damp; {advice}")));
+    }
+    let tolerated = TOLERATED * own_cost_mean.abs();
+    let error = CHANCE * finer.difference_standard_error;
+    let difference = cost_mean - own_cost_mean;
+    let mean_differs = error.is_finite() && difference.abs() > error.max(tolerated);
+    // A mean of a few large costs is not known well; what most roll-outs do is.
+    let most_differ = finer.median_difference.abs() > tolerated;
+    let surely = if most_differ { finer.median_difference } else { difference - error };
+    let exceeds = predicted.kept_limit.is_some_and(|limit| predicted.cost + surely > limit);
+    let verdict = if exceeds { Verdict::Broken } else { Verdict::Doubtful };
+    let costs =
+        format!("roll-outs cost {cost_mean:.4} on a plant of {times} times finer steps, but {own_cost_mean:.4}");
+    let limit = if exceeds { ", which exceeds the limit" } else { "" };
+    (mean_differs || most_differ).then(|| (verdict, format!("{costs} on the steps of this task{limit}; {advice}")))
 }
 
 /// By how much the sampled cost may be off by chance, and by how much it may differ from the predicted one.

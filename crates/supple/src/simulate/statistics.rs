@@ -55,9 +55,37 @@ pub struct MonteCarlo {
     /// Share of the roll-outs in which each contact touched, at 25 or so of their steps.
     #[serde(default)]
     pub touched: Vec<TouchShare>,
+    /// What they come to on a plant of finer steps; none of models that do not choose how finely a step is integrated, and
+    /// where it was not looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub finer: Option<FinerSteps>,
     /// Cost of every roll-out.
     #[serde(skip)]
     pub costs: Vec<f64>,
+}
+
+/// Roll-outs whose plant takes finer steps than the task: its own, and those of its controller and filter, are as long as
+/// before. Each has the noise of the roll-out of the same number on the task's own steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinerSteps {
+    /// Steps of the plant in one of the task's (or of its sub-steps).
+    pub times: usize,
+    /// How many roll-outs.
+    pub rollouts: usize,
+    /// How many of them diverged.
+    pub diverged: usize,
+    /// Mean cost; infinite where a roll-out diverged.
+    #[serde(deserialize_with = "or_nan")]
+    pub cost_mean: f64,
+    /// Mean cost of the roll-outs of the same numbers on the task's own steps.
+    #[serde(deserialize_with = "or_nan")]
+    pub own_cost_mean: f64,
+    /// Median of the differences between the two, which few roll-outs that nearly diverge do not hide.
+    #[serde(deserialize_with = "or_nan")]
+    pub median_difference: f64,
+    /// Standard error of the mean difference; NaN of a single roll-out.
+    #[serde(deserialize_with = "or_nan")]
+    pub difference_standard_error: f64,
 }
 
 /// The normalised innovation squared `nu' S^-1 nu / p`, without unit, mean over measurements and roll-outs: 1 where the filter's covariance
@@ -110,6 +138,28 @@ impl Estimate {
     }
 }
 
+impl FinerSteps {
+    /// Outcomes on a plant of so many times finer steps beside costs on the task's own.
+    pub(crate) fn of(times: usize, outcomes: &[Outcome], own: &[f64]) -> Self {
+        let count = own.len() as f64;
+        let mean = |costs: &mut dyn Iterator<Item = f64>| costs.sum::<f64>() / count;
+        let differences = || outcomes.iter().zip(own).map(|(finer, own)| finer.cost - own);
+        let difference = mean(&mut differences());
+        let squares: f64 = differences().map(|found| (found - difference).powi(2)).sum();
+        let mut sorted: Vec<f64> = differences().collect();
+        sorted.sort_by(f64::total_cmp);
+        Self {
+            times,
+            median_difference: sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN),
+            rollouts: own.len(),
+            diverged: outcomes.iter().filter(|outcome| !outcome.cost.is_finite()).count(),
+            cost_mean: mean(&mut outcomes.iter().map(|outcome| outcome.cost)),
+            own_cost_mean: mean(&mut own.iter().copied()),
+            difference_standard_error: if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN },
+        }
+    }
+}
+
 impl MonteCarlo {
     pub(crate) fn of(task: &Task, outcomes: Vec<Outcome>, predicted: f64, seed: u64) -> Self {
         let rollouts = outcomes.len();
@@ -137,6 +187,7 @@ impl MonteCarlo {
             consistency: (whole && measured > 0).then_some(consistency),
             realised_bits: (whole && rollouts > 1 && task.noise.varying.is_empty()).then_some(bits),
             touched: touched.collect(),
+            finer: None,
             costs: outcomes.into_iter().map(|outcome| outcome.cost).collect(),
         }
     }

@@ -14,7 +14,9 @@ const FORCE: f64 = 10.0;
 /// Share of the force that the drives can sustain.
 const SHARE: f64 = 0.25;
 /// Steps of a task.
-pub const STEPS: usize = 100;
+pub const STEPS: usize = 200;
+/// Share of the time within which joints reach the speed that matters.
+const SPEEDING_UP: f64 = 0.2;
 
 /// The numbers of a task, in SI units.
 #[derive(Clone, Debug)]
@@ -195,6 +197,12 @@ impl Rules {
     pub fn joint_speed(&self, limb: &Limb, slides: bool) -> f64 {
         let lever = if slides { 1.0 } else { limb.lever() };
         round(10.0 * self.travel / (self.time * lever)).min(four_digits(0.5 * limb.slowest(slides)))
+    }
+
+    /// Acceleration that matters of these joints, m/s^2 or rad/s^2: to the speed that matters in a fifth of the time. Commands
+    /// that ask for more, which cost nothing by themselves, are those that real drives cannot follow.
+    pub fn joint_acceleration(&self, limb: &Limb, slides: bool) -> f64 {
+        four_digits(self.joint_speed(limb, slides) / (SPEEDING_UP * self.time))
     }
 
     /// Speed over which Coulomb friction builds up, rad/s, or m/s where all joints slide: half of the speed that matters, so

@@ -5,7 +5,7 @@ use supple_kernels::graph::{Node, Target, depends, record, vjp};
 use super::trace::{Dynamics, Trace};
 use crate::cost::Cost;
 use crate::followed::Ends;
-use crate::{Model, Value};
+use crate::{Model, ParameterHandle, Value};
 
 mod along;
 mod constraints;
@@ -32,6 +32,12 @@ pub(super) struct Recorder<'a, M> {
 type Outputs = Vec<(Node, Target)>;
 
 impl<M: Model> Recorder<'_, M> {
+    /// The same with the time step as one parameter more, the last.
+    pub fn of_any_time_step(&self) -> Self {
+        let time_step = ParameterHandle::at(self.parameters).into();
+        Self { time_step, parameters: self.parameters + 1, ..*self }
+    }
+
     fn trace(&self, last: bool) -> Trace<'_, M> {
         Trace::new(self.model, self.time_step, self.parameters, last)
     }

@@ -102,18 +102,22 @@ impl Draft<'_> {
         text.push('\n');
     }
 
-    /// The costs of joint speeds and of controls.
+    /// The costs of joint speeds, of accelerations and of controls.
     fn motion(&self, text: &mut String) {
         let Self { rules, limb, .. } = self;
-        for (slides, unit) in [(false, "rad/s"), (true, "m/s")] {
+        for (slides, unit) in [(false, "rad"), (true, "m")] {
             let joints = limb.joints_that(slides);
             if joints.is_empty() {
                 continue;
             }
-            let speed = rules.joint_speed(limb, slides);
-            let _ = writeln!(text, "[[tasks.costs]]\nkind = \"joint_velocity\"\nselect = {}", names(&joints));
-            said(text, &format!("weight = {:?}", rules.weight(speed)), &format!("tolerance {speed:?} {unit}"));
-            text.push('\n');
+            let [speed, acceleration] = [rules.joint_speed(limb, slides), rules.joint_acceleration(limb, slides)];
+            for (kind, tolerance, per) in [("joint_velocity", speed, "s"), ("joint_acceleration", acceleration, "s^2")]
+            {
+                let _ = writeln!(text, "[[tasks.costs]]\nkind = {kind:?}\nselect = {}", names(&joints));
+                let remark = format!("tolerance {tolerance:?} {unit}/{per}");
+                said(text, &format!("weight = {:?}", rules.weight(tolerance)), &remark);
+                text.push('\n');
+            }
         }
         text.push_str("[[tasks.costs]]\nkind = \"control\"\n");
         let (tolerance, [turn, slide]) =

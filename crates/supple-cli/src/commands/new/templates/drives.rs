@@ -6,6 +6,11 @@ use std::fmt::Write;
 use super::{Draft, Template, names, said};
 use crate::commands::new::rules::{four_digits, plain};
 
+/// Share of the reach by which the force may move the tool at each joint.
+const SAG: f64 = 4e-4;
+/// Share of the inertia at a joint below which that of its drive does not matter.
+const LEAST_ARMATURE: f64 = 0.01;
+
 /// Position control of a joint.
 struct Servo<'a> {
     joint: &'a str,
@@ -13,6 +18,8 @@ struct Servo<'a> {
     kp: f64,
     /// N m s/rad or N s/m.
     kv: f64,
+    /// Inertia of the drive, kg m^2 or kg; none where the robot's own is enough.
+    armature: Option<f64>,
     /// The command that holds the start, rad or m.
     command: f64,
 }
@@ -28,11 +35,15 @@ impl Draft<'_> {
         let Self { limb, start, rules, .. } = self;
         let of = |dof: usize| {
             let (inertia, lever) = (start.inertia[dof], start.levers[dof]);
-            let fast = inertia * (2.0 * PI * rules.bandwidth).powi(2);
-            let kp = four_digits(fast.max(1e4 * rules.force / limb.reach * lever * lever));
-            let kv = four_digits(2.0 * (kp * inertia).sqrt());
+            let squared = (2.0 * PI * rules.bandwidth).powi(2);
+            let stiff = SAG.recip() * rules.force / limb.reach * lever * lever;
+            let kp = four_digits(stiff.max(inertia * squared));
+            let more = kp / squared - inertia;
+            let known = limb.planning.robot.joints[limb.planning.tree.joint_indices()[dof]].armature;
+            let armature = (more > LEAST_ARMATURE * inertia).then(|| four_digits(known + more));
+            let kv = four_digits(2.0 * (kp * (inertia + more.max(0.0))).sqrt());
             let command = plain(start.q[dof] + start.held[dof] / kp);
-            Servo { joint: &limb.joints()[dof], kp, kv, command }
+            Servo { joint: &limb.joints()[dof], kp, kv, armature, command }
         };
         self.limb.driven().into_iter().map(of).collect()
     }
@@ -79,14 +90,26 @@ impl Draft<'_> {
         let _ = write!(
             text,
             "\n# The joints follow position commands, as those of most robots do: each is critically damped with a natural frequency\n\
-             # of at least {:?} Hz, and so stiff that {:?} N move the tool by at most {:?} m each. Without this table, controls\n\
+             # of {:?} Hz, and so stiff that {:?} N move the tool by at most {:?} m each. Without this table, controls\n\
              # are torques: then adapt the target and the weight of the cost of kind \"control\" too.\n[model.drives]\n",
             rules.bandwidth,
             rules.force,
-            four_digits(1e-4 * limb.reach),
+            four_digits(SAG * limb.reach),
         );
-        for Servo { joint, kp, kv, .. } in self.servos() {
+        let servos = self.servos();
+        for Servo { joint, kp, kv, .. } in &servos {
             let _ = writeln!(text, "{joint:?} = {{ kp = {kp:?}, kv = {kv:?} }}");
+        }
+        let heavy: Vec<_> = servos.iter().filter_map(|servo| Some((servo.joint, servo.armature?))).collect();
+        if !heavy.is_empty() {
+            text.push_str(
+                "\n# Drives that stiff have rotors and gears whose inertia robot files seldom state: as much as that frequency takes.\n",
+            );
+        }
+        for (joint, armature) in heavy {
+            let unit = if limb.of_kind(true).any(|slide| slide.name == *joint) { "kg" } else { "kg m^2" };
+            let _ = writeln!(text, "[model.joints.{joint:?}]");
+            said(text, &format!("armature = {armature:?}"), unit);
         }
     }
 }

@@ -1,0 +1,50 @@
+//! Roll-outs on a plant of finer steps: what remains of a plan's time step.
+
+use supple_kernels::{Matrices, Scratch};
+use supple_lqg::Noise;
+use supple_model::system::{Points, Times};
+
+use super::{BATCH, FinerSteps, LoopSetting, NoiseFactors, Outcome, Rollouts, Truth, World, in_batches};
+use crate::Error;
+use crate::plan::Plan;
+use crate::problem::Task;
+
+/// Steps of the plant in one of the task's.
+const TIMES: usize = 16;
+
+/// Repeats the first of the roll-outs on a plant of finer steps, given what they cost. None of models that do not choose how
+/// finely a step is integrated, and where one of these roll-outs diverged.
+///
+/// # Errors
+/// Where a covariance is indefinite.
+pub(crate) fn on_finer_steps(
+    (task, plan): (&Task, &Plan),
+    world: World,
+    seed: u64,
+    own_costs: &[f64],
+) -> Result<Option<FinerSteps>, Error> {
+    let own = &own_costs[..own_costs.len().min(BATCH)];
+    let (system, World { phi, .. }) = (&*task.system, world);
+    if system.substeps().is_none() || own.iter().any(|cost| !cost.is_finite()) {
+        return Ok(None);
+    }
+    let time_step = task.time_step.resolve::<f64>(phi) / TIMES as f64;
+    let plant = |t: usize, states: &Matrices, controls: &Matrices, next: &mut Matrices| {
+        let (mut from, mut scratch) = (states.clone(), Scratch::new());
+        for _ in 0..TIMES {
+            let stages = from.count();
+            let at = Points { states: &from, controls, stages, has_end: false, times: Times::At(t) };
+            system.step_all_over(time_step, at, phi, next, &mut scratch);
+            from.copy_from(next);
+        }
+    };
+    let noise: &Noise = &*world.fixed_noise(task)?;
+    let factors = &NoiseFactors::of(noise)?;
+    let truth = Truth { plant: Some(&plant), ..Truth::of(task, phi) };
+    let setting = LoopSetting { task, plan, believed: World { phi, noise }, truth, factors, along: None };
+    // In small batches, so that every thread has some.
+    let batch = own.len().div_ceil(rayon::current_num_threads()).max(1);
+    let rollouts = Rollouts { count: own.len(), seed };
+    let outcomes: Vec<Outcome> = in_batches(setting, rollouts, batch, |closed| closed.outcomes)?.concat();
+    Ok(Some(FinerSteps::of(TIMES, &outcomes, own)))
+}
