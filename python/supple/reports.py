@@ -15,6 +15,7 @@ __all__ = [
     "CostCurve",
     "CostReport",
     "Estimate",
+    "FinerSteps",
     "FrozenGradient",
     "GradientReport",
     "InformationReport",
@@ -372,6 +373,29 @@ class Split(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class FinerSteps(Record):
+    """Roll-outs whose plant takes finer steps than the task, with the noise of those on the task's own steps.
+
+    Attributes:
+        times: Steps of the plant in one of the task's (or of its sub-steps).
+        rollouts: Number of roll-outs.
+        diverged: Number of those that diverged.
+        cost_mean: Mean cost.
+        own_cost_mean: Mean cost of the roll-outs with the same numbers on the task's own steps.
+        median_difference: Median of the differences between the two.
+        difference_standard_error: Standard error of the mean difference.
+    """
+
+    times: int
+    rollouts: int
+    diverged: int
+    cost_mean: float
+    own_cost_mean: float
+    median_difference: float
+    difference_standard_error: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class MonteCarlo(Record):
     """A task in closed loop, sampled: with an extended Kalman filter, or with a :class:`supple.Controller`.
 
@@ -387,6 +411,7 @@ class MonteCarlo(Record):
         consistency: Whether the filter's covariance matches its errors; ``None`` if a roll-out diverged.
         realised_bits: Measured information, bits; ``None`` if a roll-out diverged or noise depends on the state.
         touched: Share of the roll-outs in which each contact touched.
+        finer: What they come to on a plant of finer steps; ``None`` for models that are not robots.
     """
 
     rollouts: int
@@ -399,6 +424,7 @@ class MonteCarlo(Record):
     consistency: Consistency | None = None
     realised_bits: Estimate | None = None
     touched: dict[str, TouchShare] = field(default_factory=dict)
+    finer: FinerSteps | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -64,6 +64,57 @@ fn noisy_elbow(speeds: &str, wall: &str) -> Problem {
     supple_file::parse(&noisy, path.to_str().unwrap()).unwrap()
 }
 
+/// Plans, and the controllers along them, are those of a robot and not of the steps that it is integrated with.
+#[test]
+fn shipped_plans_cost_the_same_on_finer_steps() {
+    let mut robots = 0;
+    for entry in std::fs::read_dir(common::repository("tasks")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|kind| kind != "toml") {
+            continue;
+        }
+        let problem = supple_file::load(&path).unwrap();
+        let options = EvaluateOptions { rollouts: 32, ..Default::default() };
+        for task in problem.evaluate(&problem.parameters.initial(), &options).unwrap().tasks {
+            let Some(finer) = task.monte_carlo.as_ref().and_then(|sampled| sampled.finer.clone()) else { continue };
+            robots += 1;
+            let ratio = finer.cost_mean / finer.own_cost_mean;
+            assert!((ratio - 1.0).abs() < 0.05, "{}, {}: {finer:?}", path.display(), task.name);
+        }
+    }
+    assert!(robots >= 5, "{robots}");
+}
+
+/// Steps of 10 ms integrate the motor of the elbow badly. With a control that costs next to nothing the controller inverts what
+/// is integrated, not the motor: the same controller sends the elbow off on finer steps.
+#[test]
+fn controllers_that_only_the_steps_of_a_task_stabilise_are_broken() {
+    let path = common::repository("tasks/elastic_elbow.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (steps, weight, verdict, says) in [
+        ("100\ntime_step = 1e-2", "1e-2", Verdict::Doubtful, "on a plant of 16 times finer steps, but"),
+        (
+            "100\ntime_step = 1e-2",
+            "1e-4",
+            Verdict::Broken,
+            "on the steps of this task, which exceeds the limit; try `substeps = 8`",
+        ),
+        ("200\ntime_step = 5e-3", "1e-2", Verdict::Doubtful, "roll-outs gave"),
+    ] {
+        let text = text
+            .replace("200\ntime_step = 5e-3", steps)
+            .replace("\"control\"\nweight = 1e-2", &format!("\"control\"\nweight = {weight}"));
+        let problem = supple_file::parse(&text, path.to_str().unwrap()).unwrap();
+        let options = EvaluateOptions { rollouts: 256, ..Default::default() };
+        let at = problem.evaluate(&problem.parameters.initial(), &options).unwrap();
+        let trust = at.tasks[0].trust.as_ref().unwrap();
+        let finer = at.tasks[0].monte_carlo.as_ref().unwrap().finer.as_ref().unwrap();
+        assert_eq!(trust.verdict, verdict, "{trust} {finer:?}");
+        assert!(trust.to_string().contains(says), "{trust}");
+        assert_eq!(trust.to_string().contains("finer steps"), weight != "1e-2" || steps.starts_with("100"), "{trust}");
+    }
+}
+
 /// Where the costs of roll-outs differ a lot, 18446744073709551615 of them were recommended.
 #[test]
 fn no_more_rollouts_are_recommended_than_can_be_made() {
