@@ -79,13 +79,11 @@ pub const LEFT_OUT: &[(&str, &str, &str)] = &[
 ];
 
 /// The case, the text, and the error.
-pub const MESHES: &[(&str, &str, &str)] = &[
-    (
-        "no name",
-        r#"<robot name="r">
+pub const MESHES: &[(&str, &str, &str)] = &[(
+    "no name",
+    r#"<robot name="r">
 <link name="a"><visual><geometry>
 <mesh filename=""/></geometry></visual></link>
 </robot>"#,
-        "robot.urdf:3:17: mesh of link `a`: attribute `filename` is empty",
-    ),
-];
+    "robot.urdf:3:17: mesh of link `a`: attribute `filename` is empty",
+)];
