@@ -466,7 +466,7 @@ fn the_hook_of_a_door_carries_nothing_at_the_start() {
     for k in [initial, bounds[0].as_float().unwrap(), bounds[1].as_float().unwrap()] {
         let set = text.replacen(&format!("initial = {initial:?} "), &format!("initial = {k:?} "), 1);
         std::fs::write(folder.path("door.toml"), set).unwrap();
-        let run = folder.run(&["evaluate", "door.toml", "--rollouts", "0", "--out", "out", "--force"]);
+        let run = folder.run(&["evaluate", "door.toml", "--rollouts", "0", "--out", "out"]);
         let result = std::fs::read(folder.path("out/result.json"));
         let result: Value = serde_json::from_slice(&result.unwrap_or_else(|_| panic!("{}", run.stderr))).unwrap();
         let quantities = &result["result"]["evaluation"]["tasks"][0]["trajectory"]["quantities"];

@@ -137,10 +137,10 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
 }
 
 /// Takes limits of 0 for none, with one warning: files of robots have them where nobody entered a number. An effort of 0
-/// stays where other joints have one: such a joint has no drive.
+/// stays where other joints have another: such a joint has no drive.
 pub(super) fn without_zeros(parts: &mut Parts) {
     let moves = |joint: &JointPart| joint.own.kind != JointKind::Fixed;
-    let has_effort = |joint: &JointPart| joint.own.limits.effort > 0.0 && joint.own.limits.effort.is_finite();
+    let has_effort = |joint: &JointPart| joint.own.limits.effort > 0.0;
     let keeps_efforts = parts.joints.iter().any(|joint| moves(joint) && has_effort(joint));
     let mut told: Vec<(&str, Vec<String>)> = Vec::new();
     let mut first = None;
