@@ -474,6 +474,12 @@ fn the_hook_of_a_door_carries_nothing_at_the_start() {
             quantities.as_array().unwrap().iter().filter(|q| q["name"].as_str().unwrap().starts_with("hook.force_"));
         let forces: Vec<f64> = hook.map(|q| q["values"][0].as_f64().unwrap()).collect();
         assert_eq!(forces.len(), 3, "{quantities}");
+        // What acts on a slide is a force, and its way a length: both had no unit, and the first was called a torque.
+        let unit = |name: &str| {
+            let mut found = quantities.as_array().unwrap().iter().filter(|q| q["name"] == name);
+            found.next().unwrap_or_else(|| panic!("no {name} in {quantities}"))["unit"].as_str().unwrap().to_owned()
+        };
+        assert_eq!([unit("mount_x.force"), unit("mount_z.deflection")], ["N", "m"]);
         // The pose of the tool has four decimals.
         assert!(forces.iter().all(|force| force.abs() < 0.1), "{k}: {forces:?}\n{text}");
         std::fs::remove_dir_all(folder.path("out")).unwrap();
