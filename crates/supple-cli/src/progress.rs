@@ -39,6 +39,26 @@ pub fn watched<T>(work: impl FnOnce(Watch) -> T) -> T {
     found
 }
 
+/// What is being done, with the time since, on standard error, where that is a terminal; gone when it is dropped.
+pub struct Waiting(Bar);
+
+impl Waiting {
+    pub fn new() -> Self {
+        Self(Bar::new())
+    }
+
+    /// Shows another text.
+    pub fn say(&self, what: &str) {
+        self.0.0.set_message(what.to_owned());
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.0.finish();
+    }
+}
+
 /// A bar with rate and time left on standard error, where that is a terminal.
 struct Bar(ProgressBar);
 

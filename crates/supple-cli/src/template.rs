@@ -42,6 +42,15 @@ impl Template {
         }
     }
 
+    /// Which of the mount's axes yield: across, across and along the direction that it pushes in.
+    pub fn yields(self) -> [bool; 3] {
+        match self {
+            Self::Insert => [true, true, false],
+            Self::Reach | Self::Handle => [true; 3],
+            Self::Press | Self::Wipe | Self::Hold => [false, false, true],
+        }
+    }
+
     /// Whether the tool touches a wall.
     pub fn touches(self) -> bool {
         matches!(self, Self::Press | Self::Wipe | Self::Insert | Self::Hold)

@@ -110,6 +110,10 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         let time = 100.0 * written.number("tasks/0/time_step");
         assert!([1.0, 2.0].iter().any(|wanted| (time / wanted - 1.0).abs() < 1e-9), "{template}: {time} s");
     }
+    // Its weight makes a heavier tool sag by 2 cm on the softest mount, and by no more.
+    let heavy = Written::of(&["--template", "press", "--wall", "+z", "--set", "mass=1"]);
+    let soft = vector(heavy.at("parameters/k/bounds"))[0];
+    assert!(9.81 / soft <= 0.02 && 9.81 / (0.4 * soft) > 0.02, "{soft}");
     let insert = Written::of(&["--template", "insert"]);
     let target = number(&insert.kind("tasks/0/costs", "contact_force")["target"]);
     assert_near(target, 0.2 * force, "force of insert");
@@ -119,7 +123,8 @@ fn sizes_follow_from_the_reach_and_the_mass() {
         "| travel | `travel` | $L/10$ |",
         "| clearance at the start | `clearance` | 0: the tool starts where",
         "1 s, in 100 steps; twice that if",
-        "2 % of $m$",
+        "2 % of $m$, at most 5 kg",
+        "Stiffer if on the softest mount the tool would sag by more than 2 cm, or swing at less than 1 Hz",
         "the force deflects it by $L/1000$; the lower bound is 40 times softer",
         "half of critical damping",
     ]);
@@ -173,9 +178,9 @@ fn noise_follows_from_the_reach_and_the_force() {
     assert_near(smoothing, 3.5 * wall_sd, "smoothing");
     assert_near(number(&contact["stiffness"]) * smoothing, force, "the wall lets the force go that deep");
     assert_said(&[
-        "$L/200$; for `hold` a fifth of that at the start, with a drift of $L/200$ in a second",
+        "$L/200$, at most 5 mm; for `hold` a fifth of that at the start, with a drift of as much in a second",
         "the hinge of `handle` is off by twice that to the side, as seen from the handle",
-        "$L/1000$ at the tool, divided by $L$ for angles",
+        "$L/1000$ at the tool, at most 2 mm, divided by $L$ for angles",
         "5 % of the force at the start of the search; the upper bound is 40 times larger",
         "joint velocities drift by 0.02 rad/s (one standard deviation) in a second, for `hold` by 0.1 rad/s",
         "is 3.5 standard deviations of the wall's position",
@@ -215,7 +220,7 @@ fn weights_follow_from_tolerances() {
         "an expected cost of 16 corresponds to an average error of four tolerances",
         "| 10 % of the force; for `handle` 20 %, towards the hinge and along it |",
         "| 5 % of the travel |",
-        "| `deflection` | $L/50$ |",
+        "| `deflection` | $L/50$, at most 20 mm |",
         "ten times the speed that completes the travel in the given time, at most half of the lowest speed limit",
         "commands: three times the travel, divided by $L$ for angles; torques: the force times $L$, or what friction",
         "`final_weight`, $1/\\text{tolerance}^2$, and on the way an error as large as the travel adds 1",

@@ -171,7 +171,11 @@ fn pages_end_with_what_to_try_next() {
     let last = page.lines().last().unwrap();
     assert!(last.starts_with("Next: `supple design` minimises the information over k1"), "{page}");
     let page = folder.run(&["design", "task.toml", "--starts", "1", "--rollouts", "0"]).stdout;
-    assert!(page.lines().last().unwrap().starts_with("Next: "), "{page}");
+    let last = page.lines().last().unwrap();
+    assert!(
+        last.starts_with("Next: ") && !last.contains("more starts"),
+        "a search along one parameter converged: {page}"
+    );
 }
 
 /// A finger of a gripper that slides, and one that turns; the other joints of the gripper stay where they are.
@@ -382,4 +386,123 @@ fn robots_that_fall_are_refused() {
         run.stderr
     );
     assert!(!folder.path("task.toml").exists());
+}
+
+/// Two joints with motors, and slides without that carry a target, as in reachers of gymnasium and dm_control.
+const REACHER: &str = r#"<mujoco><compiler angle="radian"/><option gravity="0 0 0"/><worldbody>
+  <body name="upper"><inertial pos="0.05 0 0" mass="0.2" diaginertia="1e-3 1e-3 1e-3"/><joint name="shoulder" axis="0 0 1"/>
+    <body name="fore" pos="0.1 0 0"><inertial pos="0.05 0 0" mass="0.2" diaginertia="1e-3 1e-3 1e-3"/>
+      <joint name="elbow" axis="0 0 1" range="-3 3"/>
+      <body name="fingertip" pos="0.11 0 0"><inertial pos="0 0 0" mass="0.01" diaginertia="1e-6 1e-6 1e-6"/></body></body></body>
+  <body name="goal" pos="0.1 -0.1 0"><inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>
+    <joint name="goal_x" type="slide" axis="1 0 0" range="-0.27 0.27"/><joint name="goal_y" type="slide" axis="0 1 0" range="-0.27 0.27"/></body>
+  </worldbody><actuator><motor joint="shoulder" gear="20" ctrlrange="-1 1"/><motor joint="elbow" gear="15" ctrlrange="-1 0.5"/></actuator></mujoco>"#;
+
+/// The tool is on what motors move, and not on the target that nothing drives; the choice is printed.
+#[test]
+fn tools_are_on_joints_with_motors() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("reacher.xml"), REACHER).unwrap();
+    let run = folder.run(&["new", "task", "--robot", "reacher.xml", "--template", "reach"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let said = "the tool is on `fingertip`, moved by `shoulder`, `elbow`; --frame chooses another place\n";
+    assert!(run.stdout.contains(said), "{}", run.stdout);
+    let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+    let table: toml::Value = toml::from_str(&text).unwrap();
+    let locked: Vec<_> = table["model"]["locked"].as_array().unwrap().iter().map(|one| one.as_str().unwrap()).collect();
+    assert_eq!(locked, ["goal_x", "goal_y"], "{text}");
+    // What the motors exert at most is a limit of the torques.
+    let limits = table["tasks"][0]["limits"].as_array().unwrap();
+    let torques = limits.iter().find(|limit| limit["kind"].as_str() == Some("control")).unwrap();
+    let upper: Vec<f64> = torques["upper"].as_array().unwrap().iter().map(|one| one.as_float().unwrap()).collect();
+    assert_eq!(upper, [20.0, 15.0], "{text}");
+    // Of position control they are told, and the file does not say that there are none.
+    let run = folder.run(&["new", "press", "--robot", "reacher.xml", "--template", "press"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let text = std::fs::read_to_string(folder.path("press.toml")).unwrap();
+    assert!(text.contains("#     shoulder: 20.0 N m\n#     elbow: 15.0 N m\n"), "{text}");
+    assert!(text.contains("specifies no speed limits") && !text.contains("no speed or effort limits"), "{text}");
+}
+
+/// Limits of 0, where nobody entered any, are none: tasks were slowed down and their plans exceeded all of them.
+#[test]
+fn limits_of_zero_are_none() {
+    let folder = Folder::new();
+    let mut text = ARM.to_owned();
+    for name in ["velocity", "effort"] {
+        let parts: Vec<&str> = text.split(&format!("{name}=\"")).collect();
+        let rest = parts[1..].iter().map(|part| format!("{name}=\"0{}", &part[part.find('"').unwrap()..]));
+        text = std::iter::once(parts[0].to_owned()).chain(rest).collect();
+    }
+    std::fs::write(folder.path("zero.urdf"), text).unwrap();
+    for template in ["press", "reach"] {
+        let run = folder.run(&["new", template, "--robot", "zero.urdf", "--template", template]);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        assert!(!run.stderr.contains("limit 0") && !run.stderr.contains("exceeds"), "{}", run.stderr);
+        let text = std::fs::read_to_string(folder.path(&format!("{template}.toml"))).unwrap();
+        assert!(text.contains("specifies no speed or effort limits"), "{text}");
+        let run = folder.run(&["evaluate", &format!("{template}.toml"), "--rollouts", "0", "--json"]);
+        let said = "a limit of 0 is taken as not set: `velocity` of joints ";
+        assert_eq!(run.stderr.matches(said).count(), 1, "{}", run.stderr);
+        let found: Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_eq!(found["tasks"][0]["limits_violated"], serde_json::json!([]));
+    }
+}
+
+/// The hook pulled with 123 N at the start, and with up to 1962 N on soft mounts: the tool hung lower than the handle.
+#[test]
+fn the_hook_of_a_door_carries_nothing_at_the_start() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+    let words = ["new", "door", "--robot", "arm.urdf", "--template", "handle", "--frame", "tool0", "--set", "mass=1"];
+    let run = folder.run(&words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let text = std::fs::read_to_string(folder.path("door.toml")).unwrap();
+    let table: toml::Value = toml::from_str(&text).unwrap();
+    let bounds = table["parameters"]["k"]["bounds"].as_array().unwrap();
+    let initial = table["parameters"]["k"]["initial"].as_float().unwrap();
+    // The weight of 1 kg makes the softest mount sag by 2 cm at most.
+    assert!(9.81 / bounds[0].as_float().unwrap() < 0.0201, "{text}");
+    for k in [initial, bounds[0].as_float().unwrap(), bounds[1].as_float().unwrap()] {
+        let set = text.replacen(&format!("initial = {initial:?} "), &format!("initial = {k:?} "), 1);
+        std::fs::write(folder.path("door.toml"), set).unwrap();
+        let run = folder.run(&["evaluate", "door.toml", "--rollouts", "0", "--out", "out"]);
+        let result = std::fs::read(folder.path("out/result.json"));
+        let result: Value = serde_json::from_slice(&result.unwrap_or_else(|_| panic!("{}", run.stderr))).unwrap();
+        let quantities = &result["result"]["evaluation"]["tasks"][0]["trajectory"]["quantities"];
+        let hook =
+            quantities.as_array().unwrap().iter().filter(|q| q["name"].as_str().unwrap().starts_with("hook.force_"));
+        let forces: Vec<f64> = hook.map(|q| q["values"][0].as_f64().unwrap()).collect();
+        assert_eq!(forces.len(), 3, "{quantities}");
+        // What acts on a slide is a force, and its way a length: both had no unit, and the first was called a torque.
+        let unit = |name: &str| {
+            let mut found = quantities.as_array().unwrap().iter().filter(|q| q["name"] == name);
+            found.next().unwrap_or_else(|| panic!("no {name} in {quantities}"))["unit"].as_str().unwrap().to_owned()
+        };
+        assert_eq!([unit("mount_x.force"), unit("mount_z.deflection")], ["N", "m"]);
+        // The pose of the tool has four decimals.
+        assert!(forces.iter().all(|force| force.abs() < 0.1), "{k}: {forces:?}\n{text}");
+        std::fs::remove_dir_all(folder.path("out")).unwrap();
+    }
+}
+
+/// Sizes of contacts do not follow the length of a rail or the mass of a large robot: smoothings were up to 0.7 m long, and
+/// tools of 50 kg hung on springs of 50 N/m.
+#[test]
+fn sizes_of_large_robots_are_sensible() {
+    let rail = ARM.replacen("<link name=\"base\"/>", "<link name=\"ground\"/><link name=\"base\"><inertial><mass value=\"500\"/>\
+        <inertia ixx=\"9\" iyy=\"9\" izz=\"9\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"rail\" type=\"prismatic\">\
+        <parent link=\"ground\"/><child link=\"base\"/><axis xyz=\"1 0 0\"/><limit lower=\"-20\" upper=\"20\" effort=\"9000\" \
+        velocity=\"2\"/></joint>", 1);
+    assert_ne!(rail, ARM);
+    let folder = Folder::new();
+    std::fs::write(folder.path("rail.urdf"), rail).unwrap();
+    let (text, found) = written(&folder, "task", &["--robot", "rail.urdf", "--template", "press", "--wall", "+z"]);
+    assert_good(&text, &found);
+    let table: toml::Value = toml::from_str(&text).unwrap();
+    let wall = &table["model"]["compliance"][0];
+    assert!(wall["smoothing"].as_float().unwrap() <= 0.035, "{text}");
+    let mass = table["model"]["insert"][0]["mass"].as_float().unwrap();
+    let soft = table["parameters"]["k"]["bounds"][0].as_float().unwrap();
+    assert!(mass <= 5.0 && mass * 9.81 / soft < 0.0201, "{text}");
 }

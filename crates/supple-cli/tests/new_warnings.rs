@@ -175,3 +175,45 @@ fn doors_that_open_by_more_than_half_a_turn_are_refused() {
         assert!(!folder.path("task.toml").exists());
     }
 }
+
+/// A travel that is halved because the tool reaches no farther is told, with both lengths, and stands in the file.
+#[test]
+fn a_travel_that_is_halved_is_told() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+    let mut told = 0;
+    for travel in [0.1, 0.9, 1.1, 1.3] {
+        let set = format!("travel={travel}");
+        let words = ["--robot", "arm.urdf", "--template", "reach", "--set", &set];
+        let run = folder.run(&[&["new", "task"][..], &words].concat());
+        let text = std::fs::read_to_string(folder.path("task.toml")).unwrap_or_default();
+        let said = run.stderr.contains(&format!("the tool moves by {} m instead of {travel} m", travel / 2.0));
+        let comment = text.contains(&format!("m: {:?} m away, half of the travel", travel / 2.0));
+        assert_eq!(said, comment || text.is_empty() && said, "{}\n{text}", run.stderr);
+        told += usize::from(said);
+        assert!(travel > 0.5 || !said, "{}", run.stderr);
+        let _ = std::fs::remove_file(folder.path("task.toml"));
+    }
+    assert!(told > 0, "none of these travels is halved");
+}
+
+/// A tool that starts deep inside its wall is told by `evaluate`, with its depth and force.
+#[test]
+fn contacts_that_start_deep_inside_are_told() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("arm.urdf"), ARM).unwrap();
+    assert_eq!(folder.run(&["new", "task", "--robot", "arm.urdf", "--template", "press", "--wall=-x"]).code, Some(0));
+    let text = std::fs::read_to_string(folder.path("task.toml")).unwrap();
+    let about =
+        |run: &common::Run| run.stderr.contains("m inside its wall") || run.stdout.contains("m inside its wall");
+    assert!(!about(&folder.run(&["evaluate", "task.toml", "--rollouts", "0"])));
+    let deep = text.replacen("[tasks.initial_state]\n", "[tasks.initial_state]\n\"c.wall\" = 0.2\n", 1);
+    std::fs::write(folder.path("task.toml"), deep).unwrap();
+    let run = folder.run(&["evaluate", "task.toml", "--rollouts", "0"]);
+    assert!(about(&run), "{}\n{}", run.stdout, run.stderr);
+    let all = run.stdout + &run.stderr;
+    assert!(
+        all.contains("contact `wall` is 0.2 m inside its wall and exerts 114 N, where a cost tracks 10 N"),
+        "{all}"
+    );
+}

@@ -23,6 +23,11 @@ const STARTS: usize = 64;
 const STEPS: usize = 200;
 /// Error below which nothing is left to improve, m.
 const EXACT: f64 = 1e-12;
+/// Distances within which a frame is where typed numbers say, m and rad, and those within which no other start is tried.
+const TYPED: [f64; 2] = [1e-4, 1e-3];
+const CLOSE: f64 = 1e-6;
+/// Starts beyond the given one that are tried for a frame which is there within [`TYPED`] and not within [`CLOSE`].
+const TRIED_AGAIN: usize = 8;
 /// Part by which a step has to lower the squared error to go on.
 const PROGRESS: f64 = 1e-12;
 /// How far joints are searched that have no limits: half a turn, or this many m.
@@ -68,9 +73,15 @@ pub struct Reached {
 }
 
 impl Reached {
-    /// Whether the frame is where it is to be, to 1 micrometre and 1 microradian.
+    /// Whether the frame is where it is to be, to the digits that people type: a tenth of a millimetre and a milliradian.
     pub fn is_there(&self) -> bool {
-        self.distance < 1e-6 && self.angle < 1e-6
+        let [distance, angle] = TYPED;
+        self.distance < distance && self.angle < angle
+    }
+
+    /// Whether the frame is where it is to be, to 1 micrometre and 1 microradian.
+    fn is_close(&self) -> bool {
+        self.distance < CLOSE && self.angle < CLOSE
     }
 }
 
@@ -84,7 +95,8 @@ pub fn inverse_kinematics(tree: &Tree, numbers: &Numbers<f64>, goal: &PoseGoal, 
     let search = Search { tree, numbers, goal, reach };
     let mut best = search.descend(search.within(reach.start.to_vec()));
     for start in 1..STARTS {
-        if search.reached(&best).is_there() {
+        let reached = search.reached(&best);
+        if reached.is_close() || reached.is_there() && start > TRIED_AGAIN {
             break;
         }
         let found = search.descend(search.start(start));

@@ -145,6 +145,14 @@ impl Pose {
         }
     }
 
+    /// Roll, pitch and yaw of its rotation, rad: those of [`Pose::from_rpy`], the pitch within a quarter turn.
+    #[must_use]
+    pub fn rpy(&self) -> [f64; 3] {
+        let r = &self.rotation;
+        let pitch = math::atan2(-r[2][0], (r[2][1] * r[2][1] + r[2][2] * r[2][2]).sqrt());
+        [math::atan2(r[2][1], r[2][2]), pitch, math::atan2(r[1][0], r[0][0])]
+    }
+
     /// At `position`, turned by the quaternion `w + xi + yj + zk` of any length; `None` where its length is 0 or not
     /// finite.
     #[must_use]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{Actuator, Key, Omitted, Pose, Sensor, Wall};
+use crate::{Actuator, Key, Law, Omitted, Pose, Sensor, Wall};
 
 /// A tree of links and joints, as a file describes it.
 ///
@@ -159,7 +159,7 @@ pub struct Limits {
     pub upper: f64,
     /// Greatest speed, rad/s or m/s.
     pub velocity: f64,
-    /// Greatest torque or force of its drive, N m or N.
+    /// Greatest torque or force of its drive, N m or N; 0 where it has no drive although other joints have.
     pub effort: f64,
 }
 
@@ -192,6 +192,27 @@ pub struct Frame {
 }
 
 impl Robot {
+    /// The greatest torque or force on a joint, N m or N, that its own limit allows and, where actuators of the file drive
+    /// it, their ranges of controls and forces; infinite where nothing limits it. Ranges of controls limit the force of
+    /// motors alone.
+    #[must_use]
+    pub fn greatest_effort(&self, joint: usize) -> f64 {
+        let most = |range: [f64; 2]| range[0].abs().max(range[1].abs());
+        let of = |actuator: &Actuator| {
+            let by_control = match actuator.law {
+                Law::Motor { gain } => gain.abs() * most(actuator.control),
+                _ => f64::INFINITY,
+            };
+            actuator.gear.abs() * by_control.min(most(actuator.force))
+        };
+        let own = match self.joints[joint].limits.effort {
+            effort if effort > 0.0 => effort,
+            _ => f64::INFINITY,
+        };
+        let mut driven = self.actuators.iter().filter(|actuator| actuator.joint == joint).peekable();
+        if driven.peek().is_none() { own } else { own.min(driven.map(of).sum()) }
+    }
+
     /// The link `name`.
     #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {

@@ -115,3 +115,31 @@ fn out_of_reach_the_nearest_positions_are_found() {
     let found = search(&robot, &goal, &[0.0, 0.3], &[true; 2]);
     assert!(!found.is_there() && found.angle > 0.39, "{found:?}");
 }
+
+/// People type five or six digits: a planar arm then cannot turn exactly as a pose says, and comes as near as it can.
+#[test]
+fn poses_with_the_digits_that_people_type_are_reached() {
+    let robot = planar(-3.0, 3.0);
+    let tip = robot.link("tip").unwrap();
+    let goal = |tilt: f64| PoseGoal {
+        link: tip,
+        frame: Pose::IDENTITY,
+        position: [1.0, 1.0, 2.0 * tilt / 10.0],
+        rotation: Some(Pose::from_rpy([0.0; 3], [tilt, 0.0, 0.5 * std::f64::consts::PI]).rotation),
+    };
+    let found = search(&robot, &goal(2e-4), &[0.0, 0.3], &[true; 2]);
+    assert!(found.is_there() && found.angle > 1e-4 && found.distance > 1e-5, "{found:?}");
+    // As near as it can come: what is left is what no joint can change.
+    assert!((found.angle - 2e-4).abs() < 1e-8 && (found.distance - 4e-5).abs() < 1e-8, "{found:?}");
+    assert!(!search(&robot, &goal(2e-3), &[0.0, 0.3], &[true; 2]).is_there());
+}
+
+/// Roll, pitch and yaw are those that make the same rotation.
+#[test]
+fn roll_pitch_and_yaw_come_back() {
+    for sample in 0..50 {
+        let rpy = [0, 1, 2].map(|place| (2.0 * spread(sample, place) - 1.0) * [3.1, 1.5, 3.1][place]);
+        let back = Pose::from_rpy([0.0; 3], rpy).rpy();
+        assert!((0..3).all(|i| (back[i] - rpy[i]).abs() < 1e-12), "{rpy:?} {back:?}");
+    }
+}

@@ -370,3 +370,41 @@ fn what_is_not_modelled_is_listed_once() {
     ];
     assert_eq!(robot.warnings, expected);
 }
+
+/// Meshes are only drawn: the first of one name is, and that is said.
+#[test]
+fn the_first_mesh_of_a_name_is_drawn() {
+    let robot = read(&format!(
+        "<mujoco><asset><mesh file='a/m.obj'/>\n<mesh file='b/m.stl'/></asset><worldbody><body name='b'>{INERTIAL}\
+         <geom type='mesh' mesh='m' mass='0'/></body></worldbody></mujoco>"
+    ));
+    assert!(robot.links.iter().flat_map(|link| &link.meshes).all(|mesh| mesh.path.ends_with("a/m.obj")));
+    let said = "mesh: it is ignored: there is another mesh `m`, at line 1 (line 2)";
+    assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
+}
+
+/// What motors exert on their joints: the range of the control, by gain and gear, within that of the force and the joint's.
+#[test]
+fn motors_limit_the_efforts_of_their_joints() {
+    let body = |name: &str, joint: &str| format!("<body name='{name}'><joint name='{name}' {joint}/>{INERTIAL}</body>");
+    let bodies: String = [
+        ("a", ""),
+        ("b", ""),
+        ("c", ""),
+        ("d", "actuatorfrcrange='-3 3'"),
+        ("e", ""),
+        ("f", "actuatorfrcrange='-7 7'"),
+    ]
+    .map(|(name, joint)| body(name, joint))
+    .concat();
+    let robot = read(&format!(
+        "<mujoco><worldbody>{bodies}</worldbody><actuator>\
+         <motor joint='a' gear='10' ctrlrange='-2 1'/>\
+         <motor joint='b' gear='-2' ctrlrange='-8 8' forcerange='-5 5'/>\
+         <motor joint='c' ctrlrange='-1 1'/><motor name='two' joint='c' ctrlrange='-2 2'/>\
+         <motor joint='d' gear='4' ctrlrange='-1 1'/>\
+         <position joint='e' kp='9' ctrlrange='-1 1'/></actuator></mujoco>"
+    ));
+    let efforts: Vec<f64> = (0..6).map(|joint| robot.greatest_effort(joint)).collect();
+    assert_eq!(efforts, [20.0, 10.0, 3.0, 3.0, f64::INFINITY, 7.0]);
+}

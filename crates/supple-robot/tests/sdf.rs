@@ -289,3 +289,18 @@ fn versions_that_are_not_known_are_warned_of() {
     assert_eq!(first("2.0"), "sdf: version 2.0 is newer than 1.12, and is read as if it were 1.12 (line 1)");
     assert!(!first("1.12").contains("version"));
 }
+
+/// Converters call the first link `world`: it is that link of the robot.
+#[test]
+fn a_link_may_be_called_world() {
+    let joint =
+        "<joint name='j' type='revolute'><parent>world</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>";
+    let robot = model(&(link("world", "") + &link("b", "<pose>0 0 1 0 0 0</pose>") + joint));
+    assert_eq!((robot.links.len(), robot.links[0].name.as_str(), robot.joints[0].parent), (2, "world", 0));
+    let said = "link `world`: `world` is the name of the world; here it is that of a link of the robot (line 1)";
+    assert!(robot.warnings.contains(&said.to_owned()), "{:?}", robot.warnings);
+    // Placed elsewhere, it needs a world with another name.
+    let robot = model(&(link("world", "<pose>1 0 0 0 0 0</pose>") + &link("b", "") + joint));
+    let links: Vec<_> = robot.links.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!((links, robot.joints[0].origin.position), (vec!["__world__", "world", "b"], [1.0, 0.0, 0.0]));
+}

@@ -280,3 +280,70 @@ fn a_file_in_the_working_folder_has_its_meshes_there() {
     let robot = read(&pair(visual, "fixed", ""));
     assert_eq!(robot.links[1].meshes[0].path, Path::new("meshes/a.stl"));
 }
+
+/// Files of robots have limits of 0 where nobody entered a number: an arm of six such joints could not move at all.
+#[test]
+fn limits_of_zero_are_none() {
+    let joint = |limit: &str| read(&pair(&inertial(1.0, [1.0; 3]), "revolute", limit));
+    let robot = joint("<limit lower='-1' upper='1' effort='0' velocity='0'/>");
+    assert_eq!(robot.joints[0].limits, Limits { lower: -1.0, upper: 1.0, ..Limits::default() });
+    let said = "a limit of 0 is taken as not set: `velocity` of joint `j`, `effort` of joint `j` (line 4)";
+    assert_eq!(robot.warnings, [said]);
+    // Where other joints have an effort, one without it has no drive.
+    let [first, second] = ["effort='5' velocity='0'", "effort='0' velocity='0'"]
+        .map(|limits| format!("<limit lower='-1' upper='1' {limits}/>"));
+    let more = format!(
+        "<link name='c'>{}</link><joint name='k' type='revolute'><parent link='b'/><child link='c'/>{second}</joint></robot>",
+        inertial(1.0, [1.0; 3])
+    );
+    let robot = read(&pair(&inertial(1.0, [1.0; 3]), "revolute", &first).replace("</robot>", &more));
+    let efforts: Vec<f64> = robot.joints.iter().map(|joint| joint.limits.effort).collect();
+    assert_eq!(efforts, [5.0, 0.0]);
+    assert!(robot.joints.iter().all(|joint| joint.limits.velocity.is_infinite()));
+    assert_eq!(robot.warnings, ["a limit of 0 is taken as not set: `velocity` of joints `j`, `k` (line 4)"]);
+}
+
+/// What is around the root element changes nothing; a second element does.
+#[test]
+fn what_stands_around_the_robot_is_passed_over() {
+    let robot = "<robot name='r'>\n<link name='a'/>\n</robot>";
+    let declared = "the XML declaration should come first (line 2)";
+    let behind = "text after the root element is ignored (line 4)";
+    for (text, said) in [
+        (format!("{robot}\n\0"), vec![behind]),
+        (format!("{robot}\nmore\u{e9}"), vec![behind]),
+        (format!("\n<?xml version='1.0'?>{robot}"), vec![declared]),
+        (format!("<!-- made by hand -->\n<?xml version='1.0'?>{robot}"), vec![declared]),
+        (format!("\u{feff}\n<?xml version='1.0'?>{robot}"), vec![declared]),
+        (format!("\u{feff}<?xml version='1.0'?>{robot}\n"), vec![]),
+    ] {
+        let found = read(&text);
+        assert_eq!((found.links.len(), &found.warnings), (1, &found.every_warning), "{text:?}");
+        assert_eq!(found.warnings, said, "{text:?}");
+    }
+    // Lines stay where they are.
+    let wrong = parse(
+        "<!-- a -->\n<?xml version='1.0'?>\n<robot name='r'>\n<link/></robot>",
+        "r.urdf",
+        &LoadOptions::default(),
+    );
+    assert!(wrong.unwrap_err().to_string().starts_with("r.urdf:4:1: "));
+    for text in [format!("{robot}<robot name='s'/>"), format!("{robot}\n<?xml version='1.0'?>")] {
+        assert!(parse(&text, "r.urdf", &LoadOptions::default()).is_err(), "{text}");
+    }
+}
+
+/// A mesh that is only drawn does not keep a robot from being read.
+#[test]
+fn scales_of_other_than_three_numbers_are_told() {
+    for (scale, used) in [("1 2 3 4", [1.0, 2.0, 3.0]), ("0.5", [0.5; 3]), ("2 3", [2.0; 3]), ("", [1.0; 3])] {
+        let visual = format!("<visual><geometry><mesh filename='b.stl' scale='{scale}'/></geometry></visual>");
+        let robot = read(&pair(&(visual + &inertial(1.0, [1.0; 3])), "continuous", ""));
+        assert_eq!(robot.links[1].meshes[0].scale, used);
+        let count = scale.split_whitespace().count();
+        let said = format!(
+            "mesh of link `b`: `scale` must be 3 numbers, and has {count}: the mesh is drawn with the first of them (line 3)"
+        );
+        assert_eq!(robot.warnings, [said]);
+    }
+}

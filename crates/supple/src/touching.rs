@@ -31,7 +31,7 @@ pub fn contact_reports(task: &Task, phi: &[f64], trajectory: &Trajectory) -> Vec
 }
 
 /// A warning for each cost that wants a force from a contact that the plan never touches, given the reports of all
-/// contacts.
+/// contacts; and one for each contact that is deep inside its wall at the start.
 #[must_use]
 pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> Vec<String> {
     let missed = |wanted: WantedForce| {
@@ -47,7 +47,44 @@ pub fn contact_warnings(task: &Task, phi: &[f64], reports: &[ContactReport]) -> 
             short(report.least_clearance_m, 3),
         ))
     };
-    task.system.wanted_forces(phi).into_iter().filter_map(missed).collect()
+    let mut warnings: Vec<String> = task.system.wanted_forces(phi).into_iter().filter_map(missed).collect();
+    warnings.extend(deep_warnings(task, phi));
+    warnings
+}
+
+/// A depth at the start from which on a contact is taken for a mistake, by its smoothing, and how many times the force that
+/// costs want it then exerts; and such a number at any depth.
+const DEEP: f64 = 5.0;
+const MORE: f64 = 2.0;
+const FAR_MORE: f64 = 10.0;
+
+/// A warning for each contact that is deep inside its wall at the start.
+fn deep_warnings(task: &Task, phi: &[f64]) -> Vec<String> {
+    if task.system.contacts().is_empty() {
+        return Vec::new();
+    }
+    let start: Vec<f64> = task.initial_state.iter().map(|value| value.resolve::<f64>(phi)).collect();
+    let wanted = task.system.wanted_forces(phi);
+    let deep = |(contact, state): (usize, ContactState)| {
+        let name = task.system.contacts().get(contact)?.name.clone();
+        let targets = wanted.iter().filter(|wanted| wanted.contact == contact).map(|wanted| wanted.target);
+        let target = targets.fold(0.0, f64::max);
+        let depth = -state.clearance;
+        let is_deep = state.smoothing > 0.0 && depth > DEEP * state.smoothing && state.force > MORE * target;
+        let is_strong = target > 0.0 && state.force > FAR_MORE * target;
+        (is_deep || is_strong).then(|| {
+            let than =
+                if target > 0.0 { format!(", where a cost tracks {} N", short(target, 3)) } else { String::new() };
+            format!(
+                "task `{}`: at the start, contact `{name}` is {} m inside its wall and exerts {} N{than}; check \
+                 `initial_state` and the place of the wall",
+                task.name,
+                short(depth, 3),
+                short(state.force, 3),
+            )
+        })
+    };
+    task.system.contact_states(&start, phi).into_iter().enumerate().filter_map(deep).collect()
 }
 
 /// Whether a trajectory never touches a contact from which a cost wants a force.

@@ -42,23 +42,25 @@ pub fn new(options: &NewOptions) -> Result<Outcome, Failure> {
     }
     let asked = Asked::of(options)?;
     let mut wrote = path.clone();
-    let text = match (&asked.robot, asked.model) {
+    let (text, chosen) = match (&asked.robot, asked.model) {
         (Some(file), _) => match asked.template {
             Some(_) => draft::task(&title, file, &path, &asked)?,
-            None => robot::task(&title, file, &asked.package_roots, folder)?,
+            None => (robot::task(&title, file, &asked.package_roots, folder)?, None),
         },
-        (None, ModelKind::TwoMass) => TWO_MASS.replace("@TITLE@", &title),
-        (None, ModelKind::Linear) => LINEAR.replace("@TITLE@", &title),
+        (None, ModelKind::TwoMass) => (TWO_MASS.replace("@TITLE@", &title), None),
+        (None, ModelKind::Linear) => (LINEAR.replace("@TITLE@", &title), None),
         (None, ModelKind::Robot) => {
             let arm = format!("{name}.urdf");
             write(&arm, ARM)?;
             wrote = format!("{arm} and {path}");
-            draft::task(&title, Path::new(&arm), &path, &asked)?
+            let (text, _) = draft::task(&title, Path::new(&arm), &path, &asked)?;
+            (text, None)
         }
     };
     write(&path, &text)?;
     let command = if asked.robot.is_some() && asked.template.is_none() { "evaluate" } else { "design" };
-    print_text(&format!("wrote {wrote}\nnow try: supple {command} {path}\n"))?;
+    let chosen = chosen.map_or_else(String::new, |chosen| format!("{chosen}\n"));
+    print_text(&format!("wrote {wrote}\n{chosen}now try: supple {command} {path}\n"))?;
     Ok(Outcome::Success)
 }
 

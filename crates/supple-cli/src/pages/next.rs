@@ -65,7 +65,8 @@ pub fn after_design(about: &About, report: &DesignReport) -> String {
                 ),
                 (_, false) => format!("wider bounds for {}: the optimum is at a bound", listed(&at_bounds)),
                 _ if report.catalogue.is_some() => "`supple export` writes the controller".to_owned(),
-                _ if same <= 1 => {
+                // Along a single parameter, a search that converged is seldom one of several.
+                _ if same <= 1 && (worse > 0 || about.parameters.design().len() > 1) => {
                     let more = if worse > 0 { "other starts found worse optima" } else { "a single start may find a local optimum" };
                     format!("more starts, `--starts {}`: {more}", more_starts(report))
                 }

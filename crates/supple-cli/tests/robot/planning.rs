@@ -88,7 +88,7 @@ fn limits_are_told() {
     assert_eq!(
         found[1..],
         [
-            "effort limit of 0: `j1`; if these joints have no drives, list the driven joints in `actuated`",
+            "no effort limit: `j1`; plans may use any torque",
             "starts at the middle of its range, which excludes 0: `j1` at 1",
         ]
     );

@@ -248,6 +248,10 @@ impl Vocabulary {
     pub fn coupling_channel(&self, place: usize) -> Channel {
         let name = self.signal_name(place);
         let (element, signal) = name.rsplit_once('.').unwrap_or(("", name));
+        // What acts on a slide is a force.
+        if signal == "torque" && self.torque_unit(element) == "N" {
+            return Channel::new(format!("{element}.force"), "N");
+        }
         let unit = match signal {
             "contact_force" | "force_x" | "force_y" | "force_z" => "N",
             "torque_x" | "torque_y" | "torque_z" => "N m",
@@ -261,8 +265,9 @@ impl Vocabulary {
 
     /// The unit of the position of what an element acts on; empty where that is not known.
     fn deflection_unit(&self, element: &str) -> &str {
-        let joint = self.motors.iter().find(|(_, own)| own == element).map(|(joint, _)| joint);
-        let state = joint.and_then(|joint| self.states.iter().position(|state| *state == format!("q.{joint}")));
+        // Springs of joints that the task inserts have the names of these.
+        let joint = self.motors.iter().find(|(_, own)| own == element).map_or(element, |(joint, _)| joint);
+        let state = self.states.iter().position(|state| *state == format!("q.{joint}"));
         state.and_then(|place| self.channels.states.get(place)).map_or("", |channel| channel.unit.as_str())
     }
 

@@ -9,7 +9,7 @@ use super::LoadOptions;
 use super::mimic::follow;
 use super::names::Names;
 use super::parts::{Ends, FramePart, JointPart, LinkPart, Parts};
-use super::physics::{check_joint, check_link, warn_of_massless};
+use super::physics::{check_joint, check_link, warn_of_massless, without_zeros};
 use super::warnings::Sentences;
 use super::words::{listed, shown};
 use super::xml::Document;
@@ -44,6 +44,7 @@ pub(super) fn assemble(document: &Document, mut parts: Parts, options: &LoadOpti
     for joint in &mut parts.joints {
         check_joint(joint)?;
     }
+    without_zeros(&mut parts);
     let links = Names::new(parts.links.iter().map(|link| (link.name.as_str(), link.at)), "link")?;
     let joints = Names::new(parts.joints.iter().map(|joint| (joint.own.name.as_str(), joint.at)), "joint")?;
     Names::new(parts.frames.iter().map(|frame| (frame.name.as_str(), frame.link.at)), "frame")?;

@@ -46,6 +46,14 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Robot, File
 /// # Errors
 /// Where anything in it is wrong or cannot be modelled.
 pub fn parse(text: &str, name: &str, options: &LoadOptions) -> Result<Robot, FileError> {
+    let (text, said) = xml::cleaned(text);
+    let mut robot = of_text(&text, name, options)?;
+    robot.warnings.splice(0..0, said.iter().cloned());
+    robot.every_warning.splice(0..0, said);
+    Ok(robot)
+}
+
+fn of_text(text: &str, name: &str, options: &LoadOptions) -> Result<Robot, FileError> {
     let document = xml::Document::parse(text, name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let root = document.root();

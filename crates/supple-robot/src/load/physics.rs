@@ -3,9 +3,9 @@
 use supple_text::{FileError, digits, short};
 
 use super::moments::principal;
-use super::parts::{Ends, JointPart, LinkPart};
+use super::parts::{Ends, JointPart, LinkPart, Parts};
 use super::warnings::Warnings;
-use super::words::shown;
+use super::words::{listed, shown};
 use crate::{Inertia, JointKind, Limits};
 
 /// Greatest number of metres, kilograms or the like: products of a few such numbers stay finite.
@@ -134,6 +134,38 @@ pub(super) fn check_joint(joint: &mut JointPart) -> Result<(), FileError> {
         return Err(joint.at.error_about("lower", message));
     }
     Ok(())
+}
+
+/// Takes limits of 0 for none, with one warning: files of robots have them where nobody entered a number. An effort of 0
+/// stays where other joints have another: such a joint has no drive.
+pub(super) fn without_zeros(parts: &mut Parts) {
+    let moves = |joint: &JointPart| joint.own.kind != JointKind::Fixed;
+    let has_effort = |joint: &JointPart| joint.own.limits.effort > 0.0;
+    let keeps_efforts = parts.joints.iter().any(|joint| moves(joint) && has_effort(joint));
+    let mut told: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut first = None;
+    for (what, is_kept) in [("velocity", false), ("effort", keeps_efforts)] {
+        let mut names = Vec::new();
+        for joint in parts.joints.iter_mut().filter(|joint| !is_kept && moves(joint)) {
+            let Limits { velocity, effort, .. } = &mut joint.own.limits;
+            let limit = if what == "velocity" { velocity } else { effort };
+            if *limit == 0.0 {
+                *limit = f64::INFINITY;
+                names.push(joint.own.name.clone());
+                first = first.or(Some(joint.at));
+            }
+        }
+        if !names.is_empty() {
+            told.push((what, names));
+        }
+    }
+    let Some(first) = first else { return };
+    parts.warnings.say("limits of 0", first, || {
+        let each = told.iter().map(|(what, names)| {
+            format!("`{what}` of joint{} {}", if names.len() == 1 { "" } else { "s" }, listed(names))
+        });
+        format!("a limit of 0 is taken as not set: {}", each.collect::<Vec<_>>().join(", "))
+    });
 }
 
 /// A vector brought to length 1; none where it is too short.

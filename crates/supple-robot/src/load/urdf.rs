@@ -136,7 +136,18 @@ fn mesh(at: Element, options: &LoadOptions, folder: &Path, warnings: &mut Warnin
     let pose = origin(at)?;
     let Some(geometry) = at.child("geometry")? else { return Ok(None) };
     let Some(mesh) = geometry.child("mesh")? else { return Ok(None) };
-    let scale = mesh.numbers("scale")?.unwrap_or([1.0; 3]);
+    let scale = match mesh.list("scale")?.as_deref() {
+        None => [1.0; 3],
+        Some(&[x, y, z]) => [x, y, z],
+        Some(found) => {
+            let count = found.len();
+            warnings.note("scale", mesh, || {
+                format!("`scale` must be 3 numbers, and has {count}: the mesh is drawn with the first of them")
+            });
+            let first = found.first().copied().unwrap_or(1.0);
+            [0, 1, 2].map(|axis| if count < 3 { first } else { found[axis] })
+        }
+    };
     let path = mesh_path(mesh, mesh.required("filename")?, options, folder, warnings);
     Ok(path.map(|path| Mesh { path, pose, scale }))
 }

@@ -101,6 +101,11 @@ impl Warnings {
         self.add(format!("!{kind}"), element, || Text::Note(format!("{}: {}", element.key(), text())));
     }
 
+    /// Another warning that is not about the element alone: a sentence without a dot.
+    pub(super) fn say(&mut self, kind: &str, element: Element, text: impl FnOnce() -> String) {
+        self.add(format!("!{kind}"), element, || Text::Note(text()));
+    }
+
     /// A mesh that is left out, and why: the end of a sentence about it.
     pub(super) fn leave_out_mesh(&mut self, element: Element, name: &str, why: &'static str) {
         let name = clipped(name).into_owned();

@@ -1,5 +1,6 @@
 //! XML with errors for people: elements whose attributes and texts are read as numbers, vectors and names.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -8,6 +9,57 @@ use supple_text::FileError;
 
 use super::scan::{MOST_NODES, Refusal, scan};
 use super::words::{RUN_XACRO, XACRO, clipped, shown};
+
+/// A text whose root element has something around it that changes nothing: blanked, so that lines and columns stay, with
+/// what is said of it. Blanks, byte order marks and comments may stand before the declaration of XML, and text without
+/// elements behind the root element.
+pub(super) fn cleaned(text: &str) -> (Cow<'_, str>, Vec<String>) {
+    let (mut blank, mut said) = (Vec::new(), Vec::new());
+    let line = |byte: usize| text[..byte].matches('\n').count() + 1;
+    // The parser skips one mark.
+    let begin = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    let mut at = begin;
+    loop {
+        let rest = &text[at..];
+        if let Some(after) = rest.strip_prefix('\u{feff}') {
+            blank.push(at..text.len() - after.len());
+            at = text.len() - after.len();
+        } else if rest.starts_with(char::is_whitespace) {
+            at = text.len() - rest.trim_start().len();
+        } else if let Some(end) = rest.strip_prefix("<!--").and_then(|inside| inside.find("-->")) {
+            at += "<!--".len() + end + "-->".len();
+        } else {
+            break;
+        }
+    }
+    let is_declared = |rest: &str| rest.strip_prefix("<?xml").is_some_and(|more| more.starts_with(char::is_whitespace));
+    if at > begin
+        && is_declared(&text[at..])
+        && let Some(length) = text[at..].find("?>")
+    {
+        said.push(format!("the XML declaration should come first (line {})", line(at)));
+        blank.push(at..at + length + "?>".len());
+    }
+    if let Some(end) = text.rfind('>').map(|end| end + 1)
+        && !text[end..].contains('<')
+        && text[end..].contains(|sign: char| !sign.is_whitespace())
+    {
+        let from = text.len() - text[end..].trim_start().len();
+        said.push(format!("text after the root element is ignored (line {})", line(from)));
+        blank.push(from..text.len());
+    }
+    if blank.is_empty() {
+        return (Cow::Borrowed(text), said);
+    }
+    let mut cleaned = String::with_capacity(text.len());
+    for (byte, sign) in text.char_indices() {
+        match blank.iter().any(|range| range.contains(&byte)) && sign != '\n' {
+            true => (0..sign.len_utf8()).for_each(|_| cleaned.push(' ')),
+            false => cleaned.push(sign),
+        }
+    }
+    (Cow::Owned(cleaned), said)
+}
 
 /// A parsed XML file.
 pub(super) struct Document<'t> {

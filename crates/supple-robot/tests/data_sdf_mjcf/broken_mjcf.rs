@@ -338,11 +338,6 @@ pub const MJCF: &[(&str, &str, &str)] = &[
         "robot.xml:3:25: geom: there is no mesh `m` in `asset`",
     ),
     (
-        "two meshes of one name",
-        "<mujoco><asset><mesh file='a/m.obj'/>\n<mesh file='b/m.stl'/></asset>\n<worldbody>\n\n</worldbody></mujoco>",
-        "robot.xml:2:1: mesh: there is another mesh `m`, at line 1",
-    ),
-    (
         "a shell",
         "<mujoco>\n<worldbody>\n<body name='a'>\n<joint/>\n<geom size='1' shellinertia='true'/>\n</body>\n</worldbody></mujoco>",
         "robot.xml:5:30: geom of body `a`: the inertia of shells is not computed (give the body an `inertial`)",

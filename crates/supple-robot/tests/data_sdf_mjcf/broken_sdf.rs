@@ -236,9 +236,9 @@ pub const SDF: &[(&str, &str, &str)] = &[
         "robot.xml:6:14: frame `f`: a frame at line 5 has this name, too; names must differ",
     ),
     (
-        "a link called world",
-        "<sdf version='1.9'>\n<model name='m'>\n<link name='world'/>\n</model></sdf>",
-        "robot.xml:3:13: link `world`: `world` is the name of the world, and of nothing else",
+        "a frame called world",
+        "<sdf version='1.9'>\n<model name='m'>\n<link name='a'/>\n<frame name='world'/>\n</model></sdf>",
+        "robot.xml:4:14: frame `world`: `world` is the name of the world, and of nothing else",
     ),
     (
         "a link without a name",

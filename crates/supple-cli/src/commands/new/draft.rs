@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::{EvaluateOptions, TaskEvaluation, Trust, Verdict};
+use supple::{EvaluateOptions, LimitViolation, Problem, TaskEvaluation, Trust, Verdict};
 use supple_robot::{LoadOptions, load};
 use supple_text::{quoted, short};
 
@@ -16,6 +16,7 @@ use super::templates::Draft;
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
 use crate::output::warn;
+use crate::progress::Waiting;
 use crate::template::Template;
 
 /// Postures that are evaluated at most.
@@ -38,9 +39,11 @@ const LEAST_USE: f64 = 0.05;
 
 /// The text of a task file, to be written to `path`.
 ///
+/// With it, what the tool is mounted on, where nothing says that.
+///
 /// # Errors
 /// Where the robot's file or an option is wrong, or no plan was found.
-pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<String, Failure> {
+pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<(String, Option<String>), Failure> {
     let options = LoadOptions { package_roots: asked.package_roots.clone(), ..LoadOptions::default() };
     let robot = load(file, &options)?;
     let whole = Planning::of(&robot);
@@ -49,6 +52,8 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     let template = asked.template.unwrap_or(Template::Press);
     let limb = limb(&whole, template, file, asked)?;
+    let bar = Waiting::new();
+    bar.say("looking for a posture");
     let mut found = starts(&limb, asked.wall, asked.at, template == Template::Handle);
     held_up(&limb, &mut found)?;
     if found.is_empty() {
@@ -56,7 +61,9 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut best: Option<Tried> = None;
-    for start in found.iter().take(TRIES) {
+    let most = found.len().min(TRIES);
+    for (number, start) in found.iter().take(TRIES).enumerate() {
+        bar.say(&format!("planning the task in posture {} of at most {most}", number + 1));
         let draft = |rules: &Rules, enforced: bool| {
             let draft = Draft {
                 template,
@@ -81,6 +88,7 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
             break;
         }
     }
+    drop(bar);
     let best = best.ok_or_else(|| Failure::usage("no posture was found".to_owned()))?;
     if !best.converged {
         let message = format!(
@@ -91,8 +99,8 @@ pub fn task(title: &str, file: &Path, path: &str, asked: &Asked) -> Result<Strin
     }
     warn_of_still(&limb.planning);
     warn_of_fast(&limb);
-    best.faults.iter().for_each(|fault| warn(fault));
-    Ok(best.text)
+    best.faults.iter().chain(&best.remarks).for_each(|fault| warn(fault));
+    Ok((best.text, asked.frame.is_none().then(|| limb.chosen())))
 }
 
 /// That there is no posture to begin from.
@@ -215,6 +223,8 @@ struct Tried {
     trust: Option<Trust>,
     /// What is wrong with it, for people.
     faults: Vec<String>,
+    /// What is wrong with its softest mount, for people: no reason for another posture.
+    remarks: Vec<String>,
 }
 
 impl Tried {
@@ -236,7 +246,15 @@ impl Tried {
             Ok(evaluation) => evaluation,
             Err(error) => {
                 let (text, faults) = (String::new(), vec![error.to_string()]);
-                return Ok(Self { text, converged: false, touches: false, is_limited: false, trust: None, faults });
+                return Ok(Self {
+                    text,
+                    converged: false,
+                    touches: false,
+                    is_limited: false,
+                    trust: None,
+                    faults,
+                    remarks: Vec::new(),
+                });
             }
         };
         let mut draft = draft.limited(limit, first);
@@ -256,7 +274,11 @@ impl Tried {
             is_limited: !task.limits_violated.is_empty(),
             trust: task.trust.clone(),
             faults: faults(&draft, task),
+            remarks: Vec::new(),
         };
+        if tried.converged && !tried.is_limited {
+            tried.remarks.extend(of_softest(&problem, &phi));
+        }
         // What makes a sensor of use, more uncertainty, makes a doubtful linearisation worse.
         if coarse < precise * (1.0 + LEAST_USE) && !tried.is_doubtful() {
             tried.faults.push(of_little_use(draft.template, precise, coarse));
@@ -297,6 +319,12 @@ fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
         format!("the plan exceeds the {name}: {worst}, limit {limit}; try --set time or --set travel, or another --at")
     }));
     faults.extend(beside(draft, task));
+    if let Some(by) = draft.travelled() {
+        let (by, travel) = (short(by, 3), short(draft.rules.travel, 3));
+        faults.push(format!(
+            "the tool moves by {by} m instead of {travel} m: it reaches no farther from here; try --at or another --wall"
+        ));
+    }
     if let Some(trust) = task.trust.as_ref().filter(|trust| trust.verdict != Verdict::Holds) {
         let numbers = match draft.template {
             Template::Reach => "; try --set disturbance, with less of it, or --set travel",
@@ -307,6 +335,23 @@ fn faults(draft: &Draft, task: &TaskEvaluation) -> Vec<String> {
         faults.push(format!("roll-outs of the first design: {trust}{numbers}"));
     }
     faults
+}
+
+/// That the plan with the softest mount exceeds limits of the robot, where that at `phi` does not.
+fn of_softest(problem: &Problem, phi: &[f64]) -> Option<String> {
+    let k = problem.parameters.index("k").ok()?;
+    let [soft, _] = problem.parameters.get(k).bounds;
+    let mut phi = phi.to_vec();
+    phi[k] = soft;
+    let evaluation = problem.evaluate(&phi, &EvaluateOptions { rollouts: 0, ..Default::default() }).ok()?;
+    let task = evaluation.tasks.first().filter(|task| task.status.is_converged())?;
+    let LimitViolation { name, worst, limit, .. } =
+        task.limits_violated.iter().find(|limit| limit.name.contains(" of "))?;
+    let [soft, worst, limit] = [soft, *worst, *limit].map(|number| short(number, 3));
+    Some(format!(
+        "with the softest mount, k = {soft}, the plan exceeds the {name}: {worst}, limit {limit}; raise the lower bound of \
+         `k`, or write `enforce = true` for that limit"
+    ))
 }
 
 /// The fault of a plan that ends beside its target.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use supple_robot::{Joint, JointKind, Numbers, Pose, Tree};
-use supple_text::{nearest, owned};
+use supple_text::{nearest, owned, quoted};
 
 use crate::commands::robot::Planning;
 use crate::failure::Failure;
@@ -13,6 +13,8 @@ pub const MOST_JOINTS: usize = 7;
 /// Joints that an arm with fingers has at least, and joints that a finger has at most.
 const ARM: usize = 5;
 const FINGER: usize = 7;
+/// How much a joint that slides adds to the reach at most, m: sizes of contacts do not follow the length of a rail.
+const SLIDE: f64 = 0.5;
 /// Names of the points of tools, perhaps with that of the arm before them: `panda_hand_tcp`.
 const POINTS: [&str; 2] = ["tool0", "tcp"];
 /// Names of the other frames that tools are mounted on, the likeliest first.
@@ -29,8 +31,10 @@ pub struct Limb {
     pub pose: Pose,
     /// Acceleration by gravity, m/s^2.
     pub gravity: [f64; 3],
-    /// Length of the limb from its first joint to the frame, m.
+    /// Length of the limb from its first joint to the frame, m, with at most half a metre for each slide.
     pub reach: f64,
+    /// That length with half of the range of each slide, m.
+    pub span: f64,
     /// Mass that it moves, kg.
     pub mass: f64,
 }
@@ -64,8 +68,9 @@ impl Limb {
         let others: Vec<usize> = (0..whole.tree.dofs()).filter(|dof| !dofs.contains(dof)).collect();
         let planning = whole.locking(&others);
         let gravity = planning.robot.gravity.unwrap_or([0.0, 0.0, -9.81]);
-        let (reach, mass) = (length(&planning, link, &pose), moved(&planning));
-        Ok(Self { planning, frame: name, link, pose, gravity, reach, mass })
+        let [reach, span] = [SLIDE, f64::INFINITY].map(|slide| length(&planning, link, &pose, slide));
+        let mass = moved(&planning);
+        Ok(Self { planning, frame: name, link, pose, gravity, reach, span, mass })
     }
 
     /// Whether all of its joints slide.
@@ -98,14 +103,23 @@ impl Limb {
         Numbers::of(&self.planning.robot, self.gravity)
     }
 
-    /// Greatest effort of the drive of each joint, N m or N; infinite where the file has none.
+    /// Greatest effort of the drive of each joint, N m or N, by its own limit and that of the actuators of the file;
+    /// infinite where the file has none.
     pub fn efforts(&self) -> Vec<f64> {
-        let robot = &self.planning.robot;
-        let of = |&joint: &usize| match robot.joints[joint].limits.effort {
-            effort if effort > 0.0 => effort,
-            _ => f64::INFINITY,
-        };
-        self.planning.tree.joint_indices().iter().map(of).collect()
+        let indices = self.planning.tree.joint_indices().iter();
+        indices.map(|&joint| self.planning.robot.greatest_effort(joint)).collect()
+    }
+
+    /// What moves the tool, for people.
+    pub fn chosen(&self) -> String {
+        let joints = self.joints();
+        let driven = self.driven();
+        let passive: Vec<&String> =
+            (0..joints.len()).filter(|dof| !driven.contains(dof)).map(|dof| &joints[dof]).collect();
+        let moved: Vec<&String> = driven.into_iter().map(|dof| &joints[dof]).collect();
+        let still =
+            if passive.is_empty() { String::new() } else { format!(", and without drives {}", quoted(&passive)) };
+        format!("the tool is on `{}`, moved by {}{still}; --frame chooses another place", self.frame, quoted(&moved))
     }
 
     /// The least speed limit of its joints that slide, m/s, or of those that turn, rad/s; infinite where the file has none.
@@ -133,13 +147,7 @@ impl Limb {
 
     /// The joints with drives: those that actuators of the file drive, or else those with an effort, or else all.
     pub fn driven(&self) -> Vec<usize> {
-        let (robot, tree) = (&self.planning.robot, &self.planning.tree);
-        let joint = |dof: &usize| tree.joint_indices()[*dof];
-        let all = || 0..tree.dofs();
-        let with_actuator: Vec<_> =
-            all().filter(|dof| robot.actuators.iter().any(|actuator| actuator.joint == joint(dof))).collect();
-        let with_effort: Vec<_> = all().filter(|dof| robot.joints[joint(dof)].limits.effort > 0.0).collect();
-        [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
+        driven(&self.planning)
     }
 
     /// A name that the robot has not taken.
@@ -155,18 +163,37 @@ impl Limb {
     }
 }
 
+/// The joints of a robot with drives: those that actuators of the file drive, or else those with an effort, or else all.
+fn driven(planning: &Planning) -> Vec<usize> {
+    let (robot, tree) = (&planning.robot, &planning.tree);
+    let joint = |dof: &usize| tree.joint_indices()[*dof];
+    let all = || 0..tree.dofs();
+    let with_actuator: Vec<_> =
+        all().filter(|dof| robot.actuators.iter().any(|actuator| actuator.joint == joint(dof))).collect();
+    let with_effort: Vec<_> = all().filter(|dof| robot.joints[joint(dof)].limits.effort > 0.0).collect();
+    [with_actuator, with_effort].into_iter().find(|found| !found.is_empty()).unwrap_or_else(|| all().collect())
+}
+
 /// The frame that a tool is most likely mounted on: the first of the usual names that most joints move; or else the link
-/// that carries fingers; or else the last link that most joints move.
+/// that carries fingers; or else the last link that most joints move. Joints without drives do not count, and of links that
+/// as many drives move, those are left out which more joints without drives move.
 pub fn likeliest(whole: &Planning) -> String {
     let robot = &whole.robot;
-    let depth = |name: &str| robot.frame(name).map_or(0, |(link, _)| joints_to(whole, link).len());
-    let most = (0..robot.links.len()).map(|link| joints_to(whole, link).len()).max().unwrap_or(0);
+    let driven = driven(whole);
+    // How many drives move a link, and how many joints without a drive do.
+    let moved = |link: usize| {
+        let dofs = joints_to(whole, link);
+        let count = dofs.iter().filter(|dof| driven.contains(dof)).count();
+        (count, dofs.len() - count)
+    };
+    let depth = |name: &str| robot.frame(name).map_or(0, |(link, _)| moved(link).0);
+    let most = (0..robot.links.len()).map(|link| moved(link).0).max().unwrap_or(0);
     // The link that carries the first joint of a finger.
     let bodies = whole.tree.bodies();
     let palm = palm(&whole.tree).and_then(|palm| bodies.iter().find(|body| body.parent == Some(palm)));
     let palm = palm.map(|finger| robot.joints[finger.joint].parent);
     // Fingers beyond the tool's mount do not count against it.
-    let most = palm.map_or(most, |link| joints_to(whole, link).len());
+    let most = palm.map_or(most, |link| moved(link).0);
     let links = robot.links.iter().map(|link| link.name.as_str());
     let names: Vec<&str> = links.chain(robot.frames.iter().map(|frame| frame.name.as_str())).collect();
     let is_called =
@@ -176,7 +203,8 @@ pub fn likeliest(whole: &Planning) -> String {
     if let Some(name) = usual {
         return name.to_owned();
     }
-    let last = palm.or_else(|| (0..robot.links.len()).rfind(|&link| joints_to(whole, link).len() == most));
+    let rank = |&link: &usize| (moved(link).0, std::cmp::Reverse(moved(link).1));
+    let last = palm.or_else(|| (0..robot.links.len()).max_by_key(rank));
     robot.links[last.unwrap_or(robot.links.len() - 1)].name.clone()
 }
 
@@ -212,8 +240,9 @@ fn joints_to(planning: &Planning, link: usize) -> Vec<usize> {
     dofs
 }
 
-/// Length of the chain from the first joint that moves to a frame, m; slides count with half of their range.
-fn length(planning: &Planning, link: usize, pose: &Pose) -> f64 {
+/// Length of the chain from the first joint that moves to a frame, m; slides count with half of their range, and with no
+/// more than `most`.
+fn length(planning: &Planning, link: usize, pose: &Pose, most: f64) -> f64 {
     let robot = &planning.robot;
     let norm = |v: [f64; 3]| v.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
     let mut total = norm(pose.position);
@@ -225,7 +254,7 @@ fn length(planning: &Planning, link: usize, pose: &Pose) -> f64 {
             total += std::mem::take(&mut since_last);
             let range = joint.limits.upper - joint.limits.lower;
             if joint.kind == JointKind::Prismatic && range.is_finite() {
-                total += 0.5 * range;
+                total += (0.5 * range).min(most);
             }
         }
         since_last += norm(joint.origin.position);

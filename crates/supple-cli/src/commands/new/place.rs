@@ -254,6 +254,15 @@ impl Start {
     /// Where the tool is once it has moved along the wall by `travel`, m, or by half of that: the first such place that it
     /// reaches, with some way left.
     pub fn along_wall(&self, limb: &Limb, travel: f64) -> [f64; 3] {
+        self.way(limb, travel).0
+    }
+
+    /// How far that is, m.
+    pub fn travelled(&self, limb: &Limb, travel: f64) -> f64 {
+        self.way(limb, travel).1
+    }
+
+    fn way(&self, limb: &Limb, travel: f64) -> ([f64; 3], f64) {
         let search = Search::of(limb);
         let [x, y] = self.along;
         let place = |by: f64, along: [f64; 3]| add(self.position, scale(by, along));
@@ -261,7 +270,7 @@ impl Start {
         let mut tries = [travel, 0.5 * travel].into_iter().flat_map(|by| ways.map(|along| (by, along)));
         let found = tries.find(|&(by, along)| search.reached(&self.q, place(SPARE * by, along), None).is_there());
         let (by, along) = found.unwrap_or((travel, x));
-        place(by, along)
+        (place(by, along), by)
     }
 
     /// Where the tool is once it has moved by `travel`, m: along the wall, or, where the limb has few joints, as the one that

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use supple_robot::vector::dot;
 use supple_text::{digits, nearest, quoted, short, significant};
 
 use super::limb::Limb;
@@ -13,6 +14,18 @@ use crate::template::Template;
 const FORCE: f64 = 10.0;
 /// Share of the force that the drives can sustain.
 const SHARE: f64 = 0.25;
+/// Greatest mass of a tool, kg; how far its weight makes the softest mount sag at most, m, and the least natural frequency
+/// on it, Hz.
+const HEAVIEST: f64 = 5.0;
+const SAG: f64 = 0.02;
+const SLOWEST: f64 = 1.0;
+/// How many times softer than the stiff mount the softest is.
+const SOFTER: f64 = 40.0;
+/// Greatest standard deviation of the wall's position, and of a joint's sensor seen at the tool, and deflection that
+/// matters, m: those of robots as large as an arm of one metre.
+const WALL: f64 = 0.005;
+const TIP: f64 = 0.002;
+const DEFLECTION: f64 = 0.02;
 /// Steps of a task.
 pub const STEPS: usize = 200;
 /// Share of the time within which joints reach the speed that matters.
@@ -65,14 +78,14 @@ impl Rules {
             travel: round(0.1 * limb.reach),
             clearance: 0.0,
             time: 1.0,
-            mass: round(0.02 * limb.mass),
+            mass: round(0.02 * limb.mass).min(HEAVIEST),
             stiffness: 0.0,
-            deflection: round(0.02 * limb.reach),
+            deflection: round(0.02 * limb.reach).min(DEFLECTION),
             tolerance: 0.0,
-            wall_sd: round(0.005 * limb.reach),
+            wall_sd: round(0.005 * limb.reach).min(WALL),
             smoothing: 0.0,
             force_sd: 0.0,
-            tip_sd: round(0.001 * limb.reach),
+            tip_sd: round(0.001 * limb.reach).min(TIP),
             bandwidth: 10.0,
             disturbance: if template == Template::Hold { 0.1 } else { 0.02 },
             margin: 0.25,
@@ -87,7 +100,14 @@ impl Rules {
                 *number = rule;
             }
         };
-        unless_given("stiffness", &mut rules.stiffness, round(1e3 * rules.force / limb.reach));
+        // The weight of the tool on the springs whose stiffness is designed.
+        let axes = [start.along[0], start.along[1], start.normal];
+        let yielding = axes.iter().zip(template.yields()).filter(|(_, yields)| *yields);
+        let weight = rules.mass * yielding.map(|(axis, _)| dot(*axis, limb.gravity).powi(2)).sum::<f64>().sqrt();
+        let least = (weight / SAG).max(rules.mass * (2.0 * PI * SLOWEST).powi(2));
+        let stiffness = round(1e3 * rules.force / limb.reach);
+        let stiffness = if stiffness < SOFTER * least { round_up(SOFTER * least) } else { stiffness };
+        unless_given("stiffness", &mut rules.stiffness, stiffness);
         unless_given("force_sd", &mut rules.force_sd, four_digits(0.05 * rules.force));
         unless_given("tolerance", &mut rules.tolerance, round(0.05 * rules.travel));
         unless_given("smoothing", &mut rules.smoothing, four_digits(longer * 3.5 * rules.wall_sd));
@@ -108,8 +128,8 @@ impl Rules {
                     digits(most)
                 )));
             }
-        } else if limb.is_bounded() && self.travel > 2.0 * limb.reach {
-            let most = short(2.0 * limb.reach, 3);
+        } else if limb.is_bounded() && self.travel > 2.0 * limb.span {
+            let most = short(2.0 * limb.span, 3);
             return Err(Failure::usage(format!(
                 "--set travel: the tool at `{}` can move by {most} m at most, from end to end; found {found}",
                 limb.frame
@@ -164,7 +184,7 @@ impl Rules {
 
     /// The softest mount, N/m: the force deflects it by 40 times the deflection of the stiff one.
     pub fn soft(&self) -> f64 {
-        four_digits(self.stiffness / 40.0)
+        four_digits(self.stiffness / SOFTER)
     }
 
     /// Damping of the stiff mount, N s/m: half of critical.
@@ -241,6 +261,13 @@ pub fn round(value: f64) -> f64 {
     let near = |a: &f64, b: &f64| (a / (value / decade)).ln().abs().total_cmp(&(b / (value / decade)).ln().abs());
     let first = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(near).unwrap_or(1.0);
     four_digits(first * decade)
+}
+
+/// The least number 1, 2 or 5 times a power of ten that is not below a number.
+fn round_up(value: f64) -> f64 {
+    let decade = 10.0_f64.powf(value.log10().floor());
+    let above = |first: &f64| first * decade >= value * (1.0 - 1e-9);
+    four_digits([1.0, 2.0, 5.0].into_iter().find(above).unwrap_or(10.0) * decade)
 }
 
 /// A number with four digits.

@@ -79,7 +79,8 @@ impl Draft<'_> {
         self.task(&mut text);
         self.costs(&mut text);
         self.followed(&mut text);
-        text += "\n[design]                         # larger values explore more local minima but take longer\nstarts = 1\nrounds = 2\nbranch_attempts = 6\n";
+        text += "\n[design]                         # larger values explore more local minima but take longer\n\
+                 starts = 2\nrounds = 2\nbranch_attempts = 6\n";
         if let Some(rollouts) = self.rollouts {
             said(&mut text, &format!("rollouts = {rollouts}"), "costs of single runs differ a lot here");
         }
@@ -105,12 +106,12 @@ impl Draft<'_> {
 
     /// Those of them whose stiffness is designed.
     fn yielding(&self) -> Vec<String> {
-        let [x, y, z] = self.axes();
-        match self.template {
-            Template::Insert => vec![x, y],
-            Template::Reach | Template::Handle => vec![x, y, z],
-            _ => vec![z],
-        }
+        self.axes()
+            .into_iter()
+            .zip(self.template.yields())
+            .filter(|(_, yields)| *yields)
+            .map(|(axis, _)| axis)
+            .collect()
     }
 
     fn head(&self, text: &mut String) {

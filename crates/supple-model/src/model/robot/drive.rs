@@ -149,7 +149,9 @@ impl Robot {
             limits.push(Limit::control(format!("force of actuator `{}`", actuator.name), control, a.min(b), a.max(b)));
         }
         if let Value::Number(gear) = drive.gear {
-            let most = joint.limits.effort / (gear * gain).abs();
+            // 0 says that the joint has no drive in the file: where the task gives it one, nothing limits that.
+            let effort = if joint.limits.effort > 0.0 { joint.limits.effort } else { f64::INFINITY };
+            let most = effort / (gear * gain).abs();
             limits.push(Limit::control(format!("effort of joint `{}`", joint.name), control, -most, most));
         }
         limits

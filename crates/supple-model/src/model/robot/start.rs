@@ -1,6 +1,6 @@
 //! Where a robot starts: at rest, at a keyframe of its file, or with a frame at a pose.
 
-use supple_robot::{Pose, PoseGoal, Reach, Reached, inverse_kinematics};
+use supple_robot::{Kinematics, Pose, PoseGoal, Reach, Reached, inverse_kinematics};
 use supple_text::short;
 
 use super::Robot;
@@ -9,8 +9,16 @@ use crate::model::compliance::find;
 use crate::model::{PoseFile, Start};
 use crate::quantity::Unfit;
 
-/// Distance from which on a message has no decimals of it, m.
-const FAR: f64 = 1e4;
+/// A pose as it is typed in a task, with digits enough to be reached.
+fn typed(pose: &PoseFile, found: &Pose) -> String {
+    let list = |numbers: [f64; 3]| {
+        // Zero is written without its sign.
+        let rounded = numbers.map(|number| (number * 1e6).round() / 1e6 + 0.0);
+        format!("[{}]", rounded.map(|number| format!("{number:?}")).join(", "))
+    };
+    let turned = pose.rpy.map_or_else(String::new, |_| format!(", rpy = {}", list(found.rpy())));
+    format!("`position = {}{turned}`", list(found.position))
+}
 
 impl Robot {
     /// The first state, but for what the task says of single states: positions and velocities of the degrees of
@@ -76,11 +84,16 @@ impl Robot {
             rotation: pose.rpy.map(|rpy| Pose::from_rpy([0.0; 3], rpy).rotation),
         };
         let reached = inverse_kinematics(&self.bodies.tree, &self.bodies.numbers(&at), &goal, &reach);
-        if reached.is_there() { Ok(reached.q) } else { Err(self.out_of_reach(pose, &reached)) }
+        if reached.is_there() {
+            return Ok(reached.q);
+        }
+        let kinematics = Kinematics::at_rest(&self.bodies.tree, &self.bodies.numbers(&at), &reached.q);
+        let found = kinematics.poses()[place.link].compose(&place.pose);
+        Err(self.out_of_reach(pose, &reached, &found))
     }
 
-    fn out_of_reach(&self, pose: &PoseFile, reached: &Reached) -> Unfit {
-        let turned = pose.rpy.map_or_else(String::new, |_| format!(" and {:.3} rad", reached.angle));
+    fn out_of_reach(&self, pose: &PoseFile, reached: &Reached, found: &Pose) -> Unfit {
+        let turned = pose.rpy.map_or_else(String::new, |_| format!(" and {} rad", short(reached.angle, 4)));
         let limited: Vec<_> = reached.at_limits.iter().map(|&dof| &self.bodies.tree.joints()[dof]).collect();
         let at_limits = match limited.len() {
             0 => "no joint at a limit".to_owned(),
@@ -88,9 +101,10 @@ impl Robot {
             _ => format!("joints {} at their limits", supple_text::quoted(&limited)),
         };
         let message = format!(
-            "frame `{}` cannot reach this pose; the closest pose found is {} m{turned} away, with {at_limits}",
+            "frame `{}` cannot reach this pose; the closest pose found is {} m{turned} away, with {at_limits}: {}",
             pose.frame,
-            if reached.distance < FAR { format!("{:.4}", reached.distance) } else { short(reached.distance, 5) }
+            short(reached.distance, 5),
+            typed(pose, found),
         );
         let in_degrees = pose.rpy.and_then(|rpy| rpy.into_iter().find_map(supple_text::degrees));
         let help = in_degrees.unwrap_or_else(|| match pose.rpy {

@@ -8,7 +8,7 @@ use supple_text::{FileError, is_file, read_text};
 use super::super::LoadOptions;
 use super::super::meshes::inside_of;
 use super::super::words::shown;
-use super::super::xml::{Document, Element};
+use super::super::xml::{Document, Element, cleaned};
 
 /// Files that one file includes, at most, with those that they include.
 const MOST: usize = 1_000;
@@ -44,7 +44,7 @@ impl Sources {
         let mut size = 0;
         while let Some(source) = files.0.get(next) {
             let (path, depth) = (source.path.clone(), source.depth);
-            let text = read_text(&path)?;
+            let text = cleaned(&read_text(&path)?).0.into_owned();
             size += text.len();
             let name = path.display().to_string();
             let document = Document::parse(&text, &name)?;

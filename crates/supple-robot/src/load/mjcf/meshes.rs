@@ -1,5 +1,6 @@
 //! Meshes that geoms show.
 
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use supple_text::FileError;
@@ -19,11 +20,8 @@ const LAST_SHOWN: f64 = 2.0;
 const IGNORED: [&str; 5] = ["hfield", "skin", "texture", "material", "model"];
 
 impl<'a> Reader<'a, '_> {
-    /// The meshes of the `asset` sections.
-    ///
-    /// # Errors
-    /// Where a name is used twice.
-    pub(super) fn meshes(&mut self, root: Element<'a>) -> Result<(), FileError> {
+    /// The meshes of the `asset` sections; the first of those with the same name.
+    pub(super) fn meshes(&mut self, root: Element<'a>) {
         for at in root.all("asset").flat_map(Element::children) {
             let tag = at.tag();
             if IGNORED.contains(&tag) {
@@ -38,12 +36,18 @@ impl<'a> Reader<'a, '_> {
             // Without a name, it is that of the file without folder and ending.
             let stem = at.attribute("file").and_then(|file| Path::new(file).file_stem()?.to_str());
             let Some(name) = at.attribute("name").filter(|name| !name.is_empty()).or(stem) else { continue };
-            if let Some(first) = self.meshes.insert(name, at) {
-                let message = format!("there is another mesh {}, at {}", shown(name), first.place());
-                return Err(at.error_naming(name, message));
+            match self.meshes.entry(name) {
+                Entry::Vacant(free) => {
+                    free.insert(at);
+                }
+                Entry::Occupied(first) => {
+                    let place = first.get().place();
+                    self.parts.warnings.note("mesh name", at, || {
+                        format!("it is ignored: there is another mesh {}, at {place}", shown(name))
+                    });
+                }
             }
         }
-        Ok(())
     }
 
     /// The mesh that a geom in `frame` of its body shows; none where it shows none, or one without a file.

@@ -72,7 +72,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, folder: &Path) ->
     let mut reader = Reader::new(&settings, &classes, names, options, folder, warnings);
     reader.parts.name = root.attribute("model").unwrap_or("MuJoCo Model").to_owned();
     reader.parts.gravity = Some(gravity);
-    reader.meshes(root)?;
+    reader.meshes(root);
     reader.world(root)?;
     reader.equalities(root)?;
     reader.read_actuators(root)?;

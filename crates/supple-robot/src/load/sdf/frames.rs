@@ -74,7 +74,11 @@ impl<'a> Frames<'a> {
         }
         let mut index = HashMap::new();
         for (i, node) in nodes.iter().enumerate() {
-            if node.name == WORLD {
+            if node.name == WORLD && node.kind == Kind::Link {
+                warnings.note("world link", node.at, || {
+                    "`world` is the name of the world; here it is that of a link of the robot".to_owned()
+                });
+            } else if node.name == WORLD {
                 return Err(node.at.error_at("name", "`world` is the name of the world, and of nothing else"));
             }
             if let Some(&first) = index.get(node.name) {
@@ -93,6 +97,11 @@ impl<'a> Frames<'a> {
         frames.depths = frames.place()?;
         frames.links = frames.carry()?;
         Ok(frames)
+    }
+
+    /// Whether a link has the name of the world, and is meant where that is used.
+    pub(super) fn has_world(&self) -> bool {
+        self.links().any(|link| self.name(link) == WORLD)
     }
 
     /// Reads what each node is relative and attached to.

@@ -54,7 +54,7 @@ impl Reader<'_> {
         let parent = Reference { at: parent, name: parent.content()?.into_owned() };
         let child = child(at)?;
         let (parent_link, origin) = match parent.name.as_str() {
-            WORLD => (WORLD, placed.compose(&frames.between(MODEL, node))),
+            WORLD if !frames.has_world() => (WORLD, placed.compose(&frames.between(MODEL, node))),
             _ => {
                 let link = frames.link_of(frames.find(&parent)?);
                 (frames.name(link), frames.between(link, node))

@@ -23,6 +23,8 @@ use crate::{JointKind, Pose, Robot};
 
 /// The name of the world as a joint's parent, and of the link that stands for it.
 const WORLD: &str = "world";
+/// The name of the link that stands for the world of a robot which has a link of that name.
+const OUTER_WORLD: &str = "__world__";
 /// Elements of `world` that are read, or cannot be passed over.
 const WORLD_READ: [&str; 5] = ["model", "include", "joint", "gravity", "frame"];
 /// Elements of `world` that are known and not modelled.
@@ -219,7 +221,8 @@ impl Reader<'_> {
             self.warnings.note("static", model, || "static is ignored: its joints still move".to_owned());
         }
         let in_world = |link: usize| placed.compose(&frames.between(MODEL, link));
-        let needs_world = parts.joints.iter().any(|joint| joint.parent.name == WORLD);
+        let world = if frames.has_world() { OUTER_WORLD } else { WORLD };
+        let needs_world = parts.joints.iter().any(|joint| joint.parent.name == world);
         if !needs_world && roots.len() == 1 && roots.iter().all(|&root| in_world(root) == Pose::IDENTITY) {
             return Ok(());
         }
@@ -230,12 +233,12 @@ impl Reader<'_> {
         for &root in &roots {
             let (at, name) = (frames.element(root), frames.name(root));
             let reference = |name: &str| Reference { at, name: name.to_owned() };
-            let named = format!("{WORLD}/{name}");
-            let mut joint = JointPart::new(at, &named, JointKind::Fixed, reference(WORLD), reference(name));
+            let named = format!("{world}/{name}");
+            let mut joint = JointPart::new(at, &named, JointKind::Fixed, reference(world), reference(name));
             joint.own.origin = in_world(root);
             parts.joints.push(joint);
         }
-        parts.links.insert(0, LinkPart { at: model, name: WORLD.to_owned(), inertia: None, meshes: Vec::new() });
+        parts.links.insert(0, LinkPart { at: model, name: world.to_owned(), inertia: None, meshes: Vec::new() });
         Ok(())
     }
 }

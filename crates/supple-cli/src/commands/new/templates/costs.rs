@@ -5,6 +5,7 @@ use std::fmt::Write;
 use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, names, said};
+use crate::commands::new::place::FEW;
 use crate::commands::new::rules::four_digits;
 
 impl Draft<'_> {
@@ -44,6 +45,17 @@ impl Draft<'_> {
         self.motion(text);
     }
 
+    /// How far the tool moves along the wall, m, where that is less than the travel.
+    pub fn travelled(&self) -> Option<f64> {
+        let (limb, travel) = (self.limb, self.rules.travel);
+        let is_along = match self.template {
+            Template::Wipe => true,
+            Template::Reach => limb.joints().len() >= FEW,
+            _ => false,
+        };
+        is_along.then(|| self.start.travelled(limb, travel)).filter(|&by| by < travel)
+    }
+
     /// The axes of the world that are along the wall, where the wall is along axes; all otherwise.
     fn free_axes(&self, normal: [f64; 3]) -> Vec<usize> {
         let across = |axis: &usize| normal[*axis].abs() < 1e-6;
@@ -71,7 +83,11 @@ impl Draft<'_> {
             let _ = writeln!(text, "axes = {}", names(&shown));
         }
         let target: Vec<f64> = axes.iter().map(|&axis| target[axis]).collect();
-        said(text, &format!("target = {}", list(&target)), "m");
+        let short = match self.travelled() {
+            Some(by) => format!("m: {by:?} m away, half of the travel: the tool reaches no farther"),
+            None => "m".to_owned(),
+        };
+        said(text, &format!("target = {}", list(&target)), if is_end { &short } else { "m" });
         let always = if is_end { rules.travel } else { rules.tolerance };
         said(text, &format!("weight = {:?}", rules.weight(always)), &format!("tolerance {always:?} m"));
         if is_end {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_robot::vector::{add, scale};
 
 use super::{Draft, Template, list, said};
-use crate::commands::new::rules::{door_width, four_digits, round};
+use crate::commands::new::rules::{door_width, four_digits, plain, round};
 
 impl Draft<'_> {
     /// The direction that the mount yields in for an insert: along x of the mount.
@@ -76,6 +76,17 @@ impl Draft<'_> {
         2.0 * self.rules.wall_sd / self.width()
     }
 
+    /// The handle in the door's frame, whose axes are x, z and -y of the mount: off by what the tool sags.
+    fn sagged(&self, width: f64) -> String {
+        let [x, y, z] = self.loads();
+        let entry = |at: f64, load: f64| match load {
+            0.0 => format!("{:?}", plain(at)),
+            _ if at == 0.0 => format!("\"{load:?} / k\""),
+            _ => format!("\"{:?} + {load:?} / k\"", plain(at)),
+        };
+        format!("[{}, {}, {}]", entry(-width, x), entry(0.0, z), entry(0.0, -y))
+    }
+
     fn door(&self, text: &mut String) {
         let Self { limb, start, rules, .. } = self;
         // The hinge is to the side of the handle, against y of the mount: pulling turns it by a positive angle.
@@ -114,9 +125,10 @@ impl Draft<'_> {
         let handle = limb.free_name("handle");
         let _ = write!(
             text,
-            "\n[model.frames.{handle}]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
+            "\n# Where the tool hangs in its mount at the start: the hook then carries nothing.\n\
+             [model.frames.{handle}]\non = {door:?}\nposition = {}\n\n# The tool hooks the handle: it may turn there.\n\
              [[model.compliance]]\nkind = \"bushing\"\nname = \"hook\"\nframe_a = {handle:?}\nframe_c = {:?}\n",
-            list(&[-width, 0.0, 0.0]),
+            self.sagged(width),
             self.mount_name(),
         );
         said(text, &format!("stiffness = [{k:?}, {k:?}, {k:?}]"), "N/m");

@@ -23,6 +23,12 @@ impl Build<'_> {
         compliance: &[Element],
     ) -> Result<Vec<Drive>, FileError> {
         if !from_file {
+            // What the motors of the file can exert still limits the joints.
+            let driven: Vec<usize> = self.robot.actuators.iter().map(|actuator| actuator.joint).collect();
+            for joint in driven {
+                let most = self.robot.greatest_effort(joint);
+                self.robot.joints[joint].limits.effort = most;
+            }
             self.robot.actuators.clear();
             self.robot.keys.iter_mut().for_each(|key| key.controls.clear());
         }
