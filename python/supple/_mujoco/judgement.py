@@ -20,8 +20,8 @@ DOUBTFUL, BROKEN = 1.5, 10.0
 DEARER, MUCH_DEARER = 0.25, 10.0
 #: Times of the predicted information that is worth a word.
 MORE_BITS = 2.0
-#: Sub-steps are enough where this share of the difference from MuJoCo is left, or this share of what a step does to velocities.
-LEFT, SMALL = 0.2, 0.02
+#: The error of a step that is small, relative to what a step of the plan does to velocities.
+SMALL = 0.05
 #: Sub-steps are looked for up to this factor, and up to this product with the cube of the positions, which is supple's limit.
 MOST, COSTLIEST = 64, 150_000
 
@@ -44,6 +44,7 @@ class Moves:
         supple: Makes supple's model of MuJoCo's robot with so many sub-steps.
         substeps: The sub-steps of the task.
         task: Its name.
+        positions: How many of the states are positions; as many velocities follow.
         asked: How MuJoCo's robot was asked to differ, in words; empty where it was not.
         contacts: Whether it has MuJoCo's contacts.
     """
@@ -54,13 +55,9 @@ class Moves:
     supple: Callable[[int], NativeTask]
     substeps: int
     task: str
+    positions: int
     asked: str
     contacts: bool
-
-    @property
-    def _positions(self) -> int:
-        names = self.supple(self.substeps).channels(self.task)["states"]
-        return sum(channel["name"].startswith("q.") for channel in names)
 
     def _by_supple(self, substeps: int) -> Array:
         task, plan = self.supple(substeps), self.plan
@@ -70,7 +67,7 @@ class Moves:
     def _size(self, difference: Array) -> float:
         """Of a difference between states after steps: of rates, relative to what a step of the plan does to each, with its
         noise."""
-        count = self._positions
+        count = self.positions
         rates = slice(count, 2 * count)
         change = (self.plan.states[self.points + 1] - self.plan.states[self.points])[:, rates]
         noise = np.mean([np.diag(self.plan.process_covariance[t])[rates] for t in self.points], axis=0)
@@ -86,16 +83,15 @@ class Moves:
         planned = self.plan.states[self.points + 1]
         coarse = self._by_supple(self.substeps)
         # Twice as many sub-steps until they change nothing more, or MuJoCo's motion is that of them.
-        counts, count = [self.substeps], self._positions
+        counts, count = [self.substeps], self.positions
         while 2 * counts[-1] <= MOST * self.substeps and 2 * counts[-1] * count**3 <= COSTLIEST:
             counts.append(2 * counts[-1])
-        whole = self._size(self.mujoco - coarse)
-        finer, fine, enough = coarse, self.substeps, None
+        finer, fine, is_enough = coarse, self.substeps, False
         for fine in counts[1:]:
             finer = self._by_supple(fine)
             left = self._size(self.mujoco - finer)
-            if left <= max(LEFT * whole, SMALL):
-                enough = fine
+            if left <= SMALL:
+                is_enough = True
                 break
         shares = {
             "varied": self._size(coarse - planned) if self.asked else 0.0,
@@ -113,10 +109,12 @@ class Moves:
         if most == "varied":
             return f"the robot differs from supple's model as was asked for ({self.asked}), which changes most of a step"
         if most == "coarse":
-            size = f"a step of {dt:g} s changes velocities by {shares[most]:.2g} of what it does to them otherwise than"
-            remedy = f"use `substeps = {enough or fine}` or a shorter `time_step`, such as {dt * self.substeps / (enough or fine):.2g} s"
-            more = "" if enough else ", and more if that is not enough"
-            return f"the discretisation of the plan is too coarse: {size} {fine} shorter ones: {remedy}{more}"
+            error = shares[most]
+            said = f"{error:.0%} of" if error < 2.0 else f"{error:.3g} times"
+            size = f"the error of velocities in a step of {dt:g} s is {said} their change, as {fine} sub-steps show"
+            shorter = f"a shorter `time_step`, such as {dt * self.substeps / fine:.2g} s"
+            more = "" if is_enough else "; more may be needed"
+            return f"the discretisation of the plan is too coarse: {size}: use `substeps = {fine}` or {shorter}{more}"
         if self.contacts:
             return (
                 "MuJoCo's own contacts differ from supple's law of contact, which changes most of a step: compare with "

@@ -62,11 +62,14 @@ pub(super) fn mended(inertia: Option<&Inertia>, moves: bool) -> Option<Mended> {
              the sum of the others; the nearest that it accepts are written: {written}"
         ))
     } else if lacks {
-        Some(format!(
-            "moves and has no mass or no moments of inertia, which MuJoCo refuses; {:e} kg and {:e} kg m^2 are written in \
-             place of zeros",
-            LITTLE.0, LITTLE.1
-        ))
+        let (what, little) = match (given.mass < LEAST, own.iter().any(|&moment| moment < LEAST)) {
+            (true, false) => ("no mass", format!("{:e} kg is", LITTLE.0)),
+            (true, true) => {
+                ("no mass and no moments of inertia", format!("{:e} kg and {:e} kg m^2 are", LITTLE.0, LITTLE.1))
+            }
+            _ => ("moments of inertia of 0", format!("{:e} kg m^2 is", LITTLE.1)),
+        };
+        Some(format!("moves and has {what}, which MuJoCo refuses; {little} written instead"))
     } else {
         None
     };
