@@ -20,7 +20,7 @@ DOUBTFUL, BROKEN = 1.5, 10.0
 DEARER, MUCH_DEARER = 0.25, 10.0
 #: Times of the predicted information that is worth a word.
 MORE_BITS = 2.0
-#: The error of a step that is small, relative to what a step of the plan does to velocities.
+#: Sub-steps are enough where the errors of steps make innovations so little larger, relative to what the filter expects.
 SMALL = 0.05
 #: Sub-steps are looked for up to this factor, and up to this product with the cube of the positions, which is supple's limit.
 MOST, COSTLIEST = 64, 150_000
@@ -34,90 +34,122 @@ class Conclusion:
     broken: bool
 
 
+def sampled(plan: Linearisation, seed: int = 0) -> tuple[Array, Array]:
+    """States and controls, (N, n) and (N, m), of a roll-out of the linear closed loop about a plan."""
+    rng = np.random.default_rng(seed)
+
+    def noise(covariance: Array) -> Array:
+        values, axes = np.linalg.eigh(covariance)
+        return np.asarray(axes @ (np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(len(values))))
+
+    x, P = noise(plan.initial_covariance), plan.initial_covariance
+    estimate = np.zeros(len(x))
+    states, controls = [], []
+    for t, (A, B, K) in enumerate(zip(plan.A, plan.B, plan.feedback)):
+        C, V = plan.C[t], plan.measurement_covariance[t]
+        innovation = C @ (x - estimate) + noise(V)
+        estimate = estimate + P @ C.T @ np.linalg.solve(C @ P @ C.T + V, innovation)
+        u = K @ estimate
+        states.append(plan.states[t] + x)
+        controls.append(plan.controls[t] + u)
+        x = A @ x + B @ u + noise(plan.process_covariance[t])
+        estimate = A @ estimate + B @ u
+        P = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
+    return np.array(states), np.array(controls)
+
+
 @dataclass(frozen=True)
 class Moves:
-    """Single steps from points of the plan, each under the plan's control there.
+    """Single steps from states of a roll-out under its controls, at points of the plan.
 
     Attributes:
-        plan: The plan, at ``points`` of it.
-        mujoco: The states after the steps by MuJoCo.
-        supple: Makes supple's model of MuJoCo's robot with so many sub-steps.
+        plan: The plan.
+        points: Numbers of the steps.
+        mujoco: States after the steps by MuJoCo, of the robot from states (R, n) under controls (R, m).
+        supple: Makes supple's model of MuJoCo's robot with so many sub-steps; with none, that of the task.
         substeps: The sub-steps of the task.
         task: Its name.
-        positions: How many of the states are positions; as many velocities follow.
+        positions: How many of the states are positions.
+        is_settled: Whether MuJoCo's own steps are short enough.
         asked: How MuJoCo's robot was asked to differ, in words; empty where it was not.
         contacts: Whether it has MuJoCo's contacts.
     """
 
     plan: Linearisation
     points: Array
-    mujoco: Array
-    supple: Callable[[int], NativeTask]
+    mujoco: Callable[[Array, Array], Array]
+    supple: Callable[[int | None], NativeTask]
     substeps: int
     task: str
     positions: int
+    is_settled: bool
     asked: str
     contacts: bool
 
-    def _by_supple(self, substeps: int) -> Array:
-        task, plan = self.supple(substeps), self.plan
-        ends = [task.simulate(self.task, plan.controls[[t]], list(plan.states[t]))[1] for t in self.points]
+    def _by_supple(self, substeps: int | None, at: tuple[Array, Array]) -> Array:
+        task = self.supple(substeps)
+        ends = [task.simulate(self.task, u[None], list(x))[1] for x, u in zip(*at)]
         return np.asarray(ends)
 
-    def _size(self, difference: Array) -> float:
-        """Of a difference between states after steps: of rates, relative to what a step of the plan does to each, with its
-        noise."""
-        count = self.positions
-        rates = slice(count, 2 * count)
-        change = (self.plan.states[self.points + 1] - self.plan.states[self.points])[:, rates]
-        noise = np.mean([np.diag(self.plan.process_covariance[t])[rates] for t in self.points], axis=0)
-        scale = np.sqrt(np.mean(change**2, axis=0) + noise)
-        found = difference[:, rates]
-        found = found[np.isfinite(found).all(axis=1)]
-        if not len(found):
+    def _size(self, errors: Array) -> float:
+        """By how much errors of single steps at the points make innovations larger than the filter expects, in the mean over
+        the plan: of the normalised innovation squared (I.12), in the linear system."""
+        if not np.isfinite(errors).all():
             return float("inf")
-        return float(np.sqrt(np.mean((found / np.maximum(scale, 1e-12)) ** 2)))
+        plan, steps = self.plan, len(self.plan.controls)
+        each = np.array([np.interp(np.arange(steps), self.points, column) for column in errors.T]).T
+        error, total = np.zeros(errors.shape[1]), 0.0
+        for t, (A, C) in enumerate(zip(plan.A, plan.C[1:])):
+            P = A @ plan.belief_covariance[t] @ A.T + plan.process_covariance[t]
+            S = C @ P @ C.T + plan.measurement_covariance[t + 1]
+            error = A @ error + each[t]
+            innovation = C @ error
+            weighed = np.linalg.solve(S, innovation)
+            error = error - P @ C.T @ weighed
+            total += float(innovation @ weighed) / len(innovation)
+        return total / steps
 
     def cause(self) -> str:
         """Which of what may differ does, by most, and what to do."""
-        planned = self.plan.states[self.points + 1]
-        coarse = self._by_supple(self.substeps)
+        states, controls = sampled(self.plan)
+        at = states[self.points], controls[self.points]
+        by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
+        varied = coarse - self._by_supple(None, at) if self.asked else np.zeros_like(coarse)
         # Twice as many sub-steps until they change nothing more, or MuJoCo's motion is that of them.
         counts, count = [self.substeps], self.positions
         while 2 * counts[-1] <= MOST * self.substeps and 2 * counts[-1] * count**3 <= COSTLIEST:
             counts.append(2 * counts[-1])
         finer, fine, is_enough = coarse, self.substeps, False
         for fine in counts[1:]:
-            finer = self._by_supple(fine)
-            left = self._size(self.mujoco - finer)
+            finer = self._by_supple(fine, at)
+            left = self._size(by_mujoco - finer)
             if left <= SMALL:
                 is_enough = True
                 break
         shares = {
-            "varied": self._size(coarse - planned) if self.asked else 0.0,
+            "varied": self._size(varied),
             "coarse": self._size(finer - coarse),
-            "other": self._size(self.mujoco - finer),
+            "other": self._size(by_mujoco - finer),
         }
         most = max(shares, key=lambda name: shares[name])
         dt = self.plan.time_step
-        if shares[most] < SMALL:
+        if self._size(by_mujoco - coarse + varied) <= SMALL:
             return (
-                f"single steps are those of MuJoCo to {shares[most]:.1%}, so neither the time step nor the model is at fault: "
-                "in closed loop the design amplifies small differences; look at `supple check` for its gains and at the noise "
-                "of the process"
+                "single steps are those of MuJoCo, so neither the time step nor the model is at fault: the closed loop amplifies "
+                "small differences"
             )
         if most == "varied":
-            return f"the robot differs from supple's model as was asked for ({self.asked}), which changes most of a step"
+            return f"the robot differs from supple's model as was asked for ({self.asked}), which changes steps most"
         if most == "coarse":
-            error = shares[most]
-            said = f"{error:.0%} of" if error < 2.0 else f"{error:.3g} times"
-            size = f"the error of velocities in a step of {dt:g} s is {said} their change, as {fine} sub-steps show"
+            size = f"errors of its steps of {dt:g} s alone, which {fine} sub-steps show, add {shares[most]:.3g} to its consistency"
             shorter = f"a shorter `time_step`, such as {dt * self.substeps / fine:.2g} s"
             more = "" if is_enough else "; more may be needed"
+            if not self.is_settled:
+                more += "; MuJoCo's own steps are not short enough either, so that its numbers are rough"
             return f"the discretisation of the plan is too coarse: {size}: use `substeps = {fine}` or {shorter}{more}"
         if self.contacts:
             return (
-                "MuJoCo's own contacts differ from supple's law of contact, which changes most of a step: compare with "
+                "MuJoCo's own contacts differ from supple's law of contact, which changes steps most: compare with "
                 "contact = same, and try a smaller `slip` and `smoothing`"
             )
         return (
@@ -143,7 +175,7 @@ def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoo
     if plant.consistency is not None and plant.consistency.mean > DOUBTFUL:
         many = plant.consistency.mean
         broken = broken or many > BROKEN
-        doubts.append(f"innovations on MuJoCo are {many:.3g} times what the filter expects, so its bits are none to rely on")
+        doubts.append(f"the filter's consistency on MuJoCo is {many:.3g} where 1 is right, so do not rely on bits")
     elif plant.realised_bits is not None and plant.realised_bits > MORE_BITS * max(bits, 1.0):
         doubts.append(f"MuJoCo's roll-outs measure {plant.realised_bits:.4g} bits where {bits:.4g} are predicted")
     dearer = plant.cost_mean - cost

@@ -145,7 +145,7 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     if plan.status in ("indefinite", "not_finite"):
         raise ComputeError(f"the plan of `{name}` ended as {plan.status}: there is no controller to validate")
     truth = _truth(task._native, factors)
-    robot, points, trial = _trial(truth, name, plan, contact == "mujoco", factors)
+    robot, points, trial, is_settled = _trial(truth, name, plan, contact == "mujoco", factors)
     plant = Plant(robot, sizes[0], plan.time_step, trial.substeps)
 
     def step(states: Array, controls: Array, _: int) -> Array:
@@ -161,11 +161,12 @@ def _validate(task: Task, name: str, sizes: tuple[int, int], contact: str, facto
     moves = Moves(
         plan=plan,
         points=points,
-        mujoco=trial.step(plan.states[points], plan.controls[points]),
-        supple=lambda count: _truth(task._native, factors, count),
+        mujoco=trial.step,
+        supple=lambda count: task._native if count is None else _truth(task._native, factors, count),
         substeps=int(json.loads(task._native.tables())["model"].get("substeps", 1)),
         task=name,
         positions=(plan.states.shape[1] - plant.constants) // 2,
+        is_settled=is_settled,
         asked=", ".join(f"{key} x {factor:g}" for key, factor in factors.items()),
         contacts=contact == "mujoco",
     )
@@ -231,8 +232,8 @@ class _Values(Mapping[str, float]):
 
 def _trial(
     truth: NativeTask, name: str, plan: Linearisation, own_contacts: bool, factors: Mapping[str, float]
-) -> tuple[Robot, Array, Plant]:
-    """The robot on MuJoCo, points of the plan, and copies at these points with steps that are short enough there."""
+) -> tuple[Robot, Array, Plant, bool]:
+    """The robot on MuJoCo, points of the plan, copies at these points, and whether their steps are short enough there."""
     model = json.loads(truth.tables())["model"]
     sources = truth.sources()
     folder = Path(sources[0][0]).parent
@@ -242,18 +243,19 @@ def _trial(
     own = {key: factor for key, factor in factors.items() if key in FACTORS}
     make = partial(Robot, model, (file, dict(sources[1:])), _Values(truth), (states, controls), own)
     robot = make()
-    points = np.linspace(0, len(plan.controls) - 1, LOOKED_AT).astype(int)
+    points = np.unique(np.linspace(0, len(plan.controls) - 1, LOOKED_AT).astype(int))
     trial = Plant(robot, len(points), plan.time_step, FEWEST)
     if own_contacts and robot.contacts:
         robot = make(trial.mean_forces(plan.states[points], plan.controls[points]))
         trial = Plant(robot, len(points), plan.time_step, FEWEST)
-    settle(trial, plan.states[points], plan.controls[points])
-    return robot, points, trial
+    is_settled = settle(trial, plan.states[points], plan.controls[points])
+    return robot, points, trial, is_settled
 
 
-def settle(plant: Plant, states: Array, controls: Array) -> None:
+def settle(plant: Plant, states: Array, controls: Array) -> bool:
     """Gives a plant as many steps as it takes for velocities to change no more than :data:`CONVERGED` where they are
-    halved, by the root of the mean square over points, relative to what a step of the task does to them."""
+    halved, by the root of the mean square over points, relative to what a step of the task does to them; at most
+    :data:`MOST`, and false where these are too few."""
     count = (states.shape[1] - plant.constants) // 2
     rates = slice(count, 2 * count)
     plant.substeps = FEWEST
@@ -263,8 +265,9 @@ def settle(plant: Plant, states: Array, controls: Array) -> None:
         fine = plant.step(states, controls)
         change = np.sqrt(np.nanmean((fine - states)[:, rates] ** 2, axis=0))
         if (np.sqrt(np.mean((fine - coarse)[:, rates] ** 2, axis=0)) <= CONVERGED * change + 1e-12).all():
-            return
+            return True
         coarse = fine
+    return False
 
 
 def deviations(plan: Linearisation) -> Array:
