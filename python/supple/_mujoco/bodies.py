@@ -197,7 +197,9 @@ def _body(mj: mujoco.MjModel, parent: mujoco.MjsBody, index: int, held: Mapping[
     body.mass, body.inertia = float(mj.body_mass[index]), mj.body_inertia[index]
     body.ipos, body.iquat = mj.body_ipos[index], mj.body_iquat[index]
     for joint, pos, axis in reversed(free):
-        own = body.add_joint(name=mj.joint(joint).name, type=mujoco.mjtJoint(int(mj.jnt_type[joint])), pos=pos, axis=axis)
+        own = body.add_joint(
+            name=mj.joint(joint).name, type=mujoco.mjtJoint(int(mj.jnt_type[joint])), pos=pos, axis=axis
+        )
         dof, at = mj.jnt_dofadr[joint], mj.jnt_qposadr[joint]
         own.ref, own.springref = mj.qpos0[at], mj.qpos_spring[at]
         own.armature, own.frictionloss = mj.dof_armature[dof], mj.dof_frictionloss[dof]

@@ -22,6 +22,8 @@ DEARER, MUCH_DEARER = 0.25, 10.0
 MORE_BITS = 2.0
 #: Sub-steps are enough where the errors of steps make innovations so little larger, relative to what the filter expects.
 SMALL = 0.05
+#: How many times the closed loop may amplify these errors in choosing sub-steps; beyond that it is another loop.
+AMPLIFIED = 10.0
 #: Sub-steps are looked for up to this factor, and up to this product with the cube of the positions, which is supple's limit.
 MOST, COSTLIEST = 64, 150_000
 
@@ -109,8 +111,9 @@ class Moves:
             total += float(innovation @ weighed) / len(innovation)
         return total / steps
 
-    def cause(self) -> str:
-        """Which of what may differ does, by most, and what to do."""
+    def cause(self, excess: float) -> str:
+        """Which of what may differ does, by most, and what to do; ``excess`` is by how much innovations in closed loop are
+        larger than the filter expects."""
         states, controls = sampled(self.plan)
         at = states[self.points], controls[self.points]
         by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
@@ -119,11 +122,12 @@ class Moves:
         counts, count = [self.substeps], self.positions
         while 2 * counts[-1] <= MOST * self.substeps and 2 * counts[-1] * count**3 <= COSTLIEST:
             counts.append(2 * counts[-1])
+        whole = self._size(by_mujoco - coarse + varied)
+        small = SMALL / min(max(excess / max(whole, 1e-12), 1.0), AMPLIFIED)
         finer, fine, is_enough = coarse, self.substeps, False
         for fine in counts[1:]:
             finer = self._by_supple(fine, at)
-            left = self._size(by_mujoco - finer)
-            if left <= SMALL:
+            if self._size(by_mujoco - finer) <= small:
                 is_enough = True
                 break
         shares = {
@@ -133,7 +137,7 @@ class Moves:
         }
         most = max(shares, key=lambda name: shares[name])
         dt = self.plan.time_step
-        if self._size(by_mujoco - coarse + varied) <= SMALL:
+        if whole <= small:
             return (
                 "single steps are those of MuJoCo, so neither the time step nor the model is at fault: the closed loop amplifies "
                 "small differences"
@@ -141,12 +145,13 @@ class Moves:
         if most == "varied":
             return f"the robot differs from supple's model as was asked for ({self.asked}), which changes steps most"
         if most == "coarse":
-            size = f"errors of its steps of {dt:g} s alone, which {fine} sub-steps show, add {shares[most]:.3g} to its consistency"
+            moved = "moves as MuJoCo does" if is_enough else "comes nearer to MuJoCo's motion"
+            shown = f"with {fine} sub-steps supple {moved}, with {self.substeps} it does not"
             shorter = f"a shorter `time_step`, such as {dt * self.substeps / fine:.2g} s"
             more = "" if is_enough else "; more may be needed"
             if not self.is_settled:
                 more += "; MuJoCo's own steps are not short enough either, so that its numbers are rough"
-            return f"the discretisation of the plan is too coarse: {size}: use `substeps = {fine}` or {shorter}{more}"
+            return f"the discretisation of the plan is too coarse ({shown}): use `substeps = {fine}` or {shorter}{more}"
         if self.contacts:
             return (
                 "MuJoCo's own contacts differ from supple's law of contact, which changes steps most: compare with "
@@ -186,10 +191,9 @@ def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoo
         return Conclusion("the design holds on MuJoCo as predicted", False)
     alike = own.diverged > 0 or (own.consistency is not None and own.consistency.mean > DOUBTFUL)
     if alike:
-        why = (
-            "supple's own roll-outs are not as predicted either: the plan does not hold for these noises; see `supple evaluate`"
-        )
+        why = "supple's own roll-outs are not as predicted either: the plan does not hold for these noises; see `supple evaluate`"
     else:
-        why = moves.cause()
+        excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
+        why = moves.cause(excess)
     verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
     return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}", broken)

@@ -8,7 +8,7 @@ import numpy as np
 from .._records import Array
 from ..errors import UsageError
 from .laws import turned, turned_back
-from .robot import POINT, Robot
+from .robot import POINT, Robot, compiled
 from .simulator import QUIET
 
 __all__ = ["Plant"]
@@ -34,13 +34,13 @@ class Plant:
         self.robot, self.copies, self._time_step = robot, copies, time_step
         every = mujoco.MjSpec()
         # In the copies the masses are as they are: bounds of the robot's file are applied before.
-        single = robot.spec.copy().compile()
+        single = compiled(robot.spec.copy())
         every.option.gravity = robot.spec.option.gravity
         every.option.cone = robot.spec.option.cone
         every.compiler.boundmass, every.compiler.boundinertia = 1e-12, 1e-15
         for copy in range(copies):
             every.attach(robot.spec.copy(), prefix=f"{copy}:", frame=every.worldbody.add_frame())
-        self.mj = every.compile()
+        self.mj = compiled(every)
         options = self.mj.opt
         options.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         options.tolerance, options.iterations, options.ls_tolerance = 1e-12, 100, 1e-4

@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 
 from .._records import Array
-from ..errors import UsageError
+from ..errors import FileError, UsageError
 from .bodies import bodies
 from .laws import Bushing, Contact, ElasticJoint, Law, Spring, law, numbers
 from .sdf import quaternion_of, turn_of
 
-__all__ = ["FACTORS", "Robot"]
+__all__ = ["FACTORS", "Robot", "compiled"]
 
 #: What of ``[model]`` is known here, or moves nothing: a task with other keys moves in another way than its twin.
 MODEL = {"kind", "file", "gravity", "actuated", "file_actuators", "independent_mimic", "links", "joints", "frames"}
@@ -69,7 +69,7 @@ class Robot:
         states, controls = channels
         self.controls = list(controls)
         locked = model.get("locked", {})
-        held = {name: None for name in locked} if isinstance(locked, list) else {k: float(v) for k, v in locked.items()}
+        held = dict.fromkeys(locked) if isinstance(locked, list) else {k: float(v) for k, v in locked.items()}
         read = bodies(*source, held, bool(model.get("independent_mimic", False)))
         self.spec, self.inertias = read.spec, read.inertias
         self.laws: dict[str, Law] = {entry["name"]: law(entry, values) for entry in model.get("compliance", [])}
@@ -94,7 +94,7 @@ class Robot:
         self.smoothing = float(numbers(model.get("friction_smoothing", SMOOTHING), values))
         self.friction = self._take_friction()
         if presses is not None:
-            mj = self.spec.copy().compile()
+            mj = compiled(self.spec.copy())
             for name, force in presses.items():
                 self._add_wall(name, force, mj)
 
@@ -188,7 +188,7 @@ class Robot:
 
     def _coordinates(self, states: Sequence[str]) -> None:
         """Which positions are supple's, and how the file's others follow them: ``qpos = G q + offset``."""
-        mj = self.spec.copy().compile()
+        mj = compiled(self.spec.copy())
         if mj.nq != mj.njnt or mj.nv != mj.njnt:
             raise UsageError("a joint of the robot has more than one position: MuJoCo's twin has hinges and slides")
         names = [mj.joint(i).name for i in range(mj.njnt)]
@@ -261,7 +261,9 @@ class Robot:
             else:
                 joint = name
                 if self.spec.joint(joint) is None:
-                    raise UsageError(f"control `{control}`: MuJoCo's twin has neither an actuator nor a joint `{joint}`")
+                    raise UsageError(
+                        f"control `{control}`: MuJoCo's twin has neither an actuator nor a joint `{joint}`"
+                    )
                 drive = self.spec.add_actuator(name=control)
                 drive.trntype, gear = mujoco.mjtTrn.mjTRN_JOINT, np.zeros(6)
                 gear[0] = table.get("gear", 1.0)
@@ -306,6 +308,18 @@ class Robot:
         pair.solref = [-contact.stiffness * inverse, -contact.dissipation * force * inverse]
         pair.solreffriction = [1e-9, 1.0]
         self.spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+
+
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """A model of MuJoCo's.
+
+    Raises:
+        FileError: Where MuJoCo refuses it.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise FileError(f"MuJoCo refuses the robot of the task: {error}") from error
 
 
 def _known(where: str, table: Mapping[str, Any], keys: set[str]) -> None:

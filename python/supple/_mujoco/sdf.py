@@ -69,7 +69,9 @@ def sdf(text: str, file: str) -> mujoco.MjSpec:
         if kind in JOINTS and axis is not None:
             lower, upper = (axis.findtext(f"limit/{end}") for end in ("lower", "upper"))
             made[name].add_joint(
-                limited=mujoco.mjtLimited.mjLIMITED_FALSE if None in (lower, upper) else mujoco.mjtLimited.mjLIMITED_TRUE,
+                limited=mujoco.mjtLimited.mjLIMITED_FALSE
+                if None in (lower, upper)
+                else mujoco.mjtLimited.mjLIMITED_TRUE,
                 range=[float(lower or 0.0), float(upper or 0.0)],
                 name=joint.attrib["name"],
                 type=JOINTS[kind],
