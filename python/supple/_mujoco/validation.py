@@ -65,9 +65,9 @@ def validate(
 ) -> Validation:
     """Runs a design's plan, gains and extended Kalman filter on MuJoCo, beside supple's own model under the same noise.
 
-    MuJoCo reads the robot's file itself. Bodies, springs, elastic joints, drives and damping are MuJoCo's own; bushings and
-    supple's law of contact are applied as forces at each of its steps, of which there are as many in a time step as it takes
-    for the motion to change no more. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
+    MuJoCo reads the robot's file itself. Bodies, springs, elastic joints, drives and damping are MuJoCo's own; bushings,
+    friction in joints and supple's law of contact are applied at each of its steps, of which there are as many in a time step
+    as it takes for the motion to change no more, at most 128. Noise is that of the task: roll-out ``i`` has the same random numbers on both.
     Measurements, costs and contacts are supple's functions of MuJoCo's states.
 
     Args:
@@ -77,9 +77,10 @@ def validate(
             its static stiffness is that of the law, it sets in where the body meets the wall and not before, its damping is
             that of the law at the mean force of the plan, and its friction is dry.
         vary: Factors on numbers of MuJoCo's robot, of which plan, gains and filter know nothing, by the names of
-            :data:`supple.mujoco.VARY`: ``mass`` (and moments of inertia) of all links; ``damping`` of joints, motors, springs
-            and bushings; ``stiffness`` of springs, elastic joints and bushings; ``friction`` of contacts;
-            ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied.
+            :data:`supple.mujoco.VARY`: ``mass`` (and moments of inertia) of all links; ``damping`` of joints, motors, springs,
+            mounts and bushings; ``stiffness`` of springs, mounts, elastic joints and bushings; ``friction`` of contacts;
+            ``contact.stiffness`` and ``contact.dissipation``. Where a number is a parameter, the parameter is multiplied,
+            and expressions of it change with it.
         at: The design: of a task or an evaluation ``start``, as it is; of a design search its ``start``, or the ``optimum``
             it found. ``optimum`` of a task runs :meth:`supple.Task.design` first.
         seed: Seed of the noise.
