@@ -255,6 +255,24 @@ def test_everything_that_a_robot_can_have_moves_alike(tmp_path: Path) -> None:
     assert fine < 0.02 and 1.7 < coarse / fine < 2.3, (coarse, fine)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('frame = "point"', 'frame = "lower"\ncarries = ["tip"]'),
+        ("held_too = 0.05", "held_too = 0.05, mount_z = 0.01"),
+        ("held_too = 0.05", "held_too = 0.05, mount_rx = -0.3"),
+    ],
+)
+def test_mounts_carry_links_and_are_locked(tmp_path: Path, old: str, new: str) -> None:
+    (tmp_path / "robot.xml").write_text(ROBOT)
+    text = TASK.replace(old, new)
+    if "mount_" in new:
+        text = text.replace("target = [0.1, ", "target = [")
+    (tmp_path / "task.toml").write_text(text)
+    coarse, fine = errors_of_steps(supple.load(tmp_path / "task.toml"))
+    assert fine < 0.02 and 1.7 < coarse / fine < 2.3, (coarse, fine)
+
+
 def test_impossible_inertias_are_those_of_the_file(tmp_path: Path) -> None:
     """MuJoCo refuses them, and supple computes with them."""
     (tmp_path / "robot.xml").write_text(ROBOT.replace("0.01 0.04 0.04", "0.01 0.02 0.05"))
@@ -267,11 +285,12 @@ def test_impossible_inertias_are_those_of_the_file(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("[model.joints.elbow]", "[model.joints.elbow]\noffset = [0.0, 0.0, 0.1]", "does not know `offset`"),
-        ('frame = "point"', 'frame = "lower"\ncarries = ["tip"]', "insert `mount`: .*carries"),
+        ("normal = [0.0, 0.0, 1.0]", 'geom = "floor"', "does not know `geom` of a contact"),
     ],
 )
 def test_what_is_not_known_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
-    (tmp_path / "robot.xml").write_text(ROBOT)
+    floor = '<worldbody><geom name="floor" type="plane" size="1 1 1"/>'
+    (tmp_path / "robot.xml").write_text(ROBOT.replace("<worldbody>", floor))
     (tmp_path / "task.toml").write_text(TASK.replace(old, new))
     with pytest.raises(supple.UsageError, match=message):
         supple.mujoco.validate(supple.load(tmp_path / "task.toml"), 2)

@@ -11,7 +11,7 @@ from .._records import Array
 from ..errors import FileError, UsageError
 from .sdf import quaternion_of, sdf
 
-__all__ = ["Bodies", "bodies"]
+__all__ = ["Bodies", "again", "bodies"]
 
 _INERTIA_FROM_GEOMS = 1
 #: What links without mass and moments of inertia are given, kg and kg m^2: MuJoCo refuses them where they move.
@@ -75,7 +75,7 @@ def bodies(
         compiled = spec.compile()
     except ValueError as error:
         raise FileError(f"MuJoCo cannot read it: {error}", file=file) from error
-    return Bodies(_again(compiled, dict(locked or {}), independent), inertias)
+    return Bodies(again(compiled, dict(locked or {}), independent), inertias)
 
 
 def _settle(spec: mujoco.MjSpec) -> None:
@@ -110,8 +110,23 @@ def _balanced(spec: mujoco.MjSpec) -> Iterator[tuple[str, Array]]:
             yield body.name, moments
 
 
-def _again(mj: mujoco.MjModel, locked: dict[str, float | None], independent: bool) -> mujoco.MjSpec:
-    """A model as it was compiled, with bodies, joints, sites, and what couples and drives joints."""
+def again(
+    mj: mujoco.MjModel,
+    locked: Mapping[str, float | None],
+    independent: bool = False,
+    carried: Mapping[str, str] | None = None,
+) -> mujoco.MjSpec:
+    """A model as it was compiled, with bodies, joints, sites, and what couples and drives joints.
+
+    Args:
+        mj: The model.
+        locked: As for :func:`bodies`.
+        independent: As for :func:`bodies`.
+        carried: Bodies by the name of those that hang on them from now on, where they are, instead of on their common parent.
+
+    Raises:
+        UsageError: Where a joint or a body is none of it.
+    """
     names = [mj.joint(i).name for i in range(mj.njnt)]
     for name in locked:
         if name not in names:
@@ -129,11 +144,21 @@ def _again(mj: mujoco.MjModel, locked: dict[str, float | None], independent: boo
     spec.compiler.degree = False
     spec.compiler.boundmass, spec.compiler.boundinertia = LITTLE
     spec.option.gravity = mj.opt.gravity
-    made = [spec.worldbody]
-    for index in range(1, mj.nbody):
-        made.append(_body(mj, made[mj.body_parentid[index]], index, held))
+    made = {0: spec.worldbody}
+    hung = _hung(mj, carried or {})
+    waiting = list(range(1, mj.nbody))
+    while waiting:
+        index = waiting.pop(0)
+        mount = hung.get(index)
+        parent = int(mj.body_parentid[index]) if mount is None else mount
+        if parent in made:
+            made[index] = _body(mj, made[parent], index, held, mount)
+        else:
+            waiting.append(index)
     for site in range(mj.nsite):
-        made[mj.site_bodyid[site]].add_site(name=mj.site(site).name, pos=mj.site_pos[site], quat=mj.site_quat[site])
+        made[int(mj.site_bodyid[site])].add_site(
+            name=mj.site(site).name, pos=mj.site_pos[site], quat=mj.site_quat[site]
+        )
     for line in lines:
         here, there = int(mj.eq_obj1id[line]), int(mj.eq_obj2id[line])
         if here not in held:
@@ -154,6 +179,19 @@ def _again(mj: mujoco.MjModel, locked: dict[str, float | None], independent: boo
     return spec
 
 
+def _hung(mj: mujoco.MjModel, carried: Mapping[str, str]) -> dict[int, int]:
+    """Mounts by what they carry, by numbers of bodies."""
+    numbers = {mj.body(index).name: index for index in range(mj.nbody)}
+    found = {}
+    for name, mount in carried.items():
+        if name not in numbers or mj.body_parentid[numbers[name]] != mj.body_parentid[numbers[mount]]:
+            raise UsageError(
+                f"insert `{mount}`: `{name}` is not among MuJoCo's bodies beside it, so it cannot be carried"
+            )
+        found[numbers[name]] = numbers[mount]
+    return found
+
+
 def _start(mj: mujoco.MjModel, joint: int) -> float:
     """The position of a joint at which bodies are where the file has them."""
     return float(mj.qpos0[mj.jnt_qposadr[joint]])
@@ -170,8 +208,11 @@ def _place(mj: mujoco.MjModel, joint: int, at: float | None) -> float:
     return sum(ends) / len(ends)
 
 
-def _body(mj: mujoco.MjModel, parent: mujoco.MjsBody, index: int, held: Mapping[int, float]) -> mujoco.MjsBody:
-    """A body; the motion of joints that are held is in its pose, and in the places of the joints before them."""
+def _body(
+    mj: mujoco.MjModel, parent: mujoco.MjsBody, index: int, held: Mapping[int, float], mount: int | None
+) -> mujoco.MjsBody:
+    """A body; the motion of joints that are held is in its pose, and in the places of the joints before them. With a mount, its
+    pose is that in the mount."""
     joints = range(mj.body_jntadr[index], mj.body_jntadr[index] + mj.body_jntnum[index])
     if any(int(mj.jnt_type[joint]) not in (_HINGE, _SLIDE) for joint in joints):
         raise UsageError("a joint of the robot has more than one position: MuJoCo's twin has hinges and slides")
@@ -188,12 +229,12 @@ def _body(mj: mujoco.MjModel, parent: mujoco.MjsBody, index: int, held: Mapping[
         else:
             R = _turn(axis, moved)
             place, turn = pos + R @ (place - pos), R @ turn
-    quat, R = np.array(mj.body_quat[index]), np.zeros(9)
-    mujoco.mju_quat2Mat(R, quat)
-    R = R.reshape(3, 3)
-    quat = quaternion_of(R @ turn) if np.any(turn != np.eye(3)) else quat
-    pose = mj.body_pos[index] + R @ place, quat
-    body = parent.add_body(name=mj.body(index).name, pos=pose[0], quat=pose[1], explicitinertial=True)
+    p, R = _pose(mj, index)
+    p, R = p + R @ place, R @ turn
+    if mount is not None:
+        at, to = _pose(mj, mount)
+        p, R = to.T @ (p - at), to.T @ R
+    body = parent.add_body(name=mj.body(index).name, pos=p, quat=quaternion_of(R), explicitinertial=True)
     body.mass, body.inertia = float(mj.body_mass[index]), mj.body_inertia[index]
     body.ipos, body.iquat = mj.body_ipos[index], mj.body_iquat[index]
     for joint, pos, axis in reversed(free):
@@ -209,6 +250,13 @@ def _body(mj: mujoco.MjModel, parent: mujoco.MjsBody, index: int, held: Mapping[
                 polynomial[0] = value
             setattr(own, key, polynomial if polynomial.ndim else float(value))
     return body
+
+
+def _pose(mj: mujoco.MjModel, body: int) -> tuple[Array, Array]:
+    """In its parent, with all joints where they start."""
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, mj.body_quat[body])
+    return np.array(mj.body_pos[body]), R.reshape(3, 3)
 
 
 def _turn(axis: Array, angle: float) -> Array:

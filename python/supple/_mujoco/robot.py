@@ -10,7 +10,7 @@ import numpy as np
 
 from .._records import Array
 from ..errors import FileError, UsageError
-from .bodies import bodies
+from .bodies import again, bodies
 from .laws import Bushing, Contact, ElasticJoint, Law, Spring, law, numbers
 from .sdf import quaternion_of, turn_of
 
@@ -70,7 +70,10 @@ class Robot:
         self.controls = list(controls)
         locked = model.get("locked", {})
         held = dict.fromkeys(locked) if isinstance(locked, list) else {k: float(v) for k, v in locked.items()}
-        read = bodies(*source, held, bool(model.get("independent_mimic", False)))
+        inserts = model.get("insert", [])
+        mounted = {f"{entry['name']}_{axis}" for entry in inserts for axis in entry["axes"]}
+        of_file = {name: at for name, at in held.items() if name not in mounted}
+        read = bodies(*source, of_file, bool(model.get("independent_mimic", False)))
         self.spec, self.inertias = read.spec, read.inertias
         self.laws: dict[str, Law] = {entry["name"]: law(entry, values) for entry in model.get("compliance", [])}
         self.contacts = {name: law for name, law in self.laws.items() if isinstance(law, Contact)}
@@ -79,8 +82,11 @@ class Robot:
         self.own_contacts = presses is not None
         if "gravity" in model:
             self.spec.option.gravity = numbers(model["gravity"], values)
-        for entry in model.get("insert", []):
+        for entry in inserts:
             self._insert(entry)
+        if mounted & set(held):
+            self.spec = again(compiled(self.spec), {name: held[name] for name in mounted & set(held)})
+            self.laws = {name: law for name, law in self.laws.items() if name not in mounted & set(held)}
         self._overrides(model)
         self._scale(factors or {})
         self.frames = self._read_frames(model.get("frames", {}))
@@ -103,8 +109,6 @@ class Robot:
     def _insert(self, entry: Mapping[str, Any]) -> None:
         """A body on the frame, with all joints of the mount and their springs."""
         _known(f"insert `{entry.get('name')}`", entry, INSERT)
-        if entry.get("carries"):
-            raise UsageError(f"insert `{entry['name']}`: MuJoCo's twin cannot move links beyond a mount (`carries`)")
         name, axes = entry["name"], entry["axes"]
         body, p, R = _frame(self._read_frames({}), entry["frame"], f"insert `{name}`")
         place, rpy = (numbers(entry.get(key, [0.0] * 3), self._values) for key in ("position", "rpy"))
@@ -125,6 +129,8 @@ class Robot:
             along = np.eye(3)["xyz".index(axis[-1])]
             beyond.add_joint(name=f"{name}_{axis}", type=kind, axis=along)
             self.laws[f"{name}_{axis}"] = Spring(f"{name}_{axis}", float(k), float(d))
+        if entry.get("carries"):
+            self.spec = again(compiled(self.spec), {}, carried=dict.fromkeys(entry["carries"], name))
 
     # Numbers of the file.
 
