@@ -111,9 +111,9 @@ class Moves:
             total += float(innovation @ weighed) / len(innovation)
         return total / steps
 
-    def cause(self, excess: float) -> str:
+    def cause(self, excess: float, bits: float) -> str:
         """Which of what may differ does, by most, and what to do; ``excess`` is by how much innovations in closed loop are
-        larger than the filter expects."""
+        larger than the filter expects, ``bits`` is the predicted information."""
         states, controls = sampled(self.plan)
         at = states[self.points], controls[self.points]
         by_mujoco, coarse = self.mujoco(*at), self._by_supple(self.substeps, at)
@@ -123,7 +123,11 @@ class Moves:
         while 2 * counts[-1] <= MOST * self.substeps and 2 * counts[-1] * count**3 <= COSTLIEST:
             counts.append(2 * counts[-1])
         whole = self._size(by_mujoco - coarse + varied)
-        small = SMALL / min(max(excess / max(whole, 1e-12), 1.0), AMPLIFIED)
+        # The square of an innovation is half as many nats: an excess that adds a quarter to the predicted bits at most.
+        measured = len(self.plan.controls) * self.plan.C.shape[1]
+        small = min(SMALL, 0.5 * np.log(2.0) * max(bits, 1.0) / measured) / min(
+            max(excess / max(whole, 1e-12), 1.0), AMPLIFIED
+        )
         finer, fine, is_enough = coarse, self.substeps, False
         for fine in counts[1:]:
             finer = self._by_supple(fine, at)
@@ -133,7 +137,7 @@ class Moves:
         shares = {
             "varied": self._size(varied),
             "coarse": self._size(finer - coarse),
-            "other": self._size(by_mujoco - finer),
+            "other": 0.0 if is_enough else self._size(by_mujoco - finer),
         }
         most = max(shares, key=lambda name: shares[name])
         dt = self.plan.time_step
@@ -194,6 +198,6 @@ def conclude(predicted: tuple[float, float], own: SampledLoop, plant: SampledLoo
         why = "supple's own roll-outs are not as predicted either: the plan does not hold for these noises; see `supple evaluate`"
     else:
         excess = float("inf") if plant.consistency is None else plant.consistency.mean - 1.0
-        why = moves.cause(excess)
+        why = moves.cause(excess, bits)
     verdict = "the design is broken on MuJoCo" if broken else "the design is in doubt on MuJoCo"
     return Conclusion(f"{verdict}: {'; '.join(doubts)}; {why}", broken)
